@@ -1,0 +1,170 @@
+"""The angular velocity ω of the ball from k and γ, for three kinds of inertia operator.
+
+k = Iω + D(ωγγᵀ + γγᵀω)/(γ, γ), eq. (K) with γ normalised: ω depends on the direction of γ alone, so
+that round-off in |γ| does not enter, and ½⟨k, ω⟩ is kept wherever γ ≠ 0.
+
+* Special operator: with s = I⁻¹(k)γ and c = As/U, U = (γ, A⁻¹γ),
+
+      ω = I⁻¹(k − c∧γ).                                                               O(n²)
+
+* Any operator: with D′ = D/(γ, γ) and M e_j = I⁻¹(e_j∧γ)γ, symmetric and positive,
+
+      (1 + D′M) v = s,   ω = I⁻¹(k − D′ v∧γ),
+
+  one n×n system, solved by LDLᵀ without pivots (it is positive definite: no branches). For
+  diagonal I⁻¹ with entries C_ij: M = diag(Cγ²) − C∘γγᵀ. O(n³); for a full matrix O(n⁴).
+
+Parameters of all three: ``[n, D, …, k0]``, where k0 (N = n(n−1)/2 numbers) is not read here and the
+middle is a_i, 1/a_i, C (n, n, N numbers: special), C (N: diagonal), or I⁻¹ row after row (N²: full).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+from geomint import part
+
+__all__ = ["diagonal_omega", "full_omega", "omega_work", "special_omega"]
+
+
+def omega_work(n: int, full: bool) -> int:
+    """Rows of scratch that the functions of this module need."""
+    return n * n + 2 * n + (n * n * (n - 1) // 2 if full else 0)
+
+
+@gi.helper
+def apply_to_gamma(n: int, triangle: Any, gamma: Any, out: Any) -> None:
+    """Write Xγ for the skew matrix X of a flat triangle."""
+    for i in range(n):
+        out[i] = 0.0 * gamma[i]
+    at = 0
+    for i in range(n):
+        x, total = gamma[i], out[i]
+        for j in range(i + 1, n):
+            total += triangle[at] * gamma[j]
+            out[j] = out[j] - triangle[at] * x
+            at += 1
+        out[i] = total
+
+
+@gi.helper
+def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+    """Write ω for the special operator; params = [n, D, a…, 1/a…, C…, k0…]."""
+    first = 2 + 2 * n
+    u = params[2 + n] * gamma[0] * gamma[0]
+    for i in range(1, n):
+        u += params[2 + n + i] * gamma[i] * gamma[i]
+    for i in range(len(k)):
+        omega[i] = params[first + i] * k[i]
+    apply_to_gamma(n, omega, gamma, work)
+    r = 1.0 / u
+    for i in range(n):
+        work[i] = params[2 + i] * r * work[i]
+    at = 0
+    for i in range(n):
+        c, x = work[i], gamma[i]
+        for j in range(i + 1, n):
+            omega[at] = omega[at] - params[first + at] * (c * gamma[j] - x * work[j])
+            at += 1
+
+
+@gi.helper
+def solve_in_place(n: int, s: Any, v: Any) -> None:
+    """Solve S v = v for a positive definite S, of which the lower triangle is read and overwritten."""
+    for j in range(n):
+        r = 1.0 / s[j * n + j]
+        s[j * n + j] = r
+        x = v[j]
+        for i in range(n - 1, j, -1):
+            m = s[i * n + j] * r
+            for l in range(j + 1, i + 1):
+                s[i * n + l] = s[i * n + l] - m * s[l * n + j]
+            s[i * n + j] = m
+            v[i] = v[i] - m * x
+    for j in range(n - 1, -1, -1):
+        total = v[j] * s[j * n + j]
+        for i in range(j + 1, n):
+            total -= s[i * n + j] * v[i]
+        v[j] = total
+
+
+@gi.helper
+def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+    """Write ω for a diagonal operator; params = [n, D, C…, k0…]."""
+    v, s = part(work, 0, n), part(work, n, n * n)
+    for i in range(len(k)):
+        omega[i] = params[2 + i] * k[i]
+    apply_to_gamma(n, omega, gamma, v)
+    g2 = gamma[0] * gamma[0]
+    for i in range(1, n):
+        g2 += gamma[i] * gamma[i]
+    q = params[1] / g2
+    for i in range(n):
+        s[i * n + i] = 1.0 + 0.0 * q
+    at = 2
+    for i in range(n):
+        x = gamma[i]
+        qx = q * x
+        total = s[i * n + i]
+        for j in range(i + 1, n):
+            y, c = gamma[j], params[at]
+            total += c * (q * y * y)
+            s[j * n + j] = s[j * n + j] + c * (qx * x)
+            s[j * n + i] = -c * (qx * y)
+            at += 1
+        s[i * n + i] = total
+    solve_in_place(n, s, v)
+    at = 0
+    for i in range(n):
+        c, x = q * v[i], q * gamma[i]
+        for j in range(i + 1, n):
+            omega[at] = omega[at] - params[2 + at] * (c * gamma[j] - x * v[j])
+            at += 1
+
+
+@gi.helper
+def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+    """Write ω for any operator; params = [n, D, I⁻¹ row after row…, k0…]."""
+    rows = len(k)
+    v, s, g = part(work, 0, n), part(work, n, n * n), part(work, n + n * n, rows * n)
+    zero = 0.0 * gamma[0]
+    for r in range(rows):  # row r of g: the coefficients of I⁻¹(v∧γ) as a function of v
+        total = zero
+        for i in range(n):
+            g[r * n + i] = zero
+        at = 2 + r * rows
+        pair = 0
+        for i in range(n):
+            x, entry = gamma[i], g[r * n + i]
+            for j in range(i + 1, n):
+                c = params[at + pair]
+                total += c * k[pair]
+                entry += c * gamma[j]
+                g[r * n + j] = g[r * n + j] - c * x
+                pair += 1
+            g[r * n + i] = entry
+        omega[r] = total
+    apply_to_gamma(n, omega, gamma, v)
+    g2 = gamma[0] * gamma[0]
+    for i in range(1, n):
+        g2 += gamma[i] * gamma[i]
+    q = params[1] / g2
+    for i in range(n * n):
+        s[i] = zero
+    r = 0
+    for i in range(n):
+        for j in range(i + 1, n):
+            x, y = q * gamma[i], q * gamma[j]
+            for l in range(n):
+                s[i * n + l] = s[i * n + l] + y * g[r * n + l]
+                s[j * n + l] = s[j * n + l] - x * g[r * n + l]
+            r += 1
+    for i in range(n):
+        s[i * n + i] = s[i * n + i] + 1.0
+    solve_in_place(n, s, v)
+    for r in range(rows):
+        total = g[r * n] * v[0]
+        for i in range(1, n):
+            total += g[r * n + i] * v[i]
+        omega[r] = omega[r] - q * total

@@ -1,0 +1,168 @@
+"""The Hamiltonised Chaplygin sphere: a geodesic flow on T*S^(n−1) in time τ, special inertia.
+
+dτ = dt/(D√U), p̃ = p/(D√U), U = (γ, A⁻¹γ): eqs. (CM), (mapping). The field is the extended one,
+
+    γ′ = D U p̃ − Ap̃ − μγ,            μ = (D U (γ, p̃) − (γ, Ap̃))/(γ, γ),
+    p̃′ = −D (p̃, p̃) A⁻¹γ + (p̃, Ap̃) γ/(γ, γ) + μp̃,
+
+eqs. (ham_q), (ham_p). With the factors 1/(γ, γ) it keeps (γ, γ), (γ, p̃) and H wherever γ ≠ 0;
+without them (γ, p̃) grows with the defect of |γ|.
+
+The Hamiltonian form is that of H̃ = H + (γ, p̃)(γ, Ap̃), which agrees with
+H = ½(D U (p̃, p̃) − (p̃, Ap̃)), eq. (hamiltonian*), on T*S^(n−1): as (γ, ∂H̃/∂p̃) is
+(D U + (γ, Aγ))(γ, p̃), the hidden constraint of the method is (γ, p̃) = 0.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+import numpy as np
+from geomint import sqrt
+
+from .inertia import SpecialInertia
+from .manifold import Array, admit_tangent, admit_unit, wedge
+from .reduced import norm, tangency
+from .states import initial_tangent, multiplier
+
+__all__ = ["hamiltonized_problem"]
+
+
+@gi.field
+def hamiltonized_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Eqs. (ham_q), (ham_p); params = [D, 1/a…, a…], y = (γ, p̃)."""
+    n = len(y) // 2
+    D = params[0]
+    g, p = y[0], y[n]
+    ap = params[1 + n] * p
+    g2, u, pp, gp, gap, pap = g * g, params[1] * g * g, p * p, g * p, g * ap, p * ap
+    for i in range(1, n):
+        g, p = y[i], y[n + i]
+        ap = params[1 + n + i] * p
+        g2 += g * g
+        u += params[1 + i] * g * g
+        pp += p * p
+        gp += g * p
+        gap += g * ap
+        pap += p * ap
+    r = 1.0 / g2
+    du = D * u
+    mu = (du * gp - gap) * r
+    lam = pap * r
+    dpp = D * pp
+    for i in range(n):
+        g, p = y[i], y[n + i]
+        out[i] = (du - params[1 + n + i]) * p - mu * g
+        out[n + i] = (lam - dpp * params[1 + i]) * g + mu * p
+
+
+@gi.field
+def hamiltonized_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """dt/dτ = D√U, eq. (CM)."""
+    u = params[1] * y[0] * y[0]
+    for i in range(1, len(y) // 2):
+        u += params[1 + i] * y[i] * y[i]
+    return params[0] * sqrt(u)
+
+
+@gi.field
+def hamiltonized_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """H = ½(D U (p̃, p̃) − (p̃, Ap̃)), eq. (hamiltonian*)."""
+    n = len(y) // 2
+    u, pp, pap = params[1] * y[0] * y[0], y[n] * y[n], params[1 + n] * y[n] * y[n]
+    for i in range(1, n):
+        u += params[1 + i] * y[i] * y[i]
+        pp += y[n + i] * y[n + i]
+        pap += params[1 + n + i] * y[n + i] * y[n + i]
+    return 0.5 * (params[0] * u * pp - pap)
+
+
+@gi.field
+def hamiltonized_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """K = D²U (p̃, p̃) = (p, p) = ⟨k, k⟩."""
+    n = len(y) // 2
+    u, pp = params[1] * y[0] * y[0], y[n] * y[n]
+    for i in range(1, n):
+        u += params[1 + i] * y[i] * y[i]
+        pp += y[n + i] * y[n + i]
+    return params[0] * params[0] * u * pp
+
+
+@gi.field
+def hamiltonized_gradients(
+    params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any
+) -> None:
+    """Both gradients of H̃ = H + (γ, p̃)(γ, Ap̃)."""
+    n = len(q)
+    x, z = q[0], p[0]
+    az = params[1 + n] * z
+    u, pp, gp, gap = params[1] * x * x, z * z, x * z, x * az
+    for i in range(1, n):
+        x, z = q[i], p[i]
+        az = params[1 + n + i] * z
+        u += params[1 + i] * x * x
+        pp += z * z
+        gp += x * z
+        gap += x * az
+    du, dpp = params[0] * u, params[0] * pp
+    for i in range(n):
+        x, z = q[i], p[i]
+        b, a = params[1 + i], params[1 + n + i]
+        dq[i] = dpp * b * x + (gap + gp * a) * z
+        dp[i] = (du - a) * z + (gap + gp * a) * x
+
+
+@gi.field
+def sphere_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    """½((q, q) − 1) and its Jacobian q."""
+    total = q[0] * q[0]
+    for i in range(1, len(q)):
+        total += q[i] * q[i]
+    g[0] = 0.5 * (total - 1.0)
+    for i in range(len(q)):
+        G[i] = 1.0 * q[i]
+
+
+def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
+    """Return the Hamiltonised flow of a sphere with the special inertia operator.
+
+    State: ``gamma`` (n,) and ``p_tilde`` (n,) ⟂ γ. Time τ, with the clock dt/dτ = D√U. Forms:
+    ODE and Hamiltonian with the constraint |γ| = 1.
+    ``state(gamma=…, p_tilde=…)``; instead of p_tilde also p, or k or omega with zero
+    SO(n−1)-momentum.
+
+    Raises
+    ------
+    geomint.DomainError
+        From ``state`` and ``canonical``: a γ or p̃ that describes no state; see `manifold`.
+    """
+    n, D = inertia.n, inertia.D
+
+    def make_state(gamma: Any = None, **components: Any) -> Array:
+        vertical, p = initial_tangent(inertia, D, gamma, **components)
+        return np.concatenate([vertical, p / multiplier(inertia, vertical)])
+
+    def admit(y: Array) -> Array:
+        gamma = admit_unit(y[:n])
+        return np.concatenate([gamma, admit_tangent(gamma, y[n:], "p_tilde")])
+
+    def physical(y: Array) -> dict[str, Array]:
+        gamma = np.array(y[:n])
+        return {"gamma": gamma, "k": wedge(gamma, multiplier(inertia, gamma) * y[n:])}
+
+    return gi.Problem(
+        name="chaplygin-sphere-hamiltonized",
+        pieces=(("gamma", n), ("p_tilde", n)),
+        params=np.concatenate([[D], 1.0 / inertia.a, inertia.a]),
+        field=hamiltonized_field,
+        hamiltonian=gi.Hamiltonian(hamiltonized_gradients, sphere_constraint, 1),
+        time="tau",
+        clock=hamiltonized_clock,
+        invariants={"energy": hamiltonized_energy, "K": hamiltonized_k},
+        constraints={"norm": norm, "tangency": tangency},
+        make_state=make_state,
+        admit=admit,
+        physical=physical,
+        parameters={"a": inertia.a.tolist(), "D": D},
+    )

@@ -1,0 +1,235 @@
+"""Inertia operators on so(n), in the basis E_i∧E_j, i < j, ordered (1,2), (1,3), …, (n−1,n)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import geomint as gi
+import numpy as np
+import numpy.typing as npt
+from geomint.problem import as_vector
+
+from .manifold import flat_triangle, skew_matrix
+
+__all__ = ["GeneralInertia", "SpecialInertia", "angular_momentum", "positive_number"]
+
+Array = npt.NDArray[np.float64]
+SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error
+NO_SOLVE = "the special operator I(E_i∧E_j) = a_i a_j D/(D − a_i a_j) E_i∧E_j"
+
+
+def positive_number(name: str, value: Any) -> float:
+    """Return `value` as a finite float > 0, or raise `geomint.DomainError`."""
+    number = float(as_vector(name, value, 1)[0])
+    if not number > 0.0:
+        raise gi.DomainError(name, value, "a number > 0")
+    return number
+
+
+def _frozen(array: Any) -> Array:
+    result = np.array(array, dtype=np.float64)
+    result.setflags(write=False)
+    return result
+
+
+def _count(name: str, value: Any) -> int:
+    try:
+        return len(value)
+    except TypeError:
+        raise gi.DomainError(name, value, "a sequence of numbers") from None
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class SpecialInertia:
+    """The operator I(E_i∧E_j) = a_i a_j D/(D − a_i a_j) E_i∧E_j, i < j, eq. (operator).
+
+    The paper asks for 0 < a_i a_j < D for all i and j. Only i ≠ j enters the operator, and
+    a_i > 0 with a_i a_j < D for i ≠ j is all that is needed: I is then positive definite, hence so is
+    the reduced metric I + D pr, and H > 0. With i = j included, most rigid bodies would be
+    excluded: moments (0.1, 10, 10) with D = 1 have a_1² = 9.1 D. So a_i² may exceed D here.
+
+    Parameters
+    ----------
+    a : array_like, shape (n,)
+        Dimensionless, n ≥ 2.
+    D : float
+        mρ² > 0.
+
+    Raises
+    ------
+    geomint.DomainError
+        Naming the first pair with a_i a_j ≥ D, or a number that is not finite and positive.
+    """
+
+    a: Array
+    D: float
+
+    def __init__(self, a: Any, D: Any) -> None:
+        n = _count("a", a)
+        if n < 2:
+            raise gi.DomainError("a", a, "n ≥ 2 numbers")
+        values, scale = as_vector("a", a, n), positive_number("D", D)
+        if not (values > 0.0).all():
+            raise gi.DomainError("a", a, f"positive numbers; a[{int(np.argmin(values))}] is not")
+        order = np.argsort(values)
+        i, j = sorted((int(order[-1]), int(order[-2])))
+        if not values[i] * values[j] < scale:
+            product = values[i] * values[j]
+            expected = f"a[i]*a[j] < D = {scale!r} for i ≠ j; a[{i}]*a[{j}] is {product:.17g}"
+            raise gi.DomainError("a", a, expected)
+        if not np.isfinite(1.0 / values).all() or values.min() * values.min() == 0.0:
+            raise gi.DomainError("a", a, "numbers whose products neither vanish nor overflow")
+        object.__setattr__(self, "a", _frozen(values))
+        object.__setattr__(self, "D", scale)
+
+    @classmethod
+    def from_moments(cls, moments: Any, D: Any) -> SpecialInertia:
+        """Return the operator of a body with principal moments I_1, I_2, I_3, eq. (IOP1).
+
+        With w_i = I_i/(I_i + D) the equation reads a_i = √(D w_1 w_2 w_3)/w_i.
+        """
+        values, scale = as_vector("moments", moments, 3), positive_number("D", D)
+        if not (values > 0.0).all():
+            raise gi.DomainError("moments", moments, "positive numbers")
+        w = values / (values + scale)
+        return cls(np.sqrt(scale * w[0] * w[1] * w[2]) / w, scale)
+
+    @classmethod
+    def homogeneous(cls, n: int, s: Any, D: Any) -> SpecialInertia:
+        """Return the operator I = s·1: all a_i² = s D/(s + D)."""
+        moment, scale = positive_number("s", s), positive_number("D", D)
+        return cls(np.full(n, np.sqrt(moment * (scale / (moment + scale)))), scale)
+
+    @property
+    def n(self) -> int:
+        """The dimension."""
+        return len(self.a)
+
+    @property
+    def diagonal(self) -> Array:
+        """The moments a_i a_j D/(D − a_i a_j), shape (n(n−1)/2,)."""
+        i, j = np.triu_indices(self.n, 1)
+        product = self.a[i] * self.a[j]
+        return np.asarray(product * (self.D / (self.D - product)))
+
+    @property
+    def moments(self) -> Array:
+        """At n = 3 the principal moments I_1, I_2, I_3; I_3 = a_1 a_2 D/(D − a_1 a_2)."""
+        return _three(self.diagonal)[::-1].copy()
+
+    def apply(self, omega: Array) -> Array:
+        """Return the flat triangle of Iω."""
+        return np.asarray(self.diagonal * omega)
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class GeneralInertia:
+    """Any symmetric positive definite operator on so(n).
+
+    Parameters
+    ----------
+    values : array_like, shape (N,) or (N, N) with N = n(n−1)/2
+        Diagonal entries, or the matrix, in the basis E_i∧E_j.
+
+    Raises
+    ------
+    geomint.DomainError
+        If the matrix is not symmetric or not positive definite, naming the worst value.
+    """
+
+    matrix: Array
+    n: int
+    diagonal: Array | None
+    """The diagonal entries if the operator is diagonal, else None."""
+
+    def __init__(self, values: Any) -> None:
+        rows = _count("inertia", values)
+        n = round((1.0 + np.sqrt(1.0 + 8.0 * rows)) / 2.0)
+        if n < 2 or n * (n - 1) // 2 != rows:
+            raise gi.DomainError("inertia", values, "n(n−1)/2 numbers, or that many rows, n ≥ 2")
+        if np.ndim(values) == 1:
+            matrix = np.diag(as_vector("inertia", values, rows))
+        else:
+            matrix = as_vector("inertia", values, rows * rows).reshape(rows, rows)
+        largest = float(np.max(np.abs(matrix)))
+        skewness = float(np.max(np.abs(matrix - matrix.T)))
+        if skewness > SYMMETRIC * largest:
+            expected = f"a symmetric matrix; the largest |I − Iᵀ| is {skewness:.3g}"
+            raise gi.DomainError("inertia", values, expected)
+        matrix = 0.5 * (matrix + matrix.T)
+        diagonal = np.diag(matrix).copy()
+        is_diagonal = np.count_nonzero(matrix - np.diag(diagonal)) == 0
+        least = float(np.min(diagonal if is_diagonal else np.linalg.eigvalsh(matrix)))
+        if not least > (0.0 if is_diagonal else rows * np.finfo(float).eps * largest):
+            expected = f"a positive definite operator; its least eigenvalue is {least:.17g}"
+            raise gi.DomainError("inertia", values, expected)
+        object.__setattr__(self, "matrix", _frozen(matrix))
+        object.__setattr__(self, "n", n)
+        object.__setattr__(self, "diagonal", _frozen(diagonal) if is_diagonal else None)
+
+    @classmethod
+    def from_mass_tensor(cls, J: Any) -> GeneralInertia:
+        """Return the operator Iω = Jω + ωJ of a rigid body with mass tensor J.
+
+        Parameters
+        ----------
+        J : array_like, shape (n,) or (n, n)
+            Its principal values J_i, or symmetric; I_ij = J_i + J_j in principal axes.
+        """
+        n = _count("J", J)
+        if n < 2:
+            raise gi.DomainError("J", J, "n ≥ 2 numbers, or that many rows")
+        if np.ndim(J) == 1:
+            tensor = np.diag(as_vector("J", J, n))
+        else:
+            tensor = as_vector("J", J, n * n).reshape(n, n)
+        if np.max(np.abs(tensor - tensor.T)) > SYMMETRIC * np.max(np.abs(tensor)):
+            raise gi.DomainError("J", J, "a symmetric matrix")
+        tensor = 0.5 * (tensor + tensor.T)
+        basis = (skew_matrix(row, n) for row in np.eye(n * (n - 1) // 2))
+        return cls(np.array([flat_triangle(tensor @ e + e @ tensor) for e in basis]))
+
+    @classmethod
+    def from_tensor(cls, tensor: Any) -> GeneralInertia:
+        """Return the operator of a body in R³ with the inertia tensor of that shape (3, 3)."""
+        matrix = as_vector("tensor", tensor, 9).reshape(3, 3)
+        turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+        return cls(turn @ matrix @ turn.T)
+
+    @property
+    def tensor(self) -> Array:
+        """At n = 3 the inertia tensor acting on vectors, shape (3, 3)."""
+        turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+        return np.asarray(turn @ _three(self.matrix) @ turn.T)
+
+    def special(self, D: float) -> SpecialInertia | None:
+        """Return this operator as a special one if it is one by its shape, else None.
+
+        Every diagonal operator is for n ≤ 3, and every multiple of the identity.
+        """
+        values = self.diagonal
+        if values is not None and np.ptp(values) == 0.0:
+            return SpecialInertia.homogeneous(self.n, values[0], D)
+        if values is not None and self.n == 3:
+            return SpecialInertia.from_moments(values[::-1], D)
+        return None
+
+    def apply(self, omega: Array) -> Array:
+        """Return the flat triangle of Iω."""
+        return np.asarray(self.matrix @ omega)
+
+
+def _three(values: Array) -> Array:
+    if len(values) != 3:
+        raise gi.DomainError("n", len(values), "dimension 3, where so(n) is R³")
+    return values
+
+
+def angular_momentum(
+    inertia: SpecialInertia | GeneralInertia, D: float, gamma: Array, omega: Array
+) -> Array:
+    """Return the flat triangle of k = Iω + D(ωγγᵀ + γγᵀω), eq. (K)."""
+    full = skew_matrix(omega, inertia.n)
+    v = full @ gamma
+    return inertia.apply(omega) + D * flat_triangle(np.outer(v, gamma) - np.outer(gamma, v))

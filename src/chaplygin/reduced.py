@@ -1,0 +1,130 @@
+"""The reduced Chaplygin sphere on T*S^(n−1) in time t, special inertia, closed form.
+
+γ̇ = −ωγ, ṗ = −ωp with ω = (A⁻¹γ∧p − γ∧Ap/D)/(D U), U = (γ, A⁻¹γ): eqs. (ro1), (ro2),
+
+    γ̇ = p/D − (p, γ) A⁻¹γ/(DU) + (γ, Ap) γ/(D²U) − (γ, γ) Ap/(D²U),
+    ṗ = (p, A⁻¹γ) p/(DU) − (p, p) A⁻¹γ/(DU) + (p, Ap) γ/(D²U) − (p, γ) Ap/(D²U).
+
+ω is skew wherever γ ≠ 0, so the extended field keeps (γ, γ), (γ, p) and (p, p) also off the
+manifold: no drift of the constraints can feed on itself.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+import numpy as np
+
+from .inertia import SpecialInertia
+from .manifold import Array, admit_tangent, admit_unit, wedge
+from .states import initial_tangent
+
+__all__ = ["reduced_problem"]
+
+
+@gi.field
+def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Eqs. (ro1), (ro2); params = [D, 1/a…, a…], y = (γ, p)."""
+    n = len(y) // 2
+    D = params[0]
+    g, p = y[0], y[n]
+    bg, ap = params[1] * g, params[1 + n] * p
+    g2, u, pp, gp, bgp, gap, pap = g * g, bg * g, p * p, g * p, bg * p, g * ap, p * ap
+    for i in range(1, n):
+        g, p = y[i], y[n + i]
+        bg, ap = params[1 + i] * g, params[1 + n + i] * p
+        g2 += g * g
+        u += bg * g
+        pp += p * p
+        gp += g * p
+        bgp += bg * p
+        gap += g * ap
+        pap += p * ap
+    s = 1.0 / (D * D * u)
+    r = D * s
+    ru, rgp, rbgp, rpp = r * u, r * gp, r * bgp, r * pp
+    sg2, sgap, sgp, spap = s * g2, s * gap, s * gp, s * pap
+    for i in range(n):
+        g, p = y[i], y[n + i]
+        b, a = params[1 + i], params[1 + n + i]
+        out[i] = (ru - sg2 * a) * p + (sgap - rgp * b) * g
+        out[n + i] = (rbgp - sgp * a) * p + (spap - rpp * b) * g
+
+
+@gi.field
+def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """H = (D U (p, p) − (p, Ap))/(2D²U), eq. (hamiltonian)."""
+    n = len(y) // 2
+    D = params[0]
+    u, pp, pap = params[1] * y[0] * y[0], y[n] * y[n], params[1 + n] * y[n] * y[n]
+    for i in range(1, n):
+        u += params[1 + i] * y[i] * y[i]
+        pp += y[n + i] * y[n + i]
+        pap += params[1 + n + i] * y[n + i] * y[n + i]
+    return 0.5 * (D * u * pp - pap) / (D * D * u)
+
+
+@gi.field
+def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """K = (γ, γ)(p, p) − (γ, p)² = ⟨k, k⟩, eq. (IK)."""
+    n = len(y) // 2
+    g2, pp, gp = y[0] * y[0], y[n] * y[n], y[0] * y[n]
+    for i in range(1, n):
+        g2 += y[i] * y[i]
+        pp += y[n + i] * y[n + i]
+        gp += y[i] * y[n + i]
+    return g2 * pp - gp * gp
+
+
+@gi.field
+def norm(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(γ, γ) − 1 of a state (γ, p)."""
+    total = y[0] * y[0]
+    for i in range(1, len(y) // 2):
+        total += y[i] * y[i]
+    return total - 1.0
+
+
+@gi.field
+def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(γ, p) of a state (γ, p)."""
+    n = len(y) // 2
+    total = y[0] * y[n]
+    for i in range(1, n):
+        total += y[i] * y[n + i]
+    return total
+
+
+def reduced_problem(inertia: SpecialInertia) -> gi.Problem:
+    """Return the reduced system of a sphere with the special inertia operator.
+
+    State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Form: ODE.
+    ``state(gamma=…, p=…)``; instead of p also p_tilde, or k or omega with zero SO(n−1)-momentum.
+
+    Raises
+    ------
+    geomint.DomainError
+        From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
+    """
+    n, D = inertia.n, inertia.D
+
+    def make_state(gamma: Any = None, **components: Any) -> Array:
+        return np.concatenate(initial_tangent(inertia, D, gamma, **components))
+
+    def admit(y: Array) -> Array:
+        gamma = admit_unit(y[:n])
+        return np.concatenate([gamma, admit_tangent(gamma, y[n:])])
+
+    return gi.Problem(
+        name="chaplygin-sphere-reduced",
+        pieces=(("gamma", n), ("p", n)),
+        params=np.concatenate([[D], 1.0 / inertia.a, inertia.a]),
+        field=reduced_field,
+        invariants={"energy": reduced_energy, "K": reduced_k},
+        constraints={"norm": norm, "tangency": tangency},
+        make_state=make_state,
+        admit=admit,
+        physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
+        parameters={"a": inertia.a.tolist(), "D": D},
+    )

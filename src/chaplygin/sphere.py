@@ -1,0 +1,137 @@
+"""A Chaplygin sphere: its parameters, and the problems that describe its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import geomint as gi
+import numpy as np
+
+from .ball import ball_problem
+from .classical import classical_problem
+from .hamiltonized import hamiltonized_problem
+from .inertia import GeneralInertia, SpecialInertia, positive_number
+from .reduced import reduced_problem
+
+__all__ = ["ChaplyginSphere"]
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class ChaplyginSphere:
+    """A balanced ball in R^n that rolls without slipping on a hyperplane.
+
+    Parameters
+    ----------
+    a : array_like, shape (n,)
+        The special inertia operator I(E_i∧E_j) = a_i a_j D/(D − a_i a_j) E_i∧E_j, eq. (operator);
+        a_i > 0 and a_i a_j < D for i ≠ j.
+    D : float
+        mρ² > 0. May be left out if `inertia` is a `SpecialInertia`, which has it.
+    inertia : SpecialInertia, GeneralInertia, or array_like
+        Instead of `a`: an operator, its diagonal entries (N,) or its matrix (N, N) in the basis E_i∧E_j,
+        i < j. Where it is a special one by its shape (diagonal and n ≤ 3, or a multiple of the
+        identity) it is taken as such.
+
+    Raises
+    ------
+    geomint.DomainError
+        For parameters outside of these domains, naming the value.
+
+    Examples
+    --------
+    >>> sphere = ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
+    >>> problem = sphere.reduced()
+    >>> problem.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
+    array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])
+    """
+
+    inertia: SpecialInertia | GeneralInertia
+    D: float
+
+    def __init__(self, a: Any = None, D: Any = None, inertia: Any = None) -> None:
+        if (a is None) == (inertia is None):
+            raise gi.DomainError("a", a, "either a or inertia")
+        if isinstance(inertia, SpecialInertia):
+            if D is not None and positive_number("D", D) != inertia.D:
+                raise gi.DomainError("D", D, f"the D = {inertia.D!r} of the inertia operator")
+            D = inertia.D
+        if D is None:
+            raise gi.DomainError("D", D, "a number > 0")
+        scale = positive_number("D", D)
+        operator = SpecialInertia(a, scale) if inertia is None else inertia
+        if not isinstance(operator, SpecialInertia | GeneralInertia):
+            operator = GeneralInertia(operator)
+        if isinstance(operator, GeneralInertia):
+            operator = operator.special(scale) or operator
+        object.__setattr__(self, "inertia", operator)
+        object.__setattr__(self, "D", scale)
+
+    @classmethod
+    def from_tensor(cls, J: Any, m: Any, rho: Any) -> ChaplyginSphere:
+        """Return the sphere of mass m and radius ρ with mass tensor J: Iω = Jω + ωJ, D = mρ².
+
+        Parameters
+        ----------
+        J : array_like, shape (n,) or (n, n)
+            Principal values, or symmetric. At n = 3 the moments of inertia are J_2 + J_3, J_3 + J_1, J_1 + J_2.
+        m, rho : float
+        """
+        return cls(inertia=GeneralInertia.from_mass_tensor(J), D=_scale(m, rho))
+
+    @classmethod
+    def from_moments(cls, moments: Any, m: Any, rho: Any) -> ChaplyginSphere:
+        """Return the sphere in R³ of mass m and radius ρ, D = mρ².
+
+        Parameters
+        ----------
+        moments : array_like, shape (3,) or (3, 3)
+            The principal moments of inertia about the centre, or the inertia tensor.
+        m, rho : float
+        """
+        D = _scale(m, rho)
+        if np.ndim(moments) == 1:
+            return cls(inertia=SpecialInertia.from_moments(moments, D))
+        return cls(inertia=GeneralInertia.from_tensor(moments), D=D)
+
+    @classmethod
+    def homogeneous(cls, n: int, s: Any, D: Any) -> ChaplyginSphere:
+        """Return the homogeneous ball with inertia operator s·1 in dimension n."""
+        return cls(inertia=SpecialInertia.homogeneous(n, s, D))
+
+    @property
+    def n(self) -> int:
+        """The dimension."""
+        return self.inertia.n
+
+    @property
+    def special(self) -> bool:
+        """Whether the inertia operator is the special one, eq. (operator)."""
+        return isinstance(self.inertia, SpecialInertia)
+
+    def reduced(self) -> gi.Problem:
+        """Return the reduced system on T*S^(n−1) in time t; see `reduced_problem`."""
+        return reduced_problem(self._special("reduced"))
+
+    def hamiltonized(self) -> gi.Problem:
+        """Return the Hamiltonised flow on T*S^(n−1) in time τ; see `hamiltonized_problem`."""
+        return hamiltonized_problem(self._special("hamiltonized"))
+
+    def ball(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
+        """Return the ball in (k, γ) or (k, γ, g); see `ball_problem`."""
+        return ball_problem(self.inertia, self.D, attitude, k0)
+
+    def classical(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
+        """Return the ball in R³ in vectors; see `classical_problem`."""
+        return classical_problem(self.inertia, self.D, attitude, k0)
+
+    def _special(self, what: str) -> SpecialInertia:
+        if isinstance(self.inertia, SpecialInertia):
+            return self.inertia
+        expected = f"the special operator, a_i a_j D/(D − a_i a_j), which {what}() needs"
+        raise gi.DomainError("inertia", self.inertia.matrix, expected)
+
+
+def _scale(m: Any, rho: Any) -> float:
+    radius = positive_number("rho", rho)
+    return positive_number("m*rho**2", positive_number("m", m) * radius * radius)

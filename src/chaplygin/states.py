@@ -1,0 +1,102 @@
+"""Initial states given by any of p, p̃, k, ω, and brought to all of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+import numpy as np
+
+from .inertia import GeneralInertia, SpecialInertia, angular_momentum
+from .manifold import (
+    REPAIRED,
+    SILENT,
+    Array,
+    length,
+    skew_components,
+    skew_matrix,
+    tangent,
+    unit,
+    warn,
+    wedge,
+)
+
+__all__ = ["initial_momentum", "initial_tangent", "tangent_of_momentum"]
+
+Inertia = SpecialInertia | GeneralInertia
+_KEYS = ("p", "p_tilde", "k", "omega")
+
+
+def one_of(components: dict[str, Any]) -> str:
+    """Return the name of the only momentum given, or raise `geomint.DomainError`."""
+    given = [name for name in _KEYS if components.get(name) is not None]
+    if len(given) != 1:
+        raise gi.DomainError("momentum", given, f"exactly one of {', '.join(_KEYS)}")
+    return given[0]
+
+
+def initial_momentum(
+    inertia: Inertia, D: float, gamma: Any, vector: bool = False, **components: Any
+) -> tuple[Array, Array]:
+    """Return (γ, flat triangle of k) from γ and one of p, p_tilde, k, omega.
+
+    With `vector` (n = 3), k and ω are 3-vectors. Warns where it projects; see `manifold`.
+
+    Raises
+    ------
+    geomint.DomainError
+        For anything that does not describe a state.
+    """
+    name, n = one_of(components), inertia.n
+    vertical = unit(gamma, n)
+    if name in ("p", "p_tilde"):
+        return vertical, wedge(vertical, _p(inertia, vertical, name, components[name]))
+    value = skew_components(name, components[name], n, vector)
+    return vertical, value if name == "k" else angular_momentum(inertia, D, vertical, value)
+
+
+def initial_tangent(
+    inertia: Inertia, D: float, gamma: Any, **components: Any
+) -> tuple[Array, Array]:
+    """Return (γ, p) from γ and one of p, p_tilde, k, omega; the last two without momentum.
+
+    Raises
+    ------
+    geomint.DomainError
+        Also if k or omega have an SO(n−1)-momentum: T*S^(n−1) has no such states.
+    """
+    name = one_of(components)
+    if name in ("k", "omega"):
+        vertical, k = initial_momentum(inertia, D, gamma, **components)
+        return vertical, tangent_of_momentum(vertical, k, name)
+    vertical = unit(gamma, inertia.n)
+    return vertical, _p(inertia, vertical, name, components[name])
+
+
+def _p(inertia: Inertia, gamma: Array, name: str, value: Any) -> Array:
+    result = tangent(gamma, value, name)
+    if name == "p":
+        return result
+    if not isinstance(inertia, SpecialInertia):
+        raise gi.DomainError(name, value, "p instead: p_tilde needs the special inertia operator")
+    return result * multiplier(inertia, gamma)
+
+
+def multiplier(inertia: SpecialInertia, gamma: Array) -> float:
+    """Return D√U = p/p̃ = dt/dτ, eqs. (CM) and (mapping)."""
+    return float(inertia.D * np.sqrt(gamma @ (gamma / inertia.a)))
+
+
+def tangent_of_momentum(gamma: Array, k: Array, name: str = "k") -> Array:
+    """Return the p ⟂ γ with k = γ∧p, namely −kγ, or raise if k has an SO(n−1)-momentum."""
+    size = length(k)
+    if size == 0.0:
+        return np.zeros(len(gamma))
+    p = -skew_matrix(k / size, len(gamma)) @ gamma
+    defect = length(k / size - wedge(gamma, p))
+    if defect > REPAIRED:
+        expected = f"zero SO(n−1)-momentum (k = gamma∧p); |pr k|/|k| is {defect:.3g}"
+        raise gi.DomainError(name, k, expected)
+    if defect > SILENT:
+        warn(f"|pr k|/|k| of {name} is {defect:.3g}: projected to 0 (k = gamma∧p)")
+    return np.asarray(size * (p - (gamma @ p) * gamma))

@@ -1,0 +1,107 @@
+"""Typed errors. Every one carries the numbers that it speaks of, and derives from GeomintError."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Any
+
+__all__ = [
+    "ConvergenceError",
+    "DomainError",
+    "FormError",
+    "GeomintError",
+    "GeomintWarning",
+    "MethodError",
+    "NonFiniteError",
+    "SceneError",
+    "StepError",
+    "nearest",
+]
+
+
+class GeomintError(Exception):
+    """Base of all errors that geomint raises on purpose."""
+
+
+class GeomintWarning(UserWarning):
+    """Something was done that the user should know of, such as projecting a state."""
+
+
+class DomainError(GeomintError, ValueError):
+    """A parameter, state or option outside the domain of what it was given to.
+
+    Attributes
+    ----------
+    name : str
+        What was wrong.
+    value : object
+        What it was.
+    """
+
+    def __init__(self, name: str, value: Any, expected: str) -> None:
+        super().__init__(f"{name} = {value!r}: expected {expected}")
+        self.name, self.value, self.expected = name, value, expected
+
+
+class MethodError(GeomintError, ValueError):
+    """An unknown method, or options that it does not have."""
+
+
+class FormError(GeomintError, TypeError):
+    """A method and a problem that do not fit: the method needs a form that the problem lacks."""
+
+
+class SceneError(GeomintError, ValueError):
+    """A scene that cannot be understood; the message names each key, value and expectation."""
+
+
+class StepError(GeomintError, ArithmeticError):
+    """An integration that ended at a step.
+
+    Attributes
+    ----------
+    t : float
+        Time (the method's own) at the start of the step that failed.
+    step : int
+        Number of steps completed before it.
+    residual : float
+        What the failed step left.
+    iterations : int
+        Iterations spent since the start of the run.
+    partial : object
+        The result up to the last good step, where there is one.
+    """
+
+    reason = "the step failed"
+
+    def __init__(
+        self, t: float, step: int, residual: float, iterations: int, hint: str = ""
+    ) -> None:
+        super().__init__(
+            f"{self.reason} at t = {t:.9g} (step {step}; residual {residual:.3g} after "
+            f"{iterations} iterations){': ' + hint if hint else ''}"
+        )
+        self.t, self.step, self.residual, self.iterations = t, step, residual, iterations
+        self.partial: Any = None
+
+
+class ConvergenceError(StepError):
+    """The iteration of an implicit step did not converge."""
+
+    reason = "the implicit step did not converge"
+
+
+class NonFiniteError(StepError):
+    """A step gave a number that is not finite."""
+
+    reason = "the step gave a number that is not finite"
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return `` Did you mean 'x'?`` for the closest known word, or the list of all."""
+    words = list(known)
+    close = get_close_matches(word, words, n=1, cutoff=0.5)
+    if close:
+        return f" Did you mean {close[0]!r}?"
+    return f" Known: {', '.join(sorted(words))}." if words else ""

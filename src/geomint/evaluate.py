@@ -1,0 +1,61 @@
+"""A problem's functions at single states, in plain Python: for checks, defaults and scales."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from .kernels.blocks import Block
+from .kernels.recorded import Recorded
+from .problem import Problem
+
+__all__ = ["derivative", "rounding_scale", "value"]
+
+Array = npt.NDArray[np.float64]
+
+
+def value(problem: Problem, f: Recorded, y: Array, t: float = 0.0) -> float:
+    """Return an observable at a state."""
+    return float(f(Block(problem.params), np.float64(t), Block(y), Block(np.zeros(problem.work))))
+
+
+def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
+    """Return dy/dt by whichever form the problem has."""
+    params, work, now = Block(problem.params), Block(np.zeros(problem.work)), np.float64(t)
+    out = np.zeros(problem.rows)
+    if problem.field is not None:
+        problem.field(params, now, Block(y), Block(out), work)
+    elif problem.action is not None:
+        group = problem.action.group
+        xi, tiny = np.zeros(group.algebra_rows), 1e-7
+        problem.action.generator(params, now, Block(y), Block(xi), work)
+        size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
+        scratch = Block(np.zeros(group.work))
+        group.act(Block(group.layout), Block(size * xi), Block(y), Block(out), scratch)
+        out /= size
+    else:
+        assert problem.hamiltonian is not None
+        n = problem.rows // 2
+        dq, dp = np.zeros(n), np.zeros(n)
+        problem.hamiltonian.gradients(
+            params, now, Block(y[:n]), Block(y[n:]), Block(dq), Block(dp), work
+        )
+        out[:n], out[n:] = dp, -dq
+    return out
+
+
+def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:
+    """Return max(|v|, Σ |y_i ∂v/∂y_i|): a rounding of every number of y changes v by ε times it."""
+    v = value(problem, f, y)
+    total = 0.0
+    for i in range(len(y)):
+        size = 1e-5 * abs(y[i])
+        if size == 0.0:
+            continue
+        above, below = y.copy(), y.copy()
+        above[i] += size
+        below[i] -= size
+        slope = (value(problem, f, above) - value(problem, f, below)) / (above[i] - below[i])
+        total += abs(y[i] * slope)
+    scale = max(abs(v), total)
+    return scale if np.isfinite(scale) and scale > 0.0 else 1.0

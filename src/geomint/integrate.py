@@ -1,0 +1,152 @@
+"""`solve`: integrate a problem from an initial state, at fixed step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .driver import Account, drive
+from .errors import DomainError, StepError
+from .methods import Method, Start, find_method
+from .methods.stepper import Stepper
+from .observe import Observers, choose_observables
+from .problem import Problem
+from .progress import Progress
+from .solution import Recorder, Solution
+from .timeline import Timeline, plan_timeline
+
+__all__ = ["solve"]
+
+Array = npt.NDArray[np.float64]
+
+
+def solve(
+    problem: Problem,
+    y0: Any,
+    *,
+    t_end: float | None = None,
+    tau_end: float | None = None,
+    method: str | Method = "gauss-8",
+    step: float | None = None,
+    t_eval: Any = None,
+    save_every: int | None = None,
+    observe: Any = (),
+    observe_every: int = 1,
+    clock: bool | None = None,
+    progress: bool | None = None,
+    compiled: bool = True,
+) -> Solution:
+    """Integrate `problem` from `y0` at time 0 with a fixed step.
+
+    Parameters
+    ----------
+    problem : Problem
+    y0 : array_like
+        Flat state in the problem's documented order; `Problem.state` makes one.
+    t_end, tau_end : float
+        Exactly one: the end in physical time, met by a last partial step, or (for a problem in τ)
+        in the problem's own time. Negative: backwards.
+    method : str or Method
+        Such as ``"gauss-8"`` or ``geomint.Gauss(8)``.
+    step : float, optional
+        Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
+        characteristic time at y0 (`geomint.timeline.characteristic_time`). If the end is a whole
+        number of steps away, to 1e-9, the step is adjusted to meet it; else a last partial step is.
+    t_eval : array_like, optional
+        Increasing physical times within the run at which states are wanted, met exactly by partial
+        steps beside the run, which they do not disturb.
+    save_every : int, optional
+        Save the initial state, every that many steps, and the last state. Default: the last only.
+    observe : names, or mapping of names to functions
+        What to watch, see `geomint.observe.choose_observables`.
+    observe_every : int
+        Watch every that many steps.
+    clock : bool, optional
+        Whether physical time is integrated beside a problem in τ. Default: if the method can.
+    progress : bool, optional
+        Show progress. Default: if standard error is a terminal.
+    compiled : bool
+        False runs the same kernels in plain Python, to the same bits, thousands of times slower.
+
+    Returns
+    -------
+    Solution
+        After Ctrl-C, what was computed, with ``status`` "interrupted".
+
+    Raises
+    ------
+    DomainError, FormError, MethodError
+        Before anything is computed.
+    ConvergenceError, NonFiniteError
+        With t, step, residual and iterations; ``partial`` is the solution up to there.
+    """
+    chosen = find_method(method)
+    state = problem.canonical(y0)
+    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step)
+    wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
+    chosen.check_fits(problem, wants_clock)
+    for name, count in (("save_every", save_every), ("observe_every", observe_every)):
+        if count is not None and not (isinstance(count, int | np.integer) and count >= 1):
+            raise DomainError(name, count, "a whole number ≥ 1")
+    observers = Observers(problem, choose_observables(problem, observe), state, compiled)
+    stepper = chosen.start(
+        Start(problem, state, 0.0, timeline.h, clock=wants_clock, compiled=compiled)
+    )
+    recorder = Recorder(problem, stepper, timeline, observers, save_every, observe_every, t_eval)
+    total = timeline.steps if timeline.steps is not None else timeline.physical_end
+    with Progress(progress, None if total is None else abs(total), chosen.name) as bar:
+        stepper.prepare()
+        observers.prepare()
+        bar.begin()
+        account = Account()
+        status = _integrate(stepper, timeline, recorder, account, _shower(bar, recorder, timeline))
+        solution = recorder.solution(chosen, account, bar.compile_seconds, status)
+    if isinstance(status, StepError):
+        status.partial = solution
+        raise status
+    return solution
+
+
+def _wants_clock(
+    problem: Problem, method: Method, timeline: Timeline, t_eval: Any, clock: bool | None
+) -> bool:
+    if problem.time == "t":
+        return False
+    if timeline.physical_end is not None or t_eval is not None:
+        if clock is False:
+            raise DomainError("clock", clock, "True: t_end and t_eval are physical time")
+        return True
+    return method.needs != "action" if clock is None else clock
+
+
+def _shower(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
+    if timeline.steps is not None:
+        return bar.update
+    return lambda steps: bar.update(abs(recorder.physical_time))
+
+
+def _integrate(
+    stepper: Stepper,
+    timeline: Timeline,
+    recorder: Recorder,
+    account: Account,
+    progress: Callable[[int], None],
+) -> str | StepError:
+    """Run to the end; return "success", "interrupted", or the error of the step that failed."""
+    try:
+        drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)
+        recorder.catch_up(account.steps)
+        if timeline.remainder != 0.0:
+            last = timeline.h * account.steps
+            y = stepper.single_step(stepper.state, last, timeline.remainder, stepper.carry)
+            recorder.finish(timeline.own_end or 0.0, y)
+    except StepError as error:
+        recorder.catch_up(account.steps)
+        return error
+    except KeyboardInterrupt:
+        recorder.catch_up(account.steps)
+        return "interrupted"
+    return "success"

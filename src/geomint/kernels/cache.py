@@ -1,0 +1,90 @@
+"""An on-disk cache of compiled code that a change anywhere in the sources empties.
+
+numba stamps a cached function with its own source file only: after an edit of a helper, stale
+machine code would run silently. Every dispatcher made by geomint instead carries a stamp of the
+kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
+files lie in the user's cache folder, so an installation that cannot be written works too;
+``NUMBA_CACHE_DIR`` moves them. Nothing process-global is touched.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import platformdirs
+from numba.core import config
+from numba.core.caching import FunctionCache, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl as _Impl
+
+__all__ = ["StampedCache", "cache_folder", "kernel_stamp"]
+
+
+@functools.cache
+def kernel_stamp() -> str:
+    """Return a hash of every source file of the kernel layer and of the compiler's versions."""
+    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Return the folder of the compiled code of this version of the kernel layer."""
+    # Bounds checking is not part of numba's own key: such code lives in a folder of its own.
+    checked = "-boundscheck" if config.BOUNDSCHECK else ""
+    base = os.environ.get("NUMBA_CACHE_DIR")
+    root = Path(base) / "geomint" if base else platformdirs.user_cache_path("geomint")
+    return root / f"kernels-{kernel_stamp()}{checked}"
+
+
+class _StampedLocator(_CacheLocator):
+    def __init__(self, fingerprint: str) -> None:
+        self._fingerprint = fingerprint
+        self._py_file = fingerprint
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return self._fingerprint
+
+    def get_disambiguator(self) -> str:
+        return self._fingerprint
+
+
+class _StampedImpl(_Impl):
+    def __init__(self, py_func: Any, fingerprint: str) -> None:
+        self._lineno = py_func.__code__.co_firstlineno
+        self._locator = _StampedLocator(fingerprint)
+        self._locator.ensure_cache_path()
+        self._filename_base = f"{py_func.__name__}-{fingerprint}"
+
+    def check_cachable(self, cres: Any) -> bool:
+        return not (cres.library.has_dynamic_globals or any(not x.can_cache for x in cres.lifted))
+
+
+class StampedCache(FunctionCache):
+    """The cache of one dispatcher; `fingerprint` stands for all that its code depends on."""
+
+    def __init__(self, py_func: Any, fingerprint: str, on_miss: Callable[[], None]) -> None:
+        self._fingerprint, self._on_miss = fingerprint, on_miss
+        # numba's own constructor builds the implementation from the function alone.
+        self._impl_class = functools.partial(_StampedImpl, fingerprint=fingerprint)
+        super().__init__(py_func)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = super().load_overload(sig, target_context)
+        if found is None:
+            self._on_miss()
+        return found
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (sig, codegen.magic_tuple(), self._fingerprint)

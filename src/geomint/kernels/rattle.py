@@ -1,0 +1,285 @@
+"""RATTLE for any Hamiltonian on an embedded constraint manifold, separable or not."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from .advance import stepper
+from .arithmetic import like, maximum, top
+from .blocks import part
+from .compensated import add_compensated
+from .recorded import Recorded, helper
+from .status import NOT_CONVERGED, NOT_FINITE, OK
+
+__all__ = ["rattle_memory_size", "rattle_stepper", "rattle_work_size"]
+
+# coefficients: rows of q, constraints, cap on iterations, tolerance, 1 if a clock row follows (q, p)
+HEADER = 5
+EPSILON = 2.220446049250313e-16
+
+
+def rattle_memory_size(n: int, m: int, clock: int) -> int:
+    """Rows: state, carry, last increments of q and of the half step of p, multipliers, last h."""
+    return 2 * (2 * n + clock) + 2 * n + m + 1
+
+
+def rattle_work_size(n: int, m: int, field_work: int) -> int:
+    """Rows of scratch: nine vectors, two Jacobians, the response, the small system, the functions'."""
+    return 9 * n + 3 * m * n + m * m + m + field_work
+
+
+@helper
+def solve_small(m: int, matrix: Any, right: Any) -> None:
+    """Solve an m×m system in place, by elimination without exchanges.
+
+    The matrices are G H_pp Gᵀ: definite wherever the kinetic energy is definite on the normals.
+    """
+    for k in range(m):
+        for i in range(k + 1, m):
+            factor = matrix[i * m + k] / matrix[k * m + k]
+            for j in range(k + 1, m):
+                matrix[i * m + j] = matrix[i * m + j] - factor * matrix[k * m + j]
+            right[i] = right[i] - factor * right[k]
+    for back in range(m):
+        k = m - 1 - back
+        total = right[k]
+        for j in range(k + 1, m):
+            total -= matrix[k * m + j] * right[j]
+        right[k] = total / matrix[k * m + k]
+
+
+@helper
+def contract(n: int, rows: int, left: Any, right: Any, out: Any) -> None:
+    """Write ``left rightᵀ`` of two matrices of `rows` rows and n columns."""
+    for a in range(rows):
+        for b in range(rows):
+            total = left[a * n] * right[b * n]
+            for i in range(1, n):
+                total += left[a * n + i] * right[b * n + i]
+            out[a * rows + b] = total
+
+
+@helper
+def along(n: int, m: int, i: int, rows: Any, weights: Any) -> Any:
+    """Return component i of ``rowsᵀ weights``."""
+    total = rows[i] * weights[0]
+    for a in range(1, m):
+        total += rows[a * n + i] * weights[a]
+    return total
+
+
+@helper
+def add_normal_response(
+    gradients: Any,
+    params: Any,
+    t: Any,
+    q: Any,
+    p: Any,
+    dp: Any,
+    G: Any,
+    m: int,
+    scale: Any,
+    out: Any,
+    work: Any,
+    scratch: Any,
+) -> None:
+    """Add ``scale · H_pp(q, p) Gᵀ`` to `out`, a row a constraint; exact for H quadratic in p.
+
+    `dp` holds ∂H/∂p at (q, p); `work` three vectors.
+    """
+    n = len(q)
+    shifted = part(work, 0, n)
+    dq_shifted = part(work, n, n)
+    dp_shifted = part(work, 2 * n, n)
+    for a in range(m):
+        for i in range(n):
+            shifted[i] = p[i] + G[a * n + i]
+        gradients(params, t, q, shifted, dq_shifted, dp_shifted, scratch)
+        for i in range(n):
+            out[a * n + i] = out[a * n + i] + scale * (dp_shifted[i] - dp[i])
+
+
+@helper
+def project_momentum(
+    gradients: Any,
+    params: Any,
+    t: Any,
+    q: Any,
+    p: Any,
+    G: Any,
+    m: int,
+    dq: Any,
+    dp: Any,
+    response: Any,
+    matrix: Any,
+    defect: Any,
+    work: Any,
+    scratch: Any,
+) -> None:
+    """Move p along the normals until ``G(q) ∂H/∂p(q, p) = 0``: two Newton steps, the second cleans."""
+    n = len(q)
+    one = like(1.0, q[0])
+    for _ in range(2):
+        gradients(params, t, q, p, dq, dp, scratch)
+        for i in range(m * n):
+            response[i] = 0.0 * one
+        add_normal_response(
+            gradients, params, t, q, p, dp, G, m, one, response, work, scratch
+        )
+        contract(n, m, G, response, matrix)
+        for a in range(m):
+            total = G[a * n] * dp[0]
+            for i in range(1, n):
+                total += G[a * n + i] * dp[i]
+            defect[a] = total
+        solve_small(m, matrix, defect)
+        for i in range(n):
+            p[i] = p[i] - along(n, m, i, G, defect)
+
+
+@helper
+def rattle_step(
+    functions: Any,
+    params: Any,
+    coefficients: Any,
+    substep: int,
+    memory: Any,
+    work: Any,
+    t: float,
+    h: float,
+) -> tuple[int, int, float]:
+    """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.26).
+
+    ::
+
+        P  = p − h/2 (H_q(q, P) + G(q)ᵀ λ)
+        q₁ = q + h/2 (H_p(q, P) + H_p(q₁, P)),      g(q₁) = 0
+        p₁ = P − h/2 (H_q(q₁, P) + G(q₁)ᵀ μ),       G(q₁) H_p(q₁, p₁) = 0
+
+    (P, q₁) by fixed-point iteration started from the last step's increments; inside each iteration
+    a Newton step for λ with the matrix ``h²/4 G(q₁) (H_pp(q) + H_pp(q₁)) G(q)ᵀ``. A clock row is
+    integrated by the trapezoidal rule: symmetric, so compositions raise its order too.
+    """
+    gradients = functions[0]
+    constraint = functions[1]
+    clock = functions[2]
+    n = int(coefficients[0])
+    m = int(coefficients[1])
+    cap = int(coefficients[2])
+    tolerance = coefficients[3]
+    clock_rows = int(coefficients[4])
+    rows = 2 * n + clock_rows
+    q = part(memory, 0, n)
+    p = part(memory, n, n)
+    qp = part(memory, 0, 2 * n)
+    carry = part(memory, rows, rows)
+    last_q = part(memory, 2 * rows, n)
+    last_p = part(memory, 2 * rows + n, n)
+    lam = part(memory, 2 * rows + 2 * n, m)
+    last_h = part(memory, 2 * rows + 2 * n + m, 1)
+    P = part(work, 0, n)
+    Q = part(work, n, n)
+    dq0 = part(work, 2 * n, n)
+    dp0 = part(work, 3 * n, n)
+    dq1 = part(work, 4 * n, n)
+    dp1 = part(work, 5 * n, n)
+    three = part(work, 6 * n, 3 * n)
+    at = 9 * n
+    G0 = part(work, at, m * n)
+    G1 = part(work, at + m * n, m * n)
+    response = part(work, at + 2 * m * n, m * n)
+    at += 3 * m * n
+    matrix = part(work, at, m * m)
+    g = part(work, at + m * m, m)
+    at += m * m + m
+    scratch = part(work, at, len(work) - at)
+    t0 = like(t, q[0])
+    t1 = like(t + h, q[0])
+    half = like(0.5 * h, q[0])
+    zero = 0.0 * half
+
+    constraint(params, q, g, G0, scratch)
+    started = top(abs(last_h[0])) > 0.0
+    ratio = half / (0.5 * last_h[0]) if started else zero
+    for i in range(n):
+        P[i] = p[i] + ratio * last_p[i]
+        Q[i] = q[i] + ratio * last_q[i]
+    gradients(params, t0, q, P, dq0, dp0, scratch)
+    gradients(params, t1, Q, P, dq1, dp1, scratch)
+    for i in range(m * n):
+        response[i] = zero
+    add_normal_response(
+        gradients, params, t0, q, P, dp0, G0, m, half * half, response, three, scratch
+    )
+    add_normal_response(
+        gradients, params, t1, Q, P, dp1, G0, m, half * half, response, three, scratch
+    )
+    last = 1e300
+    q_inverse = zero
+    p_inverse = zero
+    for iteration in range(cap):
+        if iteration > 0:
+            gradients(params, t0, q, P, dq0, dp0, scratch)
+            gradients(params, t1, Q, P, dq1, dp1, scratch)
+        for i in range(n):
+            last_q[i] = half * (dp0[i] + dp1[i])
+            three[i] = q[i] + (carry[i] + last_q[i])
+        constraint(params, part(three, 0, n), g, G1, scratch)
+        contract(n, m, G1, response, matrix)
+        solve_small(m, matrix, g)
+        for a in range(m):
+            lam[a] = lam[a] + g[a]
+        if iteration == 0:
+            for i in range(n):
+                q_inverse = maximum(abs(q[i]), q_inverse)
+                p_inverse = maximum(abs(p[i]) + abs(half * dq0[i]), p_inverse)
+            q_inverse = 1.0 / maximum(q_inverse, like(1e-300, q_inverse))
+            p_inverse = 1.0 / maximum(p_inverse, like(1e-300, p_inverse))
+        worst = zero
+        moved = zero
+        for i in range(n):
+            last_q[i] = last_q[i] - along(n, m, i, response, g)
+            last_p[i] = -half * (dq0[i] + along(n, m, i, G0, lam))
+            new_q = q[i] + (carry[i] + last_q[i])
+            new_p = p[i] + (carry[n + i] + last_p[i])
+            moved = maximum(abs(last_q[i]) * q_inverse, moved)
+            worst = maximum(abs(new_q - Q[i]) * q_inverse, worst)
+            worst = maximum(abs(new_p - P[i]) * p_inverse, worst)
+            Q[i] = new_q
+            P[i] = new_p
+        delta = top(worst)
+        if not delta < 1e300:
+            return NOT_FINITE, iteration + 1, delta
+        # λ turns a rounding ε of g(q₁) into ε |q| / |q₁ − q| of P, along the normals.
+        stagnated = delta >= last and delta * top(moved) <= 16 * EPSILON * (4.0 + top(moved))
+        settled = delta <= 1e-6 and delta * delta <= tolerance * last and last < 1e300
+        if delta == 0.0 or stagnated or settled:
+            start_rate = clock(params, t0, qp, scratch) if clock_rows > 0 else zero
+            gradients(params, t1, Q, P, dq1, dp1, scratch)
+            constraint(params, Q, g, G1, scratch)
+            for i in range(n):
+                dq1[i] = last_p[i] - half * dq1[i]  # the increment of p but for its projection
+                P[i] = p[i] + (carry[n + i] + dq1[i])
+                dq0[i] = P[i]
+            project_momentum(
+                gradients, params, t1, Q, P, G1, m, dp0, dp1, response, matrix, g, three, scratch
+            )
+            for i in range(n):
+                add_compensated(q, carry, i, last_q[i])
+                add_compensated(p, part(carry, n, n), i, dq1[i] + (P[i] - dq0[i]))
+            if clock_rows > 0:
+                end_rate = clock(params, t1, qp, scratch)
+                add_compensated(
+                    part(memory, 2 * n, 1), part(carry, 2 * n, 1), 0, half * (start_rate + end_rate)
+                )
+            last_h[0] = 2.0 * half
+            return OK, iteration + 1, delta
+        last = delta
+    return NOT_CONVERGED, cap, last
+
+
+@functools.cache
+def rattle_stepper() -> Recorded:
+    """Return the stepper of RATTLE; it takes (gradients, constraint, clock)."""
+    return stepper(rattle_step, 3)

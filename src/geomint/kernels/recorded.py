@@ -1,0 +1,164 @@
+"""Functions recorded now and compiled when needed: ``@field``, ``@helper`` and the kernels' own.
+
+Decorating a function imports nothing and compiles nothing. What it reaches (helpers, constants,
+closure values) is fingerprinted, so that the on-disk cache of compiled code never serves a stale
+version (`geomint.kernels.cache`).
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import types
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+__all__ = ["Recorded", "field", "fingerprint", "helper", "inlined"]
+
+
+class Recorded:
+    """A Python function that compiled code can call and Python can run as it is.
+
+    Attributes
+    ----------
+    function : callable
+        The plain Python function.
+    """
+
+    def __init__(self, function: Callable[..., Any], inline: bool = False) -> None:
+        if isinstance(function, Recorded):
+            function = function.function
+        if not isinstance(function, types.FunctionType):
+            raise TypeError(f"expected a Python function written with def, got {function!r}")
+        self.function = function
+        self.inline = inline
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *args: Any) -> Any:
+        return self.function(*args)
+
+    def __repr__(self) -> str:
+        return f"<recorded {self.function.__module__}.{self.function.__qualname__}>"
+
+    @functools.cached_property
+    def fingerprint(self) -> str:
+        """A hash of the function's code and of everything it reaches."""
+        return fingerprint(self.function)
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """The numba dispatcher, made at first use."""
+        from .compile import make_dispatcher
+
+        return make_dispatcher(self)
+
+
+def field(function: Callable[..., Any]) -> Recorded:
+    """Record ``f(params, t, y, out, work)``, which writes dy/dt into `out`.
+
+    Parameters
+    ----------
+    function : callable
+        `params` is the block of parameters (always float64), `t` the time, `y` the state,
+        `out` receives the derivative row by row, `work` is scratch of the size that the problem
+        states. All rows are numbers: float64, or eight of them at once (a lane value), so write
+        loops and ``+ - * /``; for square roots, sines and choices use `geomint.sqrt`,
+        `geomint.sin`, `geomint.cos` and `geomint.select`, which take both.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> @gi.field
+    ... def pendulum(params, t, y, out, work):
+    ...     out[0] = y[1]
+    ...     out[1] = -params[0] * gi.sin(y[0])
+    """
+    return Recorded(function)
+
+
+def helper(function: Callable[..., Any]) -> Recorded:
+    """Record a function that fields call; it takes and returns numbers and blocks."""
+    return Recorded(function)
+
+
+def inlined(function: Callable[..., Any]) -> Recorded:
+    """Record a helper that is copied into its callers, where constants of theirs unroll its loops.
+
+    It must not have more than one return statement.
+    """
+    return Recorded(function, inline=True)
+
+
+def fingerprint(function: Callable[..., Any]) -> str:
+    """Return a hash of a function's bytecode, constants, defaults, and all that these reach.
+
+    Python functions, recorded functions and numba dispatchers found through globals, closures
+    and attributes of modules count with their own code; other values count with their content.
+    """
+    digest = hashlib.sha256()
+    for piece in _pieces(function, set()):
+        digest.update(piece)
+        digest.update(b"\0")
+    return digest.hexdigest()[:24]
+
+
+def _pieces(value: Any, seen: set[int]) -> Iterator[bytes]:
+    function = getattr(value, "py_func", None) or getattr(value, "function", value)
+    if isinstance(function, types.FunctionType):
+        if id(function) in seen:
+            return
+        seen.add(id(function))
+        yield from _code_pieces(function.__code__)
+        for default in function.__defaults__ or ():
+            yield from _pieces(default, seen)
+        for cell in function.__closure__ or ():
+            yield from _pieces(cell.cell_contents, seen)
+        for name in sorted(_names(function.__code__)):
+            if name in function.__globals__:
+                target = function.__globals__[name]
+                yield name.encode()
+                yield from _pieces(target, seen)
+                if isinstance(target, types.ModuleType):
+                    yield from _module_pieces(target, function.__code__, seen)
+    elif isinstance(function, types.ModuleType):
+        yield function.__name__.encode()
+    elif isinstance(function, np.ndarray):
+        yield f"{function.dtype}{function.shape}".encode()
+        yield function.tobytes()
+    elif isinstance(function, tuple | list):
+        for item in function:
+            yield from _pieces(item, seen)
+    elif callable(function):
+        yield f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', '')}".encode()
+    else:
+        yield repr(function).encode()
+
+
+def _code_pieces(code: types.CodeType) -> Iterator[bytes]:
+    yield code.co_code
+    yield repr((code.co_names, code.co_varnames, code.co_freevars)).encode()
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _code_pieces(constant)
+        else:
+            yield repr(constant).encode()
+
+
+def _names(code: types.CodeType) -> set[str]:
+    inner = (c for c in code.co_consts if isinstance(c, types.CodeType))
+    return set(code.co_names).union(*(_names(c) for c in inner))
+
+
+def _module_pieces(
+    module: types.ModuleType, code: types.CodeType, seen: set[int]
+) -> Iterator[bytes]:
+    for name in sorted(_names(code)):
+        target = vars(module).get(name)
+        if isinstance(target, types.FunctionType | Recorded) or hasattr(target, "py_func"):
+            yield name.encode()
+            yield from _pieces(target, seen)
+        elif isinstance(target, int | float | tuple | np.ndarray):
+            yield name.encode()
+            yield from _pieces(target, seen)

@@ -1,0 +1,324 @@
+"""The numba half of a lane value: a type on LLVM's ``<8 x double>`` and its operators.
+
+LLVM splits the vector on machines with narrower registers. No fast-math flag and no contraction:
+lane by lane the bits are those of float64 arithmetic (`docs/design.md`, "Arithmetic").
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_builtin, lower_cast
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, models, overload, register_model
+
+from . import arithmetic
+from .lanes import LANES
+
+__all__ = ["LANE_VALUE"]
+
+_F64 = ir.DoubleType()
+_VECTOR = ir.VectorType(_F64, LANES)
+_MASK_VECTOR = ir.VectorType(ir.IntType(1), LANES)
+_I32 = ir.IntType(32)
+
+
+class LaneValueType(types.Type):
+    """Eight float64 numbers."""
+
+    def __init__(self) -> None:
+        super().__init__(name="lanes8")
+
+
+class LaneMaskType(types.Type):
+    """Eight truth values: what comparing lane values gives."""
+
+    def __init__(self) -> None:
+        super().__init__(name="lanemask8")
+
+
+LANE_VALUE = LaneValueType()
+LANE_MASK = LaneMaskType()
+
+
+@register_model(LaneValueType)
+class LaneValueModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: Any) -> None:
+        super().__init__(dmm, fe_type, _VECTOR)
+
+
+@register_model(LaneMaskType)
+class LaneMaskModel(models.PrimitiveModel):
+    def __init__(self, dmm: Any, fe_type: Any) -> None:
+        super().__init__(dmm, fe_type, _MASK_VECTOR)
+
+
+def broadcast(builder: Any, scalar: Any) -> Any:
+    """Return a vector whose lanes all hold `scalar`."""
+    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), scalar, _I32(0))
+    zeros = ir.Constant(ir.VectorType(_I32, LANES), [0] * LANES)
+    return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), zeros)
+
+
+def _as_vector(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    if kind == LANE_VALUE:
+        return value
+    return broadcast(builder, context.cast(builder, value, kind, types.float64))
+
+
+@lower_cast(types.Number, LANE_VALUE)
+def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+    return _as_vector(context, builder, fromty, value)
+
+
+def _mixes_lanes(args: tuple[Any, ...]) -> bool:
+    return LANE_VALUE in args and all(
+        a == LANE_VALUE or isinstance(a, types.Float | types.Integer) for a in args
+    )
+
+
+def _register_binary(functions: list[Any], emit: Any, result: Any) -> None:
+    for function in functions:
+
+        @infer_global(function)
+        class Template(AbstractTemplate):
+            def generic(self, args: Any, kws: Any) -> Any:
+                if len(args) == 2 and _mixes_lanes(args):
+                    return signature(result, *args)
+                return None
+
+        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            x, y = (
+                _as_vector(context, builder, kind, value)
+                for kind, value in zip(sig.args, args, strict=True)
+            )
+            return emit(builder, x, y)
+
+        for left, right in (
+            (LANE_VALUE, LANE_VALUE),
+            (LANE_VALUE, types.Number),
+            (types.Number, LANE_VALUE),
+        ):
+            lower_builtin(function, left, right)(lower)
+
+
+_register_binary([operator.add, operator.iadd], lambda b, x, y: b.fadd(x, y), LANE_VALUE)
+_register_binary([operator.sub, operator.isub], lambda b, x, y: b.fsub(x, y), LANE_VALUE)
+_register_binary([operator.mul, operator.imul], lambda b, x, y: b.fmul(x, y), LANE_VALUE)
+_register_binary([operator.truediv, operator.itruediv], lambda b, x, y: b.fdiv(x, y), LANE_VALUE)
+for _sign, _function in (
+    ("<", operator.lt),
+    ("<=", operator.le),
+    (">", operator.gt),
+    (">=", operator.ge),
+    ("==", operator.eq),
+):
+    _register_binary([_function], lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y), LANE_MASK)
+_register_binary([operator.ne], lambda b, x, y: b.fcmp_unordered("!=", x, y), LANE_MASK)
+
+
+@infer_global(operator.neg)
+class _NegateTemplate(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        return signature(LANE_VALUE, LANE_VALUE) if args == (LANE_VALUE,) else None
+
+
+@lower_builtin(operator.neg, LANE_VALUE)
+def _lower_negate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.fneg(args[0])
+
+
+def _call_vector_function(builder: Any, name: str, vectors: Any) -> Any:
+    """Call LLVM's intrinsic function `name` of as many lane vectors as are given."""
+    function_type = ir.FunctionType(_VECTOR, [_VECTOR] * len(vectors))
+    function = cgutils.get_or_insert_function(
+        builder.module, function_type, f"{name}.v{LANES}f64"
+    )
+    return builder.call(function, vectors)
+
+
+def _vector_intrinsic(name: str) -> Any:
+    """Return a numba intrinsic that calls LLVM's `name` on whole vectors."""
+
+    @intrinsic
+    def call(typingctx, x):
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return _call_vector_function(builder, name, args)
+
+        return LANE_VALUE(LANE_VALUE), codegen
+
+    return call
+
+
+_vector_sqrt, _vector_abs = _vector_intrinsic("llvm.sqrt"), _vector_intrinsic("llvm.fabs")
+
+
+@intrinsic
+def _vector_fma(typingctx, x, y, z):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        vectors = [
+            _as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)
+        ]
+        return _call_vector_function(builder, "llvm.fma", vectors)
+
+    return LANE_VALUE(x, y, z), codegen
+
+
+@intrinsic
+def _scalar_fma(typingctx, x, y, z):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.fma(*args)
+
+    return types.float64(types.float64, types.float64, types.float64), codegen
+
+
+@intrinsic
+def _vector_select(typingctx, condition, x, y):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        chosen = [
+            _as_vector(context, builder, k, v)
+            for k, v in zip(sig.args[1:], args[1:], strict=True)
+        ]
+        return builder.select(args[0], *chosen)
+
+    return LANE_VALUE(condition, x, y), codegen
+
+
+@intrinsic
+def _extract(typingctx, x, index):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        position = context.cast(builder, args[1], sig.args[1], types.int32)
+        return builder.extract_element(args[0], position)
+
+    return types.float64(LANE_VALUE, index), codegen
+
+
+@intrinsic
+def _insert(typingctx, x, index, value):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        position = context.cast(builder, args[1], sig.args[1], types.int32)
+        return builder.insert_element(args[0], args[2], position)
+
+    return LANE_VALUE(LANE_VALUE, index, types.float64), codegen
+
+
+def _fold(emit: Any) -> Any:
+    """Return an intrinsic that combines the lanes pairwise: lane i with lane i + half, and again."""
+
+    @intrinsic
+    def call(typingctx, x):
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            vector, width = args[0], LANES
+            while width > 1:
+                half = width // 2
+                undefined = ir.Constant(vector.type, ir.Undefined)
+                mask = ir.VectorType(_I32, half)
+                low = builder.shuffle_vector(vector, undefined, mask(list(range(half))))
+                high = builder.shuffle_vector(vector, undefined, mask(list(range(half, width))))
+                vector, width = emit(builder, low, high), half
+            return builder.extract_element(vector, _I32(0))
+
+        return types.float64(LANE_VALUE), codegen
+
+    return call
+
+
+def _emit_larger(builder: Any, x: Any, y: Any) -> Any:
+    # A NaN in either operand must win: llvm.maximum would do, but is slow on x86.
+    x_wins = builder.or_(builder.fcmp_ordered(">", x, y), builder.fcmp_unordered("uno", x, x))
+    return builder.select(x_wins, x, y)
+
+
+_total = _fold(lambda builder, x, y: builder.fadd(x, y))
+_top = _fold(_emit_larger)
+
+
+@overload(arithmetic.fma, inline="always")
+def _overload_fma(x, y, z):
+    if LANE_VALUE in (x, y, z):
+        return lambda x, y, z: _vector_fma(x, y, z)
+    return lambda x, y, z: _scalar_fma(float(x), float(y), float(z))
+
+
+def _overload_unary(names: list[Any], vector: Any, scalar: Any) -> None:
+    for name in names:
+
+        @overload(name)
+        def choose(x):
+            if x == LANE_VALUE:
+                return lambda x: vector(x)
+            if name is arithmetic.sqrt or name.__module__ == arithmetic.__name__:
+                return lambda x: scalar(x)
+            return None
+
+
+def _lane_by_lane(function: Any) -> Any:
+    from numba import njit
+
+    @njit
+    def apply(x):
+        for i in range(LANES):
+            x = _insert(x, i, function(_extract(x, i)))
+        return x
+
+    return apply
+
+
+_overload_unary([arithmetic.sqrt, math.sqrt, np.sqrt], _vector_sqrt, math.sqrt)
+_overload_unary([arithmetic.sin, math.sin, np.sin], _lane_by_lane(math.sin), math.sin)
+_overload_unary([arithmetic.cos, math.cos, np.cos], _lane_by_lane(math.cos), math.cos)
+_overload_unary([np.abs], _vector_abs, abs)
+
+
+@overload(abs)
+def _overload_abs(x):
+    return (lambda x: _vector_abs(x)) if x == LANE_VALUE else None
+
+
+@overload(arithmetic.select, inline="always")
+def _overload_select(condition, x, y):
+    if condition == LANE_MASK:
+        return lambda condition, x, y: _vector_select(condition, x, y)
+    return lambda condition, x, y: x if condition else y
+
+
+@overload(arithmetic.maximum, inline="always")
+def _overload_maximum(x, y):
+    return lambda x, y: arithmetic.select(x > y, x, y)
+
+
+@intrinsic
+def _splat(typingctx, value):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _as_vector(context, builder, sig.args[0], args[0])
+
+    return LANE_VALUE(value), codegen
+
+
+@overload(arithmetic.like, inline="always")
+def _overload_like(value, example):
+    if example == LANE_VALUE and value != LANE_VALUE:
+        return lambda value, example: _splat(value)
+    return lambda value, example: value
+
+
+@overload(arithmetic.lane)
+def _overload_lane(x, index):
+    if x == LANE_VALUE:
+        return lambda x, index: _extract(x, index)
+    return lambda x, index: x
+
+
+@overload(arithmetic.top)
+def _overload_top(x):
+    return (lambda x: _top(x)) if x == LANE_VALUE else (lambda x: x)
+
+
+@overload(arithmetic.total)
+def _overload_total(x):
+    return (lambda x: _total(x)) if x == LANE_VALUE else (lambda x: x)

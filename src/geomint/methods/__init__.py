@@ -1,0 +1,24 @@
+"""Integration methods: each is a name, the form it needs, its coefficients and a kernel."""
+
+from .commutator_free import CommutatorFree
+from .composition import Compose
+from .explicit import RungeKutta
+from .gauss import Gauss
+from .method import Method, Start
+from .rattle import Rattle
+from .registry import find_method, method_names, methods
+from .rkmk import RKMK
+
+__all__ = [
+    "RKMK",
+    "CommutatorFree",
+    "Compose",
+    "Gauss",
+    "Method",
+    "Rattle",
+    "RungeKutta",
+    "Start",
+    "find_method",
+    "method_names",
+    "methods",
+]

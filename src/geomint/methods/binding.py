@@ -1,0 +1,156 @@
+"""A problem's functions, bound to its sizes and compiled for one kind of number.
+
+A bound function has the row counts of its blocks as constants, which lets LLVM unroll its loops;
+its signature is the same for all problems, so steppers are compiled once. All binders are cached:
+the same function and sizes give the same recorded function, compiled at most once a process.
+"""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from typing import Any
+
+from ..errors import GeomintWarning
+from ..kernels.arithmetic import lane
+from ..kernels.blocks import as_scalars, fixed_rows, part
+from ..kernels.lanes import LANES
+from ..kernels.recorded import Recorded
+
+__all__ = [
+    "bind_constraint",
+    "bind_field",
+    "bind_gradients",
+    "bind_value",
+    "compiles_for_lanes",
+    "lane_adapter",
+    "no_clock",
+    "with_clock",
+]
+
+
+def _renamed(function: Any, recorded: Recorded) -> Recorded:
+    function.__name__ = function.__qualname__ = recorded.function.__name__
+    return Recorded(function)
+
+
+@functools.cache
+def bind_field(f: Recorded, params_rows: int, rows: int, out_rows: int) -> Recorded:
+    """Bind a field or a generator."""
+
+    def bound(params, t, y, out, work):  # type: ignore[no-untyped-def]
+        f(
+            fixed_rows(params, params_rows),
+            t,
+            fixed_rows(y, rows),
+            fixed_rows(out, out_rows),
+            work,
+        )
+
+    return _renamed(bound, f)
+
+
+@functools.cache
+def bind_value(f: Recorded, params_rows: int, rows: int) -> Recorded:
+    """Bind an invariant, an observable or a clock."""
+
+    def bound(params, t, y, work):  # type: ignore[no-untyped-def]
+        return f(fixed_rows(params, params_rows), t, fixed_rows(y, rows), work)
+
+    return _renamed(bound, f)
+
+
+@functools.cache
+def bind_gradients(f: Recorded, params_rows: int, n: int) -> Recorded:
+    """Bind the gradients of a Hamiltonian."""
+
+    def bound(params, t, q, p, dq, dp, work):  # type: ignore[no-untyped-def]
+        f(
+            fixed_rows(params, params_rows),
+            t,
+            fixed_rows(q, n),
+            fixed_rows(p, n),
+            fixed_rows(dq, n),
+            fixed_rows(dp, n),
+            work,
+        )
+
+    return _renamed(bound, f)
+
+
+@functools.cache
+def bind_constraint(f: Recorded, params_rows: int, n: int, m: int) -> Recorded:
+    """Bind the constraints and their Jacobian."""
+    size = m * n
+
+    def bound(params, q, g, G, work):  # type: ignore[no-untyped-def]
+        f(
+            fixed_rows(params, params_rows),
+            fixed_rows(q, n),
+            fixed_rows(g, m),
+            fixed_rows(G, size),
+            work,
+        )
+
+    return _renamed(bound, f)
+
+
+@functools.cache
+def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Recorded:
+    """Bind a field with one more row, whose derivative is the clock dt/dτ."""
+
+    def bound(params, t, y, out, work):  # type: ignore[no-untyped-def]
+        p = fixed_rows(params, params_rows)
+        state = fixed_rows(part(y, 0, rows), rows)
+        f(p, t, state, fixed_rows(part(out, 0, rows), rows), work)
+        out[rows] = clock(p, t, state, work)
+
+    return _renamed(bound, f)
+
+
+@functools.cache
+def lane_adapter(f: Recorded, rows: int, work_rows: int) -> Recorded:
+    """Make a lane field of a field that compiles for float64 only: lane after lane."""
+
+    def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
+        source = as_scalars(y)
+        target = as_scalars(out)
+        scratch = as_scalars(work)
+        y1 = part(scratch, 0, rows)
+        out1 = part(scratch, rows, rows)
+        work1 = part(scratch, 2 * rows, work_rows)
+        for i in range(LANES):
+            for r in range(rows):
+                y1[r] = source[r * LANES + i]
+            f(params, lane(t, i), y1, out1, work1)
+            for r in range(rows):
+                target[r * LANES + i] = out1[r]
+
+    return _renamed(adapted, f)
+
+
+@functools.cache
+def compiles_for_lanes(f: Recorded) -> bool:
+    """Tell whether a bound field compiles for lane values, and warn, with the reason, if not."""
+    from ..kernels import signatures
+    from ..kernels.compile import LANE, SCALAR, compile_function
+
+    try:
+        compile_function(f, signatures.field(LANE))
+    except Exception as lane_error:
+        compile_function(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
+        reason = str(lane_error).strip().splitlines()
+        warnings.warn(
+            f"field {f.function.__name__!r} does not compile for lane values and runs stage by "
+            f"stage, slower: {reason[-1] if reason else lane_error!r}",
+            GeomintWarning,
+            stacklevel=2,
+        )
+        return False
+    return True
+
+
+@Recorded
+def no_clock(params, t, y, work):  # type: ignore[no-untyped-def]
+    """A clock that stands still, for steppers that take one and problems that have none."""
+    return 0.0 * y[0]

@@ -1,0 +1,75 @@
+"""Commutator-free Lie group methods on the group-action form."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kernels.blocks import scalar_block
+from ..kernels.commutator_free import commutator_free_stepper, commutator_free_work_size
+from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
+from .explicit import step_fraction
+from .forms import action_of, substeps
+from .method import Method, Start
+from .stepper import Stepper, filled_block
+
+__all__ = ["CommutatorFree"]
+
+
+def CommutatorFree(  # noqa: N802 - reads as the method it is
+    tableau: str | CommutatorFreeTableau = "cf-4",
+) -> Method:
+    """Lie group method whose stages are products of exponentials, without commutators.
+
+    Parameters
+    ----------
+    tableau : str or CommutatorFreeTableau
+        A name from `geomint.tableaux.COMMUTATOR_FREE`.
+
+    Notes
+    -----
+    Whatever the group's orbits keep (|γ|, K, the spectrum of k) is kept to rounding; the energy
+    and the invariant measure drift with the method's order.
+    """
+    table = COMMUTATOR_FREE[tableau] if isinstance(tableau, str) else tableau
+
+    def start(s: Start) -> Stepper:
+        generator, group = action_of(s)
+        rows, stages = s.problem.rows, len(table.stages)
+        memory = scalar_block(2 * rows)
+        memory.data[:rows] = s.y0
+        counts, starts, coefficients = table.counts, table.starts, table.coefficients
+        ends = np.cumsum(counts)
+        flows = [
+            np.concatenate(([starts[i] - 1.0, counts[i]], coefficients[end - n : end].ravel()))
+            for i, (n, end) in enumerate(zip(counts, ends, strict=True))
+        ]
+        header = (rows, group.algebra_rows, stages, len(group.layout), s.problem.work)
+        return Stepper(
+            kernel=commutator_free_stepper(),
+            signatures=("field", "action"),
+            functions=(generator, group.act),
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(*header, group.layout, table.classical.c_float, *flows),
+            fractions=substeps(),
+            memory=memory,
+            work=scalar_block(
+                commutator_free_work_size(
+                    rows, group.algebra_rows, stages, s.problem.work, group.work
+                )
+            ),
+            rows=rows,
+            t0=s.t0,
+            h=s.h,
+            evaluations=stages,
+            compiled=s.compiled,
+        )
+
+    return Method(
+        name=table.name,
+        order=table.order,
+        needs="action",
+        start=start,
+        step_fraction=step_fraction(table.order),
+        summary=f"commutator-free, {table.exponentials} exponentials a step",
+        reference=table.reference,
+    )

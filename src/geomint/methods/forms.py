@@ -1,0 +1,65 @@
+"""The forms of a problem as steppers take them: bound functions, rows, initial memory, scratch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..kernels.blocks import Block
+from ..kernels.recorded import Recorded
+from . import binding
+from .method import Start
+from .stepper import filled_block
+
+__all__ = ["action_of", "field_of", "hamiltonian_of", "piece_numbers", "substeps"]
+
+Array = npt.NDArray[np.float64]
+
+
+def substeps(lengths: Any = (1.0,), starts: Any = (0.0,)) -> Block:
+    """Return the substeps of a composition, in units of the step; by default the whole step."""
+    return filled_block(lengths, starts)
+
+
+def field_of(s: Start) -> tuple[Recorded, int, Array, int]:
+    """Return (field, rows, initial state, rows of scratch), the clock's row included if wanted."""
+    problem = s.problem
+    assert problem.field is not None  # Method.check_fits has refused others
+    n, m = problem.rows, len(problem.params)
+    if not s.clock:
+        return binding.bind_field(problem.field, m, n, n), n, s.y0, problem.work
+    assert problem.clock is not None
+    field = binding.with_clock(problem.field, problem.clock, m, n)
+    return field, n + 1, np.append(s.y0, 0.0), problem.work
+
+
+def piece_numbers(s: Start) -> list[float]:
+    """Return for each row the number of its piece; −1 for the clock's row, which has no scale."""
+    numbers = [float(i) for i, (_, rows) in enumerate(s.problem.pieces) for _ in range(rows)]
+    return numbers + [-1.0] * s.clock
+
+
+def action_of(s: Start) -> tuple[Recorded, Any]:
+    """Return the bound generator and the group of the action form."""
+    action = s.problem.action
+    assert action is not None
+    rows = action.group.algebra_rows
+    generator = binding.bind_field(action.generator, len(s.problem.params), s.problem.rows, rows)
+    return generator, action.group
+
+
+def hamiltonian_of(s: Start) -> tuple[tuple[Recorded, Recorded, Recorded], int, int]:
+    """Return (gradients, constraint, clock), the length of q and the number of constraints."""
+    problem = s.problem
+    form = problem.hamiltonian
+    assert form is not None
+    n, m = problem.rows // 2, len(problem.params)
+    clock = problem.clock if s.clock and problem.clock is not None else binding.no_clock
+    functions = (
+        binding.bind_gradients(form.gradients, m, n),
+        binding.bind_constraint(form.constraint, m, n, form.constraints),
+        binding.bind_value(clock, m, 2 * n),
+    )
+    return functions, n, form.constraints

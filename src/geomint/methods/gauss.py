@@ -1,0 +1,147 @@
+"""Gauss collocation methods: symplectic, symmetric, of order twice the number of stages."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import DomainError
+from ..kernels.blocks import scalar_block
+from ..kernels.gauss import gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.lanes import LANES
+from ..kernels.recorded import Recorded
+from ..tableaux import gauss_legendre
+from . import binding
+from .forms import field_of, piece_numbers, substeps
+from .method import Method, Start
+from .stepper import Stepper, filled_block
+
+__all__ = ["Gauss"]
+
+Array = npt.NDArray[np.float64]
+MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
+
+
+def Gauss(  # noqa: N802 - reads as the method it is
+    stages: int = 8, *, tolerance: float = 2.0**-56, max_iterations: int = 100
+) -> Method:
+    """Gauss collocation with 1 to 16 stages.
+
+    Parameters
+    ----------
+    stages : int
+        s; the order is 2 s. ``Gauss(1)`` is the implicit midpoint rule.
+    tolerance : float
+        The fixed-point iteration stops when what a further iteration would change, estimated from
+        the last two, is less than this relative to the state's pieces, or when rounding lets it
+        fall no further. 0: only the latter.
+    max_iterations : int
+        After which a `ConvergenceError` is raised.
+
+    Notes
+    -----
+    Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
+    (`geomint.kernels.gauss` tells how).
+    """
+    if not isinstance(stages, int) or not 1 <= stages <= 16:
+        raise DomainError("stages", stages, "an integer from 1 to 16")
+    if not 0.0 <= tolerance < 1e-2:
+        raise DomainError("tolerance", tolerance, "a number in [0, 0.01)")
+    if max_iterations < 1:
+        raise DomainError("max_iterations", max_iterations, "a number ≥ 1")
+
+    def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
+        return functools.partial(_start, stages, tolerance, max_iterations, lengths, starts)
+
+    return Method(
+        name=f"gauss-{stages}",
+        order=2 * stages,
+        needs="field",
+        start=compose((1.0,), (0.0,)),
+        compose=compose,
+        step_fraction=_step_fraction(stages),
+        symmetric=True,
+        symplectic=True,
+        summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
+        reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3",
+        options={"tolerance": tolerance, "max_iterations": max_iterations},
+    )
+
+
+def _step_fraction(stages: int) -> float:
+    return min(0.02 * 1.65 ** (stages - 1), 0.6)
+
+
+def _start(
+    stages: int, tolerance: float, cap: int, lengths: Any, starts: Any, s: Start
+) -> Stepper:
+    field, rows, y0, work = field_of(s)
+    groups = 1 if stages <= LANES else 2
+    function, signature, scratch = _lane_field(s, field, rows, work)
+    memory = scalar_block(gauss_memory_size(rows, groups))
+    memory.data[:rows] = y0
+    numbers = _lane_coefficients(stages, groups, tuple(lengths))
+    return Stepper(
+        kernel=gauss_stepper(groups),
+        signatures=(signature,),
+        functions=(function,),
+        params=filled_block(s.problem.params),
+        coefficients=filled_block(rows, cap, tolerance, piece_numbers(s), numbers),
+        fractions=substeps(lengths, starts),
+        memory=memory,
+        work=scalar_block(gauss_work_size(rows, groups, scratch)),
+        rows=rows,
+        t0=s.t0,
+        h=s.h,
+        evaluations=stages,
+        compiled=s.compiled,
+    )
+
+
+def _lane_field(s: Start, field: Recorded, rows: int, work: int) -> tuple[Recorded, str, int]:
+    """Return a field of lanes, its signature's name and its scratch rows."""
+    if s.compiled and not binding.compiles_for_lanes(field):
+        adapted_work = -(-(2 * rows + work) // LANES)
+        return binding.lane_adapter(field, rows, work), "field-lanes", adapted_work
+    return field, "field-lanes", work
+
+
+@functools.lru_cache(maxsize=64)
+def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> Array:
+    """Return c, b, the columns of μ and of one predictor a substep, in lanes."""
+    table = gauss_legendre(stages)
+    width = LANES * groups
+    at = _lane_positions(stages, width)
+    # A substep is extrapolated from the one before it, the first from the last of the step before.
+    ratios = [lengths[i] / lengths[i - 1] for i in range(len(lengths))]
+    predictors = [
+        table.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else np.zeros((stages, stages))
+        for r in ratios
+    ]
+    vectors = [_spread_vector(v, at, width) for v in (table.c, table.b)]
+    columns = [_spread_columns(m, at, width) for m in (table.mu, *predictors)]
+    result = np.concatenate([*vectors, *columns])
+    result.setflags(write=False)
+    return result
+
+
+def _lane_positions(stages: int, width: int) -> list[int]:
+    """Return the lane of each stage: symmetric about the middle, the middle stage just before it."""
+    left = (stages + 1) // 2
+    return [width // 2 - left + i if i < left else width // 2 + i - left for i in range(stages)]
+
+
+def _spread_vector(values: Array, at: list[int], width: int) -> Array:
+    result = np.zeros(width)
+    result[at] = values
+    return result
+
+
+def _spread_columns(matrix: Array, at: list[int], width: int) -> Array:
+    result = np.zeros((width, width))
+    result[np.ix_(at, at)] = matrix
+    return result.T.ravel()

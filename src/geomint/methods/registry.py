@@ -1,0 +1,65 @@
+"""Methods by name."""
+
+from __future__ import annotations
+
+import functools
+from importlib.metadata import entry_points
+
+from ..errors import MethodError, nearest
+from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
+from .commutator_free import CommutatorFree
+from .composition import Compose
+from .explicit import RungeKutta
+from .gauss import Gauss
+from .method import Method
+from .rattle import Rattle
+from .rkmk import RKMK
+
+__all__ = ["find_method", "method_names", "methods"]
+
+
+@functools.cache
+def methods() -> dict[str, Method]:
+    """Return all named methods: the tableaux', Gauss, RATTLE, and those of entry points.
+
+    Any symmetric method with the name of a composition appended, such as
+    ``gauss-1-suzuki-4``, is a method too.
+    """
+    named = [RungeKutta(name) for name in RUNGE_KUTTA]
+    named += [RKMK(name) for name in RUNGE_KUTTA]
+    named += [CommutatorFree(name) for name in COMMUTATOR_FREE]
+    named += [Gauss(s) for s in range(1, 17)]
+    named += [Rattle()]
+    found = {method.name: method for method in named}
+    for order in (4, 6, 8, 10):
+        found[f"rattle-{order}"] = _named(Compose(Rattle(), order), f"rattle-{order}")
+    for point in entry_points(group="geomint.methods"):
+        found[point.name] = point.load()
+    return found
+
+
+def _named(method: Method, name: str) -> Method:
+    from dataclasses import replace
+
+    return replace(method, name=name)
+
+
+def method_names() -> list[str]:
+    """Return the names of all methods, compositions by suffix aside."""
+    return list(methods())
+
+
+def find_method(name: str | Method) -> Method:
+    """Return the method of that name, or raise `MethodError` saying what may have been meant."""
+    if isinstance(name, Method):
+        return name
+    if not isinstance(name, str):
+        raise MethodError(f"method = {name!r}: expected a name or a geomint method")
+    known = methods()
+    if name in known:
+        return known[name]
+    for composition in COMPOSITIONS:
+        base = name.removesuffix(f"-{composition}")
+        if base != name:
+            return Compose(known["rattle-2"] if base == "rattle" else find_method(base), composition)
+    raise MethodError(f"method = {name!r}: no such method.{nearest(name, known)}")

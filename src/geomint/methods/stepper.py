@@ -1,0 +1,144 @@
+"""A method bound to a problem, an initial state and a step: what the driver advances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ConvergenceError, NonFiniteError, StepError
+from ..kernels.blocks import Block, scalar_block
+from ..kernels.recorded import Recorded
+from ..kernels.status import NOT_CONVERGED, OK
+
+__all__ = ["Advance", "Stepper", "filled_block"]
+
+Array = npt.NDArray[np.float64]
+
+
+class Advance(NamedTuple):
+    """What one call of a stepper did."""
+
+    status: int
+    steps: int
+    iterations: int
+    residual: float
+
+
+def filled_block(*parts: Any) -> Block:
+    """Return a block of all the numbers given, one after the other."""
+    numbers = np.concatenate([np.atleast_1d(np.asarray(p, dtype=np.float64)).ravel() for p in parts])
+    block = scalar_block(len(numbers))
+    block.data[:] = numbers
+    return block
+
+
+@dataclass
+class Stepper:
+    """Everything that a kernel needs to take steps.
+
+    Attributes
+    ----------
+    memory : Block
+        All that the next step depends on: first the state, then the carries of its compensated
+        sum, then what the method remembers. Saved and restored whole it continues bit for bit.
+    rows : int
+        Rows of the state, the clock's row included where there is one.
+    evaluations : float
+        Evaluations of the problem's functions an iteration.
+    """
+
+    kernel: Recorded
+    signatures: tuple[str, ...]
+    functions: tuple[Recorded, ...]
+    params: Block
+    coefficients: Block
+    fractions: Block
+    memory: Block
+    work: Block
+    rows: int
+    t0: float
+    h: float
+    evaluations: float
+    compiled: bool = True
+
+    def __post_init__(self) -> None:
+        self._entry: Any = None
+        self._arguments: tuple[Any, ...] = ()
+
+    def prepare(self) -> None:
+        """Compile, or find in the cache, what `advance` needs."""
+        if self._entry is not None:
+            return
+        if not self.compiled:
+            self._entry, self._arguments = self.kernel, self.functions
+            return
+        from ..kernels import signatures
+        from ..kernels.compile import LANE, SCALAR, compile_function
+
+        types = []
+        for name in self.signatures:
+            kind, _, lanes = name.partition("-")
+            types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
+        self._arguments = tuple(
+            compile_function(f, s) for f, s in zip(self.functions, types, strict=True)
+        )
+        self._entry = compile_function(self.kernel, signatures.advance_signature(types))
+
+    @property
+    def state(self) -> Array:
+        """The rounded state; a view."""
+        return self.memory.data[: self.rows]
+
+    def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
+        """Take `count` steps after `first`, write every `every`-th state to `out`."""
+        self.prepare()
+        return Advance(
+            *self._entry(
+                *self._arguments,
+                self.params,
+                self.coefficients,
+                self.fractions,
+                self.memory,
+                self.work,
+                self.rows,
+                self.t0,
+                self.h,
+                first,
+                count,
+                every,
+                out,
+            )
+        )
+
+    def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
+        """Return a stepper from another state, time and step, remembering at most the carries."""
+        memory = scalar_block(len(self.memory))
+        memory.data[: self.rows] = y
+        if carry is not None:
+            memory.data[self.rows : 2 * self.rows] = carry
+        fresh = replace(self, memory=memory, work=scalar_block(len(self.work)), t0=t, h=h)
+        fresh._entry, fresh._arguments = self._entry, self._arguments
+        return fresh
+
+    @property
+    def carry(self) -> Array:
+        """The carries of the compensated state; a view."""
+        return self.memory.data[self.rows : 2 * self.rows]
+
+    def single_step(self, y: Array, t: float, h: float, carry: Array | None = None) -> Array:
+        """Return the state after one step of length `h` from (t, y), or raise a `StepError`."""
+        stepper = self.restarted(y, t, h, carry)
+        result = stepper.advance(0, 1, 1, scalar_block(self.rows))
+        if result.status != OK:
+            raise stepper.error(result, 0)
+        return stepper.state.copy()
+
+    def error(self, result: Advance, first: int) -> StepError:
+        """Return the typed error of a failed advance."""
+        step = first + result.steps
+        kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
+        hint = f"h = {self.h:.6g} is probably too large for this method and state"
+        return kind(self.t0 + step * self.h, step, result.residual, result.iterations, hint)

@@ -1,0 +1,261 @@
+"""What a run leaves: states, drifts, costs; and the recorder that gathers them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .drift import Drift
+from .driver import Account
+from .errors import DomainError, StepError
+from .evaluate import value
+from .methods.method import Method
+from .methods.stepper import Stepper
+from .observe import Observers
+from .problem import Problem
+from .timeline import Timeline
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Recorder", "Solution"]
+
+Array = npt.NDArray[np.float64]
+MAX_CLOCK_ITERATIONS = 50
+
+
+@dataclass
+class Solution:
+    """The result of `geomint.solve`.
+
+    Attributes
+    ----------
+    t : array, shape (m,)
+        Physical times of the saved states.
+    tau : array, shape (m,)
+        The same in the problem's own time (equal to `t` unless that is τ).
+    y : array, shape (m, rows)
+        The saved states, one a row.
+    drift : dict of name to Drift
+        How each observed quantity drifted.
+    steps, iterations, evaluations : int
+        Steps taken; iterations of implicit steps (explicit: steps); evaluations of the problem.
+    run_seconds, compile_seconds : float
+    status : str
+        ``"success"``, ``"interrupted"`` or ``"failed"`` with `message`.
+    """
+
+    problem: Problem
+    method: Method
+    step: float
+    tau: Array
+    y: Array
+    drift: dict[str, Drift]
+    steps: int
+    iterations: int
+    evaluations: int
+    run_seconds: float
+    compile_seconds: float
+    status: str
+    message: str
+    physical: Array | None = field(default=None, repr=False)
+
+    @property
+    def t(self) -> Array:
+        """Physical times of the saved states."""
+        if self.physical is None:
+            raise DomainError("clock", False, "clock=True: physical time was not integrated")
+        return self.physical
+
+    @property
+    def success(self) -> bool:
+        """Whether the end was reached."""
+        return self.status == "success"
+
+    def piece(self, name: str) -> Array:
+        """Return the saved values of one piece of the state, one a row."""
+        slices = self.problem.slices
+        if name not in slices:
+            raise DomainError("piece", name, f"one of {list(slices)}")
+        return self.y[:, slices[name]]
+
+    def plot_drift(self) -> Figure:
+        """Plot the largest deviation of every observed quantity, window by window."""
+        from .report.plots import drift_figure
+
+        return drift_figure([(self.method.name, self.drift)], self.problem.time)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write states, drifts and provenance to a NetCDF file."""
+        from .storage import save_solution
+
+        save_solution(self, path)
+
+
+class Recorder:
+    """Gathers saved states and observations from the driver's chunks."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        stepper: Stepper,
+        timeline: Timeline,
+        observers: Observers,
+        save_every: int | None,
+        observe_every: int,
+        t_eval: Any,
+    ) -> None:
+        self._problem, self._stepper, self._timeline = problem, stepper, timeline
+        self._observers, self._observe_every = observers, observe_every
+        self._save_every = None if save_every is None else int(save_every)
+        self._clock = stepper.rows > problem.rows
+        self._wanted = _evaluation_times(t_eval, timeline)
+        self._next_wanted = 0
+        self._saved: list[tuple[float, Array]] = []
+        self._before = (0.0, stepper.state.copy())
+        if save_every is not None:
+            self._saved.append(self._before)
+        self.stride = self._stride()
+
+    def _stride(self) -> int:
+        """How often the driver must hand out a state."""
+        if len(self._wanted) or self._timeline.steps is None:
+            return 1
+        intervals = [self._save_every] if self._save_every else []
+        if self._observers.windows:
+            intervals.append(self._observe_every)
+        return int(np.gcd.reduce(intervals)) if intervals else max(self._timeline.steps, 1)
+
+    @property
+    def physical_time(self) -> float:
+        """Physical time of the last state handed out, where it is integrated."""
+        return float(self._before[1][-1]) if self._clock else self._before[0]
+
+    def consume(self, indices: npt.NDArray[np.int64], states: Array) -> bool:
+        """Take a chunk; return whether the physical end has been reached."""
+        end = self._timeline.physical_end
+        stop = False
+        if end is not None and len(states):
+            past = np.flatnonzero(abs(states[:, -1]) >= abs(end))
+            if len(past):
+                stop = True
+                indices, states = indices[: past[0]], states[: past[0]]
+        times = self._timeline.h * indices
+        self._evaluate(times, states)
+        watched = indices % self._observe_every == 0
+        labels = states[:, -1] if self._clock and end is not None else times
+        self._observers.add(times[watched], labels[watched], states[watched])
+        if self._save_every:
+            for i in np.flatnonzero(indices % self._save_every == 0):
+                self._saved.append((float(times[i]), states[i].copy()))
+        if len(states):
+            self._before = (float(times[-1]), states[-1].copy())
+        if stop and end is not None:
+            self._finish_physical(end)
+        return stop
+
+    def catch_up(self, steps: int) -> None:
+        """Take the stepper's state after `steps` steps if it lies beyond the last handed out."""
+        if self._timeline.steps is not None and self._timeline.h * steps != self._before[0]:
+            self._before = (self._timeline.h * steps, self._stepper.state.copy())
+
+    def finish(self, time: float, state: Array) -> None:
+        """Take the state of a last partial step."""
+        self._evaluate(np.array([time]), state[None, :])
+        self._observers.add(np.array([time]), np.array([time]), state[None, :])
+        self._before = (time, state.copy())
+
+    def _finish_physical(self, end: float) -> None:
+        time, state = self._at_physical(*self._before, end)
+        self._evaluate(np.array([time]), state[None, :])
+        self._observers.add(np.array([time]), np.array([end]), state[None, :])
+        self._before = (time, state)
+
+    def _evaluate(self, times: Array, states: Array) -> None:
+        """Save states at the wanted physical times up to the end of this chunk."""
+        if self._next_wanted >= len(self._wanted) or not len(times):
+            return
+        sign = np.sign(self._timeline.h)
+        all_times = np.concatenate(([self._before[0]], times))
+        all_states = np.concatenate((self._before[1][None, :], states))
+        clocks = all_states[:, -1] if self._clock else all_times
+        while self._next_wanted < len(self._wanted):
+            wanted = self._wanted[self._next_wanted]
+            if sign * wanted > sign * clocks[-1]:
+                return
+            i = int(np.searchsorted(sign * clocks, sign * wanted, side="right")) - 1
+            self._saved.append(self._at_physical(all_times[i], all_states[i], wanted))
+            self._next_wanted += 1
+
+    def _at_physical(self, time: float, state: Array, wanted: float) -> tuple[float, Array]:
+        """Return (own time, state) at a physical time less than a step from a known state."""
+        if not self._clock:
+            gap = wanted - time
+            return wanted, self._stepper.single_step(state, time, gap) if gap else state.copy()
+        clock = self._problem.clock
+        assert clock is not None
+        rows = self._problem.rows
+        advance, here = 0.0, state
+        best, smallest = (time, state.copy()), abs(wanted - state[-1])
+        for _ in range(MAX_CLOCK_ITERATIONS):
+            missing = wanted - here[-1]
+            if abs(missing) <= smallest:
+                best, smallest = (time + advance, here.copy()), abs(missing)
+            elif abs(missing) <= 4 * np.spacing(abs(wanted)):
+                break
+            rate = value(self._problem, clock, here[:rows], time + advance)
+            if abs(missing) <= 0.5 * np.spacing(abs(wanted)) or advance + missing / rate == advance:
+                break
+            advance += missing / rate
+            here = self._stepper.single_step(state, time, advance)
+        best[1][-1] = wanted
+        return best
+
+    def solution(
+        self, method: Method, account: Account, compile_seconds: float, status: str | StepError
+    ) -> Solution:
+        """Return what has been gathered."""
+        if not len(self._wanted) and (not self._saved or self._saved[-1][0] != self._last[0]):
+            self._saved.append(self._last)
+        rows = self._problem.rows
+        tau = np.array([time for time, _ in self._saved])
+        full = np.array([state for _, state in self._saved]).reshape(len(self._saved), -1)
+        physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
+        return Solution(
+            problem=self._problem,
+            method=method,
+            step=self._timeline.h,
+            tau=tau,
+            y=full[:, :rows] if len(full) else np.zeros((0, rows)),
+            drift=self._observers.drifts(),
+            steps=account.steps,
+            iterations=account.iterations,
+            evaluations=round(account.iterations * self._stepper.evaluations),
+            run_seconds=account.seconds,
+            compile_seconds=compile_seconds,
+            status=status if isinstance(status, str) else "failed",
+            message="" if isinstance(status, str) else str(status),
+            physical=physical,
+        )
+
+    @property
+    def _last(self) -> tuple[float, Array]:
+        return self._before
+
+
+def _evaluation_times(t_eval: Any, timeline: Timeline) -> Array:
+    if t_eval is None:
+        return np.zeros(0)
+    times = np.atleast_1d(np.asarray(t_eval, dtype=np.float64))
+    sign = np.sign(timeline.h)
+    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(sign * times) < 0).any():
+        raise DomainError("t_eval", t_eval, "finite times in the order of the run")
+    end = timeline.physical_end if timeline.own_end is None else timeline.own_end
+    outside = len(times) and (sign * times[0] < 0 or sign * times[-1] > abs(end or 0.0))
+    if outside and timeline.physical_end is None and timeline.own_end is None:
+        raise DomainError("t_eval", t_eval, "times within the run")
+    return times

@@ -1,0 +1,96 @@
+"""Symmetric compositions: steps of a symmetric method whose lengths read the same backwards.
+
+References
+----------
+[HLW] E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006,
+Sections II.4 and V.3.2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import accumulate
+
+from ._exact import Array, Row, nearest, remainder
+
+__all__ = ["Composition"]
+
+
+@dataclass(frozen=True)
+class Composition:
+    r"""A palindromic composition of steps of a symmetric method.
+
+    .. math::
+
+        \Psi_h = \Phi_{\gamma_s h} \circ \cdots \circ \Phi_{\gamma_1 h}, \qquad
+        \gamma_{s+1-i} = \gamma_i, \qquad \sum_i \gamma_i = 1.
+
+    Only the first half is stored. The middle coefficient is one minus twice its sum, exactly, so
+    that no digit of consistency is lost.
+
+    Parameters
+    ----------
+    name : str
+        Name in a registry.
+    order : int
+        Order of the composition, an even number; a statement to be tested, see
+        `geomint.tableaux.order_conditions`.
+    base_order : int
+        Even order of the symmetric base method for which the coefficients are made.
+    fractions : tuple of str
+        Decimals of the first half :math:`\gamma_1, \gamma_2, \ldots` without the middle one.
+    reference : str
+        Where the coefficients are published.
+
+    Raises
+    ------
+    ValueError
+        If an order is not even, or the composition does not raise the order of its base.
+    """
+
+    name: str
+    order: int
+    base_order: int
+    fractions: tuple[str, ...]
+    reference: str
+
+    def __post_init__(self) -> None:
+        """Check the orders and that the fractions are numbers."""
+        if self.order % 2 or self.base_order % 2 or not 0 < self.base_order < self.order:
+            raise ValueError(f"{self.name}: even orders with 0 < base_order < order are needed")
+        if not self.fractions or 0 in self.gamma_exact:
+            raise ValueError(f"{self.name}: every fraction, and the middle one, must be non-zero")
+
+    @property
+    def stages(self) -> int:
+        """Number of steps of the base method, an odd number s."""
+        return 2 * len(self.fractions) + 1
+
+    @cached_property
+    def gamma_exact(self) -> Row:
+        """All fractions as rationals, with sum exactly 1, shape (s,)."""
+        half = tuple(Fraction(text) for text in self.fractions)
+        middle = 1 - 2 * sum(half, Fraction(0))
+        return (*half, middle, *reversed(half))
+
+    @cached_property
+    def starts_exact(self) -> Row:
+        """Time at which each base step starts, in units of the step, shape (s,)."""
+        return (Fraction(0), *accumulate(self.gamma_exact[:-1]))
+
+    @cached_property
+    def gamma(self) -> Array:
+        """Float64 numbers nearest to the fractions; bitwise palindromic, shape (s,)."""
+        return nearest(self.gamma_exact)
+
+    @cached_property
+    def gamma_residual(self) -> Array:
+        """Rounded ``gamma_exact - gamma``; bitwise palindromic, shape (s,)."""
+        return remainder(self.gamma_exact)
+
+    @cached_property
+    def starts(self) -> Array:
+        """Float64 numbers nearest to the exact starts (not sums of rounded ones), shape (s,)."""
+        return nearest(self.starts_exact)

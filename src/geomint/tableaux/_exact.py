@@ -1,0 +1,70 @@
+"""Exact coefficients: text to rationals, rationals to the nearest float64 and its remainder.
+
+A coefficient enters the package once, as text, and becomes a `fractions.Fraction` without any
+rounding. Binary numbers are made from it at the very end: ``x_float`` is the float64 nearest to x,
+and ``x_residual`` the float64 nearest to ``x - x_float``, so that their unevaluated sum carries
+about 32 digits of x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Array", "Row", "nearest", "remainder", "row", "rows"]
+
+Row = tuple[Fraction, ...]
+"""Coefficients of one row of a tableau."""
+
+Array = NDArray[np.float64]
+"""Binary coefficients; always C-contiguous, and read-only because they are shared."""
+
+
+def row(text: str, length: int = 0) -> Row:
+    """Read coefficients separated by blanks.
+
+    Parameters
+    ----------
+    text : str
+        Rationals ("1/6"), integers or decimals ("0.25", "-8.5e-2").
+    length : int
+        Pad with zeros on the right up to this many coefficients.
+
+    Returns
+    -------
+    tuple of Fraction
+        Equal to the text exactly.
+
+    Examples
+    --------
+    >>> row("1/2 0.25", length=3)
+    (Fraction(1, 2), Fraction(1, 4), Fraction(0, 1))
+    """
+    read = tuple(Fraction(word) for word in text.split())
+    return read + (Fraction(0),) * (length - len(read))
+
+
+def rows(*texts: str) -> tuple[Row, ...]:
+    """Read a square matrix, one text per row; zeros at the end of a row may be left out.
+
+    Examples
+    --------
+    >>> rows("", "1/2")
+    ((Fraction(0, 1), Fraction(0, 1)), (Fraction(1, 2), Fraction(0, 1)))
+    """
+    return tuple(row(text, length=len(texts)) for text in texts)
+
+
+def nearest(values: Iterable[Fraction]) -> Array:
+    """Return the float64 numbers nearest to `values`, shape (n,)."""
+    array = np.array([float(value) for value in values], dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+def remainder(values: Iterable[Fraction]) -> Array:
+    """Return what `nearest` loses, itself rounded to nearest, shape (n,)."""
+    return nearest(value - Fraction(float(value)) for value in values)

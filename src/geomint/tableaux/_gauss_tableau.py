@@ -1,0 +1,181 @@
+"""Gauss collocation tableaux, whose float64 coefficients stay symplectic and symmetric."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
+from fractions import Fraction
+from functools import cached_property
+from math import isfinite, prod
+from typing import Literal
+
+import numpy as np
+
+from ._exact import Array, Row
+from ._tableau import Tableau
+
+__all__ = ["DIGITS", "HALF", "GaussTableau"]
+
+DIGITS = Context(prec=60, rounding=ROUND_HALF_EVEN)
+HALF = Decimal("0.5")
+_TABLEAU_TOLERANCE = Fraction(1, 10**45)
+
+
+@dataclass(frozen=True)
+class GaussTableau:
+    """The Gauss method with s stages and order 2s; make it by `gauss_legendre`.
+
+    Parameters
+    ----------
+    stages : int
+        Number of stages s.
+    nodes : tuple of Decimal, shape (s,)
+        Nodes c to 50 digits, with ``c_i + c_{s+1-i} = 1`` exactly.
+    weights : tuple of Decimal, shape (s,)
+        Weights b, with ``b_i = b_{s+1-i}`` exactly.
+    skew : tuple of tuple of Decimal, shape (s, s)
+        The matrix E, with ``E_ij = -E_ji = -E_{s+1-i,s+1-j}`` exactly.
+    """
+
+    stages: int
+    nodes: tuple[Decimal, ...]
+    weights: tuple[Decimal, ...]
+    skew: tuple[tuple[Decimal, ...], ...]
+
+    @property
+    def order(self) -> int:
+        """Classical order 2s."""
+        return 2 * self.stages
+
+    @property
+    def name(self) -> str:
+        """Name that states the order."""
+        return f"gauss-{self.order}"
+
+    @cached_property
+    def tableau(self) -> Tableau:
+        """The method as a rational tableau, symmetric and symplectic without any remainder."""
+        b: Row = tuple(Fraction(x) for x in self.weights)
+        A = tuple(
+            tuple(b_j * (Fraction(1, 2) + Fraction(x)) for b_j, x in zip(b, e, strict=True))
+            for e in self.skew
+        )
+        c = tuple(Fraction(x) for x in self.nodes)
+        reference = "J. C. Butcher, Math. Comp. 18 (1964) 50"
+        return Tableau(self.name, self.order, A, b, c, reference, tolerance=_TABLEAU_TOLERANCE)
+
+    @property
+    def b(self) -> Array:
+        """Float64 numbers nearest to the weights; ``b_i == b_{s+1-i}`` bitwise, shape (s,)."""
+        return self._splits["b"][0]
+
+    @property
+    def c(self) -> Array:
+        """Nodes in float64, ``c_i + c_{s+1-i} == 1`` exactly, shape (s,).
+
+        Nodes above 1/2 are rounded to nearest. The others are one minus these, and carry the same
+        absolute error, at most 2^-54.
+        """
+        return self._splits["c"][0]
+
+    @property
+    def mu(self) -> Array:
+        r"""Ratios :math:`a_{ij} / b_j` in float64, shape (s, s).
+
+        ``mu[i, j] + mu[j, i] == 1`` and ``mu[i, i] == 0.5`` exactly, and
+        ``mu[s-1-i, s-1-j] == mu[j, i]``. Of each pair the larger one, m, is rounded to nearest and
+        the other is ``1 - m``. As 1/2 <= m <= 2 this subtraction is exact (Sterbenz), and so is the
+        sum of the two, which equals 1. The absolute error of both is at most 2^-53.
+        """
+        return self._splits["mu"][0]
+
+    def split(self, name: Literal["b", "c", "mu"]) -> tuple[Array, Array]:
+        """Return a coefficient as an unevaluated sum of two float64 numbers.
+
+        Parameters
+        ----------
+        name : {"b", "c", "mu"}
+            Which coefficient.
+
+        Returns
+        -------
+        hi, lo : ndarray, shape (s,) or (s, s)
+            `hi` is the attribute of that name and ``hi + lo`` the coefficient with an error below
+            2^-105. The low parts of ``mu[i, j]`` and ``mu[j, i]``, as those of ``c_i`` and
+            ``c_{s+1-i}``, are opposite numbers, so that the sums of the pairs remain exactly 1.
+        """
+        return self._splits[name]
+
+    def predictor(self, ratio: float) -> Array:
+        r"""Return the matrix that extrapolates the increments of one step to the next.
+
+        The polynomial of degree s - 1 through the derivatives :math:`f_j = L_j / (h b_j)` of the
+        previous step, of length h, is evaluated at the nodes of the next, of length
+        :math:`\rho h`. With the Lagrange polynomials :math:`\ell_j` of the nodes
+
+        .. math:: L_i^+ = \sum_j P_{ij} L_j, \qquad
+                  P_{ij} = \rho \, (b_i / b_j) \, \ell_j(1 + \rho c_i).
+
+        Parameters
+        ----------
+        ratio : float
+            Length of the next step over that of the previous one, :math:`\rho`.
+
+        Returns
+        -------
+        ndarray, shape (s, s)
+            P, each entry rounded once.
+        """
+        if not isfinite(ratio):
+            raise ValueError(f"the ratio of two steps must be finite, got {ratio}")
+        c, b = self.nodes, self.weights
+        with localcontext(DIGITS):
+            rho = Decimal(ratio)
+            scaled = [
+                b_j * prod(c_j - c_k for k, c_k in enumerate(c) if k != j)
+                for j, (b_j, c_j) in enumerate(zip(b, c, strict=True))
+            ]
+            matrix = []
+            for b_i, c_i in zip(b, c, strict=True):
+                factors = [1 + rho * c_i - c_k for c_k in c]
+                products = (prod(factors[:j]) * prod(factors[j + 1 :]) for j in range(len(c)))
+                matrix.append(
+                    [float(rho * b_i * p / w) for p, w in zip(products, scaled, strict=True)]
+                )
+        return _frozen(matrix)
+
+    @cached_property
+    def _splits(self) -> dict[str, tuple[Array, Array]]:
+        """High and low parts of all coefficients."""
+        with localcontext(DIGITS):
+            b = [_halves(x) for x in self.weights]
+            c = [_halves_about_half(x - HALF) for x in self.nodes]
+            mu = [[_halves_about_half(x) for x in e] for e in self.skew]
+        return {
+            "b": (_frozen([hi for hi, _ in b]), _frozen([lo for _, lo in b])),
+            "c": (_frozen([hi for hi, _ in c]), _frozen([lo for _, lo in c])),
+            "mu": (
+                _frozen([[hi for hi, _ in each] for each in mu]),
+                _frozen([[lo for _, lo in each] for each in mu]),
+            ),
+        }
+
+
+def _halves(x: Decimal) -> tuple[float, float]:
+    """Return the float64 nearest to x and the rounded remainder."""
+    hi = float(x)
+    return hi, float(x - Decimal(hi))
+
+
+def _halves_about_half(e: Decimal) -> tuple[float, float]:
+    """Split ``1/2 + e`` so that the parts for e and -e add up to 1 and 0 exactly."""
+    hi, lo = _halves(HALF + abs(e))
+    return (hi, lo) if e >= 0 else (1.0 - hi, -lo)
+
+
+def _frozen(values: Iterable[float] | Iterable[Iterable[float]]) -> Array:
+    """Return a read-only array of `values`."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,160 @@
+"""Butcher tableaux, exact and validated; what can be computed from A, b, c is never declared.
+
+References
+----------
+[HNW] E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*,
+2nd ed., Springer, 1993.
+[HLW] E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain
+
+from ._exact import Array, Row, nearest, remainder
+
+__all__ = ["Tableau"]
+
+
+@dataclass(frozen=True)
+class Tableau:
+    r"""A Runge-Kutta method with s stages, as its exact coefficients.
+
+    .. math::
+
+        Y_i = y_0 + h \sum_j a_{ij} f(t_0 + c_j h, Y_j), \qquad
+        y_1 = y_0 + h \sum_j b_j f(t_0 + c_j h, Y_j), \qquad
+        \hat y_1 = y_0 + h \sum_j \hat b_j f(t_0 + c_j h, Y_j).
+
+    Parameters
+    ----------
+    name : str
+        Name in a registry.
+    order : int
+        Classical order p: the local error is O(h^(p+1)). A statement to be tested, see
+        `geomint.tableaux.order_conditions`.
+    A : tuple of tuple of Fraction, shape (s, s)
+        Stage coefficients; `rows` reads them from text.
+    b, c : tuple of Fraction, shape (s,)
+        Weights and nodes; `row` reads them from text.
+    reference : str
+        Where the coefficients are published.
+    b_hat : tuple of Fraction, shape (s,), optional
+        Weights of the embedded method.
+    order_hat : int, optional
+        Order of the embedded method.
+    tolerance : Fraction
+        Largest defect of ``c_i = sum_j a_ij`` and ``sum_j b_j = 1`` that the rounding of published
+        decimals explains; zero, the default, for rational methods.
+
+    Raises
+    ------
+    TypeError
+        If a coefficient is not a `Fraction` (a float has already lost digits).
+    ValueError
+        If shapes disagree or a sum is wrong by more than `tolerance`.
+    """
+
+    name: str
+    order: int
+    A: tuple[Row, ...]
+    b: Row
+    c: Row
+    reference: str
+    b_hat: Row | None = None
+    order_hat: int | None = None
+    tolerance: Fraction = Fraction(0)
+
+    def __post_init__(self) -> None:
+        """Check types, shapes and sums."""
+        s = self.stages
+        vectors = (self.b, self.c, *self.A, *(() if self.b_hat is None else (self.b_hat,)))
+        if not all(isinstance(x, Fraction) for x in chain.from_iterable(vectors)):
+            raise TypeError(f"{self.name}: coefficients must be Fractions; read text with row()")
+        if s == 0 or len(self.A) != s or any(len(vector) != s for vector in vectors):
+            raise ValueError(f"{self.name}: A must be {s} x {s}, and b, c, b_hat of length {s}")
+        if (self.b_hat is None) != (self.order_hat is None):
+            raise ValueError(f"{self.name}: b_hat and order_hat go together")
+        for i, (a, c) in enumerate(zip(self.A, self.c, strict=True), start=1):
+            if abs(sum(a, -c)) > self.tolerance:
+                raise ValueError(f"{self.name}: row {i} of A does not sum to c_{i}")
+        for label, weights in (("b", self.b), ("b_hat", self.b_hat)):
+            if weights is not None and abs(sum(weights, Fraction(-1))) > self.tolerance:
+                raise ValueError(f"{self.name}: {label} does not sum to 1")
+
+    @property
+    def stages(self) -> int:
+        """Number of stages s."""
+        return len(self.b)
+
+    @property
+    def explicit(self) -> bool:
+        """Whether A is strictly lower triangular."""
+        return not any(any(a[i:]) for i, a in enumerate(self.A))
+
+    @property
+    def first_same_as_last(self) -> bool:
+        """Whether the last stage is the new value, so that its derivative serves the next step."""
+        return self.c[-1] == 1 and self.A[-1] == self.b
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether ``a_{s+1-i,s+1-j} + a_ij = b_j = b_{s+1-j}`` exactly [HLW, Theorem V.2.3]."""
+        return self.b == self.b[::-1] and all(
+            x + y == z
+            for a, mirrored in zip(self.A, reversed(self.A), strict=True)
+            for x, y, z in zip(a, reversed(mirrored), self.b, strict=True)
+        )
+
+    @property
+    def symplectic(self) -> bool:
+        """Whether ``b_i a_ij + b_j a_ji = b_i b_j`` exactly [HLW, Theorem VI.4.3]."""
+        A, b, stages = self.A, self.b, range(self.stages)
+        return all(
+            b[i] * A[i][j] + b[j] * A[j][i] == b[i] * b[j] for i in stages for j in stages if j <= i
+        )
+
+    @cached_property
+    def A_float(self) -> Array:
+        """Float64 numbers nearest to A, shape (s, s)."""
+        return self._matrix(nearest)
+
+    @cached_property
+    def A_residual(self) -> Array:
+        """Rounded ``A - A_float``, shape (s, s)."""
+        return self._matrix(remainder)
+
+    @cached_property
+    def b_float(self) -> Array:
+        """Float64 numbers nearest to b, shape (s,)."""
+        return nearest(self.b)
+
+    @cached_property
+    def b_residual(self) -> Array:
+        """Rounded ``b - b_float``, shape (s,)."""
+        return remainder(self.b)
+
+    @cached_property
+    def c_float(self) -> Array:
+        """Float64 numbers nearest to c, shape (s,)."""
+        return nearest(self.c)
+
+    @cached_property
+    def c_residual(self) -> Array:
+        """Rounded ``c - c_float``, shape (s,)."""
+        return remainder(self.c)
+
+    @cached_property
+    def error_float(self) -> Array | None:
+        """Weights ``b - b_hat`` of the error estimate, rounded once, shape (s,); None if none."""
+        if self.b_hat is None:
+            return None
+        return nearest(x - y for x, y in zip(self.b, self.b_hat, strict=True))
+
+    def _matrix(self, rounded: Callable[[Iterable[Fraction]], Array]) -> Array:
+        """Apply `rounded` to A and keep the shape."""
+        return rounded(chain.from_iterable(self.A)).reshape(self.stages, self.stages)

@@ -1,0 +1,74 @@
+r"""Gauss collocation methods, with coefficients that stay symplectic and symmetric in float64.
+
+The stages are written with the increments :math:`L_j = h b_j f(Y_j)`,
+
+.. math:: Y_i = y_0 + \sum_j \mu_{ij} L_j, \qquad \mu_{ij} = a_{ij} / b_j,
+
+since the method is symplectic if and only if :math:`\mu_{ij} + \mu_{ji} = 1`: a condition without
+products, which rounded coefficients can meet exactly (M. Antoñana, J. Makazaga, A. Murua, Numer.
+Algorithms 76 (2017) 861). With Legendre polynomials at :math:`x_i = 2 c_i - 1` (E. Hairer,
+G. Wanner, *Solving Ordinary Differential Equations II*, 2nd ed., Section IV.5)
+
+.. math::
+
+    \mu_{ij} = \tfrac12 + E_{ij}, \qquad
+    E_{ij} = \tfrac12 x_i + \tfrac12 \sum_{k=1}^{s-1} P_k(x_j) [P_{k+1}(x_i) - P_{k-1}(x_i)],
+
+and E is skew. It is computed in 60 digits, as is everything derived from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from decimal import Decimal, localcontext
+from functools import cache
+
+from ._gauss_nodes import GAUSS_NODES
+from ._gauss_tableau import DIGITS, HALF, GaussTableau
+
+__all__ = ["MAX_GAUSS_STAGES", "gauss_legendre"]
+
+MAX_GAUSS_STAGES = max(GAUSS_NODES)
+"""Largest number of stages for which nodes are stored."""
+
+
+@cache
+def gauss_legendre(stages: int) -> GaussTableau:
+    """Return the Gauss method with the given number of stages.
+
+    Parameters
+    ----------
+    stages : int
+        From 1 to `MAX_GAUSS_STAGES`.
+
+    Returns
+    -------
+    GaussTableau
+        Always the same object for the same number.
+    """
+    if stages not in GAUSS_NODES:
+        raise ValueError(f"Gauss methods have 1 to {MAX_GAUSS_STAGES} stages, got {stages}")
+    with localcontext(DIGITS):
+        below = [Decimal(text) for text in GAUSS_NODES[stages]]
+        middle = [HALF] if stages % 2 else []
+        c = (*below, *middle, *(1 - x for x in reversed(below)))
+        x = [2 * c_i - 1 for c_i in c]
+        P = [_legendre(x_i, stages) for x_i in x]
+        b = tuple((1 - x_i * x_i) / (stages * P_i[-2]) ** 2 for x_i, P_i in zip(x, P, strict=True))
+        G = [[_half_integral(x_i, P_i, P_j) for P_j in P] for x_i, P_i in zip(x, P, strict=True)]
+        # Half the difference of G and its transpose is G up to the last digits, and exactly skew.
+        E = tuple(tuple((G[i][j] - G[j][i]) / 2 for j in range(stages)) for i in range(stages))
+    return GaussTableau(stages, c, b, E)
+
+
+def _legendre(x: Decimal, degree: int) -> list[Decimal]:
+    """Return P_0(x), ..., P_degree(x) by the three-term recurrence."""
+    P = [Decimal(1), x]
+    for k in range(1, degree):
+        P.append(((2 * k + 1) * x * P[k] - k * P[k - 1]) / (k + 1))
+    return P
+
+
+def _half_integral(x: Decimal, P: Sequence[Decimal], Q: Sequence[Decimal]) -> Decimal:
+    """Return E_ij from ``x = x_i``, ``P = P_k(x_i)`` and ``Q = P_k(x_j)``."""
+    return (x + sum(Q[k] * (P[k + 1] - P[k - 1]) for k in range(1, len(P) - 1))) / 2

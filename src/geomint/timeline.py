@@ -1,0 +1,121 @@
+"""When a run ends and how long its steps are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import DomainError
+from .methods.method import Method
+from .problem import Problem
+
+__all__ = ["Timeline", "characteristic_time", "default_step", "plan_timeline"]
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Steps of one length, and what is left for a last partial step.
+
+    Attributes
+    ----------
+    h : float
+        Signed step in the problem's own time.
+    steps : int or None
+        Whole steps; None where physical time decides and is only known on the way.
+    remainder : float
+        Length of the last partial step in the problem's own time; 0 for none.
+    own_end : float or None
+        End in the problem's own time.
+    physical_end : float or None
+        End in physical time, where that was asked for and is not the problem's own.
+    """
+
+    h: float
+    steps: int | None
+    remainder: float
+    own_end: float | None
+    physical_end: float | None
+
+
+def positive(name: str, value: Any) -> float:
+    """Return a positive finite float, or raise `DomainError`."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise DomainError(name, value, "a positive number") from None
+    if not (math.isfinite(number) and number > 0.0):
+        raise DomainError(name, value, "a positive number")
+    return number
+
+
+def finite(name: str, value: Any) -> float:
+    """Return a finite float, or raise `DomainError`."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise DomainError(name, value, "a finite number") from None
+    if not math.isfinite(number):
+        raise DomainError(name, value, "a finite number")
+    return number
+
+
+def plan_timeline(
+    problem: Problem,
+    method: Method,
+    y0: Array,
+    t_end: Any = None,
+    tau_end: Any = None,
+    step: Any = None,
+) -> Timeline:
+    """Return the timeline of a run from time 0, or raise `DomainError`.
+
+    Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ) must be given; a
+    negative end integrates backwards.
+    """
+    if (t_end is None) == (tau_end is None):
+        raise DomainError("t_end, tau_end", (t_end, tau_end), "exactly one of them")
+    if tau_end is not None and problem.time != "tau":
+        raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
+    end = finite("t_end" if tau_end is None else "tau_end", t_end if tau_end is None else tau_end)
+    if end == 0.0:
+        raise DomainError("t_end" if tau_end is None else "tau_end", end, "a time other than 0")
+    own = problem.time == "t" or tau_end is not None
+    size = default_step(problem, method, y0) if step is None else positive("step", step)
+    h = math.copysign(size, end)
+    if not own:
+        return Timeline(h, None, 0.0, None, end)
+    count = abs(end) / size
+    if count > 2**53:
+        raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
+    # A ratio within rounding of a whole number means that number.
+    steps = round(count) if abs(count - round(count)) <= 1e-9 * max(count, 1.0) else int(count)
+    if steps >= 1 and steps == round(count) and abs(count - steps) <= 1e-9 * max(count, 1.0):
+        return Timeline(end / steps, steps, 0.0, end, None)
+    return Timeline(h, steps, end - steps * h, end, None)
+
+
+def default_step(problem: Problem, method: Method, y0: Array) -> float:
+    """Return the stated default: the method's fraction of the characteristic time at y0."""
+    return method.step_fraction * characteristic_time(problem, y0)
+
+
+def characteristic_time(problem: Problem, y0: Array) -> float:
+    """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
+
+    For a unit vector turning at angular velocity ω this is 1/ω.
+    """
+    from .evaluate import derivative
+
+    rates = derivative(problem, y0)
+    times = [
+        float(np.linalg.norm(y0[s]) / np.linalg.norm(rates[s]))
+        for s in problem.slices.values()
+        if np.linalg.norm(rates[s]) > 0.0 and np.linalg.norm(y0[s]) > 0.0
+    ]
+    return min(times) if times else 1.0

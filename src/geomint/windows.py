@@ -1,0 +1,91 @@
+"""Statistics of a long series in windows, in memory that does not grow with its length."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["MAX_WINDOWS", "Windows"]
+
+Array = npt.NDArray[np.float64]
+MAX_WINDOWS = 1024
+
+
+class Windows:
+    """The deviations of a series from its first value, reduced window by window.
+
+    Windows begin one sample long; whenever `MAX_WINDOWS` are full, neighbours merge and the length
+    doubles. The result does not depend on how the series is cut into chunks.
+
+    Attributes
+    ----------
+    initial : float
+        The first value; deviations are taken from it.
+    length : int
+        Samples a window.
+    """
+
+    def __init__(self, initial: float) -> None:
+        self.initial = initial
+        self.length = 1
+        self.samples = 0
+        self.last = 0.0
+        self.last_time = 0.0
+        self.max_abs = 0.0
+        self._open_values = np.zeros(0)
+        self._open_times = np.zeros(0)
+        # rows: mean time, mean deviation, largest |deviation|
+        self._closed = np.zeros((3, 0))
+
+    def add(self, times: Array, values: Array) -> None:
+        """Append samples."""
+        if not len(values):
+            return
+        deviations = values - self.initial
+        self.samples += len(values)
+        self.last, self.last_time = float(deviations[-1]), float(times[-1])
+        largest = float(np.max(np.abs(deviations)))
+        self.max_abs = largest if not largest <= self.max_abs else self.max_abs  # NaN must show
+        deviations = np.concatenate((self._open_values, deviations))
+        times = np.concatenate((self._open_times, times))
+        while len(deviations) >= self.length:
+            room = MAX_WINDOWS - self._closed.shape[1]
+            whole = min(len(deviations) // self.length, room)
+            used = whole * self.length
+            block = deviations[:used].reshape(whole, self.length)
+            closed = (
+                times[:used].reshape(whole, self.length).mean(axis=1),
+                block.mean(axis=1),
+                np.abs(block).max(axis=1),
+            )
+            self._closed = np.concatenate((self._closed, closed), axis=1)
+            deviations, times = deviations[used:], times[used:]
+            if self._closed.shape[1] == MAX_WINDOWS:
+                self._merge()
+        self._open_values, self._open_times = deviations.copy(), times.copy()
+
+    def _merge(self) -> None:
+        time, mean, largest = self._closed
+        self._closed = np.array(
+            [
+                0.5 * (time[0::2] + time[1::2]),
+                0.5 * (mean[0::2] + mean[1::2]),
+                np.maximum(largest[0::2], largest[1::2]),
+            ]
+        )
+        self.length *= 2
+
+    @property
+    def times(self) -> Array:
+        """Mean time of each full window."""
+        return self._closed[0]
+
+    @property
+    def means(self) -> Array:
+        """Mean deviation of each full window."""
+        return self._closed[1]
+
+    @property
+    def maxima(self) -> Array:
+        """Largest absolute deviation in each full window."""
+        return self._closed[2]

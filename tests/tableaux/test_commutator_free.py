@@ -1,0 +1,220 @@
+"""Lie group methods: exact order conditions on ordered forests, and slopes on SO(3)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from operator import attrgetter
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from geomint.tableaux import (
+    COMMUTATOR_FREE,
+    RUNGE_KUTTA,
+    CommutatorFreeTableau,
+    commutator_free_defect,
+    flow,
+    runge_kutta_defect,
+)
+from geomint.tableaux._exact import Array
+from geomint.tableaux.order_conditions import _exact_flow, _ordered_forests
+
+METHODS = list(COMMUTATOR_FREE.values())
+each_method = pytest.mark.parametrize("method", METHODS, ids=attrgetter("name"))
+
+
+@each_method
+def test_order_is_the_declared_one(method: CommutatorFreeTableau) -> None:
+    """All ordered forests up to the order are satisfied exactly, and not all of the next size."""
+    assert commutator_free_defect(method, method.order) == 0
+    assert commutator_free_defect(method, method.order + 1) > Fraction(1, 1000)
+
+
+@each_method
+def test_registry_entry(method: CommutatorFreeTableau) -> None:
+    """Names agree with keys and orders; the nodes are those of the classical method."""
+    assert COMMUTATOR_FREE[method.name] is method
+    assert method.name.endswith(f"-{method.order}")
+    assert method.reference
+    assert method.classical.explicit
+    assert sum(method.classical.b) == 1
+    for i, (each, sums) in enumerate(zip(method.flows, method.row_sums, strict=True)):
+        start = method.c[each.start - 1] if each.start else 0
+        assert start + sum(sums) == (*method.c, 1)[i]
+
+
+@each_method
+def test_classical_method_has_at_least_the_order(method: CommutatorFreeTableau) -> None:
+    """On a commutative group the method is a Runge-Kutta method of the same order."""
+    assert runge_kutta_defect(method.classical, method.order) == 0
+
+
+@each_method
+def test_arrays_repeat_the_flows(method: CommutatorFreeTableau) -> None:
+    """Starts, counts and rows in float64 are the exact ones, padded with zeros."""
+    assert method.starts.tolist() == [each.start for each in method.flows]
+    assert method.counts.tolist() == [len(each.exponentials) for each in method.flows]
+    every = [a for each in method.flows for a in each.exponentials]
+    assert method.coefficients.shape == (method.exponentials, len(method.stages))
+    for a, floats in zip(every, method.coefficients, strict=True):
+        assert floats.tolist() == [float(x) for x in a] + [0.0] * (len(floats) - len(a))
+    assert not method.coefficients.flags.writeable
+
+
+def test_known_structure() -> None:
+    """Counts of exponentials and underlying methods known from the literature."""
+    counts = {name: method.exponentials for name, method in COMMUTATOR_FREE.items()}
+    assert counts == {"cf-1": 1, "cf-2": 2, "cf-3": 3, "cf-4": 5, "cg-3": 6}
+    classical, rk4 = COMMUTATOR_FREE["cf-4"].classical, RUNGE_KUTTA["rk-4"]
+    assert (classical.A, classical.b, classical.c) == (rk4.A, rk4.b, rk4.c)
+    rows = [a for each in COMMUTATOR_FREE["cg-3"].flows for a in each.exponentials]
+    assert all(sum(map(bool, a)) == 1 for a in rows)
+
+
+def test_forests_are_all_visited() -> None:
+    """Ordered forests with n nodes are counted by the Catalan numbers."""
+    counts = [len(_ordered_forests(n)) - len(_ordered_forests(n - 1)) for n in range(1, 7)]
+    assert counts == [1, 2, 5, 14, 42, 132]
+
+
+def test_exact_flow() -> None:
+    """Coefficients of the exact flow that are easy to integrate by hand."""
+    leaf: tuple[()] = ()
+    assert _exact_flow((leaf, leaf, leaf)) == Fraction(1, 6)
+    assert _exact_flow(((leaf,),)) == Fraction(1, 2)
+    assert _exact_flow((leaf, (leaf,))) == Fraction(1, 3)
+    assert _exact_flow(((leaf,), leaf)) == Fraction(1, 6)
+
+
+def test_a_classical_method_in_one_exponential_has_only_order_two() -> None:
+    """Weights of order 4 in a single exponential lose the order on a non-commutative group."""
+    method = replace(COMMUTATOR_FREE["cf-4"], update=flow(0, "1/6 1/3 1/3 1/6"))
+    assert runge_kutta_defect(method.classical, 4) == 0
+    assert commutator_free_defect(method, 2) == 0
+    assert commutator_free_defect(method, 3) > 0
+
+
+def test_the_order_of_the_factors_matters() -> None:
+    """The two exponentials of the update of cf-4 exchanged: order 2 remains."""
+    method = COMMUTATOR_FREE["cf-4"]
+    swapped = method.update._replace(exponentials=method.update.exponentials[::-1])
+    assert commutator_free_defect(replace(method, update=swapped), 3) > Fraction(1, 100)
+
+
+@pytest.mark.parametrize(
+    "update",
+    [
+        flow(0, "1/4 1/6 1/6 -0.08333333333333333333", "-1/12 1/6 1/6 0.25000000000000000000"),
+        flow(0, "1/4 1/6 1/6 -1/12 ", "-1/12 0.1666666666666666 0.1666666666666667 1/4"),
+    ],
+)
+def test_a_perturbed_coefficient_is_noticed(update: tuple[int, tuple[object, ...]]) -> None:
+    """Digits beyond the fifteenth are noticed."""
+    method = COMMUTATOR_FREE["cf-4"]
+    tolerance = Fraction(1, 10**15)
+    broken = replace(method, update=update, tolerance=tolerance)  # type: ignore[arg-type]
+    assert 0 < commutator_free_defect(broken, method.order) < tolerance
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"update": flow(0, "1/2 1/3")}, "total weight 1"),
+        ({"update": flow(3, "1")}, "flow 3 uses"),
+        ({"stages": (flow(0), flow(0, "0 1/2"))}, "flow 2 uses"),
+        ({"stages": (flow(1), flow(0, "1/2"))}, "flow 1 uses"),
+        ({"stages": (flow(0), flow(-1, "1/2"))}, "flow 2 uses"),
+    ],
+)
+def test_construction_is_validated(change: dict[str, object], message: str) -> None:
+    """Stages that are not known yet and wrong sums are refused."""
+    with pytest.raises(ValueError, match=f"cf-2: .*{message}"):
+        replace(COMMUTATOR_FREE["cf-2"], **change)  # type: ignore[arg-type]
+
+
+def test_floats_are_refused() -> None:
+    """A float has lost digits before it can be checked."""
+    with pytest.raises(TypeError, match="Fractions"):
+        replace(COMMUTATOR_FREE["cf-1"], update=(0, ((1.0,),)))  # type: ignore[arg-type]
+
+
+def hat(v: Array) -> Array:
+    """Skew matrix of the vector product with v."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def rotation(v: Array) -> Array:
+    """Exponential of ``hat(v)`` by Rodrigues' formula."""
+    angle = float(np.linalg.norm(v))
+    S = hat(v)
+    half = np.sinc(angle / (2 * np.pi))
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * S + 0.5 * half**2 * (S @ S))
+
+
+def angular_velocity(t: float, Q: Array) -> Array:
+    """Depends on time and, without any symmetry, on the rotation."""
+    v = Q @ np.array([1.0, 2.0, 0.5]) + np.array([0.3, -1.0, 0.7]) * np.cos(2 * t)
+    return np.asarray(v * (1.0 + 0.5 * Q[0, 1]))
+
+
+def endpoint(method: CommutatorFreeTableau, steps: int) -> Array:
+    """Rotation at t = 1 after equal steps."""
+    h = 1.0 / steps
+    c = method.classical.c_float
+    Q = np.eye(3)
+    for n in range(steps):
+        values, K = [Q], np.zeros((len(method.stages), 3))
+        coefficients = iter(method.coefficients)
+        for i, (start, count) in enumerate(zip(method.starts, method.counts, strict=True)):
+            Y = values[start]
+            for _ in range(count):
+                Y = rotation(next(coefficients) @ K) @ Y
+            values.append(Y)
+            if i < len(method.stages):
+                K[i] = h * angular_velocity(h * (n + c[i]), Y)
+        Q = values[-1]
+    return Q
+
+
+@pytest.fixture(scope="module")
+def solution() -> Array:
+    """Rotation at t = 1 by an embedding in the nine-dimensional space of matrices."""
+
+    def field(t: float, q: Array) -> Array:
+        Q = q.reshape(3, 3)
+        return (hat(angular_velocity(t, Q)) @ Q).ravel()
+
+    found = solve_ivp(field, (0.0, 1.0), np.eye(3).ravel(), method="DOP853", rtol=1e-13, atol=1e-14)
+    return np.asarray(found.y[:, -1]).reshape(3, 3)
+
+
+@each_method
+def test_order_is_measured(method: CommutatorFreeTableau, solution: Array) -> None:
+    """The error on SO(3) falls with the declared power of the step, and rotations stay such."""
+    values = [endpoint(method, steps) for steps in (32, 64, 128)]
+    errors = [float(np.linalg.norm(Q - solution)) for Q in values]
+    slopes = -np.diff(np.log2(errors))
+    assert slopes == pytest.approx([method.order] * 2, abs=0.2)
+    assert all(np.linalg.norm(Q.T @ Q - np.eye(3)) < 1e-13 for Q in values)
+
+
+@each_method
+def test_translations_give_the_classical_method(method: CommutatorFreeTableau) -> None:
+    """On a commutative group, where exponentials add, the step is that of the classical method."""
+    A, b = method.classical.A, method.classical.b
+    L: list[Fraction] = []
+    for a in A:
+        Y = Fraction(1, 3) + sum(x * k for x, k in zip(a, L, strict=False))
+        L.append(Y * Y / 5)
+    classical = Fraction(1, 3) + sum(x * k for x, k in zip(b, L, strict=True))
+    values = [Fraction(1, 3)]
+    K: list[Fraction] = []
+    for start, exponentials in method.flows:
+        Y = values[start]
+        for a in exponentials:
+            Y += sum(x * k for x, k in zip(a, K, strict=False))
+        values.append(Y)
+        K.append(Y * Y / 5)
+    assert values[-1] == classical

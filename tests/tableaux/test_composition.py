@@ -1,0 +1,204 @@
+"""Symmetric compositions: every order condition, palindromes to the bit, measured orders."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from operator import attrgetter
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from geomint.tableaux import COMPOSITIONS, DEFAULT_COMPOSITION, Composition, composition_defect
+
+METHODS = list(COMPOSITIONS.values())
+each_method = pytest.mark.parametrize("method", METHODS, ids=attrgetter("name"))
+
+DIGITS = {
+    "triple-jump-4": 49,
+    "suzuki-4": 50,
+    "yoshida-6": 49,
+    "kahan-li-6": 26,
+    "sofroniou-spaletta-6": 32,
+    "kahan-li-8": 26,
+    "sofroniou-spaletta-8": 32,
+    "sofroniou-spaletta-10": 32,
+}
+"""Decimals behind the point of every method of the registry."""
+
+STAGES = {
+    "triple-jump-4": 3,
+    "suzuki-4": 5,
+    "yoshida-6": 7,
+    "kahan-li-6": 9,
+    "sofroniou-spaletta-6": 13,
+    "kahan-li-8": 17,
+    "sofroniou-spaletta-8": 21,
+    "sofroniou-spaletta-10": 35,
+}
+
+
+def rounding(method: Composition) -> Fraction:
+    """Largest defect that the rounding of the published digits explains."""
+    return Fraction(10, 10 ** DIGITS[method.name])
+
+
+@each_method
+def test_order_is_the_declared_one(method: Composition) -> None:
+    """All words up to the order agree with the exact flow, and not all of the next weight."""
+    assert composition_defect(method, method.order) < rounding(method)
+    assert composition_defect(method, method.order + 1) > Fraction(1, 10**6)
+
+
+@each_method
+def test_power_sums(method: Composition) -> None:
+    """``sum gamma = 1`` exactly; odd powers from the base order to the order sum to zero."""
+    gamma = method.gamma_exact
+    assert sum(gamma) == 1
+    for k in range(method.base_order + 1, method.order, 2):
+        assert abs(sum((x**k for x in gamma), Fraction(0))) < rounding(method)
+    k = method.order + 1
+    assert abs(sum((x**k for x in gamma), Fraction(0))) > Fraction(1, 10**7)
+
+
+@each_method
+def test_registry_entry(method: Composition) -> None:
+    """Names agree with keys and orders, digits and stages with what the sources give."""
+    assert COMPOSITIONS[method.name] is method
+    assert method.name.endswith(f"-{method.order}")
+    assert method.base_order == 2
+    assert method.reference
+    assert method.stages == STAGES[method.name]
+    assert min(len(text.partition(".")[2]) for text in method.fractions) == DIGITS[method.name]
+
+
+@each_method
+def test_binary_coefficients(method: Composition) -> None:
+    """Palindromes bit by bit, nearest to the exact fractions; starts are not sums of rounded."""
+    gamma, lo = method.gamma, method.gamma_residual
+    assert gamma.shape == lo.shape == method.starts.shape == (method.stages,)
+    np.testing.assert_array_equal(gamma, gamma[::-1])
+    np.testing.assert_array_equal(lo, lo[::-1])
+    start = Fraction(0)
+    for i, x in enumerate(method.gamma_exact):
+        assert gamma[i] == float(x)
+        assert abs(x - Fraction(gamma[i]) - Fraction(lo[i])) <= abs(x) / 2**105
+        assert method.starts[i] == float(start)
+        start += x
+    assert start == 1
+    assert not gamma.flags.writeable
+
+
+def test_methods_without_freedom_to_all_digits() -> None:
+    """Closed forms of order 4; solution A of order 6 by Newton's method on its conditions."""
+    with mp.workdps(60):
+        triple, suzuki = 1 / (2 - mp.cbrt(2)), 1 / (4 - mp.cbrt(4))
+        for name, value in (("triple-jump-4", triple), ("suzuki-4", suzuki)):
+            assert abs(mp.mpf(COMPOSITIONS[name].fractions[0]) - value) < mp.mpf(10) ** -49
+
+        def conditions(*half: mp.mpf) -> list[mp.mpf]:
+            gamma = [*half, 1 - 2 * mp.fsum(half), *reversed(half)]
+            w_1 = w_11 = w_113 = mp.mpf(0)  # coefficients of the words X_1, X_1 X_1, X_1 X_1 X_3
+            for g in gamma:
+                w_113 += w_11 * g**3 + w_1 * g**4 / 2 + g**5 / 6
+                w_11 += w_1 * g + g**2 / 2
+                w_1 += g
+            return [mp.fsum(g**3 for g in gamma), mp.fsum(g**5 for g in gamma), w_113]
+
+        start = [mp.mpf(text[:12]) for text in COMPOSITIONS["yoshida-6"].fractions]
+        found = mp.findroot(conditions, start)
+        for value, text in zip(found, COMPOSITIONS["yoshida-6"].fractions, strict=True):
+            assert abs(value - mp.mpf(text)) < mp.mpf(10) ** -48
+
+
+def test_defaults() -> None:
+    """There is a default of every order, and it is in the registry."""
+    assert set(DEFAULT_COMPOSITION) == {method.order for method in METHODS}
+    for order, name in DEFAULT_COMPOSITION.items():
+        assert COMPOSITIONS[name].order == order
+
+
+@each_method
+def test_a_perturbed_digit_is_noticed(method: Composition) -> None:
+    """A change of 1e-20 in any fraction breaks the order conditions."""
+    for i, text in enumerate(method.fractions):
+        at = text.index(".") + 20
+        changed = text[:at] + str((int(text[at]) + 1) % 10) + text[at + 1 :]
+        fractions = (*method.fractions[:i], changed, *method.fractions[i + 1 :])
+        broken = replace(method, fractions=fractions)
+        assert sum(broken.gamma_exact) == 1
+        assert composition_defect(broken, method.order) > Fraction(1, 10**24)
+
+
+def test_other_bases() -> None:
+    """Coefficients for a base of order 4 raise it to 6, and those for order 2 do not."""
+    with mp.workdps(50):
+        text = mp.nstr(1 / (4 - mp.mpf(4) ** (mp.mpf(1) / 5)), 40)
+    lifted = Composition("suzuki-4-6", 6, 4, (text, text), "Suzuki's recursion")
+    assert composition_defect(lifted, 6) < Fraction(1, 10**38)
+    assert composition_defect(lifted, 7) > Fraction(1, 1000)
+    assert composition_defect(replace(lifted, base_order=2), 4) > Fraction(1, 100)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"order": 5}, {"base_order": 3}, {"order": 2}, {"fractions": ()}, {"fractions": ("0.5",)}],
+)
+def test_construction_is_validated(change: dict[str, object]) -> None:
+    """Odd orders, orders that are not raised and vanishing fractions are refused."""
+    with pytest.raises(ValueError, match="suzuki-4: "):
+        replace(COMPOSITIONS["suzuki-4"], **change)  # type: ignore[arg-type]
+
+
+def field(q: mp.mpf, p: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+    """Field of the non-separable Hamiltonian ``(q^2 + 1)(p^2 + 1) / 2``."""
+    return (q * q + 1) * p, -(p * p + 1) * q
+
+
+def implicit_midpoint(q: mp.mpf, p: mp.mpf, h: mp.mpf) -> tuple[mp.mpf, mp.mpf]:
+    """One step of the implicit midpoint rule, by Newton's method with the exact Jacobian."""
+    x, y, half = q, p, h / 2
+    for _ in range(8):
+        f, g = field(x, y)
+        r, s = x - q - half * f, y - p - half * g
+        a, b = 1 - 2 * half * x * y, -half * (x * x + 1)
+        c, d = half * (y * y + 1), 1 + 2 * half * x * y
+        determinant = a * d - b * c
+        dx, dy = (d * r - b * s) / determinant, (a * s - c * r) / determinant
+        x, y = x - dx, y - dy
+        if abs(dx) + abs(dy) < mp.mpf(10) ** -20:
+            return 2 * x - q, 2 * y - p
+    raise ArithmeticError("Newton's method has not converged")
+
+
+def endpoint(method: Composition, steps: int) -> tuple[mp.mpf, mp.mpf]:
+    """Value at t = 1 after equal steps."""
+    gamma = [mp.mpf(x.numerator) / x.denominator / steps for x in method.gamma_exact]
+    q, p = mp.mpf("0.6"), mp.mpf("0.3")
+    for _ in range(steps):
+        for h in gamma:
+            q, p = implicit_midpoint(q, p, h)
+    return q, p
+
+
+@pytest.fixture(scope="module")
+def solution() -> list[mp.mpf]:
+    """Solution at t = 1 by Taylor series."""
+    with mp.workdps(34):
+        found = mp.odefun(lambda _, y: list(field(*y)), 0, [mp.mpf("0.6"), mp.mpf("0.3")])(1)
+        return [+y for y in found]
+
+
+@each_method
+def test_order_is_measured(method: Composition, solution: list[mp.mpf]) -> None:
+    """The error over an implicit, non-separable base falls with the declared power of the step."""
+    with mp.workdps(34):
+        errors = [
+            mp.norm([x - y for x, y in zip(endpoint(method, n), solution, strict=True)])
+            for n in (8, 16, 32)
+        ]
+        slopes = [float(mp.log(x / y, 2)) for x, y in pairwise(errors)]
+    assert slopes[-1] == pytest.approx(method.order, abs=0.2)
+    assert slopes[0] == pytest.approx(method.order, abs=0.5)

@@ -1,0 +1,200 @@
+"""Runge-Kutta tableaux: exact order conditions over the whole registry, and what must fail."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from operator import attrgetter
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from geomint.tableaux import RUNGE_KUTTA, Tableau, row, rows, runge_kutta_defect
+from geomint.tableaux.order_conditions import _rooted_trees
+
+METHODS = list(RUNGE_KUTTA.values())
+each_method = pytest.mark.parametrize("method", METHODS, ids=attrgetter("name"))
+MIDPOINT = Tableau("midpoint", 2, rows("1/2"), row("1"), row("1/2"), "implicit midpoint rule")
+TRAPEZOIDAL = Tableau(
+    "trapezoidal", 2, rows("0", "1/2 1/2"), row("1/2 1/2"), row("0 1"), "trapezoidal rule"
+)
+
+
+def rounding(method: Tableau) -> Fraction:
+    """Largest defect that the published digits explain: none if all coefficients are rational."""
+    return method.tolerance
+
+
+@each_method
+def test_order_is_the_declared_one(method: Tableau) -> None:
+    """All rooted trees up to the order are satisfied, and not all of the next size."""
+    assert runge_kutta_defect(method, method.order) <= rounding(method)
+    assert runge_kutta_defect(method, method.order + 1) > Fraction(1, 10**5)
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS if m.b_hat], ids=attrgetter("name"))
+def test_embedded_order_is_the_declared_one(method: Tableau) -> None:
+    """The embedded weights have their own order."""
+    assert method.order_hat is not None
+    assert runge_kutta_defect(method, method.order_hat, method.b_hat) == 0
+    assert runge_kutta_defect(method, method.order_hat + 1, method.b_hat) > Fraction(1, 10**5)
+
+
+@each_method
+def test_quadrature_conditions(method: Tableau) -> None:
+    """``sum b_i c_i^(k-1) = 1/k`` up to the order, with c as given rather than as row sums."""
+    for k in range(1, method.order + 1):
+        moment = sum(b * c ** (k - 1) for b, c in zip(method.b, method.c, strict=True))
+        assert abs(moment - Fraction(1, k)) <= rounding(method)
+
+
+@each_method
+def test_registry_entry(method: Tableau) -> None:
+    """Names agree with keys and orders, rows sum to nodes, all methods are explicit."""
+    assert RUNGE_KUTTA[method.name] is method
+    assert method.name == "dop853" or method.name.endswith(f"-{method.order}")
+    assert method.explicit
+    assert method.reference
+    for a, c in zip(method.A, method.c, strict=True):
+        assert abs(sum(a) - c) <= rounding(method)
+    assert not method.symmetric
+    assert not method.symplectic
+
+
+@each_method
+def test_binary_coefficients_and_residuals(method: Tableau) -> None:
+    """Float64 coefficients are nearest; with the residuals they carry 32 digits."""
+    triples = (
+        (method.A, method.A_float, method.A_residual),
+        ((method.b,), method.b_float[None], method.b_residual[None]),
+        ((method.c,), method.c_float[None], method.c_residual[None]),
+    )
+    for exact, hi, lo in triples:
+        for i, a in enumerate(exact):
+            for j, x in enumerate(a):
+                assert hi[i, j] == float(x)
+                assert abs(x - Fraction(hi[i, j]) - Fraction(lo[i, j])) <= abs(x) / 2**105
+        assert hi.dtype == lo.dtype == np.float64
+        assert hi.flags.c_contiguous
+        assert not hi.flags.writeable
+
+
+def test_trees_are_all_visited() -> None:
+    """Numbers of rooted trees with n nodes: On-Line Encyclopedia of Integer Sequences, A000081."""
+    assert [len(_rooted_trees(n)) for n in range(1, 9)] == [1, 1, 2, 4, 9, 20, 48, 115]
+
+
+@each_method
+def test_a_perturbed_coefficient_is_noticed(method: Tableau) -> None:
+    """A change of 1e-20 in any weight, compensated in another one, breaks the order conditions."""
+    change = Fraction(1, 10**20)
+    for i in range(1, method.stages):
+        if method.b[i] and method.c[i] != method.c[0]:
+            b = (method.b[0] - change, *method.b[1:i], method.b[i] + change, *method.b[i + 1 :])
+            assert runge_kutta_defect(replace(method, b=b), 2) >= abs(change * method.c[i]) / 2
+
+
+@pytest.mark.parametrize("method", [m for m in METHODS if m.order >= 3], ids=attrgetter("name"))
+def test_a_perturbed_stage_is_noticed(method: Tableau) -> None:
+    """A change of 1e-20 in A that keeps the row sums breaks the order conditions."""
+    change = Fraction(1, 10**20)
+    i = max(i for i in range(method.stages) if method.b[i])
+    a = method.A[i]
+    changed = (a[0] - change, *a[1 : i - 1], a[i - 1] + change, *a[i:])
+    broken = replace(method, A=(*method.A[:i], changed, *method.A[i + 1 :]))
+    assert runge_kutta_defect(broken, method.order) > change / 10**3
+
+
+def test_structure_is_derived() -> None:
+    """Explicit, symmetric and symplectic follow from the coefficients."""
+    assert MIDPOINT.symmetric
+    assert MIDPOINT.symplectic
+    assert not MIDPOINT.explicit
+    assert TRAPEZOIDAL.symmetric
+    assert not TRAPEZOIDAL.symplectic
+    assert runge_kutta_defect(TRAPEZOIDAL, 2) == 0
+    assert TRAPEZOIDAL.first_same_as_last
+    assert RUNGE_KUTTA["dormand-prince-5"].first_same_as_last
+    assert RUNGE_KUTTA["bogacki-shampine-3"].first_same_as_last
+    assert not RUNGE_KUTTA["rk-4"].first_same_as_last
+
+
+def test_error_weights() -> None:
+    """The error weights are the difference of the two sets of weights, which sums to zero."""
+    method = RUNGE_KUTTA["bogacki-shampine-3"]
+    assert method.error_float is not None
+    np.testing.assert_array_equal(method.error_float, [-5 / 72, 1 / 12, 1 / 9, -1 / 8])
+    assert RUNGE_KUTTA["rk-4"].error_float is None
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"A": rows("", "1", "")}, "A must be 2 x 2"),
+        ({"A": rows("1/2", "1/2")}, "row 1 of A does not sum"),
+        ({"b": row("1/2 1/3")}, "b does not sum to 1"),
+        ({"b": row("1/2 1/2 0")}, "of length 3"),
+        ({"c": row("0")}, "of length 2"),
+        ({"b_hat": row("1 0")}, "go together"),
+        ({"b_hat": row("1 1"), "order_hat": 1}, "b_hat does not sum to 1"),
+    ],
+)
+def test_construction_is_validated(change: dict[str, object], message: str) -> None:
+    """Wrong shapes and wrong sums are refused by name."""
+    with pytest.raises(ValueError, match=f"heun-2: .*{message}"):
+        replace(RUNGE_KUTTA["heun-2"], **change)  # type: ignore[arg-type]
+
+
+def test_floats_are_refused() -> None:
+    """A float has lost digits before it can be checked."""
+    with pytest.raises(TypeError, match="Fractions"):
+        replace(RUNGE_KUTTA["heun-2"], b=(0.5, 0.5))  # type: ignore[arg-type]
+
+
+def test_text_is_read_exactly() -> None:
+    """Decimals and rationals keep every digit."""
+    assert row("1/3 -0.1 2e-3") == (Fraction(1, 3), Fraction(-1, 10), Fraction(1, 500))
+    assert rows("", "1") == (row("0 0"), row("1 0"))
+
+
+def field(t: mp.mpf, y: list[mp.mpf]) -> list[mp.mpf]:
+    """Pendulum with a quadratic friction that depends on time."""
+    q, p = y
+    return [p, -mp.sin(q) - p * p * mp.cos(t) / 3]
+
+
+def endpoint(method: Tableau, steps: int) -> list[mp.mpf]:
+    """Value at t = 1 after equal steps."""
+    A = [[mp.mpf(x.numerator) / x.denominator for x in a] for a in (*method.A, method.b)]
+    c = [mp.mpf(x.numerator) / x.denominator for x in method.c]
+    h = mp.mpf(1) / steps
+    y = [mp.mpf("0.8"), mp.mpf("0.5")]
+    for n in range(steps):
+        K: list[list[mp.mpf]] = []
+        for i, a in enumerate(A):
+            Y = [y_k + h * mp.fdot(a[:i], [k[m] for k in K]) for m, y_k in enumerate(y)]
+            if i < method.stages:
+                K.append(field(h * (n + c[i]), Y))
+        y = Y
+    return y
+
+
+@pytest.fixture(scope="module")
+def solution() -> list[mp.mpf]:
+    """Solution at t = 1 by Taylor series."""
+    with mp.workdps(30):
+        return [+y for y in mp.odefun(field, 0, [mp.mpf("0.8"), mp.mpf("0.5")])(1)]
+
+
+@each_method
+def test_order_is_measured(method: Tableau, solution: list[mp.mpf]) -> None:
+    """The error on a nonlinear non-autonomous problem falls with the declared power of the step."""
+    with mp.workdps(30):
+        errors = [
+            mp.norm([x - y for x, y in zip(endpoint(method, n), solution, strict=True)])
+            for n in (16, 32, 64)
+        ]
+        slopes = [float(mp.log(x / y, 2)) for x, y in pairwise(errors)]
+    assert slopes == pytest.approx([method.order] * 2, abs=0.2)
