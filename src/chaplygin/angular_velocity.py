@@ -14,8 +14,8 @@ that round-off in |γ| does not enter, and ½⟨k, ω⟩ is kept wherever γ ≠
   one n×n system, solved by LDLᵀ without pivots (it is positive definite: no branches). For
   diagonal I⁻¹ with entries C_ij: M = diag(Cγ²) − C∘γγᵀ. O(n³); for a full matrix O(n⁴).
 
-Parameters of all three: ``[n, D, …, k0]``, where k0 (N = n(n−1)/2 numbers) is not read here and the
-middle is a_i, 1/a_i, C (n, n, N numbers: special), C (N: diagonal), or I⁻¹ row after row (N²: full).
+Parameters of all three start with n, D; then a_i, 1/a_i, C (n, n and N = n(n−1)/2 numbers: special), C (N:
+diagonal), or I⁻¹ row after row (N²: full); what follows is not read here.
 """
 
 from __future__ import annotations
@@ -23,14 +23,32 @@ from __future__ import annotations
 from typing import Any
 
 import geomint as gi
+import numpy as np
 from geomint import part
 
-__all__ = ["diagonal_omega", "full_omega", "omega_work", "special_omega"]
+from .inertia import GeneralInertia, SpecialInertia
+from .manifold import Array
+
+__all__ = ["apply_to_gamma", "omega_for", "omega_work"]
 
 
-def omega_work(n: int, full: bool) -> int:
-    """Rows of scratch that the functions of this module need."""
-    return n * n + 2 * n + (n * n * (n - 1) // 2 if full else 0)
+def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Array]:
+    """Return the function that writes ω for that operator, and its parameters."""
+    start = [float(inertia.n), D]
+    if isinstance(inertia, SpecialInertia):
+        parts = [start, inertia.a, 1.0 / inertia.a, 1.0 / inertia.diagonal]
+        return special_omega, np.concatenate(parts)
+    if inertia.diagonal is not None:
+        return diagonal_omega, np.concatenate([start, 1.0 / inertia.diagonal])
+    inverse = np.linalg.inv(inertia.matrix)
+    return full_omega, np.concatenate([start, (0.5 * (inverse + inverse.T)).reshape(-1)])
+
+
+def omega_work(omega: Any, n: int) -> int:
+    """Rows of scratch that a function of this module needs."""
+    if omega is special_omega:
+        return n
+    return n + n * n + (n * n * (n - 1) // 2 if omega is full_omega else 0)
 
 
 @gi.helper
@@ -50,7 +68,7 @@ def apply_to_gamma(n: int, triangle: Any, gamma: Any, out: Any) -> None:
 
 @gi.helper
 def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for the special operator; params = [n, D, a…, 1/a…, C…, k0…]."""
+    """Write ω for the special operator; params = [n, D, a…, 1/a…, C…, …]."""
     first = 2 + 2 * n
     u = params[2 + n] * gamma[0] * gamma[0]
     for i in range(1, n):
@@ -91,7 +109,7 @@ def solve_in_place(n: int, s: Any, v: Any) -> None:
 
 @gi.helper
 def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for a diagonal operator; params = [n, D, C…, k0…]."""
+    """Write ω for a diagonal operator; params = [n, D, C…, …]."""
     v, s = part(work, 0, n), part(work, n, n * n)
     for i in range(len(k)):
         omega[i] = params[2 + i] * k[i]
@@ -125,7 +143,7 @@ def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: An
 
 @gi.helper
 def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for any operator; params = [n, D, I⁻¹ row after row…, k0…]."""
+    """Write ω for any operator; params = [n, D, I⁻¹ row after row…, …]."""
     rows = len(k)
     v, s, g = part(work, 0, n), part(work, n, n * n), part(work, n + n * n, rows * n)
     zero = 0.0 * gamma[0]

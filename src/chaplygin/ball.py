@@ -13,9 +13,9 @@ import geomint as gi
 import numpy as np
 from geomint import part, sqrt
 
-from . import ball_fields
-from .angular_velocity import apply_to_gamma
-from .inertia import GeneralInertia, SpecialInertia
+from .angular_velocity import apply_to_gamma, omega_for
+from .ball_fields import ball_forms, ball_work, unpack
+from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import Array, admit_frame, admit_unit, frame, skew_components
 from .states import initial_momentum
 
@@ -54,7 +54,7 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
     """tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
     n = int(params[0])
     k = part(work, 0, n * n)
-    ball_fields.unpack(n, part(y, 0, n * (n - 1) // 2), k)
+    unpack(n, part(y, 0, n * (n - 1) // 2), k)
     total = 0.0 * y[0]
     for i in range(n):
         for j in range(n):
@@ -100,7 +100,7 @@ def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     size = n * (n - 1) // 2
     k, gk = part(work, 0, n * n), part(work, n * n, n * n)
     g = part(y, size + n, n * n)
-    ball_fields.unpack(n, part(y, 0, size), k)
+    unpack(n, part(y, 0, size), k)
     for i in range(n):
         for j in range(n):
             entry = g[i * n] * k[j]
@@ -117,17 +117,6 @@ def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
             total += entry * entry
             at += 1
     return sqrt(total)
-
-
-def _coefficients(inertia: SpecialInertia | GeneralInertia) -> tuple[Array, Any]:
-    """Return the parameters between D and k0 and the functions that read them."""
-    if isinstance(inertia, SpecialInertia):
-        parts = [inertia.a, 1.0 / inertia.a, 1.0 / inertia.diagonal]
-        return np.concatenate(parts), ball_fields.SPECIAL
-    if inertia.diagonal is not None:
-        return 1.0 / inertia.diagonal, ball_fields.DIAGONAL
-    inverse = np.linalg.inv(inertia.matrix)
-    return (0.5 * (inverse + inverse.T)).reshape(-1), ball_fields.FULL
 
 
 def ball_problem(
@@ -156,9 +145,9 @@ def ball_problem(
     """
     n = inertia.n
     size = n * (n - 1) // 2
-    middle, (field, generator, energy) = _coefficients(inertia)
-    momentum = np.zeros(size) if k0 is None else skew_components("k0", k0, n)
-    invariants = {"energy": energy, "K": ball_k}
+    omega, params = omega_for(inertia, D)
+    forms = ball_forms(omega, n)
+    invariants = {"energy": forms.energy, "K": ball_k}
     if n > 2:
         invariants["momentum"] = ball_momentum
     if n > 3:
@@ -167,6 +156,7 @@ def ball_problem(
     if attitude:
         constraints["orthogonality"] = ball_orthogonality
         if k0 is not None:
+            params = np.concatenate([params, skew_components("k0", k0, n)])
             constraints["spatial-momentum"] = ball_spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
@@ -180,18 +170,17 @@ def ball_problem(
         return np.concatenate([y[:size], admit_unit(y[size : size + n]), *last])
 
     pieces = ("adjoint", "vector", "frame") if attitude else ("adjoint", "vector")
-    given = {"a": inertia.a} if isinstance(inertia, SpecialInertia) else {"inertia": inertia.matrix}
     return gi.Problem(
         name="chaplygin-ball",
         pieces=(("k", size), ("gamma", n), *((("g", n * n),) if attitude else ())),
-        params=np.concatenate([[float(n), D], middle, momentum]),
-        field=field,
-        action=gi.GroupAction(generator, gi.so_n(n, *pieces)),
-        work=ball_fields.ball_work(n, field is ball_fields.FULL[0]),
+        params=params,
+        field=forms.field,
+        action=gi.GroupAction(forms.generator, gi.so_n(n, *pieces)),
+        work=ball_work(omega, n),
         invariants=invariants,
         constraints=constraints,
         make_state=make_state,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
-        parameters={**{name: value.tolist() for name, value in given.items()}, "D": D},
+        parameters=parameters_of(inertia, D),
     )

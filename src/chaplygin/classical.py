@@ -21,7 +21,7 @@ import geomint as gi
 import numpy as np
 from geomint import sqrt
 
-from .inertia import GeneralInertia, SpecialInertia
+from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import (
     Array,
     admit_frame,
@@ -254,5 +254,5 @@ def classical_problem(
         make_state=make_state,
         admit=admit,
         physical=physical,
-        parameters={"inertia": inertia_tensor(inertia).tolist(), "D": D},
+        parameters=parameters_of(inertia, D),
     )

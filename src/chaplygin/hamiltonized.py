@@ -21,7 +21,7 @@ import geomint as gi
 import numpy as np
 from geomint import sqrt
 
-from .inertia import SpecialInertia
+from .inertia import SpecialInertia, parameters_of
 from .manifold import Array, admit_tangent, admit_unit, wedge
 from .reduced import norm, tangency
 from .states import initial_tangent, multiplier
@@ -164,5 +164,5 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         make_state=make_state,
         admit=admit,
         physical=physical,
-        parameters={"a": inertia.a.tolist(), "D": D},
+        parameters=parameters_of(inertia, D),
     )

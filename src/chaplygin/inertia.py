@@ -12,11 +12,16 @@ from geomint.problem import as_vector
 
 from .manifold import flat_triangle, skew_matrix
 
-__all__ = ["GeneralInertia", "SpecialInertia", "angular_momentum", "positive_number"]
+__all__ = [
+    "GeneralInertia",
+    "SpecialInertia",
+    "angular_momentum",
+    "parameters_of",
+    "positive_number",
+]
 
 Array = npt.NDArray[np.float64]
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error
-NO_SOLVE = "the special operator I(E_i∧E_j) = a_i a_j D/(D − a_i a_j) E_i∧E_j"
 
 
 def positive_number(name: str, value: Any) -> float:
@@ -233,3 +238,11 @@ def angular_momentum(
     full = skew_matrix(omega, inertia.n)
     v = full @ gamma
     return inertia.apply(omega) + D * flat_triangle(np.outer(v, gamma) - np.outer(gamma, v))
+
+
+def parameters_of(inertia: SpecialInertia | GeneralInertia, D: float) -> dict[str, Any]:
+    """Return the parameters by name, for reports."""
+    if isinstance(inertia, SpecialInertia):
+        return {"a": inertia.a.tolist(), "D": D}
+    values = inertia.matrix if inertia.diagonal is None else inertia.diagonal
+    return {"inertia": values.tolist(), "D": D}

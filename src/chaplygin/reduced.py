@@ -1,9 +1,12 @@
-"""The reduced Chaplygin sphere on T*S^(n−1) in time t, special inertia, closed form.
+"""The reduced Chaplygin sphere on T*S^(n−1) in time t.
 
-γ̇ = −ωγ, ṗ = −ωp with ω = (A⁻¹γ∧p − γ∧Ap/D)/(D U), U = (γ, A⁻¹γ): eqs. (ro1), (ro2),
+γ̇ = −ωγ, ṗ = −ωp, eqs. (r1), (r2), for k = γ∧p. The special inertia operator has the closed form
+ω = (A⁻¹γ∧p − γ∧Ap/D)/(D U), U = (γ, A⁻¹γ): eqs. (ro1), (ro2),
 
     γ̇ = p/D − (p, γ) A⁻¹γ/(DU) + (γ, Ap) γ/(D²U) − (γ, γ) Ap/(D²U),
     ṗ = (p, A⁻¹γ) p/(DU) − (p, p) A⁻¹γ/(DU) + (p, Ap) γ/(D²U) − (p, γ) Ap/(D²U).
+
+of cost O(n). Any other operator takes ω from k = γ∧p as the ball does (`angular_velocity`): O(n³).
 
 ω is skew wherever γ ≠ 0, so the extended field keeps (γ, γ), (γ, p) and (p, p) also off the
 manifold: no drift of the constraints can feed on itself.
@@ -11,12 +14,15 @@ manifold: no drift of the constraints can feed on itself.
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import geomint as gi
 import numpy as np
+from geomint import part
 
-from .inertia import SpecialInertia
+from .angular_velocity import apply_to_gamma, omega_for, omega_work
+from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import Array, admit_tangent, admit_unit, wedge
 from .states import initial_tangent
 
@@ -96,18 +102,66 @@ def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-def reduced_problem(inertia: SpecialInertia) -> gi.Problem:
-    """Return the reduced system of a sphere with the special inertia operator.
+@functools.cache
+def general_forms(omega: Any, n: int) -> tuple[Any, Any]:
+    """Return field and energy for an operator whose ω is given by `omega`; y = (γ, p)."""
+    size = n * (n - 1) // 2
+
+    def velocity(params: Any, y: Any, work: Any) -> None:
+        at = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                work[size + at] = y[i] * y[n + j] - y[n + i] * y[j]
+                at += 1
+        k, rest = part(work, size, size), part(work, 2 * size, len(work) - 2 * size)
+        omega(n, params, k, part(y, 0, n), part(work, 0, size), rest)
+
+    velocity_of = gi.helper(velocity)
+
+    def general_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """Eqs. (r1), (r2)."""
+        velocity_of(params, y, work)
+        w = part(work, 0, size)
+        for first in range(0, 2 * n, n):
+            apply_to_gamma(n, w, part(y, first, n), part(out, first, n))
+            for i in range(first, first + n):
+                out[i] = -out[i]
+
+    def general_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """H = ½⟨k, ω⟩, eq. (red:ham)."""
+        velocity_of(params, y, work)
+        total = work[0] * work[size]
+        for i in range(1, size):
+            total += work[i] * work[size + i]
+        return 0.5 * total
+
+    return gi.field(general_field), gi.field(general_energy)
+
+
+def _forms(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Any, Array, int]:
+    """Return field, energy, their parameters and scratch."""
+    if isinstance(inertia, SpecialInertia):
+        params = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
+        return reduced_field, reduced_energy, params, 0
+    n = inertia.n
+    omega, params = omega_for(inertia, D)
+    return *general_forms(omega, n), params, n * (n - 1) + omega_work(omega, n)
+
+
+def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Problem:
+    """Return the reduced system, which describes a ball without SO(n−1)-momentum.
 
     State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Form: ODE.
-    ``state(gamma=…, p=…)``; instead of p also p_tilde, or k or omega with zero SO(n−1)-momentum.
+    ``state(gamma=…, p=…)``; instead of p also p_tilde (special operator), or k or omega with zero
+    SO(n−1)-momentum.
 
     Raises
     ------
     geomint.DomainError
         From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
     """
-    n, D = inertia.n, inertia.D
+    n = inertia.n
+    field, energy, params, work = _forms(inertia, D)
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))
@@ -119,12 +173,13 @@ def reduced_problem(inertia: SpecialInertia) -> gi.Problem:
     return gi.Problem(
         name="chaplygin-sphere-reduced",
         pieces=(("gamma", n), ("p", n)),
-        params=np.concatenate([[D], 1.0 / inertia.a, inertia.a]),
-        field=reduced_field,
-        invariants={"energy": reduced_energy, "K": reduced_k},
+        params=params,
+        field=field,
+        work=work,
+        invariants={"energy": energy, "K": reduced_k},
         constraints={"norm": norm, "tangency": tangency},
         make_state=make_state,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
-        parameters={"a": inertia.a.tolist(), "D": D},
+        parameters=parameters_of(inertia, D),
     )

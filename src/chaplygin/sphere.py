@@ -111,11 +111,14 @@ class ChaplyginSphere:
 
     def reduced(self) -> gi.Problem:
         """Return the reduced system on T*S^(n−1) in time t; see `reduced_problem`."""
-        return reduced_problem(self._special("reduced"))
+        return reduced_problem(self.inertia, self.D)
 
     def hamiltonized(self) -> gi.Problem:
         """Return the Hamiltonised flow on T*S^(n−1) in time τ; see `hamiltonized_problem`."""
-        return hamiltonized_problem(self._special("hamiltonized"))
+        if isinstance(self.inertia, SpecialInertia):
+            return hamiltonized_problem(self.inertia)
+        expected = "the special operator, a_i a_j D/(D − a_i a_j), which hamiltonized() needs"
+        raise gi.DomainError("inertia", self.inertia.matrix, expected)
 
     def ball(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
         """Return the ball in (k, γ) or (k, γ, g); see `ball_problem`."""
@@ -124,12 +127,6 @@ class ChaplyginSphere:
     def classical(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
         """Return the ball in R³ in vectors; see `classical_problem`."""
         return classical_problem(self.inertia, self.D, attitude, k0)
-
-    def _special(self, what: str) -> SpecialInertia:
-        if isinstance(self.inertia, SpecialInertia):
-            return self.inertia
-        expected = f"the special operator, a_i a_j D/(D − a_i a_j), which {what}() needs"
-        raise gi.DomainError("inertia", self.inertia.matrix, expected)
 
 
 def _scale(m: Any, rho: Any) -> float:

@@ -119,12 +119,12 @@ class Tableau:
         )
 
     @cached_property
-    def A_float(self) -> Array:
+    def A_float(self) -> Array:  # noqa: N802 (the symbol is A)
         """Float64 numbers nearest to A, shape (s, s)."""
         return self._matrix(nearest)
 
     @cached_property
-    def A_residual(self) -> Array:
+    def A_residual(self) -> Array:  # noqa: N802 (the symbol is A)
         """Rounded ``A - A_float``, shape (s, s)."""
         return self._matrix(remainder)
 

@@ -21,7 +21,7 @@ _SUZUKI = "M. Suzuki, Phys. Lett. A 146 (1990) 319"
 _YOSHIDA = "H. Yoshida, Phys. Lett. A 150 (1990) 262"
 
 _METHODS = (
-    # 1 / (2 - 2^(1/3))
+    # The first fraction is 1 / (2 - 2^(1/3)).
     Composition(
         name="triple-jump-4",
         order=4,
@@ -29,7 +29,7 @@ _METHODS = (
         fractions=("1.3512071919596576340476878089714608269219993762171",),
         reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
     ),
-    # 1 / (4 - 4^(1/3)), twice
+    # The first two fractions are 1 / (4 - 4^(1/3)).
     Composition(
         name="suzuki-4",
         order=4,
