@@ -14,16 +14,17 @@ that round-off in |γ| does not enter, and ½⟨k, ω⟩ is kept wherever γ ≠
   one n×n system, solved by LDLᵀ without pivots (it is positive definite: no branches). For
   diagonal I⁻¹ with entries C_ij: M = diag(Cγ²) − C∘γγᵀ. O(n³); for a full matrix O(n⁴).
 
-Parameters of all three start with n, D; then a_i, 1/a_i, C (n, n and N = n(n−1)/2 numbers: special), C (N:
-diagonal), or I⁻¹ row after row (N²: full); what follows is not read here.
+Parameters of all three start with n, D; then come a_i, 1/a_i, C (n, n and N = n(n−1)/2 numbers:
+special), C (N: diagonal), or I⁻¹ row after row (N²: full); what follows is not read here.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 from geomint import part
 
 from .inertia import GeneralInertia, SpecialInertia
@@ -34,7 +35,7 @@ __all__ = ["apply_to_gamma", "omega_for", "omega_work"]
 
 def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Array]:
     """Return the function that writes ω for that operator, and its parameters."""
-    start = [float(inertia.n), D]
+    start = np.array([float(inertia.n), D])
     if isinstance(inertia, SpecialInertia):
         parts = [start, inertia.a, 1.0 / inertia.a, 1.0 / inertia.diagonal]
         return special_omega, np.concatenate(parts)
@@ -89,15 +90,15 @@ def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any
 
 @gi.helper
 def solve_in_place(n: int, s: Any, v: Any) -> None:
-    """Solve S v = v for a positive definite S, of which the lower triangle is read and overwritten."""
+    """Replace v by S⁻¹v for a positive definite S; reads and overwrites its lower triangle."""
     for j in range(n):
         r = 1.0 / s[j * n + j]
         s[j * n + j] = r
         x = v[j]
         for i in range(n - 1, j, -1):
             m = s[i * n + j] * r
-            for l in range(j + 1, i + 1):
-                s[i * n + l] = s[i * n + l] - m * s[l * n + j]
+            for c in range(j + 1, i + 1):
+                s[i * n + c] = s[i * n + c] - m * s[c * n + j]
             s[i * n + j] = m
             v[i] = v[i] - m * x
     for j in range(n - 1, -1, -1):
@@ -174,9 +175,9 @@ def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -
     for i in range(n):
         for j in range(i + 1, n):
             x, y = q * gamma[i], q * gamma[j]
-            for l in range(n):
-                s[i * n + l] = s[i * n + l] + y * g[r * n + l]
-                s[j * n + l] = s[j * n + l] - x * g[r * n + l]
+            for c in range(n):
+                s[i * n + c] = s[i * n + c] + y * g[r * n + c]
+                s[j * n + c] = s[j * n + c] - x * g[r * n + c]
             r += 1
     for i in range(n):
         s[i * n + i] = s[i * n + i] + 1.0

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 from geomint import part, sqrt
 
 from .angular_velocity import apply_to_gamma, omega_for
@@ -51,7 +52,7 @@ def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 @gi.field
 def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
+    """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
     n = int(params[0])
     k = part(work, 0, n * n)
     unpack(n, part(y, 0, n * (n - 1) // 2), k)
@@ -59,8 +60,8 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
     for i in range(n):
         for j in range(n):
             entry = k[i * n] * k[j * n]
-            for l in range(1, n):
-                entry += k[i * n + l] * k[j * n + l]
+            for c in range(1, n):
+                entry += k[i * n + c] * k[j * n + c]
             total += entry * entry
     return total
 
@@ -87,8 +88,8 @@ def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
             entry = 0.0 * y[0]
             if i == j:
                 entry = entry - 1.0
-            for l in range(n):
-                entry += y[first + i * n + l] * y[first + j * n + l]
+            for c in range(n):
+                entry += y[first + i * n + c] * y[first + j * n + c]
             total += entry * entry
     return sqrt(total)
 
@@ -104,16 +105,16 @@ def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     for i in range(n):
         for j in range(n):
             entry = g[i * n] * k[j]
-            for l in range(1, n):
-                entry += g[i * n + l] * k[l * n + j]
+            for c in range(1, n):
+                entry += g[i * n + c] * k[c * n + j]
             gk[i * n + j] = entry
     total = 0.0 * y[0]
     at = len(params) - size
     for i in range(n):
         for j in range(i + 1, n):
             entry = 0.0 * y[0] - params[at]
-            for l in range(n):
-                entry += gk[i * n + l] * g[j * n + l]
+            for c in range(n):
+                entry += gk[i * n + c] * g[j * n + c]
             total += entry * entry
             at += 1
     return sqrt(total)
@@ -124,8 +125,8 @@ def ball_problem(
 ) -> gi.Problem:
     """Return the ball in (k, γ), or in (k, γ, g) with the attitude.
 
-    State: ``k`` (n(n−1)/2,), the flat triangle, ``gamma`` (n,) and with `attitude` ``g`` (n·n,), the
-    rotation from body to space, row after row. Time t. Forms: ODE and action of SO(n).
+    State: ``k`` (n(n−1)/2,), the flat triangle, ``gamma`` (n,) and with `attitude` ``g`` (n·n,),
+    the rotation from body to space, row after row. Time t. Forms: ODE and action of SO(n).
     ``state(gamma=…, k=…)`` with k a skew matrix or flat; instead of k also omega, or p or p_tilde
     for k = γ∧p; g = 1 unless given.
 

@@ -1,8 +1,8 @@
 """Field, generator and energy of the ball in (k, γ) or (k, γ, g), for any kind of inertia.
 
-See `ball` for the equations; ω is one of the functions of `angular_velocity`. The functions are made
-for each n, because loops of constant length unroll: 1.5 to 3 times faster than with n from the
-parameters (n = 8 to 3).
+See `ball` for the equations; ω is one of the functions of `angular_velocity`. The functions are
+made for each n, because loops of constant length unroll: 1.5 to 3 times faster than with n from
+the parameters (n = 8 to 3).
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
     for i in range(n):
         for j in range(i + 1, n):
             total = w[i * n] * k[j * n] - k[i * n] * w[j * n]
-            for l in range(1, n):
-                total += w[i * n + l] * k[j * n + l] - k[i * n + l] * w[j * n + l]
+            for c in range(1, n):
+                total += w[i * n + c] * k[j * n + c] - k[i * n + c] * w[j * n + c]
             out[at] = total
             at += 1
     for row in range(size, len(y), n):  # γ and the rows of g are vectors that turn alike

@@ -17,8 +17,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 from geomint import sqrt
 
 from .inertia import GeneralInertia, SpecialInertia, parameters_of
@@ -35,7 +36,8 @@ from .states import initial_momentum
 
 __all__ = ["classical_problem"]
 
-# params: D; B_11, B_22, B_33; W_11, W_22, W_33; if there are any, B_12, B_13, B_23, W_12, W_13, W_23; k0
+# params: D; B_11, B_22, B_33; W_11, W_22, W_33; with a full tensor also B_12, B_13, B_23, W_12,
+# W_13, W_23; k0 where it is given
 DIAGONAL_SIZE = 7
 
 

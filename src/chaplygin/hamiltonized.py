@@ -17,8 +17,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 from geomint import sqrt
 
 from .inertia import SpecialInertia, parameters_of

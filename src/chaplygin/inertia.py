@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import geomint as gi
 import numpy as np
 import numpy.typing as npt
+
+import geomint as gi
 from geomint.problem import as_vector
 
 from .manifold import flat_triangle, skew_matrix
@@ -50,9 +51,9 @@ class SpecialInertia:
     """The operator I(E_i∧E_j) = a_i a_j D/(D − a_i a_j) E_i∧E_j, i < j, eq. (operator).
 
     The paper asks for 0 < a_i a_j < D for all i and j. Only i ≠ j enters the operator, and
-    a_i > 0 with a_i a_j < D for i ≠ j is all that is needed: I is then positive definite, hence so is
-    the reduced metric I + D pr, and H > 0. With i = j included, most rigid bodies would be
-    excluded: moments (0.1, 10, 10) with D = 1 have a_1² = 9.1 D. So a_i² may exceed D here.
+    a_i > 0 with a_i a_j < D for i ≠ j is all that is needed: I is then positive definite, hence so
+    is the reduced metric I + D pr, and H > 0. With i = j included, rigid bodies would be excluded
+    for no reason: moments (0.1, 10, 10) with D = 1 have a_1² = 9.1 D. So a_i² may exceed D here.
 
     Parameters
     ----------

@@ -8,12 +8,14 @@ larger one is an error. Defects of p are relative to |p|, so that states of any 
 
 from __future__ import annotations
 
+import sys
 import warnings
 from typing import Any
 
-import geomint as gi
 import numpy as np
 import numpy.typing as npt
+
+import geomint as gi
 from geomint.problem import as_vector
 
 __all__ = [
@@ -38,12 +40,16 @@ Array = npt.NDArray[np.float64]
 
 SILENT = 1e-13
 REPAIRED = 1e-6
+_PACKAGES = ("chaplygin.", "geomint.")
 PARALLEL = 1e-8  # a p whose tangent part is a smaller fraction of it is mostly round-off
 
 
 def warn(text: str) -> None:
-    """Say that a state was changed, as coming from the caller of the library."""
-    warnings.warn(text, gi.GeomintWarning, stacklevel=4)
+    """Warn that a state was changed, at the line of the first caller outside of the packages."""
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals.get("__name__", "").startswith(_PACKAGES):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, gi.GeomintWarning, stacklevel=level)
 
 
 def length(v: Array) -> float:

@@ -1,15 +1,21 @@
 """The reduced Chaplygin sphere on T*S^(n−1) in time t.
 
-γ̇ = −ωγ, ṗ = −ωp, eqs. (r1), (r2), for k = γ∧p. The special inertia operator has the closed form
-ω = (A⁻¹γ∧p − γ∧Ap/D)/(D U), U = (γ, A⁻¹γ): eqs. (ro1), (ro2),
+γ̇ = −ωγ, ṗ = −ωp, eqs. (r1), (r2), for k = γ∧p. For the special inertia operator, with U = (γ, A⁻¹γ)
+and q = (γ, γ) p − (γ, p) γ, which is p itself on T*S^(n−1),
 
-    γ̇ = p/D − (p, γ) A⁻¹γ/(DU) + (γ, Ap) γ/(D²U) − (γ, γ) Ap/(D²U),
-    ṗ = (p, A⁻¹γ) p/(DU) − (p, p) A⁻¹γ/(DU) + (p, Ap) γ/(D²U) − (p, γ) Ap/(D²U).
+    ω = (A⁻¹γ∧q − γ∧Aq/D)/(DU),
 
-of cost O(n). Any other operator takes ω from k = γ∧p as the ball does (`angular_velocity`): O(n³).
+at the cost of O(n) an evaluation:
 
-ω is skew wherever γ ≠ 0, so the extended field keeps (γ, γ), (γ, p) and (p, p) also off the
-manifold: no drift of the constraints can feed on itself.
+    γ̇ = q/D − (γ, γ) Aq/(D²U) + (γ, Aq) γ/(D²U),
+    ṗ = (A⁻¹γ, p) q/(DU) − (γ, p) Aq/(D²U) − (q, p) A⁻¹γ/(DU) + (p, Aq) γ/(D²U).
+
+This is eqs. (ro1), (ro2) on T*S^(n−1), but not off it: there the equations as printed have p for q. Both
+keep (γ, γ), (γ, p) and (p, p) wherever γ ≠ 0; only with q is ω that of the momentum k = γ∧p, so that
+the energy ½⟨k, ω⟩ is kept as well. With p for q round-off in (γ, p), which grows like t, makes the
+energy drift like t² (n = 3, t = 8000: by 1.4e-11 instead of 7e-14).
+
+Any other operator takes ω from k = γ∧p as the ball does (`angular_velocity`): O(n³).
 """
 
 from __future__ import annotations
@@ -17,8 +23,9 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 from geomint import part
 
 from .angular_velocity import apply_to_gamma, omega_for, omega_work
@@ -31,44 +38,55 @@ __all__ = ["reduced_problem"]
 
 @gi.field
 def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eqs. (ro1), (ro2); params = [D, 1/a…, a…], y = (γ, p)."""
+    """Eqs. (ro1), (ro2) with q for p in ω; params = [D, 1/a…, a…], y = (γ, p)."""
     n = len(y) // 2
     D = params[0]
     g, p = y[0], y[n]
-    bg, ap = params[1] * g, params[1 + n] * p
-    g2, u, pp, gp, bgp, gap, pap = g * g, bg * g, p * p, g * p, bg * p, g * ap, p * ap
+    bg, ag, ap = params[1] * g, params[1 + n] * g, params[1 + n] * p
+    g2, u, pp, gp, bgp = g * g, bg * g, p * p, g * p, bg * p
+    gag, gap, pap = g * ag, g * ap, p * ap
     for i in range(1, n):
         g, p = y[i], y[n + i]
-        bg, ap = params[1 + i] * g, params[1 + n + i] * p
+        bg, ag, ap = params[1 + i] * g, params[1 + n + i] * g, params[1 + n + i] * p
         g2 += g * g
         u += bg * g
         pp += p * p
         gp += g * p
         bgp += bg * p
+        gag += g * ag
         gap += g * ap
         pap += p * ap
     s = 1.0 / (D * D * u)
     r = D * s
-    ru, rgp, rbgp, rpp = r * u, r * gp, r * bgp, r * pp
-    sg2, sgap, sgp, spap = s * g2, s * gap, s * gp, s * pap
+    gaq, paq, pq = s * (g2 * gap - gp * gag), s * (g2 * pap - gp * gap), r * (g2 * pp - gp * gp)
+    ru, rbgp, sg2, sgp = r * u, r * bgp, s * g2, s * gp
     for i in range(n):
-        g, p = y[i], y[n + i]
+        g = y[i]
+        q = g2 * y[n + i] - gp * g
         b, a = params[1 + i], params[1 + n + i]
-        out[i] = (ru - sg2 * a) * p + (sgap - rgp * b) * g
-        out[n + i] = (rbgp - sgp * a) * p + (spap - rpp * b) * g
+        out[i] = (ru - sg2 * a) * q + gaq * g
+        out[n + i] = (rbgp - sgp * a) * q + (paq - pq * b) * g
 
 
 @gi.field
 def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """H = (D U (p, p) − (p, Ap))/(2D²U), eq. (hamiltonian)."""
+    """H = ½⟨k, ω⟩ = (D U K − (q, Aq))/(2D²U), eq. (hamiltonian) with q for p."""
     n = len(y) // 2
     D = params[0]
-    u, pp, pap = params[1] * y[0] * y[0], y[n] * y[n], params[1 + n] * y[n] * y[n]
+    g, p, a = y[0], y[n], params[1 + n]
+    g2, u, pp, gp = g * g, params[1] * g * g, p * p, g * p
+    gag, gap, pap = a * g * g, a * g * p, a * p * p
     for i in range(1, n):
-        u += params[1 + i] * y[i] * y[i]
-        pp += y[n + i] * y[n + i]
-        pap += params[1 + n + i] * y[n + i] * y[n + i]
-    return 0.5 * (D * u * pp - pap) / (D * D * u)
+        g, p, a = y[i], y[n + i], params[1 + n + i]
+        g2 += g * g
+        u += params[1 + i] * g * g
+        pp += p * p
+        gp += g * p
+        gag += a * g * g
+        gap += a * g * p
+        pap += a * p * p
+    qaq = g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)
+    return 0.5 * (D * u * (g2 * pp - gp * gp) - qaq) / (D * D * u)
 
 
 @gi.field

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 
 from .ball import ball_problem
 from .classical import classical_problem
@@ -29,9 +30,9 @@ class ChaplyginSphere:
     D : float
         mρ² > 0. May be left out if `inertia` is a `SpecialInertia`, which has it.
     inertia : SpecialInertia, GeneralInertia, or array_like
-        Instead of `a`: an operator, its diagonal entries (N,) or its matrix (N, N) in the basis E_i∧E_j,
-        i < j. Where it is a special one by its shape (diagonal and n ≤ 3, or a multiple of the
-        identity) it is taken as such.
+        Instead of `a`: an operator, its diagonal entries (N,) or its matrix (N, N) in the basis
+        E_i∧E_j, i < j. Where it is a special one by its shape (diagonal and n ≤ 3, or a multiple of
+        the identity) it is taken as such.
 
     Raises
     ------
@@ -74,7 +75,8 @@ class ChaplyginSphere:
         Parameters
         ----------
         J : array_like, shape (n,) or (n, n)
-            Principal values, or symmetric. At n = 3 the moments of inertia are J_2 + J_3, J_3 + J_1, J_1 + J_2.
+            Principal values, or symmetric. At n = 3 the moments of inertia are then J_2 + J_3,
+            J_3 + J_1, J_1 + J_2; for these use `from_moments`.
         m, rho : float
         """
         return cls(inertia=GeneralInertia.from_mass_tensor(J), D=_scale(m, rho))

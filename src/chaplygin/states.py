@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import geomint as gi
 import numpy as np
+
+import geomint as gi
 
 from .inertia import GeneralInertia, SpecialInertia, angular_momentum
 from .manifold import (
@@ -21,7 +22,7 @@ from .manifold import (
     wedge,
 )
 
-__all__ = ["initial_momentum", "initial_tangent", "tangent_of_momentum"]
+__all__ = ["initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
 Inertia = SpecialInertia | GeneralInertia
 _KEYS = ("p", "p_tilde", "k", "omega")
@@ -89,14 +90,26 @@ def multiplier(inertia: SpecialInertia, gamma: Array) -> float:
 
 def tangent_of_momentum(gamma: Array, k: Array, name: str = "k") -> Array:
     """Return the p ⟂ γ with k = γ∧p, namely −kγ, or raise if k has an SO(n−1)-momentum."""
-    size = length(k)
-    if size == 0.0:
-        return np.zeros(len(gamma))
-    p = -skew_matrix(k / size, len(gamma)) @ gamma
-    defect = length(k / size - wedge(gamma, p))
+    p, defect = _split(gamma, k)
     if defect > REPAIRED:
         expected = f"zero SO(n−1)-momentum (k = gamma∧p); |pr k|/|k| is {defect:.3g}"
         raise gi.DomainError(name, k, expected)
     if defect > SILENT:
-        warn(f"|pr k|/|k| of {name} is {defect:.3g}: projected to 0 (k = gamma∧p)")
-    return np.asarray(size * (p - (gamma @ p) * gamma))
+        warn(f"|pr k|/|k| of {name} is {defect:.3g}, not 0: the state uses k = gamma∧p")
+    return p
+
+
+def momentum_free(gamma: Array, k: Array) -> Array | None:
+    """Return the p ⟂ γ with k = γ∧p, or None if k has an SO(n−1)-momentum beyond round-off."""
+    p, defect = _split(gamma, k)
+    return p if defect <= SILENT else None
+
+
+def _split(gamma: Array, k: Array) -> tuple[Array, float]:
+    """Return p = −kγ and |k − γ∧p|/|k|."""
+    size = length(k)
+    if size == 0.0:
+        return np.zeros(len(gamma)), 0.0
+    p = -skew_matrix(k / size, len(gamma)) @ gamma
+    p = p - (gamma @ p) * gamma
+    return size * p, length(k / size - wedge(gamma, p))

@@ -12,10 +12,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 import geomint as gi
 
-from .inertia import SpecialInertia, angular_momentum, positive_number
-from .manifold import REPAIRED, Array, length, skew_matrix, vector_of_triangle, wedge
+from .manifold import Array, vector_of_triangle, wedge
 from .sphere import ChaplyginSphere
-from .states import initial_momentum, initial_tangent
+from .states import initial_momentum, initial_tangent, momentum_free
 
 __all__ = ["BALL", "HAMILTONIZED", "HOMOGENEOUS", "REDUCED", "ball_model", "sphere_model"]
 
@@ -27,7 +26,7 @@ Matrix = list[Numbers]
 class Strict(BaseModel):
     """Unknown keys are errors, and so are numbers written as strings."""
 
-    model_config = ConfigDict(extra="forbid", arbitrary_types_allowed=False)
+    model_config = ConfigDict(extra="forbid")
 
 
 class SpecialParameters(Strict):
@@ -79,13 +78,22 @@ class Initial(Strict):
 
 
 def sphere_model(sphere: ChaplyginSphere, first: str, gamma: Any, **components: Any) -> gi.Model:
-    """Return all representations of a ball without SO(n−1)-momentum, `first` before the others."""
+    """Return all representations of a ball without SO(n−1)-momentum, `first` before the others.
+
+    Parameters
+    ----------
+    sphere : ChaplyginSphere
+    first : ``"reduced"`` or ``"hamiltonized"``
+    gamma : array_like, shape (n,)
+    **components
+        One of p, p_tilde, k, omega.
+    """
     vertical, p = initial_tangent(sphere.inertia, sphere.D, gamma, **components)
-    problems = {
-        **_tangent_problems(sphere, first),
-        **_ball_problems(sphere, wedge(vertical, p), False),
-    }
-    return _model(problems, vertical, {"p": p}, wedge(vertical, p))
+    k = wedge(vertical, p)
+    tangent = _tangent_problems(sphere)
+    plain, carrying = _ball_problems(sphere, k, "ball")
+    problems = {first: tangent[first], **tangent, **plain, **carrying}
+    return _model(problems, vertical, k, p)
 
 
 def ball_model(
@@ -108,77 +116,112 @@ def ball_model(
     **components
         One of p, p_tilde, k, omega.
     """
-    if "p" in components or "p_tilde" in components:
-        vertical, p = initial_tangent(sphere.inertia, sphere.D, gamma, **components)
-        k = wedge(vertical, p)
-    else:
-        vertical, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **components)
-        p = -skew_matrix(k, sphere.n) @ vertical
-    problems = _ball_problems(sphere, k, attitude, vector)
-    size = length(k)
-    if size == 0.0 or length(k / size - wedge(vertical, p / size)) <= REPAIRED * 1e-7:
-        p = p - (vertical @ p) * vertical
-        problems = _before_attitude(problems, _tangent_problems(sphere, "reduced"), attitude)
-    return _model(problems, vertical, {"p": p}, k)
+    vertical, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **components)
+    plain, carrying = _ball_problems(sphere, k, "classical" if vector else "ball")
+    p = momentum_free(vertical, k)
+    tangent = {} if p is None else _tangent_problems(sphere)
+    parts = (carrying, plain, tangent) if attitude else (plain, tangent, carrying)
+    return _model({name: q for part in parts for name, q in part.items()}, vertical, k, p)
 
 
-def _tangent_problems(sphere: ChaplyginSphere, first: str) -> dict[str, gi.Problem]:
+def _tangent_problems(sphere: ChaplyginSphere) -> dict[str, gi.Problem]:
     problems = {"reduced": sphere.reduced()}
     if sphere.special:
         problems["hamiltonized"] = sphere.hamiltonized()
-    return {first: problems[first], **problems}
+    return problems
 
 
 def _ball_problems(
-    sphere: ChaplyginSphere, k: Array, attitude: bool, vector: bool = False
-) -> dict[str, gi.Problem]:
-    makers = {"ball": (sphere.ball, k)}
+    sphere: ChaplyginSphere, k: Array, first: str
+) -> tuple[dict[str, gi.Problem], dict[str, gi.Problem]]:
+    """Return the problems without and with the attitude, `first` before the other."""
+    makers: dict[str, Any] = {"ball": (sphere.ball, k)}
     if sphere.n == 3:
         makers["classical"] = (sphere.classical, vector_of_triangle(k))
-    own = "classical" if vector else "ball"
-    names = [own, *(name for name in makers if name != own)]
-    plain = {name: makers[name][0]() for name in names}
-    carrying = {f"{name}-attitude": makers[name][0](True, makers[name][1]) for name in names}
-    return {**carrying, **plain} if attitude else {**plain, **carrying}
+    makers = {first: makers[first], **makers}
+    plain = {name: make() for name, (make, _) in makers.items()}
+    carrying = {f"{name}-attitude": make(True, k0) for name, (make, k0) in makers.items()}
+    return plain, carrying
 
 
-def _before_attitude(
-    problems: dict[str, gi.Problem], others: dict[str, gi.Problem], attitude: bool
-) -> dict[str, gi.Problem]:
-    if attitude:
-        return {**problems, **others}
-    plain = {name: p for name, p in problems.items() if not name.endswith("-attitude")}
-    return {**plain, **others, **problems}
-
-
-def _model(
-    problems: dict[str, gi.Problem], gamma: Array, tangent: dict[str, Array], k: Array
-) -> gi.Model:
+def _model(problems: dict[str, gi.Problem], gamma: Array, k: Array, p: Array | None) -> gi.Model:
+    """Return the model whose every problem starts from the same state."""
     states = {}
     for name, problem in problems.items():
-        if name in ("reduced", "hamiltonized"):
-            states[name] = problem.state(gamma=gamma, **tangent)
+        if name.startswith("ball"):
+            states[name] = problem.state(gamma=gamma, k=k)
         elif name.startswith("classical"):
             states[name] = problem.state(gamma=gamma, k=vector_of_triangle(k))
         else:
-            states[name] = problem.state(gamma=gamma, k=k)
+            states[name] = problem.state(gamma=gamma, p=p)
     return gi.Model(problems=problems, states=states)
 
 
 def _sphere_of(parameters: BallParameters) -> ChaplyginSphere:
-    given = [name for name in ("a", "inertia", "moments", "J") if getattr(parameters, name) is not None]
+    operators = {name: getattr(parameters, name) for name in ("a", "inertia", "moments", "J")}
+    given = {name: value for name, value in operators.items() if value is not None}
     if len(given) != 1:
-        raise gi.DomainError("[system]", given, "exactly one of a, inertia, moments, J")
-    mass = (parameters.m, parameters.rho)
-    if (parameters.D is None) == (None in mass) or (parameters.D is not None and any(mass)):
-        raise gi.DomainError("[system] D", parameters.D, "D, or m and rho")
-    if parameters.D is not None:
-        m, rho = positive_number("D", parameters.D), 1.0
-    else:
-        m, rho = mass
-    value = getattr(parameters, given[0])
-    if given[0] == "moments":
+        raise gi.DomainError("parameters", list(given), f"exactly one of {list(operators)}")
+    D, m, rho = parameters.D, parameters.m, parameters.rho
+    if D is not None and m is None and rho is None:
+        m, rho = D, 1.0
+    elif D is not None or m is None or rho is None:
+        raise gi.DomainError("parameters", {"D": D, "m": m, "rho": rho}, "D, or m and rho")
+    (name, value), *_ = given.items()
+    if name == "moments":
         return ChaplyginSphere.from_moments(value, m, rho)
-    if given[0] == "J":
+    if name == "J":
         return ChaplyginSphere.from_tensor(value, m, rho)
-    return ChaplyginSphere(**{given[0]: value}, D=m * rho * rho)
+    return ChaplyginSphere(**{name: value}, D=m * rho * rho)
+
+
+def _build_reduced(parameters: SpecialParameters, initial: Initial) -> gi.Model:
+    sphere = ChaplyginSphere(a=parameters.a, D=parameters.D)
+    return sphere_model(sphere, "reduced", initial.gamma, **initial.components())
+
+
+def _build_hamiltonized(parameters: SpecialParameters, initial: Initial) -> gi.Model:
+    sphere = ChaplyginSphere(a=parameters.a, D=parameters.D)
+    return sphere_model(sphere, "hamiltonized", initial.gamma, **initial.components())
+
+
+def _build_ball(parameters: BallParameters, initial: Initial) -> gi.Model:
+    vector, sphere = parameters.moments is not None, _sphere_of(parameters)
+    given = initial.components()
+    return ball_model(sphere, initial.gamma, vector, parameters.attitude, **given)
+
+
+def _build_homogeneous(parameters: HomogeneousParameters, initial: Initial) -> gi.Model:
+    sphere = ChaplyginSphere.homogeneous(parameters.n, parameters.s, parameters.D)
+    given = initial.components()
+    return ball_model(sphere, initial.gamma, attitude=parameters.attitude, **given)
+
+
+REDUCED = gi.System(
+    name="chaplygin-sphere-reduced",
+    summary="the Chaplygin sphere without SO(n−1)-momentum, on T*S^(n−1), in time t",
+    parameters=SpecialParameters,
+    initial=Initial,
+    build=_build_reduced,
+)
+HAMILTONIZED = gi.System(
+    name="chaplygin-sphere-hamiltonized",
+    summary="the Hamiltonised Chaplygin sphere, a geodesic flow on T*S^(n−1), in time τ",
+    parameters=SpecialParameters,
+    initial=Initial,
+    build=_build_hamiltonized,
+)
+BALL = gi.System(
+    name="chaplygin-ball",
+    summary="the ball with any momentum and any inertia, in (k, γ); in vectors from moments",
+    parameters=BallParameters,
+    initial=Initial,
+    build=_build_ball,
+)
+HOMOGENEOUS = gi.System(
+    name="homogeneous-ball",
+    summary="the ball with inertia operator s·1 in R^n, in (k, γ)",
+    parameters=HomogeneousParameters,
+    initial=Initial,
+    build=_build_homogeneous,
+)

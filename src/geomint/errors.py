@@ -101,7 +101,8 @@ class NonFiniteError(StepError):
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return `` Did you mean 'x'?`` for the closest known word, or the list of all."""
     words = list(known)
-    close = get_close_matches(word, words, n=1, cutoff=0.5)
+    folded = {name.casefold(): name for name in words}
+    close = get_close_matches(word.casefold(), folded, n=1, cutoff=0.5)
     if close:
-        return f" Did you mean {close[0]!r}?"
+        return f" Did you mean {folded[close[0]]!r}?"
     return f" Known: {', '.join(sorted(words))}." if words else ""

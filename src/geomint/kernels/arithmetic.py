@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["cos", "fma", "lane", "like", "maximum", "select", "sin", "sqrt", "top", "total"]
+__all__ = ["cos", "epsilon", "fma", "lane", "like", "maximum", "select", "sin", "sqrt", "top", "total"]
 
 
 def _load_libm_fma() -> Callable[[float, float, float], float] | None:
@@ -96,8 +96,8 @@ def cos(x: Any) -> Any:
 
 
 def maximum(x: Any, y: Any) -> Any:
-    """Return the larger of two numbers, lane by lane; ``y`` where they do not compare."""
-    return select(x > y, x, y)
+    """Return the larger of two numbers, lane by lane; NaN where either is NaN."""
+    return select(x > y, x, select(x >= x, y, x))
 
 
 def select(condition: Any, x: Any, y: Any) -> Any:
@@ -133,3 +133,11 @@ def total(x: Any) -> Any:
         half = len(values) // 2
         values = [values[i] + values[i + half] for i in range(half)]
     return values[0]
+
+
+def epsilon(x: Any) -> float:
+    """Return the relative spacing of numbers of the kind of `x`; 2⁻⁵² for float64 and lanes."""
+    dtype = getattr(x, "dtype", None)
+    if dtype is not None and dtype != object:
+        return float(np.finfo(dtype).eps)
+    return float(getattr(getattr(x, "context", None), "eps", 2.0**-52))

@@ -24,7 +24,7 @@ from .recorded import Recorded
 from .typing_blocks import LANE_BLOCK, SCALAR_BLOCK
 from .typing_lanes import LANE_VALUE
 
-__all__ = ["LANE", "SCALAR", "compile_function", "listen", "make_dispatcher"]
+__all__ = ["LANE", "SCALAR", "compile_function", "extended_kind", "listen", "make_dispatcher"]
 
 # Steppers take fields as first-class functions: numba calls that experimental at every compilation.
 warnings.filterwarnings(
@@ -38,8 +38,9 @@ _listeners: list[Callable[[str, float | None], None]] = []
 class Kind:
     """One kind of number: the numba types of a number and of a block of them."""
 
-    def __init__(self, name: str, number: Any, block: Any) -> None:
+    def __init__(self, name: str, number: Any, block: Any, memory: Any = None) -> None:
         self.name, self.number, self.block = name, number, block
+        self.memory = block if memory is None else memory
 
     def __repr__(self) -> str:
         return self.name
@@ -47,6 +48,14 @@ class Kind:
 
 SCALAR = Kind("SCALAR", types.float64, SCALAR_BLOCK)
 LANE = Kind("LANE", LANE_VALUE, LANE_BLOCK)
+
+
+@functools.cache
+def extended_kind() -> Kind:
+    """Return the kind of eight double-double numbers, whose memory holds double-double numbers."""
+    from .typing_double_double import DD_BLOCK, DD_LANE_BLOCK, DD_LANE_VALUE
+
+    return Kind("EXTENDED", DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK)
 
 
 @typeof_impl.register(Recorded)

@@ -249,8 +249,8 @@ def rattle_step(
             Q[i] = new_q
             P[i] = new_p
         delta = top(worst)
-        if not delta < 1e300:
-            return NOT_FINITE, iteration + 1, delta
+        if not delta < 1e300:  # functions that fail at the first guess, or a diverging iteration
+            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, delta
         # λ turns a rounding ε of g(q₁) into ε |q| / |q₁ − q| of P, along the normals.
         stagnated = delta >= last and delta * top(moved) <= 16 * EPSILON * (4.0 + top(moved))
         settled = delta <= 1e-6 and delta * delta <= tolerance * last and last < 1e300

@@ -41,14 +41,19 @@ def constraint(kind: Kind) -> Any:
 
 
 def advance_signature(functions: list[Any], kind: Kind = SCALAR) -> Any:
-    """Return the signature of a stepper that takes functions of the given signatures."""
+    """Return the signature of a stepper that takes functions of the given signatures.
+
+    Its memory holds numbers of `kind`; a kind with a memory type of its own has its coefficients in
+    that type too.
+    """
     result = types.Tuple([types.int64, types.int64, types.int64, types.float64])
-    block = kind.block
+    block = kind.memory
+    coefficients = SCALAR.block if kind.memory is kind.block else kind.memory
     numbers = [types.int64, types.float64, types.float64, types.int64, types.int64, types.int64]
     return result(
         *(types.FunctionType(f) for f in functions),
         SCALAR.block,  # params
-        SCALAR.block,  # coefficients
+        coefficients,
         SCALAR.block,  # fractions
         block,  # memory
         block,  # work

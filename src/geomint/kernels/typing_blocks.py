@@ -67,6 +67,8 @@ def _unbox_block(typ: BlockType, obj: Any, c: Any) -> NativeValue:
     block = cgutils.create_struct_proxy(typ)(c.context, c.builder)
     block.data = array.data
     block.rows = c.builder.extract_value(array.shape, 0)
+    if hasattr(typ.row, "base"):
+        block.rows = c.builder.udiv(block.rows, ir.Constant(block.rows.type, 2))
     # The Python object keeps the memory alive for the length of the call.
     c.pyapi.decref(attribute)
     return NativeValue(block._getvalue(), is_error=native.is_error, cleanup=native.cleanup)
@@ -76,7 +78,14 @@ def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:
     return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
 
 
-def _row_pointer(context: Any, builder: Any, typ: BlockType, value: Any, index: Any) -> Any:
+def _width(row: Any) -> int:
+    """Numbers in a row: lanes times the parts of an extended number."""
+    base = getattr(row, "base", row)
+    return (LANES if base == LANE_VALUE else 1) * (1 if base is row else 2)
+
+
+def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index: Any) -> list[Any]:
+    """Return the address of a row, or of each of the two parts of an extended number."""
     block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
     if config.BOUNDSCHECK:
         rows = _number_of_rows(builder, typ, block)
@@ -85,11 +94,17 @@ def _row_pointer(context: Any, builder: Any, typ: BlockType, value: Any, index: 
             context.call_conv.return_user_exc(
                 builder, IndexError, ("row index outside of the block",)
             )
-    if typ.row == LANE_VALUE:
-        index = builder.mul(index, ir.Constant(index.type, LANES))
-        pointer = builder.gep(block.data, [index])
-        return builder.bitcast(pointer, ir.VectorType(_F64, LANES).as_pointer())
-    return builder.gep(block.data, [index])
+    base = getattr(typ.row, "base", typ.row)
+    lanes = base == LANE_VALUE
+    start = builder.mul(index, ir.Constant(index.type, _width(typ.row)))
+    pointers = []
+    for offset in range(0, _width(typ.row), LANES if lanes else 1):
+        at = builder.add(start, ir.Constant(index.type, offset))
+        pointer = builder.gep(block.data, [at])
+        if lanes:
+            pointer = builder.bitcast(pointer, ir.VectorType(_F64, LANES).as_pointer())
+        pointers.append(pointer)
+    return pointers
 
 
 @infer_global(operator.getitem)
@@ -118,14 +133,23 @@ class _Length(AbstractTemplate):
 
 @lower_builtin(operator.getitem, BlockType, types.Integer)
 def _lower_get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    pointer = _row_pointer(context, builder, sig.args[0], *args)
-    return builder.load(pointer, align=_ALIGN)
+    pointers = _row_pointers(context, builder, sig.args[0], *args)
+    parts = [builder.load(pointer, align=_ALIGN) for pointer in pointers]
+    if len(parts) == 1:
+        return parts[0]
+    row = cgutils.create_struct_proxy(sig.args[0].row)(context, builder)
+    row.hi, row.lo = parts
+    return row._getvalue()
 
 
 @lower_builtin(operator.setitem, BlockType, types.Integer, types.Any)
 def _lower_set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    pointer = _row_pointer(context, builder, sig.args[0], args[0], args[1])
-    builder.store(args[2], pointer, align=_ALIGN)
+    pointers = _row_pointers(context, builder, sig.args[0], args[0], args[1])
+    if len(pointers) == 1:
+        builder.store(args[2], pointers[0], align=_ALIGN)
+    else:
+        for i, pointer in enumerate(pointers):
+            builder.store(builder.extract_value(args[2], i), pointer, align=_ALIGN)
     return context.get_dummy_value()
 
 
@@ -141,8 +165,8 @@ def _view(result: BlockType) -> Any:
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
         start, rows = args[1], args[2]
-        width = LANES if sig.args[0].row == LANE_VALUE else 1
-        taken = LANES if (result.row == LANE_VALUE and width == 1) else 1
+        width = _width(sig.args[0].row)
+        taken = _width(result.row) // width
         if config.BOUNDSCHECK:
             end = builder.add(start, builder.mul(rows, ir.Constant(rows.type, taken)))
             outside = builder.icmp_signed(
@@ -169,7 +193,8 @@ def _part(typingctx, block, start, rows):
 
 @intrinsic
 def _as_lanes(typingctx, block, start, rows):
-    return LANE_BLOCK(block, types.int64, types.int64), _view(LANE_BLOCK)
+    result = BlockType(block.row.lanes() if hasattr(block.row, "lanes") else LANE_VALUE)
+    return result(block, types.int64, types.int64), _view(result)
 
 
 @intrinsic

@@ -5,14 +5,13 @@ from __future__ import annotations
 import operator
 from typing import Any
 
-import numpy as np
 from numba import njit
 from numba.core import cgutils, types
 from numba.core.imputils import lower_cast
+from numba.core.typeconv import Conversion
 from numba.core.typeconv.rules import default_type_manager
 from numba.extending import (
     intrinsic,
-    lower_builtin,
     models,
     overload,
     register_model,
@@ -33,6 +32,10 @@ class DoubleDoubleType(types.Type):
     def __init__(self, base: Any) -> None:
         self.base = base
         super().__init__(name=f"double_double({base})")
+
+    def lanes(self) -> DoubleDoubleType:
+        """The type of eight such numbers."""
+        return DoubleDoubleType(LANE_VALUE)
 
 
 DD_VALUE = DoubleDoubleType(types.float64)
@@ -223,11 +226,6 @@ def _binary(functions: list[Any], implementation: Any) -> None:
             return None
 
 
-@njit
-def _one(x):
-    return x
-
-
 def _promoted(value: Any, example: Any) -> Any:
     raise NotImplementedError  # replaced by the overload below; never called uncompiled
 
@@ -267,22 +265,17 @@ _binary([operator.mul, operator.imul], _multiply)
 _binary([operator.truediv, operator.itruediv], _divide)
 
 
-def _comparisons() -> None:
-    for function, strict in (
-        (operator.lt, operator.lt),
-        (operator.le, operator.lt),
-        (operator.gt, operator.gt),
-        (operator.ge, operator.gt),
-    ):
+def _comparison(function: Any) -> Any:
+    @njit
+    def compare(x, y):
+        difference = _subtract(x, y)
+        return function(_hi(difference), 0.0)
 
-        def make(function: Any = function, strict: Any = strict) -> Any:
-            @njit
-            def compare(x, y):
-                return strict(_hi(x), _hi(y)) | ((_hi(x) == _hi(y)) & function(_lo(x), _lo(y)))
+    return compare
 
-            return compare
 
-        _binary([function], make())
+for _function in (operator.lt, operator.le, operator.gt, operator.ge):
+    _binary([_function], _comparison(_function))
 
 
 @overload(operator.neg)
@@ -318,3 +311,57 @@ def _overload_sin(x):
 @overload(arithmetic.cos)
 def _overload_cos(x):
     return (lambda x: _sine_of(x, 1.0)) if _is_dd(x) else None
+
+
+@overload(arithmetic.fma)
+def _overload_fma(x, y, z):
+    return (lambda x, y, z: x * y + z) if _is_dd(x) or _is_dd(y) or _is_dd(z) else None
+
+
+@overload(arithmetic.select)
+def _overload_select(condition, x, y):
+    if not (_is_dd(x) and _is_dd(y)):
+        return None
+    if condition != LANE_MASK:
+        return lambda condition, x, y: x if condition else y
+    return lambda condition, x, y: _pack(
+        arithmetic.select(condition, _hi(x), _hi(y)), arithmetic.select(condition, _lo(x), _lo(y))
+    )
+
+
+@overload(arithmetic.like)
+def _overload_like(value, example):
+    if not _is_dd(example):
+        return None
+    if _is_dd(value):
+        return lambda value, example: _widened(value, example)
+    return lambda value, example: _promoted(value, example)
+
+
+@overload(arithmetic.lane)
+def _overload_lane(x, index):
+    if not _is_dd(x):
+        return None
+    return lambda x, index: _pack(
+        arithmetic.lane(_hi(x), index), arithmetic.lane(_lo(x), index)
+    )
+
+
+@overload(arithmetic.top)
+def _overload_top(x):
+    return (lambda x: arithmetic.top(_hi(x))) if _is_dd(x) else None
+
+
+@overload(arithmetic.epsilon)
+def _overload_epsilon(x):
+    return (lambda x: 4.93038065763132e-32) if _is_dd(x) else None
+
+
+@lower_cast(types.float64, DoubleDoubleType)
+def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+    packed = cgutils.create_struct_proxy(toty)(context, builder)
+    packed.hi, packed.lo = value, context.get_constant(types.float64, 0.0)
+    return packed._getvalue()
+
+
+default_type_manager.set_compatible(types.float64, DD_VALUE, Conversion.safe)

@@ -177,16 +177,38 @@ def _scalar_fma(typingctx, x, y, z):
     return types.float64(types.float64, types.float64, types.float64), codegen
 
 
-@intrinsic
-def _vector_select(typingctx, condition, x, y):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        chosen = [
-            _as_vector(context, builder, k, v)
-            for k, v in zip(sig.args[1:], args[1:], strict=True)
-        ]
-        return builder.select(args[0], *chosen)
+def _common_type(x: Any, y: Any) -> Any:
+    """Return the type of a choice between two plain numbers."""
+    if LANE_VALUE in (x, y):
+        return LANE_VALUE
+    both_integers = isinstance(x, types.Integer) and isinstance(y, types.Integer)
+    return types.int64 if both_integers else types.float64
 
-    return LANE_VALUE(condition, x, y), codegen
+
+def _choice(chosen: Any) -> Any:
+    """Return code for (…, x, y) that casts x and y to one type and lets `chosen` choose."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        pair = [
+            _as_vector(context, builder, kind, value)
+            if sig.return_type == LANE_VALUE
+            else context.cast(builder, value, kind, sig.return_type)
+            for kind, value in zip(sig.args[-2:], args[-2:], strict=True)
+        ]
+        return chosen(builder, *args[:-2], *pair)
+
+    return codegen
+
+
+# As instructions, not as Python branches: those would be inlined into the callers' own branches.
+@intrinsic
+def _select(typingctx, condition, x, y):
+    return _common_type(x, y)(condition, x, y), _choice(lambda b, mask, x, y: b.select(mask, x, y))
+
+
+@intrinsic
+def _maximum(typingctx, x, y):
+    return _common_type(x, y)(x, y), _choice(_emit_larger)
 
 
 @intrinsic
@@ -229,9 +251,12 @@ def _fold(emit: Any) -> Any:
 
 
 def _emit_larger(builder: Any, x: Any, y: Any) -> Any:
-    # A NaN in either operand must win: llvm.maximum would do, but is slow on x86.
-    x_wins = builder.or_(builder.fcmp_ordered(">", x, y), builder.fcmp_unordered("uno", x, x))
-    return builder.select(x_wins, x, y)
+    # A NaN in either operand must win: llvm.maximum would do, but is slow on x86, where the first
+    # selection is one instruction and gives y where the two do not compare.
+    if x.type == ir.IntType(64):
+        return builder.select(builder.icmp_signed(">", x, y), x, y)
+    larger = builder.select(builder.fcmp_ordered(">", x, y), x, y)
+    return builder.select(builder.fcmp_ordered("ord", x, x), larger, x)
 
 
 _total = _fold(lambda builder, x, y: builder.fadd(x, y))
@@ -240,21 +265,23 @@ _top = _fold(_emit_larger)
 
 @overload(arithmetic.fma, inline="always")
 def _overload_fma(x, y, z):
-    if LANE_VALUE in (x, y, z):
+    if LANE_VALUE in (x, y, z) and _mixes_lanes((x, y, z)):
         return lambda x, y, z: _vector_fma(x, y, z)
-    return lambda x, y, z: _scalar_fma(float(x), float(y), float(z))
+    if all(isinstance(k, types.Float | types.Integer) for k in (x, y, z)):
+        return lambda x, y, z: _scalar_fma(float(x), float(y), float(z))
+    return None
 
 
-def _overload_unary(names: list[Any], vector: Any, scalar: Any) -> None:
-    for name in names:
+def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
+    """Let `function` take lane values, and plain numbers too where `scalar` says what to call."""
 
-        @overload(name)
-        def choose(x):
-            if x == LANE_VALUE:
-                return lambda x: vector(x)
-            if name is arithmetic.sqrt or name.__module__ == arithmetic.__name__:
-                return lambda x: scalar(x)
-            return None
+    @overload(function)
+    def choose(x):
+        if x == LANE_VALUE:
+            return lambda x: vector(x)
+        if scalar is not None and _plain(x):
+            return lambda x: scalar(x)
+        return None
 
 
 def _lane_by_lane(function: Any) -> Any:
@@ -269,10 +296,15 @@ def _lane_by_lane(function: Any) -> Any:
     return apply
 
 
-_overload_unary([arithmetic.sqrt, math.sqrt, np.sqrt], _vector_sqrt, math.sqrt)
-_overload_unary([arithmetic.sin, math.sin, np.sin], _lane_by_lane(math.sin), math.sin)
-_overload_unary([arithmetic.cos, math.cos, np.cos], _lane_by_lane(math.cos), math.cos)
-_overload_unary([np.abs], _vector_abs, abs)
+for _name, _vector in (
+    ("sqrt", _vector_sqrt),
+    ("sin", _lane_by_lane(math.sin)),
+    ("cos", _lane_by_lane(math.cos)),
+):
+    _overload_unary(getattr(arithmetic, _name), _vector, getattr(math, _name))
+    _overload_unary(getattr(math, _name), _vector)
+    _overload_unary(getattr(np, _name), _vector)
+_overload_unary(np.abs, _vector_abs)
 
 
 @overload(abs)
@@ -280,16 +312,24 @@ def _overload_abs(x):
     return (lambda x: _vector_abs(x)) if x == LANE_VALUE else None
 
 
+def _plain(x: Any) -> bool:
+    return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
+
+
 @overload(arithmetic.select, inline="always")
 def _overload_select(condition, x, y):
-    if condition == LANE_MASK:
-        return lambda condition, x, y: _vector_select(condition, x, y)
-    return lambda condition, x, y: x if condition else y
+    if not (_plain(x) and _plain(y)):
+        return None
+    if condition == LANE_MASK or isinstance(condition, types.Boolean):
+        return lambda condition, x, y: _select(condition, x, y)
+    return None
 
 
 @overload(arithmetic.maximum, inline="always")
 def _overload_maximum(x, y):
-    return lambda x, y: arithmetic.select(x > y, x, y)
+    if _plain(x) and _plain(y):
+        return lambda x, y: _maximum(x, y)
+    return lambda x, y: arithmetic.select(x > y, x, arithmetic.select(x >= x, y, x))
 
 
 @intrinsic
@@ -304,21 +344,30 @@ def _splat(typingctx, value):
 def _overload_like(value, example):
     if example == LANE_VALUE and value != LANE_VALUE:
         return lambda value, example: _splat(value)
-    return lambda value, example: value
+    return (lambda value, example: value) if _plain(example) else None
 
 
 @overload(arithmetic.lane)
 def _overload_lane(x, index):
     if x == LANE_VALUE:
         return lambda x, index: _extract(x, index)
-    return lambda x, index: x
+    return (lambda x, index: x) if _plain(x) else None
 
 
 @overload(arithmetic.top)
 def _overload_top(x):
-    return (lambda x: _top(x)) if x == LANE_VALUE else (lambda x: x)
+    if x == LANE_VALUE:
+        return lambda x: _top(x)
+    return (lambda x: x) if _plain(x) else None
 
 
 @overload(arithmetic.total)
 def _overload_total(x):
     return (lambda x: _total(x)) if x == LANE_VALUE else (lambda x: x)
+
+
+@overload(arithmetic.epsilon)
+def _overload_epsilon(x):
+    if x == LANE_VALUE or isinstance(x, types.Float):
+        return lambda x: 2.220446049250313e-16
+    return None

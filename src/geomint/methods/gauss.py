@@ -23,11 +23,15 @@ from .stepper import Stepper, filled_block
 __all__ = ["Gauss"]
 
 Array = npt.NDArray[np.float64]
+MAX_UNROLLED_ROWS = 16
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 
 
 def Gauss(  # noqa: N802 - reads as the method it is
-    stages: int = 8, *, tolerance: float = 2.0**-56, max_iterations: int = 100
+    stages: int = 8,
+    *,
+    tolerance: float = 2.0**-56,
+    max_iterations: int = 100,
 ) -> Method:
     """Gauss collocation with 1 to 16 stages.
 
@@ -55,7 +59,9 @@ def Gauss(  # noqa: N802 - reads as the method it is
         raise DomainError("max_iterations", max_iterations, "a number ≥ 1")
 
     def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
-        return functools.partial(_start, stages, tolerance, max_iterations, lengths, starts)
+        return functools.partial(
+            _start, stages, tolerance, max_iterations, lengths, starts
+        )
 
     return Method(
         name=f"gauss-{stages}",
@@ -69,6 +75,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
         summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
         reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3",
         options={"tolerance": tolerance, "max_iterations": max_iterations},
+        remake=functools.partial(Gauss, stages),
     )
 
 
@@ -77,7 +84,12 @@ def _step_fraction(stages: int) -> float:
 
 
 def _start(
-    stages: int, tolerance: float, cap: int, lengths: Any, starts: Any, s: Start
+    stages: int,
+    tolerance: float,
+    cap: int,
+    lengths: Any,
+    starts: Any,
+    s: Start,
 ) -> Stepper:
     field, rows, y0, work = field_of(s)
     groups = 1 if stages <= LANES else 2
@@ -86,7 +98,7 @@ def _start(
     memory.data[:rows] = y0
     numbers = _lane_coefficients(stages, groups, tuple(lengths))
     return Stepper(
-        kernel=gauss_stepper(groups),
+        kernel=gauss_stepper(groups, rows if rows <= MAX_UNROLLED_ROWS else 0),
         signatures=(signature,),
         functions=(function,),
         params=filled_block(s.problem.params),
@@ -115,33 +127,33 @@ def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> 
     """Return c, b, the columns of μ and of one predictor a substep, in lanes."""
     table = gauss_legendre(stages)
     width = LANES * groups
-    at = _lane_positions(stages, width)
+    at = lane_positions(stages, width)
     # A substep is extrapolated from the one before it, the first from the last of the step before.
     ratios = [lengths[i] / lengths[i - 1] for i in range(len(lengths))]
     predictors = [
         table.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else np.zeros((stages, stages))
         for r in ratios
     ]
-    vectors = [_spread_vector(v, at, width) for v in (table.c, table.b)]
-    columns = [_spread_columns(m, at, width) for m in (table.mu, *predictors)]
+    vectors = [spread_vector(v, at, width) for v in (table.c, table.b)]
+    columns = [spread_columns(m, at, width) for m in (table.mu, *predictors)]
     result = np.concatenate([*vectors, *columns])
     result.setflags(write=False)
     return result
 
 
-def _lane_positions(stages: int, width: int) -> list[int]:
+def lane_positions(stages: int, width: int) -> list[int]:
     """Return the lane of each stage: symmetric about the middle, the middle stage just before it."""
     left = (stages + 1) // 2
     return [width // 2 - left + i if i < left else width // 2 + i - left for i in range(stages)]
 
 
-def _spread_vector(values: Array, at: list[int], width: int) -> Array:
+def spread_vector(values: Array, at: list[int], width: int) -> Array:
     result = np.zeros(width)
     result[at] = values
     return result
 
 
-def _spread_columns(matrix: Array, at: list[int], width: int) -> Array:
+def spread_columns(matrix: Array, at: list[int], width: int) -> Array:
     result = np.zeros((width, width))
     result[np.ix_(at, at)] = matrix
     return result.T.ravel()

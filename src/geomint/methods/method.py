@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import FormError
+from ..errors import DomainError, FormError, MethodError, nearest
 from ..problem import Problem
 from .stepper import Stepper
 
@@ -57,6 +57,10 @@ class Method:
         ``start(Start) -> Stepper``.
     compose : callable or None
         For symmetric methods: ``compose(fractions, starts) -> start``.
+    options : dict
+        The options that `with_options` may change, and their values.
+    remake : callable or None
+        ``remake(**options) -> Method``, for methods with options.
     summary, reference : str
     """
 
@@ -73,6 +77,19 @@ class Method:
         default=None, repr=False, compare=False
     )
     options: dict[str, Any] = field(default_factory=dict, compare=False)
+    remake: Callable[..., Method] | None = field(default=None, repr=False, compare=False)
+
+    def with_options(self, **changes: Any) -> Method:
+        """Return the method with other options, such as its tolerance."""
+        if not changes:
+            return self
+        for option in changes:
+            if option not in self.options or self.remake is None:
+                raise MethodError(
+                    f"method {self.name!r} has no option {option!r}.{nearest(option, self.options)}"
+                )
+            _check_kind(option, changes[option], self.options[option])
+        return replace(self.remake(**{**self.options, **changes}), name=self.name)
 
     def check_fits(self, problem: Problem, clock: bool) -> None:
         """Raise `FormError`, naming what would fit, unless the method can integrate the problem."""
@@ -88,6 +105,14 @@ class Method:
                 f"method {self.name!r} acts by a group and cannot integrate a clock beside it: "
                 f"give the end in {problem.time!r}"
             )
+
+
+def _check_kind(name: str, value: Any, like: Any) -> None:
+    """Raise `DomainError` unless `value` is of the kind of the option's present value."""
+    kinds = {bool: "true or false", int: "a whole number", float: "a number"}
+    accepted = (int, float) if isinstance(like, float) else type(like)
+    if not isinstance(value, accepted) or isinstance(value, bool) != isinstance(like, bool):
+        raise DomainError(name, value, kinds.get(type(like), type(like).__name__))
 
 
 _FITTING = {

@@ -49,6 +49,7 @@ def Rattle(  # noqa: N802 - reads as the method it is
         summary="RATTLE, implicit in p and q",
         reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4",
         options={"tolerance": tolerance, "max_iterations": max_iterations},
+        remake=Rattle,
     )
 
 

@@ -1,0 +1,56 @@
+"""``geomint compare``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+__all__ = ["command"]
+
+
+@click.command("compare")
+@click.argument("scene")
+@click.option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
+@click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
+@click.option("--repeats", type=click.IntRange(min=1), help="Timed repeats of each point.")
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for compare.html, compare.json and the plots.",
+)
+@click.option("--quiet", is_flag=True, help="No progress.")
+@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+def command(
+    scene: str,
+    methods: str | None,
+    steps: str | None,
+    repeats: int | None,
+    out: Path,
+    quiet: bool,
+) -> int | None:
+    """Run many methods on one scene: run time against error, drift against time."""
+    from ..compare import run_compare
+    from .options import chosen_scene, tell_notes
+
+    chosen = chosen_scene(scene, None, None, None, None).for_compare()
+    section = chosen.content.compare
+    names = methods.split(",") if methods else section.methods or [chosen.method.name]
+    tell_notes(chosen)
+    out.mkdir(parents=True, exist_ok=True)
+    result = run_compare(
+        chosen,
+        [name.strip() for name in names if name.strip()],
+        out,
+        _numbers(steps) if steps else section.steps,
+        repeats or section.repeats or 3,
+        not quiet,
+    )
+    return result if isinstance(result, int) else None
+
+
+def _numbers(text: str) -> list[float]:
+    from ..timeline import positive
+
+    return [positive("--steps", part) for part in text.split(",") if part.strip()]

@@ -1,0 +1,125 @@
+"""The command group: lazy commands, and errors as one message and an exit code."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import traceback
+from collections.abc import Sequence
+from difflib import get_close_matches
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+import click
+
+from .. import __version__
+from ..errors import GeomintError
+
+__all__ = ["main"]
+
+FAILED = 2
+INTERRUPTED = 130
+
+# What --help shows; each command lives in the module of this package of its name.
+COMMANDS = {
+    "scenes": "List the built-in scenes.",
+    "methods": "List the integration methods.",
+    "check": "Say what a scene would compute, how, and why so.",
+    "run": "Integrate a scene and write states and drifts to a NetCDF file.",
+    "drift": "Integrate a scene for long and report how its invariants drift.",
+    "compare": "Run many methods on one scene: run time against error.",
+}
+
+
+def _others() -> dict[str, EntryPoint]:
+    return {p.name: p for p in entry_points(group="geomint.commands") if p.name not in COMMANDS}
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command when it is called, and turns errors into exit codes."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Return the names of all commands, the built-in ones first."""
+        return [*COMMANDS, *sorted(_others())]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command."""
+        if cmd_name in COMMANDS:
+            command = importlib.import_module(f"{__package__}.{cmd_name}").command
+        else:
+            point = _others().get(cmd_name)
+            if point is None:
+                return None
+            command = point.load()
+        if not isinstance(command, click.Command):
+            raise GeomintError(f"command {cmd_name!r} is not a click command: {command!r}")
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Resolve a command, suggesting the nearest name for an unknown one."""
+        name = args[0] if args else ""
+        known = self.list_commands(ctx)
+        if name and name not in known and not name.startswith("-"):
+            close = get_close_matches(name, known, n=1, cutoff=0.5)
+            hint = f" Did you mean {close[0]!r}?" if close else f" Known: {', '.join(known)}."
+            ctx.fail(f"no such command {name!r}.{hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the list of commands without importing any."""
+        rows = list(COMMANDS.items())
+        for name, point in sorted(_others().items()):
+            rows.append((name, f"From {point.dist.name if point.dist else point.value}."))
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run; every failure is one message on standard error and exit code 2, Ctrl-C is 130."""
+        if not standalone_mode:
+            return super().main(args, prog_name, complete_var, False, **extra)
+        arguments = list(sys.argv[1:] if args is None else args)
+        try:
+            result = super().main(arguments, prog_name, complete_var, False, **extra)
+        except click.ClickException as error:
+            error.show()
+            sys.exit(error.exit_code)
+        except (click.Abort, KeyboardInterrupt):
+            click.echo("geomint: interrupted", err=True)
+            sys.exit(INTERRUPTED)
+        except GeomintError as error:
+            _tell(error, arguments)
+            sys.exit(FAILED)
+        except OSError as error:
+            if error.filename is None:
+                raise
+            _tell(error, arguments)
+            sys.exit(FAILED)
+        sys.exit(result if isinstance(result, int) else 0)
+
+
+def _tell(error: Exception, arguments: list[str]) -> None:
+    if "--debug" in arguments:
+        traceback.print_exc()
+    click.echo(f"geomint: {error}", err=True)
+
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
+@click.version_option(__version__, prog_name="geomint")
+@click.option("--debug", is_flag=True, help="Show the traceback of an error.")
+def main(debug: bool) -> None:
+    """Integrate mechanical systems for very long times, and see what they keep.
+
+    SCENE is the name of a built-in scene (`geomint scenes`) or the path of a TOML file.
+    """

@@ -1,0 +1,64 @@
+"""``geomint run``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .options import (
+    chosen_scene,
+    exit_code,
+    reproducing_command,
+    scene_options,
+    tell_notes,
+    writable_folder,
+)
+
+__all__ = ["command"]
+
+
+@click.command("run")
+@scene_options
+@click.option(
+    "--out",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="NetCDF file to write.",
+)
+@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+def command(
+    scene: str,
+    method: str | None,
+    step: float | None,
+    t_end: float | None,
+    tau_end: float | None,
+    out: Path,
+    quiet: bool,
+) -> int:
+    """Integrate a scene and write states and drifts to a NetCDF file."""
+    from ..errors import StepError
+    from ..plan import make_plan
+
+    chosen = chosen_scene(scene, method, step, t_end, tau_end)
+    plan = make_plan(chosen)
+    tell_notes(chosen)
+    writable_folder(out.parent)
+    failure: StepError | None = None
+    try:
+        solution = plan.solve(progress=not quiet)
+    except StepError as error:
+        failure, solution = error, error.partial
+
+    from ..report.provenance import run_provenance
+    from ..storage import save_solution
+
+    save_solution(solution, out, run_provenance(solution, chosen, reproducing_command()))
+    if not quiet:
+        from ..report.summary import print_summary
+
+        print_summary(solution, chosen)
+        click.echo(f"written: {out}")
+    if failure is not None:
+        raise failure
+    return exit_code(solution)

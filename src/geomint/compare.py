@@ -1,0 +1,228 @@
+"""Comparison of methods on one system: run time against error, at the same physical time.
+
+Every method runs in whatever representation and time suits it; all final states are turned into the
+same physical quantities (`Problem.physical_state`) at the same physical time, and compared with a
+reference of about 32 digits (`geomint.reference`).
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .drift import Drift
+from .errors import FormError, GeomintError
+from .integrate import solve
+from .methods import Method, find_method
+from .problem import Problem
+from .reference import Reference, reference_solution
+from .systems import Model
+from .timeline import default_step
+
+__all__ = ["Comparison", "Point", "compare"]
+
+Array = npt.NDArray[np.float64]
+STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
+MAX_SECONDS = 20.0  # a point that would take longer is not run, and says so
+
+
+@dataclass(frozen=True)
+class Point:
+    """One method at one step.
+
+    Attributes
+    ----------
+    error : float or None
+        Largest deviation of a physical quantity from the reference at the end, relative to the
+        largest entry of that quantity.
+    seconds : float or None
+        Median run time of the repeats, without compilation.
+    status : str
+        ``"ok"``, or why there is no result.
+    """
+
+    method: str
+    order: int
+    representation: str
+    step: float
+    tolerance: float | None
+    error: float | None = None
+    seconds: float | None = None
+    steps: int | None = None
+    evaluations: int | None = None
+    repeats: int = 0
+    status: str = "ok"
+
+
+@dataclass
+class Comparison:
+    """All points, the reference, and the drifts of each method's best run."""
+
+    points: list[Point]
+    reference: dict[str, Any]
+    drifts: list[tuple[str, dict[str, Drift]]] = field(default_factory=list)
+    compile_seconds: float = 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the numbers under the names of ``compare.json``."""
+        return {"points": [asdict(point) for point in self.points], "reference": self.reference}
+
+
+@dataclass(frozen=True)
+class _Goal:
+    """Where all runs end, and what they should find there."""
+
+    own: Problem
+    end: dict[str, float]
+    physical_end: float
+    truth: dict[str, Array]
+
+    def end_for(self, problem: Problem) -> dict[str, Any]:
+        """Return the keyword arguments of `solve` that end a run of `problem` there."""
+        if problem is self.own and "tau_end" in self.end:
+            return {**self.end, "clock": False}
+        return {"t_end": self.physical_end}
+
+    def error(self, problem: Problem, y: Array) -> float:
+        """Return the largest relative deviation of a physical quantity."""
+        found = problem.physical_state(y)
+        return max(
+            float(np.max(np.abs(found[name] - right)) / np.max(np.abs(right)))
+            for name, right in self.truth.items()
+            if name in found
+        )
+
+
+def compare(
+    model: Model,
+    end: dict[str, float],
+    methods: Iterable[str | Method],
+    *,
+    steps: Iterable[float] | None = None,
+    repeats: int = 5,
+    observe: bool = True,
+    report: Callable[[str], None] = lambda text: None,
+) -> Comparison:
+    """Run every method at several steps and measure error and run time.
+
+    Parameters
+    ----------
+    model : Model
+        The system in its representations; the first is the scene's own.
+    end : dict
+        ``{"t_end": …}`` or ``{"tau_end": …}`` in the scene's own time.
+    steps : iterable of float, optional
+        Steps in each method's own time. Default: 4, 2, 1, 1/2, 1/4 of its default step.
+    repeats : int
+        Timed runs of each point; the median counts.
+    observe : bool
+        Whether to measure, in an extra run at each method's finest step, the drifts.
+    report : callable
+        Told what is being done.
+    """
+    chosen = [find_method(m) for m in methods]
+    report("reference solution in double-double arithmetic")
+    goal, reference = _goal(model, end)
+    result = Comparison([], reference)
+    for method in chosen:
+        best: tuple[Problem, Array, float] | None = None
+        try:
+            name, problem = representation_for(model, method)
+        except FormError as error:
+            result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
+            continue
+        y0 = model.states[name]
+        base = default_step(problem, method, y0)
+        for step in steps if steps is not None else [f * base for f in STEP_FACTORS]:
+            report(f"{method.name}, step {step:.4g}")
+            point = _measure(goal, method, name, problem, y0, step, repeats, result)
+            result.points.append(point)
+            if point.status == "ok":
+                best = (problem, y0, step)
+        if observe and best is not None:
+            result.drifts.append((method.name, _drifts(goal, method, *best)))
+    return result
+
+
+def representation_for(model: Model, method: Method) -> tuple[str, Problem]:
+    """Return the first representation with the form that the method needs, or raise `FormError`."""
+    for name, problem in model.problems.items():
+        if method.needs in problem.forms:
+            return name, problem
+    offered = sorted({form for problem in model.problems.values() for form in problem.forms})
+    raise FormError(
+        f"method {method.name!r} needs the form {method.needs!r}; "
+        f"for this system and initial state there are only {', '.join(offered)}"
+    )
+
+
+def _goal(model: Model, end: dict[str, float]) -> tuple[_Goal, dict[str, Any]]:
+    own_name, own = next(iter(model.problems.items()))
+    name, problem = own_name, own
+    if "t_end" in end and own.time == "tau":
+        name, problem = next(
+            (n, p) for n, p in model.problems.items() if p.time == "t" and p.field is not None
+        )
+    reference: Reference = reference_solution(
+        problem, model.states[name], next(iter(end.values()))
+    )
+    physical_end = reference.physical_end if problem.time == "tau" else reference.own_end
+    goal = _Goal(own, end, float(physical_end or 0.0), problem.physical_state(reference.y))
+    numbers = {**reference.as_json(), "representation": name, "physical_end": goal.physical_end}
+    numbers["quantities"] = {key: list(map(float, v)) for key, v in goal.truth.items()}
+    return goal, numbers
+
+
+def _measure(
+    goal: _Goal,
+    method: Method,
+    representation: str,
+    problem: Problem,
+    y0: Array,
+    step: float,
+    repeats: int,
+    result: Comparison,
+) -> Point:
+    tolerance = method.options.get("tolerance")
+    point = Point(method.name, method.order, representation, step, tolerance)
+    arguments: dict[str, Any] = {
+        **goal.end_for(problem),
+        "method": method,
+        "step": step,
+        "progress": False,
+    }
+    try:
+        seconds = []
+        for _ in range(max(repeats, 1)):
+            solution = solve(problem, y0, **arguments)
+            result.compile_seconds += solution.compile_seconds
+            seconds.append(solution.run_seconds)
+            if sum(seconds) > MAX_SECONDS:
+                break
+    except GeomintError as error:
+        reason = f"{type(error).__name__}: {error}"
+        return Point(**{**asdict(point), "status": f"failed: {reason}"})
+    return Point(
+        **{
+            **asdict(point),
+            "error": goal.error(problem, solution.y[-1]),
+            "seconds": statistics.median(seconds),
+            "steps": solution.steps,
+            "evaluations": solution.evaluations,
+            "repeats": len(seconds),
+        }
+    )
+
+
+def _drifts(
+    goal: _Goal, method: Method, problem: Problem, y0: Array, step: float
+) -> dict[str, Drift]:
+    names = [*problem.invariants, *problem.constraints]
+    return solve(
+        problem, y0, **goal.end_for(problem), method=method, step=step, observe=names, progress=False
+    ).drift

@@ -1,0 +1,90 @@
+"""Scenes from files and from the packages that register them.
+
+A package registers a folder of scene files under the entry-point group ``geomint.scenes``: the
+value is the folder's dotted name, and a file ``ball.toml`` in it is the built-in scene ``ball``.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from ..errors import SceneError, nearest
+from .scene import Scene
+
+__all__ = ["builtin_scenes", "load_scene", "scene_names"]
+
+
+def builtin_scenes() -> dict[str, Traversable]:
+    """Return the files of all registered scenes by name, sorted."""
+    found: dict[str, Traversable] = {}
+    for point in sorted(entry_points(group="geomint.scenes"), key=lambda p: p.name):
+        try:
+            entries = list(files(point.value).iterdir())
+        except (ImportError, FileNotFoundError, NotADirectoryError):
+            continue  # a package that was removed or is broken must not take the others with it
+        for entry in entries:
+            if entry.name.endswith(".toml"):
+                found.setdefault(entry.name.removesuffix(".toml"), entry)
+    return dict(sorted(found.items()))
+
+
+def scene_names() -> list[str]:
+    """Return the names of the built-in scenes."""
+    return list(builtin_scenes())
+
+
+def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene:
+    """Return a scene from a built-in name, the path of a TOML file, or its content.
+
+    What has to be changed to make an initial state admissible is in the scene's `notes`; for all
+    but built-in scenes it is a `GeomintWarning` too.
+
+    Raises
+    ------
+    SceneError
+        For an unknown name, a file that cannot be read or is no TOML, and any content that makes
+        no sense: one message with the key, the value and what was expected for each flaw.
+    """
+    if isinstance(source, Scene):
+        return source
+    if isinstance(source, Mapping):
+        return _warned(Scene.from_content("scene", source))
+    name = fspath(source)
+    if not isinstance(source, str) or name.endswith(".toml") or "/" in name or "\\" in name:
+        return _warned(Scene.from_content(Path(name).stem, parse(name, _read(Path(name)))))
+    known = builtin_scenes()
+    if name in known:
+        return Scene.from_content(name, parse(name, known[name].read_text(encoding="utf-8")))
+    if Path(name).is_file():
+        return _warned(Scene.from_content(Path(name).stem, parse(name, _read(Path(name)))))
+    raise SceneError(f"scene {name!r}: neither a file nor a built-in scene.{nearest(name, known)}")
+
+
+def _warned(scene: Scene) -> Scene:
+    scene.warn()
+    return scene
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        close = nearest(path.name, [p.name for p in path.parent.glob("*.toml")])
+        raise SceneError(f"scene file {str(path)!r} does not exist.{close}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise SceneError(f"scene file {str(path)!r} cannot be read: {error}") from None
+
+
+def parse(name: str, text: str) -> dict[str, Any]:
+    """Return the content of a TOML text, or raise `SceneError` with line and column."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"scene {name!r} is not valid TOML: {error}") from None

@@ -1,0 +1,137 @@
+"""The sections of a scene file, as strict pydantic models.
+
+Unknown keys, numbers written as strings, and numbers that are not finite are errors. The keys of
+``[system]`` beside `name`, and those of ``[initial]``, belong to the system: see `geomint.System`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+__all__ = [
+    "CompareSection",
+    "Content",
+    "DriftSection",
+    "IntegrateSection",
+    "ObserveSection",
+    "SaveSection",
+    "SystemSection",
+    "TimeSection",
+]
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+Count = Annotated[int, Field(ge=1)]
+Name = Annotated[str, Field(min_length=1)]
+
+
+class Section(BaseModel):
+    """Base of all sections: frozen, strict, without unknown keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+class SystemSection(Section):
+    """``[system]``: a registered system and its parameters."""
+
+    model_config = ConfigDict(extra="allow")
+
+    name: Name = Field(description="the name of a registered system")
+
+
+class TimeSection(Section):
+    """``[time]``: the end, in physical time or in the problem's own reparametrised time."""
+
+    t_end: Number | None = None
+    tau_end: Number | None = None
+
+    @model_validator(mode="after")
+    def _one_end(self) -> TimeSection:
+        if (self.t_end is None) == (self.tau_end is None):
+            given = "neither" if self.t_end is None else "both"
+            raise ValueError(f"expected exactly one of t_end and tau_end, got {given}")
+        if self.t_end == 0.0 or self.tau_end == 0.0:
+            raise ValueError("the end must not be 0, where the run begins")
+        return self
+
+
+class IntegrateSection(Section):
+    """``[integrate]``: the method, its step in the problem's own time, and the method's options."""
+
+    model_config = ConfigDict(extra="allow")
+
+    method: Name = Field(default="gauss-8", description="the name of a method")
+    step: Positive | None = Field(default=None, description="a step > 0")
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of the method, such as its tolerance."""
+        return dict(self.__pydantic_extra__ or {})
+
+
+class ObserveSection(Section):
+    """``[observe]``: which quantities are watched (names or groups), every how many steps."""
+
+    quantities: list[Name] = Field(default=["invariants", "constraints"])
+    every: Count = 1
+
+
+class SaveSection(Section):
+    """``[save]``: which states are kept: every so many steps, or at given physical times."""
+
+    every: Count | None = None
+    t_eval: list[Number] | None = None
+
+    @model_validator(mode="after")
+    def _one_way(self) -> SaveSection:
+        if self.every is not None and self.t_eval is not None:
+            raise ValueError("expected every or t_eval, got both")
+        return self
+
+
+class OtherEnd(Section):
+    """What sections of other uses of a scene share: an end of their own."""
+
+    t_end: Number | None = None
+    tau_end: Number | None = None
+
+    @model_validator(mode="after")
+    def _at_most_one_end(self) -> OtherEnd:
+        if self.t_end is not None and self.tau_end is not None:
+            raise ValueError("expected t_end or tau_end, got both")
+        if self.t_end == 0.0 or self.tau_end == 0.0:
+            raise ValueError("the end must not be 0, where the run begins")
+        return self
+
+
+class DriftSection(OtherEnd):
+    """``[drift]``: what ``geomint drift`` does otherwise than ``geomint run``."""
+
+    method: Name | None = None
+    step: Positive | None = None
+    every: Count | None = None
+
+
+class CompareSection(OtherEnd):
+    """``[compare]``: what ``geomint compare`` does if its command line says nothing else."""
+
+    methods: list[Name] | None = None
+    steps: list[Positive] | None = None
+    repeats: Count | None = None
+
+
+class Content(Section):
+    """A whole scene file."""
+
+    title: str = ""
+    description: str = ""
+    system: SystemSection
+    initial: dict[str, Any] = Field(default_factory=dict)
+    time: TimeSection
+    integrate: IntegrateSection = Field(default_factory=IntegrateSection)
+    observe: ObserveSection = Field(default_factory=ObserveSection)
+    save: SaveSection = Field(default_factory=SaveSection)
+    drift: DriftSection = Field(default_factory=DriftSection)
+    compare: CompareSection = Field(default_factory=CompareSection)

@@ -1,0 +1,296 @@
+"""From raw content to a checked scene, or one `SceneError` that lists everything wrong with it."""
+
+from __future__ import annotations
+
+import reprlib
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel, ValidationError
+
+from ..errors import DomainError, GeomintWarning, MethodError, SceneError, nearest
+from ..methods.method import Method
+from ..methods.registry import find_method
+from ..observe import GROUPS
+from ..systems import Model, System, find_system
+from .model import Content
+
+__all__ = ["Checked", "check_content"]
+
+_MISSING = object()
+_OBJECTS = reprlib.Repr()
+_OBJECTS.maxlist = _OBJECTS.maxdict = 8
+_OBJECTS.maxstring = _OBJECTS.maxother = 80
+
+
+class Checked(NamedTuple):
+    """Content that was found right, with what was built from it."""
+
+    content: Content
+    parameters: BaseModel
+    initial: BaseModel
+    model: Model
+    method: Method
+    notes: tuple[str, ...]
+
+
+def check_content(raw: Mapping[str, Any], name: str) -> Checked:
+    """Return the checked content, or raise a `SceneError` with one line for every flaw."""
+    content, flaws = _structure(raw)
+    system, more = _system(raw)
+    flaws += more
+    method, more = _method(raw, content)
+    flaws += more
+    if content is None or system is None or method is None or flaws:
+        raise _error(name, flaws)
+    parameters = system.parameters.model_validate(_parameters(content))
+    initial = system.initial.model_validate(content.initial)
+    try:
+        model, notes = _build(system, parameters, initial)
+    except DomainError as error:
+        raise _error(name, [f"{_section_of(error.name, content)} {error}"]) from error
+    flaws = [*_quantities(model, content), *_ends(model, content)]
+    if flaws:
+        raise _error(name, flaws)
+    return Checked(content, parameters, initial, model, method, notes)
+
+
+def _error(name: str, flaws: list[str]) -> SceneError:
+    if len(flaws) == 1:
+        return SceneError(f"scene {name!r}: {flaws[0]}")
+    lines = "".join(f"\n  {flaw}" for flaw in flaws)
+    return SceneError(f"scene {name!r} has {len(flaws)} problems:{lines}")
+
+
+def _structure(raw: Mapping[str, Any]) -> tuple[Content | None, list[str]]:
+    try:
+        return Content.model_validate(dict(raw)), []
+    except ValidationError as error:
+        return None, list(_explained(error, Content, (), raw))
+
+
+def _section(raw: Mapping[str, Any], name: str) -> dict[str, Any]:
+    section = raw.get(name, {})
+    return dict(section) if isinstance(section, Mapping) else {}
+
+
+def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
+    """Check the name, the parameters and the keys of the initial state."""
+    parameters = _section(raw, "system")
+    name = parameters.pop("name", None)
+    if not isinstance(name, str) or not name:
+        return None, []  # told by the structure
+    try:
+        system = find_system(name)
+    except SceneError as error:
+        return None, [str(error)]
+    flaws: list[str] = []
+    initial = _section(raw, "initial")
+    for key, model, given in (
+        ("system", system.parameters, parameters),
+        ("initial", system.initial, initial),
+    ):
+        try:
+            model.model_validate(given)
+        except ValidationError as error:
+            flaws += _explained(error, model, (key,), given)
+    return system, flaws
+
+
+def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | None, list[str]]:
+    section = _section(raw, "integrate")
+    name = section.pop("method", "gauss-8")
+    section.pop("step", None)
+    if not isinstance(name, str) or not name:
+        return None, []
+    flaws = list(_other_methods(content)) if content is not None else []
+    try:
+        method = find_method(name)
+    except (MethodError, DomainError) as error:
+        return None, [f"[integrate] {error}", *flaws]
+    for key in section:
+        if key not in method.options:
+            known = ["method", "step", *method.options]
+            flaws.append(
+                f"[integrate] {key} = {_shown(section[key])}: no such key, nor an option of "
+                f"{name!r}.{nearest(key, known)}"
+            )
+    if flaws:
+        return None, flaws
+    try:
+        return method.with_options(**section), []
+    except DomainError as error:
+        return None, [f"[integrate] {error}"]
+
+
+def _other_methods(content: Content) -> Iterator[str]:
+    named = [("[drift] ", [content.drift.method or "gauss-8"])]
+    named.append(("[compare] methods: ", content.compare.methods or []))
+    for where, names in named:
+        for name in names:
+            try:
+                find_method(name)
+            except (MethodError, DomainError) as error:
+                yield f"{where}{error}"
+
+
+def _parameters(content: Content) -> dict[str, Any]:
+    return dict(content.system.__pydantic_extra__ or {})
+
+
+def _section_of(name: str, content: Content) -> str:
+    key = name.split("[")[0]
+    if key in _parameters(content):
+        return "[system]"
+    return "[initial]" if key in content.initial else "[system] or [initial]:"
+
+
+def _build(system: System, parameters: Any, initial: Any) -> tuple[Model, tuple[str, ...]]:
+    """Return the model, and what the system had to change to make the initial state admissible."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", GeomintWarning)
+        model = system.build(parameters, initial)
+    notes = []
+    for warning in caught:
+        if issubclass(warning.category, GeomintWarning):
+            notes.append(str(warning.message))
+        else:
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
+    return model, tuple(dict.fromkeys(notes))
+
+
+def _quantities(model: Model, content: Content) -> Iterator[str]:
+    problem = next(iter(model.problems.values()))
+    known = [*problem.diagnostics, *GROUPS]
+    for i, name in enumerate(content.observe.quantities):
+        if name not in known:
+            yield f"[observe] quantities[{i}] = {name!r}: no such quantity.{nearest(name, known)}"
+
+
+def _ends(model: Model, content: Content) -> Iterator[str]:
+    problem = next(iter(model.problems.values()))
+    if problem.time == "tau":
+        return
+    for name in ("time", "drift", "compare"):
+        tau_end = getattr(content, name).tau_end
+        if tau_end is not None:
+            yield (
+                f"[{name}] tau_end = {tau_end!r}: expected t_end: "
+                f"{content.system.name!r} is in physical time"
+            )
+
+
+def _explained(
+    error: ValidationError, model: type[BaseModel], prefix: tuple[str, ...], raw: Any
+) -> Iterator[str]:
+    """Yield a line for each flaw: key, value, expectation, and what was probably meant."""
+    told = set()
+    for entry in error.errors(include_url=False):
+        location = _without_branches(entry["loc"], raw)
+        key = _key((*prefix, *location))
+        value = _at(raw, location)
+        if entry["type"] == "extra_forbidden":
+            fields = _fields_at(model, location[:-1])
+            line = f"{key} = {_shown(value)}: no such key.{nearest(str(location[-1]), fields)}"
+        elif entry["type"] == "missing":
+            line = f"{key} is missing: expected {_described(model, location)}"
+        elif entry["type"] == "value_error":
+            line = f"{key}: {entry['ctx']['error']}"
+        else:
+            line = f"{key} = {_shown(value)}: expected {_expected(entry)}"
+        if key in told:
+            continue  # another branch of the same union
+        told.add(key)
+        yield line
+
+
+_SECTIONS = {name for name in Content.model_fields if name not in ("title", "description")}
+_EXPECTED = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "a string",
+    "string_too_short": "a name",
+    "list_type": "a list",
+    "dict_type": "a section of keys",
+    "model_type": "a section of keys",
+    "model_attributes_type": "a section of keys",
+    "bool_type": "true or false",
+    "finite_number": "a finite number",
+}
+
+
+def _expected(entry: Any) -> str:
+    kind, context = entry["type"], entry.get("ctx", {})
+    if kind == "greater_than":
+        return f"a number > {context['gt']:g}"
+    if kind == "greater_than_equal":
+        return f"a number ≥ {context['ge']:g}"
+    message = entry["msg"]
+    return _EXPECTED.get(kind, message.removeprefix("Input should be "))
+
+
+def _without_branches(location: tuple[Any, ...], raw: Any) -> tuple[Any, ...]:
+    """Drop the names of union branches, which are no keys of the content."""
+    kept: list[Any] = []
+    for i, part in enumerate(location):
+        here = _at(raw, tuple(kept))
+        is_key = isinstance(here, Mapping) and (part in here or i == len(location) - 1)
+        if is_key or isinstance(part, int) or here is raw:
+            kept.append(part)
+    return tuple(kept)
+
+
+def _at(raw: Any, location: tuple[Any, ...]) -> Any:
+    for part in location:
+        try:
+            raw = raw[part]
+        except (KeyError, IndexError, TypeError):
+            return _MISSING
+    return raw
+
+
+def _key(location: tuple[Any, ...]) -> str:
+    """Return ``[time] t_end`` or ``[save] t_eval[2]``."""
+    head, *rest = location
+    text = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in rest).removeprefix(".")
+    if rest:
+        return f"[{head}] {text}"
+    return f"[{head}]" if head in _SECTIONS else str(head)
+
+
+def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
+    for part in location:
+        found = model.model_fields.get(str(part))
+        inner = None if found is None else found.annotation
+        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
+            return []
+        model = inner
+    return list(model.model_fields)
+
+
+def _described(model: type[BaseModel], location: tuple[Any, ...]) -> str:
+    for part in location[:-1]:
+        found = model.model_fields.get(str(part))
+        if found is None or not isinstance(found.annotation, type):
+            return "a value"
+        model = found.annotation
+    found = model.model_fields.get(str(location[-1]))
+    if found is None:
+        return "a value"
+    if found.description:
+        return found.description
+    kind = found.annotation
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return "this section"
+    if "list" in str(kind):
+        return "a list of numbers"
+    return {float: "a number", int: "a whole number", str: "a string"}.get(kind, "a value")  # type: ignore[arg-type]
+
+
+def _shown(value: Any) -> str:
+    return _OBJECTS.repr(value)

@@ -1,0 +1,180 @@
+"""Problems of all systems at random states, and their functions run in plain Python.
+
+Numbers are float64 or, as object arrays, mpmath's with 40 digits: a central difference with spacing
+1e-15 is then exact far beyond float64.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+import numpy as np
+from geomint.kernels.blocks import Block
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.manifold import vector_of_triangle
+
+DIMENSIONS = range(2, 8)
+mp = mpmath.mp.clone()
+mp.dps = 40
+
+
+def extended(y: Any) -> Any:
+    """Return an array as one of mpmath numbers."""
+    return np.array([mp.mpf(float(v)) for v in y], dtype=object)
+
+
+def _like(y: Any, values: Any) -> Any:
+    return extended(values) if y.dtype == object else np.array(values, dtype=np.float64)
+
+
+def _blocks(problem: gi.Problem, y: Any) -> tuple[Block, Any, Block, Block]:
+    work = Block(_like(y, np.zeros(problem.work)))
+    return Block(_like(y, problem.params)), _like(y, [0.0])[0], Block(y), work
+
+
+def field_of(problem: gi.Problem, y: Any) -> Any:
+    """Return ẏ by the problem's ODE form."""
+    params, t, state, work = _blocks(problem, y)
+    out = _like(y, np.zeros(len(y)))
+    problem.field(params, t, state, Block(out), work)
+    return out
+
+
+def value_of(problem: gi.Problem, name: Any, y: Any) -> Any:
+    """Return a diagnostic of the problem, by name, or another recorded function."""
+    params, t, state, work = _blocks(problem, y)
+    f = problem.diagnostics[name] if isinstance(name, str) else name
+    return f(params, t, state, work)
+
+
+def generator_of(problem: gi.Problem, y: Any) -> Any:
+    """Return the algebra element of the problem's action form."""
+    params, t, state, work = _blocks(problem, y)
+    out = _like(y, np.zeros(problem.action.group.algebra_rows))
+    problem.action.generator(params, t, state, Block(out), work)
+    return out
+
+
+def acted(problem: gi.Problem, xi: Any, y: Any) -> Any:
+    """Return exp(ξ)·y − y."""
+    group = problem.action.group
+    out, work = _like(y, np.zeros(len(y))), Block(_like(y, np.zeros(group.work)))
+    group.act(Block(_like(y, group.layout)), Block(xi), Block(y), Block(out), work)
+    return out
+
+
+def rate(problem: gi.Problem, name: Any, y: Any, velocity: Any) -> float:
+    """Return the derivative of a diagnostic at y in the direction of `velocity`."""
+    y, h = extended(y), mp.mpf("1e-15")
+    above, below = (value_of(problem, name, y + s * h * velocity) for s in (1, -1))
+    return float((above - below) / (2 * h))
+
+
+@dataclass(frozen=True)
+class Case:
+    """One problem at one state; `sphere` is what it describes."""
+
+    label: str
+    sphere: Any
+    problem: gi.Problem
+    y: Any
+
+    def __repr__(self) -> str:
+        return self.label
+
+
+def rng_for(n: int, seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng([n, seed])
+
+
+def random_special(n: int, seed: int = 0) -> ch.SpecialInertia:
+    rng = rng_for(n, seed)
+    a = rng.uniform(0.5, 1.6, n)
+    largest = np.sort(a)[-1] * np.sort(a)[-2]
+    return ch.SpecialInertia(a, largest * rng.uniform(1.05, 3.0))
+
+
+def random_diagonal(n: int, seed: int = 0) -> ch.GeneralInertia:
+    return ch.GeneralInertia(rng_for(n, seed).uniform(0.3, 3.0, n * (n - 1) // 2))
+
+
+def random_full(n: int, seed: int = 0) -> ch.GeneralInertia:
+    size = n * (n - 1) // 2
+    m = rng_for(n, seed).normal(size=(size, size))
+    return ch.GeneralInertia(m @ m.T + 0.3 * np.eye(size))
+
+
+def random_direction(n: int, seed: int = 0) -> Any:
+    gamma = rng_for(n, seed + 1000).normal(size=n)
+    return gamma / np.sqrt(gamma @ gamma)
+
+
+def random_tangent(n: int, seed: int = 0) -> tuple[Any, Any]:
+    gamma, p = random_direction(n, seed), rng_for(n, seed + 2000).normal(size=n)
+    for _ in range(2):
+        p = p - (gamma @ p) / (gamma @ gamma) * gamma
+    return gamma, p
+
+
+def random_rotation(n: int, seed: int = 0) -> Any:
+    q, _ = np.linalg.qr(rng_for(n, seed + 3000).normal(size=(n, n)))
+    q[0] *= np.linalg.det(q)
+    return q
+
+
+def quiet_state(problem: gi.Problem, **components: Any) -> Any:
+    """Return a state that must not need projecting."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return problem.state(**components)
+
+
+def full_matrix_path(inertia: ch.SpecialInertia | ch.GeneralInertia) -> ch.GeneralInertia:
+    """Return the same operator with an off-diagonal entry too small to matter."""
+    matrix = np.array(inertia.matrix) if isinstance(inertia, ch.GeneralInertia) else None
+    matrix = np.diag(inertia.diagonal) if matrix is None else matrix
+    if len(matrix) > 1:
+        matrix[0, 1] = matrix[1, 0] = matrix[0, 1] + 1e-200
+    return ch.GeneralInertia(matrix)
+
+
+def _inertias(n: int) -> dict[str, Any]:
+    found: dict[str, Any] = {"special": random_special(n), "diagonal": random_diagonal(n)}
+    if n > 2:
+        found["full"] = random_full(n)
+    return found
+
+
+def all_cases() -> list[Case]:
+    """Return every problem of every system, n = 2 … 7, each at a random admissible state."""
+    cases = []
+    for n in DIMENSIONS:
+        gamma, p = random_tangent(n)
+        k = rng_for(n, 7).normal(size=n * (n - 1) // 2)
+        g = random_rotation(n)
+        for kind, inertia in _inertias(n).items():
+            D = inertia.D if kind == "special" else 1.7
+
+            def add(name: str, problem: gi.Problem, n=n, kind=kind, inertia=inertia, **state: Any):
+                y = quiet_state(problem, **state)
+                cases.append(Case(f"{name}-{kind}-n{n}", inertia, problem, y))
+
+            add("reduced", ch.reduced_problem(inertia, D), gamma=gamma, p=p)
+            if kind == "special":
+                add("hamiltonized", ch.hamiltonized_problem(inertia), gamma=gamma, p=p)
+            add("ball", ch.ball_problem(inertia, D), gamma=gamma, k=k)
+            add("ball-attitude", ch.ball_problem(inertia, D, True, k), gamma=gamma, k=k, g=g)
+            if n == 3:
+                x = vector_of_triangle(k)
+                add("classical", ch.classical_problem(inertia, D), gamma=gamma, k=x)
+                carrying = ch.classical_problem(inertia, D, True, x)
+                add("classical-attitude", carrying, gamma=gamma, k=x, g=g)
+    return cases
+
+
+CASES = all_cases()
