@@ -1,7 +1,7 @@
 """The reduced Chaplygin sphere on T*S^(n−1) in time t.
 
-γ̇ = −ωγ, ṗ = −ωp, eqs. (r1), (r2), for k = γ∧p. For the special inertia operator, with U = (γ, A⁻¹γ)
-and q = (γ, γ) p − (γ, p) γ, which is p itself on T*S^(n−1),
+γ̇ = −ωγ, ṗ = −ωp, eqs. (r1), (r2), for k = γ∧p. For the special inertia operator, with
+U = (γ, A⁻¹γ) and q = (γ, γ) p − (γ, p) γ, which is p itself on T*S^(n−1),
 
     ω = (A⁻¹γ∧q − γ∧Aq/D)/(DU),
 
@@ -10,10 +10,10 @@ at the cost of O(n) an evaluation:
     γ̇ = q/D − (γ, γ) Aq/(D²U) + (γ, Aq) γ/(D²U),
     ṗ = (A⁻¹γ, p) q/(DU) − (γ, p) Aq/(D²U) − (q, p) A⁻¹γ/(DU) + (p, Aq) γ/(D²U).
 
-This is eqs. (ro1), (ro2) on T*S^(n−1), but not off it: there the equations as printed have p for q. Both
-keep (γ, γ), (γ, p) and (p, p) wherever γ ≠ 0; only with q is ω that of the momentum k = γ∧p, so that
-the energy ½⟨k, ω⟩ is kept as well. With p for q round-off in (γ, p), which grows like t, makes the
-energy drift like t² (n = 3, t = 8000: by 1.4e-11 instead of 7e-14).
+This is eqs. (ro1), (ro2) on T*S^(n−1), but not off it: the equations as printed have p for q. Both
+keep (γ, γ), (γ, p) and (p, p) wherever γ ≠ 0; only with q is ω that of the momentum k = γ∧p, so
+that the energy ½⟨k, ω⟩ is kept as well. With p for q round-off in (γ, p), which grows like t, makes
+the energy drift like t² (n = 3, t = 8000: by 1.4e-11 instead of 7e-14).
 
 Any other operator takes ω from k = γ∧p as the ball does (`angular_velocity`): O(n³).
 """

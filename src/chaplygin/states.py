@@ -30,6 +30,9 @@ _KEYS = ("p", "p_tilde", "k", "omega")
 
 def one_of(components: dict[str, Any]) -> str:
     """Return the name of the only momentum given, or raise `geomint.DomainError`."""
+    for name, value in components.items():
+        if name not in _KEYS:
+            raise gi.DomainError(name, value, f"one of gamma, {', '.join(_KEYS)}")
     given = [name for name in _KEYS if components.get(name) is not None]
     if len(given) != 1:
         raise gi.DomainError("momentum", given, f"exactly one of {', '.join(_KEYS)}")

@@ -47,6 +47,8 @@ class Solution:
     run_seconds, compile_seconds : float
     status : str
         ``"success"``, ``"interrupted"`` or ``"failed"`` with `message`.
+    drift_time : ``"t"`` or ``"tau"``
+        The time that drifts are measured in: physical if the end was given in it.
     """
 
     problem: Problem
@@ -62,6 +64,7 @@ class Solution:
     compile_seconds: float
     status: str
     message: str
+    drift_time: str = "t"
     physical: Array | None = field(default=None, repr=False)
 
     @property
@@ -87,7 +90,7 @@ class Solution:
         """Plot the largest deviation of every observed quantity, window by window."""
         from .report.plots import drift_figure
 
-        return drift_figure([(self.method.name, self.drift)], self.problem.time)
+        return drift_figure([(self.method.name, self.drift)], self.drift_time)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write states, drifts and provenance to a NetCDF file."""
@@ -239,6 +242,7 @@ class Recorder:
             compile_seconds=compile_seconds,
             status=status if isinstance(status, str) else "failed",
             message="" if isinstance(status, str) else str(status),
+            drift_time="t" if self._timeline.physical_end is not None else self._problem.time,
             physical=physical,
         )
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import mpmath
 import numpy as np
-from geomint.kernels.blocks import Block
 
 import chaplygin as ch
 import geomint as gi
 from chaplygin.manifold import vector_of_triangle
+from geomint.kernels.blocks import Block
 
 DIMENSIONS = range(2, 8)
 mp = mpmath.mp.clone()

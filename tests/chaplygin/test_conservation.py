@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from geomint.kernels.blocks import Block
 from support import (
     CASES,
     DIMENSIONS,
@@ -17,6 +16,7 @@ from support import (
 )
 
 import chaplygin as ch
+from geomint.kernels.blocks import Block
 
 ROOTS = {"orthogonality", "spatial-momentum"}  # norms: no derivative at zero
 

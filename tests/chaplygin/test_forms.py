@@ -267,4 +267,6 @@ def test_physical_state_is_common(case):
     gamma, p = random_tangent(n)
     close(physical["gamma"], gamma)
     tangent = "p" in dict(case.problem.pieces) or "p_tilde" in dict(case.problem.pieces)
-    close(physical["k"], wedge(gamma, p) if tangent else rng_for(n, 7).normal(size=len(physical["k"])))
+    close(
+        physical["k"], wedge(gamma, p) if tangent else rng_for(n, 7).normal(size=len(physical["k"]))
+    )

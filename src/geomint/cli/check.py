@@ -25,9 +25,10 @@ def command(
     from rich.table import Table
     from rich.text import Text
 
+    chosen = chosen_scene(scene, method, step, t_end, tau_end, for_drift)
+
     from ..plan import make_plan
 
-    chosen = chosen_scene(scene, method, step, t_end, tau_end, for_drift)
     plan = make_plan(chosen, "drift" if for_drift else "run", costs=True)
     tell_notes(chosen)
     console = Console()

@@ -31,9 +31,11 @@ def command(
 ) -> int:
     """Integrate a scene for long and report how its invariants drift."""
     from ..errors import StepError
-    from ..plan import make_plan
 
     chosen = chosen_scene(scene, method, step, t_end, tau_end, drift=True)
+
+    from ..plan import make_plan
+
     plan = make_plan(chosen, "drift")
     tell_notes(chosen)
     out.mkdir(parents=True, exist_ok=True)

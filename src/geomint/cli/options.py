@@ -6,7 +6,6 @@ import shlex
 import sys
 import warnings
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -46,7 +45,7 @@ def chosen_scene(
 ) -> Scene:
     """Return the scene with what the command line changes in it, and print its notes."""
     from ..errors import GeomintWarning, SceneError
-    from ..scene import load_scene
+    from ..scene.load import load_scene
 
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
@@ -74,9 +73,3 @@ def reproducing_command(arguments: list[str] | None = None) -> str:
 def exit_code(solution: Solution) -> int:
     """Return 0, 130 after an interrupt, or 2 after a failure."""
     return {"success": 0, "interrupted": 130}.get(solution.status, 2)
-
-
-def writable_folder(folder: Path) -> Path:
-    """Return the folder, made if it is not there."""
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder

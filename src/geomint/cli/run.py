@@ -12,7 +12,6 @@ from .options import (
     reproducing_command,
     scene_options,
     tell_notes,
-    writable_folder,
 )
 
 __all__ = ["command"]
@@ -38,12 +37,14 @@ def command(
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
     from ..errors import StepError
-    from ..plan import make_plan
 
     chosen = chosen_scene(scene, method, step, t_end, tau_end)
+
+    from ..plan import make_plan
+
     plan = make_plan(chosen)
     tell_notes(chosen)
-    writable_folder(out.parent)
+    out.parent.mkdir(parents=True, exist_ok=True)
     failure: StepError | None = None
     try:
         solution = plan.solve(progress=not quiet)

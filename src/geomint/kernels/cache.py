@@ -4,7 +4,8 @@ numba stamps a cached function with its own source file only: after an edit of a
 machine code would run silently. Every dispatcher made by geomint instead carries a stamp of the
 kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
 files lie in the user's cache folder, so an installation that cannot be written works too;
-``NUMBA_CACHE_DIR`` moves them. Nothing process-global is touched.
+``NUMBA_CACHE_DIR`` moves them. Where that folder cannot be written either, every process compiles
+anew, and `take_failure` tells why. Nothing process-global is touched.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,13 +25,17 @@ from numba.core import config
 from numba.core.caching import FunctionCache, _CacheLocator
 from numba.core.caching import CompileResultCacheImpl as _Impl
 
-__all__ = ["StampedCache", "cache_folder", "kernel_stamp"]
+__all__ = ["StampedCache", "cache_folder", "kernel_stamp", "take_failure"]
+
+_failures: list[OSError] = []
+_failure_taken = False
 
 
 @functools.cache
 def kernel_stamp() -> str:
-    """Return a hash of every source file of the kernel layer and of the compiler's versions."""
-    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
+    """Return a hash of every source file of the kernel layer, of Python and the compiler."""
+    python = sys.implementation.cache_tag
+    digest = hashlib.sha256(f"{python} {numba.__version__} {llvmlite.__version__}".encode())
     for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
@@ -43,6 +49,15 @@ def cache_folder() -> Path:
     base = os.environ.get("NUMBA_CACHE_DIR")
     root = Path(base) / "geomint" if base else platformdirs.user_cache_path("geomint")
     return root / f"kernels-{kernel_stamp()}{checked}"
+
+
+def take_failure() -> OSError | None:
+    """Return why compiled code could not be kept, once a process; None if nothing failed."""
+    global _failure_taken
+    if not _failures or _failure_taken:
+        return None
+    _failure_taken = True
+    return _failures[0]
 
 
 class _StampedLocator(_CacheLocator):
@@ -64,8 +79,7 @@ class _StampedImpl(_Impl):
     def __init__(self, py_func: Any, fingerprint: str) -> None:
         self._lineno = py_func.__code__.co_firstlineno
         self._locator = _StampedLocator(fingerprint)
-        self._locator.ensure_cache_path()
-        self._filename_base = f"{py_func.__name__}-{fingerprint}"
+        self._filename_base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
 
     def check_cachable(self, cres: Any) -> bool:
         return not (cres.library.has_dynamic_globals or any(not x.can_cache for x in cres.lifted))
@@ -81,10 +95,21 @@ class StampedCache(FunctionCache):
         super().__init__(py_func)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        found = super().load_overload(sig, target_context)
-        if found is None:
+        try:
+            found = super().load_overload(sig, target_context)
+        except Exception:  # whatever a damaged file makes of unpickling: compile anew
+            found = None
+        # Two processes that write at the same time may give one file name to two signatures.
+        if found is None or tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
             self._on_miss()
+            return None
         return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError as failure:
+            _failures.append(failure)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (sig, codegen.magic_tuple(), self._fingerprint)

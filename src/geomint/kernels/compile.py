@@ -8,6 +8,7 @@ while its signature stays the same for every stepper.
 from __future__ import annotations
 
 import functools
+import threading
 import time
 import warnings
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from typing import Any
 import numba
 from numba.core import types
 from numba.core.dispatcher import Dispatcher
-from numba.core.errors import NumbaExperimentalFeatureWarning
+from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
 from .cache import StampedCache
@@ -26,12 +27,8 @@ from .typing_lanes import LANE_VALUE
 
 __all__ = ["LANE", "SCALAR", "compile_function", "extended_kind", "listen", "make_dispatcher"]
 
-# Steppers take fields as first-class functions: numba calls that experimental at every compilation.
-warnings.filterwarnings(
-    "ignore", message="First-class function type feature", category=NumbaExperimentalFeatureWarning
-)
-
 _OPTIONS = {"error_model": "numpy", "nogil": True}
+_lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
 
 
@@ -96,10 +93,21 @@ def _entry(recorded: Recorded) -> Any:
 def compile_function(recorded: Recorded, signature: Any) -> Any:
     """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache."""
     dispatcher = _entry(recorded)
-    if isinstance(dispatcher, Dispatcher) and signature.args not in dispatcher.overloads:
-        misses = sum(dispatcher.stats.cache_misses.values())
-        start = time.perf_counter()
-        dispatcher.compile(signature)
-        if sum(dispatcher.stats.cache_misses.values()) > misses:
-            _tell(recorded.function.__name__, time.perf_counter() - start)
+    if isinstance(dispatcher, Dispatcher):
+        with _lock, warnings.catch_warnings():
+            # Steppers take fields as first-class functions, which numba calls experimental every
+            # time; its pedantic warnings are addressed to its own developers.
+            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+            warnings.simplefilter("ignore", NumbaPedanticWarning)
+            _compile(dispatcher, recorded.function.__name__, signature)
     return dispatcher
+
+
+def _compile(dispatcher: Any, name: str, signature: Any) -> None:
+    if signature.args in dispatcher.overloads:
+        return
+    misses = sum(dispatcher.stats.cache_misses.values())
+    start = time.perf_counter()
+    dispatcher.compile(signature)
+    if sum(dispatcher.stats.cache_misses.values()) > misses:
+        _tell(name, time.perf_counter() - start)

@@ -7,6 +7,7 @@ version (`geomint.kernels.cache`).
 
 from __future__ import annotations
 
+import dis
 import functools
 import hashlib
 import types
@@ -105,35 +106,44 @@ def fingerprint(function: Callable[..., Any]) -> str:
 
 
 def _pieces(value: Any, seen: set[int]) -> Iterator[bytes]:
-    function = getattr(value, "py_func", None) or getattr(value, "function", value)
-    if isinstance(function, types.FunctionType):
-        if id(function) in seen:
-            return
-        seen.add(id(function))
-        yield from _code_pieces(function.__code__)
-        for default in function.__defaults__ or ():
-            yield from _pieces(default, seen)
-        for cell in function.__closure__ or ():
-            yield from _pieces(cell.cell_contents, seen)
-        for name in sorted(_names(function.__code__)):
-            if name in function.__globals__:
-                target = function.__globals__[name]
-                yield name.encode()
-                yield from _pieces(target, seen)
-                if isinstance(target, types.ModuleType):
-                    yield from _module_pieces(target, function.__code__, seen)
-    elif isinstance(function, types.ModuleType):
-        yield function.__name__.encode()
-    elif isinstance(function, np.ndarray):
-        yield f"{function.dtype}{function.shape}".encode()
-        yield function.tobytes()
-    elif isinstance(function, tuple | list):
-        for item in function:
+    value = getattr(value, "py_func", None) or getattr(value, "function", value)
+    if isinstance(value, types.FunctionType):
+        if id(value) not in seen:
+            seen.add(id(value))
+            yield from _function_pieces(value, seen)
+    elif isinstance(value, types.ModuleType):
+        yield value.__name__.encode()
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype}{value.shape}".encode()
+        yield value.tobytes()
+    elif isinstance(value, tuple | list):
+        for item in value:
             yield from _pieces(item, seen)
-    elif callable(function):
-        yield f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', '')}".encode()
+    elif callable(value):
+        yield f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', '')}".encode()
     else:
-        yield repr(function).encode()
+        yield repr(value).encode()
+
+
+def _function_pieces(function: types.FunctionType, seen: set[int]) -> Iterator[bytes]:
+    code = function.__code__
+    yield from _code_pieces(code)
+    keyword_defaults = sorted((function.__kwdefaults__ or {}).items())
+    yield from _pieces((function.__defaults__ or (), keyword_defaults), seen)
+    known = dict(function.__globals__)
+    for name, cell in zip(code.co_freevars, function.__closure__ or (), strict=True):
+        known[name] = cell.cell_contents
+        yield from _pieces(cell.cell_contents, seen)
+    for path in sorted(set(_dotted_names(code))):
+        if path[0] not in known:  # a builtin, or a local variable of the function
+            continue
+        target = known[path[0]]
+        for attribute in path[1:]:
+            if not isinstance(target, types.ModuleType):
+                break
+            target = getattr(target, attribute, None)
+        yield ".".join(path).encode()
+        yield from _pieces(target, seen)
 
 
 def _code_pieces(code: types.CodeType) -> Iterator[bytes]:
@@ -146,19 +156,16 @@ def _code_pieces(code: types.CodeType) -> Iterator[bytes]:
             yield repr(constant).encode()
 
 
-def _names(code: types.CodeType) -> set[str]:
-    inner = (c for c in code.co_consts if isinstance(c, types.CodeType))
-    return set(code.co_names).union(*(_names(c) for c in inner))
-
-
-def _module_pieces(
-    module: types.ModuleType, code: types.CodeType, seen: set[int]
-) -> Iterator[bytes]:
-    for name in sorted(_names(code)):
-        target = vars(module).get(name)
-        if isinstance(target, types.FunctionType | Recorded) or hasattr(target, "py_func"):
-            yield name.encode()
-            yield from _pieces(target, seen)
-        elif isinstance(target, int | float | tuple | np.ndarray):
-            yield name.encode()
-            yield from _pieces(target, seen)
+def _dotted_names(code: types.CodeType) -> Iterator[tuple[str, ...]]:
+    """Yield what code and the functions in it refer to: ``("helper",)``, ``("module", "helper")``."""
+    path: tuple[str, ...] = ()
+    for instruction in dis.get_instructions(code):
+        if instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and path:
+            path = (*path, instruction.argval)
+            continue
+        if path:
+            yield path
+        path = (instruction.argval,) if instruction.opname in ("LOAD_GLOBAL", "LOAD_DEREF") else ()
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            yield from _dotted_names(constant)

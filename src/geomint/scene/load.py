@@ -13,10 +13,12 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import SceneError, nearest
-from .scene import Scene
+
+if TYPE_CHECKING:
+    from .scene import Scene
 
 __all__ = ["builtin_scenes", "load_scene", "scene_names"]
 
@@ -52,24 +54,31 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
-    if isinstance(source, Scene):
+    if isinstance(source, str | PathLike):
+        name, content, builtin = _found(source)
+    elif isinstance(source, Mapping):
+        name, content, builtin = "scene", dict(source), False
+    else:
         return source
-    if isinstance(source, Mapping):
-        return _warned(Scene.from_content("scene", source))
-    name = fspath(source)
-    if not isinstance(source, str) or name.endswith(".toml") or "/" in name or "\\" in name:
-        return _warned(Scene.from_content(Path(name).stem, parse(name, _read(Path(name)))))
-    known = builtin_scenes()
-    if name in known:
-        return Scene.from_content(name, parse(name, known[name].read_text(encoding="utf-8")))
-    if Path(name).is_file():
-        return _warned(Scene.from_content(Path(name).stem, parse(name, _read(Path(name)))))
-    raise SceneError(f"scene {name!r}: neither a file nor a built-in scene.{nearest(name, known)}")
+    from .scene import Scene
 
-
-def _warned(scene: Scene) -> Scene:
-    scene.warn()
+    scene = Scene.from_content(name, content)
+    if not builtin:
+        scene.warn()
     return scene
+
+
+def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], bool]:
+    """Return name and content of a file or a built-in scene, and whether it is the latter."""
+    name, path = fspath(source), Path(source)
+    if isinstance(source, str) and not (name.endswith(".toml") or "/" in name or "\\" in name):
+        known = builtin_scenes()
+        if name in known:
+            return name, parse(name, known[name].read_text(encoding="utf-8")), True
+        if not path.is_file():
+            hint = nearest(name, known)
+            raise SceneError(f"scene {name!r}: neither a file nor a built-in scene.{hint}")
+    return path.stem, parse(name, _read(path)), False
 
 
 def _read(path: Path) -> str:

@@ -1,0 +1,17 @@
+"""Reports: plots, HTML pages that open from disk, and JSON beside them."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .drift_page import drift_report, write_drift_report
+
+__all__ = ["drift_report", "write_drift_report"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.drift_page"), name)

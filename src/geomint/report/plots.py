@@ -1,0 +1,187 @@
+"""Plots of drifts: how large the deviations get, window by window, and to which side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..drift import ROUNDOFF, Drift
+from .style import WIDTH, figure_style, series_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["drift_figure", "panel_figure"]
+
+Runs = Sequence[tuple[str, Mapping[str, Drift]]]
+_TIMES = {"t": "t", "tau": "τ"}
+_MARKED = 40  # series of fewer windows than this show their points
+
+
+def drift_figure(runs: Runs, time_label: str) -> Figure:
+    """Return a figure of the drifts of one or several runs, for print at 6.5 inches.
+
+    Parameters
+    ----------
+    runs : sequence of (label, mapping of name to Drift)
+    time_label : str
+        The time that the drifts are measured in: ``"t"`` or ``"tau"``.
+
+    Notes
+    -----
+    One run: for each quantity the largest deviation of each window, and the mean of each window
+    with its sign. Several runs: the largest deviations of all of them together.
+    """
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
+    single = len(runs) == 1
+    rows = max(1, len(names) if single else -(-len(names) // 2))
+    columns = 2 if single or len(names) > 1 else 1
+    with figure_style():
+        figure = Figure(figsize=(WIDTH, 0.35 + 1.75 * rows), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False)
+        if not names:
+            _say(grid[0, 0], "no quantity was watched")
+        for i, name in enumerate(names):
+            chosen = [(label, drifts[name]) for label, drifts in runs if name in drifts]
+            if single:
+                draw_sizes(grid[i, 0], name, chosen, time_label)
+                draw_means(grid[i, 1], name, chosen, time_label)
+            else:
+                draw_sizes(grid[i // 2, i % 2], name, chosen, time_label)
+        used = len(names) * (2 if single else 1)
+        for axes in grid.flat[max(used, 1) :]:
+            axes.remove()
+        if not single:
+            _shared_legend(figure, grid)
+    return figure
+
+
+def panel_figure(kind: str, name: str, drift: Drift, time_label: str) -> Figure:
+    """Return one panel, ``"sizes"`` or ``"means"``, small enough for a telephone."""
+    from matplotlib.figure import Figure
+
+    with figure_style():
+        figure = Figure(figsize=(3.6, 2.3), layout="constrained")
+        draw = draw_sizes if kind == "sizes" else draw_means
+        draw(figure.subplots(), name, [("", drift)], time_label)
+    return figure
+
+
+def draw_sizes(
+    axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str
+) -> None:
+    """Draw the largest deviation of each window over time, both logarithmic."""
+    axes.set_title(name, loc="left", fontweight="bold")
+    axes.set_xlabel(_time(time_label))
+    axes.set_ylabel("largest |deviation|")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    level = ROUNDOFF * max(drift.scale for _, drift in runs)
+    axes.axhline(level, color="0.45", linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
+    seen, notes = [level], []
+    for i, (label, drift) in enumerate(runs):
+        times, sizes = np.abs(drift.windows.times), drift.windows.maxima
+        shown = np.isfinite(sizes) & (sizes > 0.0) & (times > 0.0)
+        style = _style(i, len(times), len(runs))
+        axes.plot(times[shown], sizes[shown], label=label, **style)
+        seen += [float(s) for s in sizes[shown]]
+        notes.append(_zeros(label, sizes))
+    bottom, top = min(seen) / 3.0, max(seen) * 3.0
+    axes.set_ylim(min(bottom, top / 1e2), top)
+    _log_ticks(axes)
+    _label_level(axes, level)
+    told = [note for note in notes if note]
+    if told:
+        _note(axes, "\n".join(told))
+
+
+def draw_means(
+    axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str
+) -> None:
+    """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
+    axes.set_title("mean deviation", loc="left")
+    axes.set_xlabel(_time(time_label))
+    axes.set_ylabel(f"{name} − initial")
+    axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
+    for i, (label, drift) in enumerate(runs):
+        times, means = drift.windows.times, drift.windows.means
+        shown = np.isfinite(means)
+        if not len(means):
+            _say(axes, "the run is shorter than a window")
+            continue
+        if not means.any():
+            _say(axes, "exactly 0 throughout")
+            axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
+        axes.plot(times[shown], means[shown], label=label, **_style(i, len(times), len(runs)))
+        if drift.kind == "linear" and drift.slope is not None:
+            trend = means[shown].mean() + drift.slope * (times - times[shown].mean())
+            axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
+            axes.legend(loc="best")
+    axes.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+
+
+def _style(i: int, windows: int, runs: int) -> dict[str, Any]:
+    style = {**series_style(i), "markersize": 3.5}
+    if windows >= _MARKED:
+        # Some markers along a long line tell runs apart without colour.
+        style["markevery"] = max(windows // 8, 1)
+        if runs == 1:
+            style["marker"] = ""
+    return style
+
+
+def _zeros(label: str, sizes: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+    """Say in words what a logarithmic axis cannot show."""
+    prefix = f"{label}: " if label else ""
+    if not len(sizes):
+        return f"{prefix}the run is shorter than a window"
+    zeros, wild = int((sizes == 0.0).sum()), int((~np.isfinite(sizes)).sum())
+    if zeros == len(sizes):
+        return f"{prefix}exactly 0 throughout"
+    told = [f"exactly 0 in {zeros} of {len(sizes)} windows"] if zeros else []
+    told += [f"not finite in {wild} of {len(sizes)} windows"] if wild else []
+    return prefix + ", ".join(told) if told else ""
+
+
+def _note(axes: Axes, text: str) -> None:
+    axes.text(0.02, 0.03, text, transform=axes.transAxes, fontsize=8, va="bottom")
+
+
+def _say(axes: Axes, text: str) -> None:
+    axes.text(0.5, 0.6, text, transform=axes.transAxes, fontsize=8.5, ha="center", va="center")
+
+
+def _label_level(axes: Axes, level: float) -> None:
+    axes.annotate(
+        "32 ε × scale",
+        (1.0, level),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 2),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8,
+        color="0.3",
+    )
+
+
+def _log_ticks(axes: Axes) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(numticks=6))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _time(label: str) -> str:
+    return f"{_TIMES.get(label, label)} (dimensionless)"
+
+
+def _shared_legend(figure: Figure, grid: Any) -> None:
+    handles, labels = grid.flat[0].get_legend_handles_labels()
+    if handles:
+        figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 5))
