@@ -86,7 +86,7 @@ def test_inertia_tensor_round_trip():
 
 
 def test_physical_lagrange_body_is_special():
-    """The remark on the multidimensional Lagrange case; J_n > 0 needs 2 a_n D > a_1² a_n + a_1 D."""
+    """The multidimensional Lagrange case; J_n > 0 needs 2 a_n D > a_1² a_n + a_1 D."""
     a1, an, D, n = 0.9, 1.3, 2.5, 5
     j1 = a1 * a1 * D / (2 * (D - a1 * a1))
     jn = a1 * an * D / (D - a1 * an) - j1

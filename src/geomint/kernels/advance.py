@@ -13,92 +13,97 @@ from __future__ import annotations
 
 from typing import Any
 
-from .blocks import part
 from .recorded import Recorded, helper
 from .status import OK
 
 __all__ = ["stepper"]
 
 
-@helper
-def advance(
-    step: Any,
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    fractions: Any,
-    memory: Any,
-    work: Any,
-    rows: int,
-    t0: float,
-    h: float,
-    first: int,
-    count: int,
-    every: int,
-    out: Any,
-) -> tuple[int, int, int, float]:
-    """Take `count` steps and write every `every`-th state into `out`.
+def _loop(step: Recorded) -> Recorded:
+    # A dispatcher that is handed on as an argument is an address in the machine code, which no
+    # other process can use; one that is a closure value is code.
+    @helper
+    def advance(
+        functions: Any,
+        params: Any,
+        coefficients: Any,
+        fractions: Any,
+        memory: Any,
+        work: Any,
+        rows: int,
+        t0: float,
+        h: float,
+        first: int,
+        count: int,
+        every: int,
+        out: Any,
+    ) -> tuple[int, int, int, float]:
+        """Take `count` steps and write every `every`-th state into `out`.
 
-    Parameters
-    ----------
-    fractions : block, shape (2 m,)
-        For each of the m substeps of a composition its length and its start, in units of `h`.
-    first : int
-        Number of steps taken before: the time is ``t0 + i h``, never accumulated.
+        Parameters
+        ----------
+        fractions : block, shape (2 m,)
+            For each of the m substeps of a composition its length and its start, in units of `h`.
+        first : int
+            Number of steps taken before: the time is ``t0 + i h``, never accumulated.
 
-    Returns
-    -------
-    status, steps, iterations, residual
-        `steps` completed steps; on failure `residual` is what the last step left.
-    """
-    saved = 0
-    iterations = 0
-    substeps = len(fractions) // 2
-    for k in range(count):
-        t = t0 + (first + k) * h
-        for j in range(substeps):
-            status, used, residual = step(
-                functions,
-                params,
-                coefficients,
-                j,
-                memory,
-                work,
-                t + fractions[substeps + j] * h,
-                fractions[j] * h,
-            )
-            iterations += used
-            if status != OK:
-                return status, k, iterations, residual
-        if (first + k + 1) % every == 0:
-            for r in range(rows):
-                out[saved * rows + r] = memory[r]
-            saved += 1
-    return OK, count, iterations, 0.0
+        Returns
+        -------
+        status, steps, iterations, residual
+            `steps` completed steps; on failure `residual` is what the last step left, and memory
+            may hold the first substeps of it.
+        """
+        saved = 0
+        iterations = 0
+        substeps = len(fractions) // 2
+        for k in range(count):
+            t = t0 + (first + k) * h
+            for j in range(substeps):
+                status, used, residual = step(
+                    functions,
+                    params,
+                    coefficients,
+                    j,
+                    memory,
+                    work,
+                    t + fractions[substeps + j] * h,
+                    fractions[j] * h,
+                )
+                iterations += used
+                if status != OK:
+                    return status, k, iterations, residual
+            if (first + k + 1) % every == 0:
+                for r in range(rows):
+                    out[saved * rows + r] = memory[r]
+                saved += 1
+        return OK, count, iterations, 0.0
+
+    return advance
 
 
 def stepper(step: Recorded, functions: int) -> Recorded:
-    """Return the compiled entry of a method: `advance` with its step and `functions` functions.
+    """Return the compiled entry of a method: the loop of its step with `functions` functions.
 
     Its signature is `geomint.kernels.signatures.advance_signature`.
     """
+    advance = _loop(step)
     if functions == 1:
 
         @helper
         def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
-            return advance(step, (f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+            return advance((f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
         return one
     if functions == 2:
 
         @helper
         def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
-            return advance(step, (f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+            return advance((f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
         return two
 
     @helper
     def three(f, g, k, p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
-        return advance(step, (f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+        return advance((f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
     return three

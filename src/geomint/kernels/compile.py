@@ -108,6 +108,8 @@ def _compile(dispatcher: Any, name: str, signature: Any) -> None:
         return
     misses = sum(dispatcher.stats.cache_misses.values())
     start = time.perf_counter()
+    dispatcher.disable_compile(False)
     dispatcher.compile(signature)
+    dispatcher.disable_compile()  # a call with other types is an error, not another compilation
     if sum(dispatcher.stats.cache_misses.values()) > misses:
         _tell(name, time.perf_counter() - start)

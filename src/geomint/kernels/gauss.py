@@ -120,7 +120,7 @@ def increment(stages: Any, row: int, groups: int, rows: int) -> float:
 
 @helper
 def inverse_scales(pieces: Any, y: Any, stages: Any, groups: int, scales: Any) -> None:
-    """Write 1 / (largest \|y\| of the row's piece) for each row; 0 for rows of no piece.
+    """Write 1 / (largest \\|y\\| of the row's piece) for each row; 0 for rows of no piece.
 
     Pieces are rows that are measured together (γ, or p): so an unknown that passes through zero
     and a momentum of 1e-150 are both solved for to relative accuracy. Where a piece is zero its

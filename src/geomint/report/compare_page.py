@@ -1,0 +1,64 @@
+"""The comparison report: a page that opens from disk, plots and JSON beside it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .compare_plots import work_precision_figure
+from .pages import render
+from .plots import drift_figure
+from .provenance import environment, finite_json
+from .style import data_uri
+
+if TYPE_CHECKING:
+    from ..compare import Comparison
+    from ..scene import Scene
+
+__all__ = ["write_compare_report"]
+
+
+def write_compare_report(
+    result: Comparison, scene: Scene, out: Path, command: str | None = None
+) -> None:
+    """Write ``compare.html``, ``compare.json`` and the plots as PNG and SVG."""
+    out.mkdir(parents=True, exist_ok=True)
+    provenance = {
+        **environment(),
+        "scene": scene.sections,
+        "scene_name": scene.name,
+        "scene_toml": scene.toml(),
+        "scene_hash": scene.hash,
+        "notes": list(scene.notes),
+        "command": command,
+        "seed": None,
+        "compile_seconds": round(result.compile_seconds, 6),
+    }
+    record = finite_json({**result.as_json(), "provenance": provenance})
+    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
+    (out / "compare.json").write_text(text + "\n", encoding="utf-8")
+    figures = {"compare": work_precision_figure(result.points)}
+    if result.drifts:
+        figures["compare-drift"] = drift_figure(result.drifts, "t")
+    for name, figure in figures.items():
+        figure.savefig(out / f"{name}.png")
+        figure.savefig(out / f"{name}.svg", metadata={"Date": None})
+    page = render(
+        "compare.html.j2",
+        scene=scene,
+        record=record,
+        best=_best(record["points"]),
+        figures={name: data_uri(figure) for name, figure in figures.items()},
+    )
+    (out / "compare.html").write_text(page, encoding="utf-8")
+
+
+def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return for each whole power of ten the fastest point with at most that error."""
+    rows = []
+    for exponent in range(-2, -14, -2):
+        fit = [p for p in points if p["error"] is not None and p["error"] <= 10.0**exponent]
+        if fit:
+            rows.append({"exponent": exponent, **min(fit, key=lambda p: p["seconds"])})
+    return rows

@@ -1,0 +1,47 @@
+"""Plots of comparisons: run time against error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from .style import WIDTH, figure_style, series_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..compare import Point
+
+__all__ = ["work_precision_figure"]
+
+
+def work_precision_figure(points: Sequence[Point]) -> Figure:
+    """Return a figure of run time against error, a line a method, both logarithmic.
+
+    Points that failed have no place in it; the page lists them. An error of exactly 0 is drawn at
+    1e-17, below what float64 resolves.
+    """
+    from matplotlib.figure import Figure
+
+    with figure_style():
+        figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
+        axes = figure.subplots()
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel("error at the end, relative (dimensionless)")
+        axes.set_ylabel("run time (s), without compilation")
+        names = list(dict.fromkeys(point.method for point in points))
+        for i, name in enumerate(names):
+            own = [
+                (max(point.error, 1e-17), point.seconds)
+                for point in points
+                if point.method == name and point.error is not None and point.seconds is not None
+            ]
+            if own:
+                errors, seconds = zip(*own, strict=True)
+                axes.plot(errors, seconds, label=name, markersize=4.5, **series_style(i))
+        if axes.get_legend_handles_labels()[0]:
+            figure.legend(loc="outside upper center", ncols=min(len(names), 5))
+        else:
+            axes.text(0.5, 0.5, "no method reached the end", transform=axes.transAxes, ha="center")
+    return figure

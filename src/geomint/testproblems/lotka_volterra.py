@@ -1,0 +1,47 @@
+"""Predators and prey in changing seasons: nonlinear, non-autonomous, two numbers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..kernels.arithmetic import cos
+from ..kernels.recorded import field
+from ..problem import Problem
+
+__all__ = ["INITIAL", "seasonal_lotka_volterra"]
+
+INITIAL = np.array([1.3, 0.7])
+
+
+@field
+def rates(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """u̇ = u (1 + ε cos ωt − v), v̇ = v (u − 1 − v/8)."""
+    u, v = y[0], y[1]
+    season = params[0] * cos(params[1] * t)
+    out[0] = u * ((1.0 - v) + season)
+    out[1] = v * ((u - 1.0) - 0.125 * v)
+
+
+def seasonal_lotka_volterra(amplitude: float = 0.4, frequency: float = 1.5) -> Problem:
+    """Return the equations of Lotka and Volterra with a seasonal growth of the prey.
+
+    ::
+
+        u̇ = u (1 + ε cos ωt − v),        v̇ = v (u − 1 − v/8)
+
+    with crowding of the predators; nothing is conserved. Parameters: ε, ω.
+
+    References
+    ----------
+    S. Rinaldi, S. Muratori, Y. Kuznetsov, Bull. Math. Biol. 55 (1993) 15, on seasonally perturbed
+    predator-prey systems.
+    """
+    return Problem(
+        name="seasonal-lotka-volterra",
+        pieces=(("u", 1), ("v", 1)),
+        params=np.array([amplitude, frequency]),
+        field=rates,
+        parameters={"amplitude": amplitude, "frequency": frequency},
+    )

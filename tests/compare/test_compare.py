@@ -1,0 +1,119 @@
+"""Comparisons: the same physical end for every method, and honest failures."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.compare import compare, run_compare
+from geomint.systems import find_system
+
+METHODS = ["gauss-8", "gauss-4", "rattle-6", "cf-4", "rkmk-4", "dop853", "rk-4"]
+
+
+@pytest.fixture(scope="module")
+def model():
+    system = find_system("chaplygin-sphere-hamiltonized")
+    parameters = system.parameters(a=[0.8, 1.1, 1.5], D=4.0)
+    with pytest.warns(gi.GeomintWarning):
+        return system.build(parameters, system.initial(gamma=[1.0, 2.0, 3.0], p=[1.8, -3.0, 1.2]))
+
+
+@pytest.fixture(scope="module")
+def comparison(model):
+    return compare(model, {"tau_end": 10.0}, METHODS, repeats=1)
+
+
+def test_all_methods_converge_to_one_truth(comparison):
+    """Six codes in three representations and two times: agreement is no accident."""
+    for method in METHODS:
+        errors = [p.error for p in comparison.points if p.method == method and p.error is not None]
+        assert min(errors) < 1e-5, method
+        assert errors[-1] < errors[0] or errors[0] < 1e-12, method
+    assert {p.representation for p in comparison.points} >= {"hamiltonized"}
+    assert any(p.representation != "hamiltonized" for p in comparison.points)
+
+
+def test_reference_is_better_than_double(comparison):
+    assert comparison.reference["error_estimate"] < 1e-17
+    assert comparison.reference["physical_end"] > 10.0
+
+
+def test_times_and_counts_are_there(comparison):
+    for point in comparison.points:
+        if point.status == "ok":
+            assert point.seconds is not None
+            assert point.seconds > 0.0
+            assert point.steps
+            assert point.evaluations
+            assert point.repeats == 1
+
+
+def test_physical_end_gives_the_same_points(model, comparison):
+    other = compare(
+        model,
+        {"t_end": comparison.reference["physical_end"]},
+        ["gauss-8"],
+        steps=[0.25],
+        repeats=1,
+        observe=False,
+    )
+    assert other.points[0].error < 1e-12
+
+
+def test_failure_is_shown_with_its_reason(model):
+    result = compare(model, {"tau_end": 10.0}, ["gauss-8"], steps=[5.0, 0.25], repeats=1)
+    failed, good = result.points
+    assert failed.status.startswith("failed: ConvergenceError")
+    assert "t = " in failed.status
+    assert failed.error is None
+    assert failed.seconds is None
+    assert good.status == "ok"
+
+
+def test_method_without_a_fitting_form_is_shown(model):
+    reduced = gi.Model(
+        {"reduced": model.problems["reduced"]}, {"reduced": model.states["reduced"]}
+    )
+    result = compare(reduced, {"t_end": 1.0}, ["rattle-2", "gauss-8"], repeats=1)
+    assert "needs the form 'hamiltonian'" in result.points[0].status
+    assert result.points[-1].status == "ok"
+
+
+def test_report_files(tmp_path):
+    with pytest.warns(gi.GeomintWarning):
+        scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
+        scene.warn()
+    run_compare(scene, ["gauss-8", "rk-4", "cf-4"], tmp_path, repeats=1, progress=False)
+    record = json.loads((tmp_path / "compare.json").read_text())
+    assert set(record) == {"points", "reference", "provenance"}
+    keys = {
+        "method", "order", "step", "tolerance", "error", "seconds", "steps", "evaluations", "status",
+    }  # fmt: skip
+    assert all(keys <= set(point) for point in record["points"])
+    page = (tmp_path / "compare.html").read_text()
+    assert "gauss-8" in page
+    assert "src=\"http" not in page
+    for name in ("compare.png", "compare.svg", "compare-drift.png", "compare-drift.svg"):
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_error_is_relative_to_the_largest_entry(model):
+    from geomint.compare import _Goal
+
+    problem = model.problems["hamiltonized"]
+    y = model.states["hamiltonized"]
+    truth = problem.physical_state(y)
+    goal = _Goal(problem, {"tau_end": 1.0}, 1.0, truth)
+    assert goal.error(problem, y) == 0.0
+    moved = y.copy()
+    moved[0] += 1e-6
+    assert goal.error(problem, moved) == pytest.approx(
+        max(
+            np.max(np.abs(problem.physical_state(moved)[k] - truth[k])) / np.max(np.abs(truth[k]))
+            for k in truth
+        )
+    )

@@ -1,0 +1,99 @@
+"""References: right to more digits than float64 shows, kept on disk, honest about their error."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint import reference
+from geomint.reference import reference_solution
+
+
+@gi.field
+def pendulum(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -params[0] * gi.sin(y[0]) + 0.1 * gi.cos(t)
+
+
+@gi.field
+def circle(params, t, y, out, work):
+    out[0] = -y[1]
+    out[1] = y[0]
+
+
+@gi.field
+def circle_rate(params, t, y, work):
+    return 2.0 + y[0]
+
+
+@pytest.fixture
+def forget(monkeypatch, tmp_path):
+    monkeypatch.setattr(reference, "_path", lambda *a: tmp_path / "reference.json")
+    return tmp_path / "reference.json"
+
+
+def test_circle_to_the_last_bit(forget):
+    problem = gi.Problem("circle", (("x", 2),), field=circle, clock=circle_rate, time="tau")
+    found = reference_solution(problem, np.array([1.0, 0.0]), 100.0)
+    with mp.workdps(50):
+        truth = [float(mp.cos(100)), float(mp.sin(100))]
+        clock = float(200 + mp.sin(100))
+    np.testing.assert_array_equal(found.y, truth)
+    assert found.physical_end == clock
+    assert found.error < 1e-25
+
+
+def test_non_autonomous_pendulum_against_mpmath(forget):
+    problem = gi.Problem("pendulum", (("x", 2),), params=[1.3], field=pendulum)
+    found = reference_solution(problem, np.array([0.5, 0.25]), 5.0)
+    with mp.workdps(30):
+        k = mp.mpf(1.3)  # the parameter as float64 has it
+        tenth = mp.mpf(0.1)
+        solution = mp.odefun(
+            lambda t, y: [y[1], -k * mp.sin(y[0]) + tenth * mp.cos(t)], 0, [0.5, 0.25]
+        )
+        truth = np.array([float(v) for v in solution(5)])
+    np.testing.assert_allclose(found.y, truth, rtol=2**-52, atol=0)
+
+
+def test_second_time_comes_from_disk(forget, monkeypatch):
+    problem = gi.Problem("circle", (("x", 2),), field=circle)
+    y0 = np.array([1.0, 0.0])
+    first = reference_solution(problem, y0, 3.0)
+    assert forget.exists()
+    monkeypatch.setattr(reference, "_integrate", lambda *a: pytest.fail("integrated again"))
+    second = reference_solution(problem, y0, 3.0)
+    np.testing.assert_array_equal(first.y, second.y)
+    assert second.steps == first.steps
+
+
+def test_broken_file_is_ignored(forget):
+    forget.write_text("{not json")
+    problem = gi.Problem("circle", (("x", 2),), field=circle)
+    assert reference_solution(problem, np.array([1.0, 0.0]), 1.0).y[0] == pytest.approx(np.cos(1.0))
+
+
+def test_hash_depends_on_everything():
+    make = lambda **k: gi.Problem("circle", (("x", 2),), **{"field": circle, **k})  # noqa: E731
+    y0 = np.array([1.0, 0.0])
+    paths = {
+        reference._path(make(), y0, 1.0),
+        reference._path(make(), y0, 2.0),
+        reference._path(make(), y0 + 1e-16 * np.array([0, 1]), 1.0),
+        reference._path(make(params=[1.0]), y0, 1.0),
+        reference._path(make(field=pendulum), y0, 1.0),
+        reference._path(make(clock=circle_rate, time="tau"), y0, 1.0),
+    }
+    assert len(paths) == 6
+
+
+def test_no_field_no_reference():
+    problem = gi.Problem(
+        "action only",
+        (("x", 3),),
+        action=gi.GroupAction(circle, gi.so3(1)),
+    )
+    with pytest.raises(gi.FormError, match="no field"):
+        reference_solution(problem, np.ones(3), 1.0)
