@@ -23,7 +23,7 @@ from .states import initial_momentum
 __all__ = ["ball_problem"]
 
 
-@gi.field
+@gi.observable
 def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     """K = ⟨k, k⟩, eq. (IK)."""
     n = int(params[0])
@@ -33,7 +33,7 @@ def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-@gi.field
+@gi.observable
 def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
     n = int(params[0])
@@ -50,7 +50,7 @@ def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-@gi.field
+@gi.observable
 def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
     n = int(params[0])
@@ -66,7 +66,7 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-@gi.field
+@gi.observable
 def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(γ, γ) − 1."""
     n = int(params[0])
@@ -77,7 +77,7 @@ def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total - 1.0
 
 
-@gi.field
+@gi.observable
 def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Frobenius norm of g gᵀ − 1."""
     n = int(params[0])
@@ -94,7 +94,7 @@ def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
     return sqrt(total)
 
 
-@gi.field
+@gi.observable
 def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|Ad_g k − k_0| in the norm of ⟨X, X⟩; params ends with the triangle of k_0."""
     n = int(params[0])

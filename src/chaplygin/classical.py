@@ -117,39 +117,39 @@ def full_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[2] = -w2
 
 
-@gi.field
+@gi.observable
 def diagonal_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
     w0, w1, w2 = diagonal_omega(params, y)
     return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
 
 
-@gi.field
+@gi.observable
 def full_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
     w0, w1, w2 = full_omega(params, y)
     return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
 
 
-@gi.field
+@gi.observable
 def classical_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     """F_4 = (k⃗, k⃗) = ⟨k, k⟩, eq. (cl:int)."""
     return y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
 
 
-@gi.field
+@gi.observable
 def classical_area(params: Any, t: Any, y: Any, work: Any) -> Any:
     """F_1 = (k⃗, γ⃗), eq. (cl:int)."""
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
-@gi.field
+@gi.observable
 def classical_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
     """F_2 − 1 = (γ⃗, γ⃗) − 1, eq. (cl:int)."""
     return y[3] * y[3] + y[4] * y[4] + y[5] * y[5] - 1.0
 
 
-@gi.field
+@gi.observable
 def classical_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Frobenius norm of g gᵀ − 1."""
     total = 0.0 * y[0]
@@ -162,7 +162,7 @@ def classical_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
     return sqrt(total)
 
 
-@gi.field
+@gi.observable
 def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|g k⃗ − k⃗_0|; params ends with k⃗_0."""
     first = len(params) - 3

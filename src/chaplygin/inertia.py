@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import geomint as gi
-from geomint.problem import as_vector
+from geomint import as_vector
 
 from .manifold import flat_triangle, skew_matrix
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 import geomint as gi
-from geomint.problem import as_vector
+from geomint import as_vector
 
 __all__ = [
     "REPAIRED",

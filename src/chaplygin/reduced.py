@@ -68,7 +68,7 @@ def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         out[n + i] = (rbgp - sgp * a) * q + (paq - pq * b) * g
 
 
-@gi.field
+@gi.observable
 def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½⟨k, ω⟩ = (D U K − (q, Aq))/(2D²U), eq. (hamiltonian) with q for p."""
     n = len(y) // 2
@@ -89,7 +89,7 @@ def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 0.5 * (D * u * (g2 * pp - gp * gp) - qaq) / (D * D * u)
 
 
-@gi.field
+@gi.observable
 def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     """K = (γ, γ)(p, p) − (γ, p)² = ⟨k, k⟩, eq. (IK)."""
     n = len(y) // 2
@@ -101,7 +101,7 @@ def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     return g2 * pp - gp * gp
 
 
-@gi.field
+@gi.observable
 def norm(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(γ, γ) − 1 of a state (γ, p)."""
     total = y[0] * y[0]
@@ -110,7 +110,7 @@ def norm(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total - 1.0
 
 
-@gi.field
+@gi.observable
 def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(γ, p) of a state (γ, p)."""
     n = len(y) // 2

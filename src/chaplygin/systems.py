@@ -91,7 +91,8 @@ def sphere_model(sphere: ChaplyginSphere, first: str, gamma: Any, **components: 
     vertical, p = initial_tangent(sphere.inertia, sphere.D, gamma, **components)
     k = wedge(vertical, p)
     tangent = _tangent_problems(sphere)
-    plain, carrying = _ball_problems(sphere, k, "ball")
+    # Vectors cost a fifth of triangles where both will do.
+    plain, carrying = _ball_problems(sphere, k, "classical" if sphere.n == 3 else "ball")
     problems = {first: tangent[first], **tangent, **plain, **carrying}
     return _model(problems, vertical, k, p)
 

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .kernels.blocks import scalar_block
+from .kernels.blocks import Block, scalar_block
 from .kernels.status import OK
-from .methods.stepper import Stepper
+from .methods.stepper import Advance, Stepper
 
 __all__ = ["Account", "drive"]
 
 Array = npt.NDArray[np.float64]
-Consumer = Callable[[npt.NDArray[np.int64], Array], bool]
+Consumer = Callable[[npt.NDArray[np.int64], Array], int | None]
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64
@@ -49,7 +49,8 @@ def drive(
     Parameters
     ----------
     consume : callable
-        ``consume(indices, states) -> stop``: the numbers of the saved steps, the states row by row.
+        ``consume(indices, states) -> end``: the numbers of the saved steps, the states row by row.
+        `end` is the number of the last step of the run, None if that is still to come.
     progress : callable
         Called with the number of steps done.
 
@@ -61,26 +62,46 @@ def drive(
     rows = stepper.rows
     stepper.prepare()
     largest = max(1, MAX_BUFFER // rows) * stride
-    chunk = FIRST_CHUNK * stride if stride <= FIRST_CHUNK else stride
+    chunk = FIRST_CHUNK
     out = scalar_block(0)
     while steps is None or account.steps < steps:
         count = chunk if steps is None else min(chunk, steps - account.steps)
         needed = (count // stride + 1) * rows
         if len(out) < needed:
             out = scalar_block(needed)
-        first = account.steps
+        first, spent = account.steps, account.iterations
+        before = stepper.memory.data.copy()
         begun = time.perf_counter()
-        result = stepper.advance(first, count, stride, out)
-        elapsed = time.perf_counter() - begun
-        account.seconds += elapsed
-        account.steps += result.steps
-        account.iterations += result.iterations
-        indices = np.arange(first // stride + 1, (first + result.steps) // stride + 1) * stride
-        stop = consume(indices, out.data[: len(indices) * rows].reshape(-1, rows))
-        if result.status != OK:
-            raise stepper.error(result, first)
+        try:
+            result = stepper.advance(first, count, stride, out)
+            good = result
+            if result.status != OK:  # memory may be in the middle of a composition
+                good = _repeat(stepper, before, first, result.steps, stride, out)
+            elapsed = time.perf_counter() - begun
+            account.seconds += elapsed
+            account.steps, account.iterations = first + good.steps, spent + good.iterations
+        except KeyboardInterrupt:  # seen when the kernel returns: memory is ahead of the account
+            stepper.memory.data[:] = before
+            account.steps, account.iterations = first, spent
+            raise
+        indices = np.arange(first // stride + 1, account.steps // stride + 1) * stride
+        end = consume(indices, out.data[: len(indices) * rows].reshape(-1, rows))
+        if end is not None:
+            good = _repeat(stepper, before, first, end - first, stride, out)
+            account.steps, account.iterations = end, spent + good.iterations
+        elif result.status != OK:
+            failed = result.iterations - good.iterations
+            raise stepper.error(result._replace(iterations=failed), first)
         progress(account.steps)
-        if stop:
+        if end is not None:
             return
         wanted = count * min(CHUNK_SECONDS / max(elapsed, 1e-9), 8.0)
-        chunk = int(min(max(wanted // stride, 1) * stride, largest))
+        chunk = max(1, int(min(wanted, largest)))
+
+
+def _repeat(
+    stepper: Stepper, memory: Array, first: int, count: int, stride: int, out: Block
+) -> Advance:
+    """Take only the first `count` steps of a chunk that began with `memory`."""
+    stepper.memory.data[:] = memory
+    return stepper.advance(first, count, stride, out)

@@ -68,7 +68,7 @@ class StepError(GeomintError, ArithmeticError):
     residual : float
         What the failed step left.
     iterations : int
-        Iterations spent since the start of the run.
+        Iterations of the step that failed.
     partial : object
         The result up to the last good step, where there is one.
     """

@@ -14,11 +14,13 @@ __all__ = ["derivative", "rounding_scale", "value"]
 Array = npt.NDArray[np.float64]
 
 
+@np.errstate(all="ignore")
 def value(problem: Problem, f: Recorded, y: Array, t: float = 0.0) -> float:
     """Return an observable at a state."""
     return float(f(Block(problem.params), np.float64(t), Block(y), Block(np.zeros(problem.work))))
 
 
+@np.errstate(all="ignore")
 def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
     """Return dy/dt by whichever form the problem has."""
     params, work, now = Block(problem.params), Block(np.zeros(problem.work)), np.float64(t)

@@ -140,8 +140,8 @@ def _integrate(
         drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)
         recorder.catch_up(account.steps)
         if timeline.remainder != 0.0:
-            last = timeline.h * account.steps
-            y = stepper.single_step(stepper.state, last, timeline.remainder, stepper.carry)
+            last, done = timeline.h * account.steps, account.steps
+            y = stepper.single_step(stepper.state, last, timeline.remainder, stepper.carry, done)
             recorder.finish(timeline.own_end or 0.0, y)
     except StepError as error:
         recorder.catch_up(account.steps)

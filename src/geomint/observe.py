@@ -36,7 +36,7 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded]:
     if isinstance(wanted, str):
         wanted = [wanted]
     if isinstance(wanted, Mapping):
-        return {name: Recorded(f) if callable(f) else f for name, f in wanted.items()}
+        return {name: _recorded(name, f) for name, f in wanted.items()}
     known = problem.diagnostics
     chosen: dict[str, Recorded] = {}
     for name in _expanded(problem, wanted):
@@ -44,6 +44,14 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded]:
             raise DomainError("observe", name, f"a quantity of the problem.{nearest(name, known)}")
         chosen[name] = known[name]
     return chosen
+
+
+def _recorded(name: str, f: Any) -> Recorded:
+    if isinstance(f, Recorded):
+        return f
+    if not callable(f):
+        raise DomainError(f"observe[{name!r}]", f, "a function f(params, t, y, work)")
+    return Recorded(f)
 
 
 def _expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import numpy.typing as npt
 
 from .drift import Drift
 from .driver import Account
-from .errors import DomainError, StepError
+from .errors import DomainError, GeomintWarning, StepError
 from .evaluate import value
 from .methods.method import Method
 from .methods.stepper import Stepper
@@ -116,7 +117,7 @@ class Recorder:
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = stepper.rows > problem.rows
-        self._wanted = _evaluation_times(t_eval, timeline)
+        self._wanted = _evaluation_times(t_eval, problem, timeline)
         self._next_wanted = 0
         self._saved: list[tuple[float, Array]] = []
         self._before = (0.0, stepper.state.copy())
@@ -138,16 +139,16 @@ class Recorder:
         """Physical time of the last state handed out, where it is integrated."""
         return float(self._before[1][-1]) if self._clock else self._before[0]
 
-    def consume(self, indices: npt.NDArray[np.int64], states: Array) -> bool:
-        """Take a chunk; return whether the physical end has been reached."""
+    def consume(self, indices: npt.NDArray[np.int64], states: Array) -> int | None:
+        """Take a chunk; return the number of the last step if the physical end has been reached."""
         end = self._timeline.physical_end
-        stop = False
+        last = None
         if end is not None and len(states):
             past = np.flatnonzero(abs(states[:, -1]) >= abs(end))
             if len(past):
-                stop = True
+                last = int(indices[past[0]]) - 1
                 indices, states = indices[: past[0]], states[: past[0]]
-        times = self._timeline.h * indices
+        times = self._timeline.at(indices)
         self._evaluate(times, states)
         watched = indices % self._observe_every == 0
         labels = states[:, -1] if self._clock and end is not None else times
@@ -157,14 +158,15 @@ class Recorder:
                 self._saved.append((float(times[i]), states[i].copy()))
         if len(states):
             self._before = (float(times[-1]), states[-1].copy())
-        if stop and end is not None:
+        if last is not None and end is not None:
             self._finish_physical(end)
-        return stop
+        return last
 
     def catch_up(self, steps: int) -> None:
         """Take the stepper's state after `steps` steps if it lies beyond the last handed out."""
-        if self._timeline.steps is not None and self._timeline.h * steps != self._before[0]:
-            self._before = (self._timeline.h * steps, self._stepper.state.copy())
+        time = float(self._timeline.at(np.array([steps]))[0])
+        if self._timeline.steps is not None and time != self._before[0]:
+            self._before = (time, self._stepper.state.copy())
 
     def finish(self, time: float, state: Array) -> None:
         """Take the state of a last partial step."""
@@ -196,9 +198,16 @@ class Recorder:
 
     def _at_physical(self, time: float, state: Array, wanted: float) -> tuple[float, Array]:
         """Return (own time, state) at a physical time less than a step from a known state."""
+        # Implicit steps of a length in the last bits of the time would only add noise.
+        nothing = 4 * np.spacing(abs(wanted))
+        before = round(time / self._timeline.h)
+
+        def step(length: float) -> Array:
+            return self._stepper.single_step(state, time, length, before=before)
+
         if not self._clock:
             gap = wanted - time
-            return wanted, self._stepper.single_step(state, time, gap) if gap else state.copy()
+            return wanted, state.copy() if abs(gap) <= nothing else step(gap)
         clock = self._problem.clock
         assert clock is not None
         rows = self._problem.rows
@@ -208,13 +217,14 @@ class Recorder:
             missing = wanted - here[-1]
             if abs(missing) <= smallest:
                 best, smallest = (time + advance, here.copy()), abs(missing)
-            elif abs(missing) <= 4 * np.spacing(abs(wanted)):
+            elif abs(missing) <= nothing:
                 break
             rate = value(self._problem, clock, here[:rows], time + advance)
-            if abs(missing) <= 0.5 * np.spacing(abs(wanted)) or advance + missing / rate == advance:
+            tiny = nothing if advance == 0.0 else 0.125 * nothing
+            if abs(missing) <= tiny or advance + missing / rate == advance:
                 break
             advance += missing / rate
-            here = self._stepper.single_step(state, time, advance)
+            here = step(advance)
         best[1][-1] = wanted
         return best
 
@@ -225,15 +235,25 @@ class Recorder:
         if not len(self._wanted) and (not self._saved or self._saved[-1][0] != self._last[0]):
             self._saved.append(self._last)
         rows = self._problem.rows
-        tau = np.array([time for time, _ in self._saved])
-        full = np.array([state for _, state in self._saved]).reshape(len(self._saved), -1)
+        missed = len(self._wanted) - self._next_wanted
+        if missed and status == "success":
+            warnings.warn(
+                f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
+                f"t_eval, up to {self._wanted[-1]:.9g}",
+                GeomintWarning,
+                stacklevel=3,
+            )
+        direction = np.sign(self._timeline.h)
+        saved = sorted(self._saved, key=lambda entry: direction * entry[0])
+        tau = np.array([time for time, _ in saved])
+        full = np.array([state for _, state in saved]).reshape(-1, self._stepper.rows)
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
         return Solution(
             problem=self._problem,
             method=method,
             step=self._timeline.h,
             tau=tau,
-            y=full[:, :rows] if len(full) else np.zeros((0, rows)),
+            y=full[:, :rows],
             drift=self._observers.drifts(),
             steps=account.steps,
             iterations=account.iterations,
@@ -251,15 +271,18 @@ class Recorder:
         return self._before
 
 
-def _evaluation_times(t_eval: Any, timeline: Timeline) -> Array:
+def _evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:
     if t_eval is None:
         return np.zeros(0)
-    times = np.atleast_1d(np.asarray(t_eval, dtype=np.float64))
-    sign = np.sign(timeline.h)
-    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(sign * times) < 0).any():
+    try:
+        times = np.atleast_1d(np.array(t_eval, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise DomainError("t_eval", t_eval, "numbers") from None
+    forward = np.sign(timeline.h) * times
+    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(forward) < 0).any():
         raise DomainError("t_eval", t_eval, "finite times in the order of the run")
-    end = timeline.physical_end if timeline.own_end is None else timeline.own_end
-    outside = len(times) and (sign * times[0] < 0 or sign * times[-1] > abs(end or 0.0))
-    if outside and timeline.physical_end is None and timeline.own_end is None:
-        raise DomainError("t_eval", t_eval, "times within the run")
+    # With an end in τ the physical time there is only known afterwards.
+    end = timeline.own_end if problem.time == "t" else timeline.physical_end
+    if len(times) and (forward[0] < 0 or (end is not None and forward[-1] > abs(end))):
+        raise DomainError("t_eval", t_eval, f"times from 0 to {end if end is not None else '…'}")
     return times

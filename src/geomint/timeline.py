@@ -42,6 +42,13 @@ class Timeline:
     own_end: float | None
     physical_end: float | None
 
+    def at(self, steps: npt.NDArray[np.int64]) -> Array:
+        """Return the problem's own time after so many steps; the end is the one asked for."""
+        times = self.h * steps
+        if self.own_end is not None and self.remainder == 0.0:
+            times[steps == self.steps] = self.own_end
+        return times
+
 
 def positive(name: str, value: Any) -> float:
     """Return a positive finite float, or raise `DomainError`."""

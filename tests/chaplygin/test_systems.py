@@ -82,11 +82,11 @@ TANGENT = ["reduced", "hamiltonized"]
     [
         (
             "chaplygin-sphere-reduced", A3, G3 | P3,
-            [*TANGENT, "ball", "classical", "ball-attitude", "classical-attitude"],
+            [*TANGENT, "classical", "ball", "classical-attitude", "ball-attitude"],
         ),
         (
             "chaplygin-sphere-hamiltonized", A3, G3 | P3,
-            [*TANGENT[::-1], "ball", "classical", "ball-attitude", "classical-attitude"],
+            [*TANGENT[::-1], "classical", "ball", "classical-attitude", "ball-attitude"],
         ),
         (
             "chaplygin-ball", A3, G3 | P3,

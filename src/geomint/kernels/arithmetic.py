@@ -47,7 +47,10 @@ _fma_array = np.frompyfunc(_fma_float, 3, 1)
 
 
 def _is_float64(*values: Any) -> bool:
-    return all(np.result_type(v) in (np.float64, np.int64) for v in values)
+    return all(
+        v.dtype == np.float64 if isinstance(v, np.ndarray) else isinstance(v, float | int | np.integer)
+        for v in values
+    )
 
 
 def fma(x: Any, y: Any, z: Any) -> Any:

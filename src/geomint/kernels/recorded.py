@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Recorded", "field", "fingerprint", "helper", "inlined"]
+__all__ = ["Recorded", "field", "fingerprint", "helper", "inlined", "observable"]
 
 
 class Recorded:
@@ -75,6 +75,14 @@ def field(function: Callable[..., Any]) -> Recorded:
     ... def pendulum(params, t, y, out, work):
     ...     out[0] = y[1]
     ...     out[1] = -params[0] * gi.sin(y[0])
+    """
+    return Recorded(function)
+
+
+def observable(function: Callable[..., Any]) -> Recorded:
+    """Record ``f(params, t, y, work) -> number``: an invariant, a constraint, a clock, a diagnostic.
+
+    The rules are those of `field`; what it returns is a number of the kind of ``y[0]``.
     """
     return Recorded(function)
 

@@ -17,7 +17,7 @@ __all__ = ["Rattle"]
 
 
 def Rattle(  # noqa: N802 - reads as the method it is
-    *, tolerance: float = 2.0**-56, max_iterations: int = 200
+    *, tolerance: float = 0.0, max_iterations: int = 200
 ) -> Method:
     """RATTLE for any Hamiltonian H(t, q, p) with holonomic constraints g(q) = 0, order 2.
 

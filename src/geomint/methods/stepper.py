@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ConvergenceError, NonFiniteError, StepError
+from ..errors import ConvergenceError, GeomintWarning, NonFiniteError, StepError
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
 from ..kernels.status import NOT_CONVERGED, OK
@@ -76,6 +77,7 @@ class Stepper:
             self._entry, self._arguments = self.kernel, self.functions
             return
         from ..kernels import signatures
+        from ..kernels.cache import take_failure
         from ..kernels.compile import LANE, SCALAR, compile_function
 
         types = []
@@ -86,6 +88,13 @@ class Stepper:
             compile_function(f, s) for f, s in zip(self.functions, types, strict=True)
         )
         self._entry = compile_function(self.kernel, signatures.advance_signature(types))
+        failure = take_failure()
+        if failure is not None:
+            warnings.warn(
+                f"compiled code cannot be kept, every process compiles anew: {failure}",
+                GeomintWarning,
+                stacklevel=2,
+            )
 
     @property
     def state(self) -> Array:
@@ -95,8 +104,8 @@ class Stepper:
     def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state to `out`."""
         self.prepare()
-        return Advance(
-            *self._entry(
+        with np.errstate(all="ignore"):  # plain Python overflows as silently as compiled code
+            result = self._entry(
                 *self._arguments,
                 self.params,
                 self.coefficients,
@@ -111,7 +120,7 @@ class Stepper:
                 every,
                 out,
             )
-        )
+        return Advance(*result)
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper from another state, time and step, remembering at most the carries."""
@@ -128,17 +137,23 @@ class Stepper:
         """The carries of the compensated state; a view."""
         return self.memory.data[self.rows : 2 * self.rows]
 
-    def single_step(self, y: Array, t: float, h: float, carry: Array | None = None) -> Array:
-        """Return the state after one step of length `h` from (t, y), or raise a `StepError`."""
+    def single_step(
+        self, y: Array, t: float, h: float, carry: Array | None = None, before: int = 0
+    ) -> Array:
+        """Return the state after one step of length `h` from (t, y), or raise a `StepError`.
+
+        `before` is the number of steps of the run before it.
+        """
         stepper = self.restarted(y, t, h, carry)
         result = stepper.advance(0, 1, 1, scalar_block(self.rows))
         if result.status != OK:
-            raise stepper.error(result, 0)
+            raise stepper.error(result, 0, before)
         return stepper.state.copy()
 
-    def error(self, result: Advance, first: int) -> StepError:
-        """Return the typed error of a failed advance."""
+    def error(self, result: Advance, first: int, before: int = 0) -> StepError:
+        """Return the typed error of an advance that failed after step `first`."""
         step = first + result.steps
         kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
         hint = f"h = {self.h:.6g} is probably too large for this method and state"
-        return kind(self.t0 + step * self.h, step, result.residual, result.iterations, hint)
+        t = self.t0 + step * self.h
+        return kind(t, before + step, result.residual, result.iterations, hint)
