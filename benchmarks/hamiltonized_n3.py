@@ -38,10 +38,11 @@ FLOORS = {1e-9: 4.0, 2e-11: 4.0}
 GOALS = {1e-9: 10.0, 2e-11: 8.0}
 
 GEOMINT = [
-    (stages, step, tolerance)
+    (stages, step, tolerance, fused)
+    for fused in (False, True)
     for stages in (7, 8)
-    for step in (0.2, 0.225, 0.25, 0.28, 0.3125, 0.35, 0.38, 0.4, 0.42, 0.45, 0.5)
-    for tolerance in (2.0**-56, 1e-16, 1e-15, 1e-14, 1e-13)
+    for step in (0.2, 0.225, 0.25, 0.28, 0.3125, 0.35, 0.38, 0.4, 0.42, 0.45)
+    for tolerance in (0.0, 2.0**-56, 1e-16, 1e-15, 1e-14)
 ]
 HEYOKA = [
     (form, tolerance, high)
@@ -55,8 +56,8 @@ Runner = Callable[[np.ndarray], tuple[float, np.ndarray]]
 
 def geomint_runner(problem: gi.Problem, setting: tuple[Any, ...]) -> Runner:
     """Return a function that integrates from a state and returns (seconds, final state)."""
-    stages, step, tolerance = setting
-    method = gi.Gauss(stages, tolerance=tolerance)
+    stages, step, tolerance, fused = setting
+    method = gi.Gauss(stages, tolerance=tolerance, fused=fused)
 
     def run(y0: np.ndarray) -> tuple[float, np.ndarray]:
         solution = gi.solve(

@@ -12,11 +12,14 @@ from typing import Any
 os.environ.setdefault("MPLBACKEND", "Agg")
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
+
 import geomint
 
 project = "geomint"
 author = "The geomint authors"
-copyright = "The geomint authors"  # noqa: A001 - the name that Sphinx wants
+copyright = "The geomint authors"
 version = release = geomint.__version__
 
 extensions = [
@@ -29,10 +32,10 @@ source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build"]
 default_role = "py:obj"
 
-myst_enable_extensions = ["colon_fence", "deflist"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
-autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_default_options = {"members": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True
@@ -40,7 +43,8 @@ napoleon_google_docstring = False
 # Types are words, such as "array, shape (n,)", not references.
 napoleon_use_param = False
 napoleon_use_rtype = False
-napoleon_use_ivar = True
+# Several attributes may share one line of an Attributes section.
+napoleon_custom_sections = [("Attributes", "params_style")]
 
 html_theme = "furo"
 html_title = f"geomint {release}"
@@ -48,6 +52,7 @@ html_static_path = ["_static"]
 html_css_files = ["geomint.css"]
 html_show_sphinx = False
 html_copy_source = False
+html_math_renderer = "mathml"
 pygments_style = "tango"
 
 _LITERAL = re.compile(r"(``.*?``)")
@@ -76,10 +81,44 @@ def _as_rst(lines: list[str]) -> list[str]:
     return result
 
 
-def _process(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+_COLON = "\ue000"  # hides colons from napoleon, to which a property's "a: b" gives a type
+
+
+def _before(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
     lines[:] = _as_rst(lines)
+    if what in ("property", "attribute"):
+        lines[:] = [line.replace(":", _COLON) for line in lines]
+
+
+def _after(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    lines[:] = [line.replace(_COLON, ":") for line in lines]
+
+
+# What the converter does not know, or takes otherwise than TeX does.
+_TEX = (
+    (re.compile(r"\\[bB]igg?[lr]?(?![a-z])"), ""),
+    (re.compile(r"\\[td]?frac\s*(\d)(\d)"), r"\\frac{\1}{\2}"),
+    (re.compile(r"\\(hat|dot|tilde|bar)\s*(\\[A-Za-z]+|[A-Za-z])"), r"{\\\1{\2}}"),
+)
+
+
+def _mathml(block: bool) -> Any:
+    """Return a visitor that writes MathML, which browsers show without a script or a network."""
+
+    def visit(translator: Any, node: Any) -> None:
+        text = node.astext()
+        for pattern, replacement in _TEX:
+            text = pattern.sub(replacement, text)
+        if block and "\\\\" in text:
+            text = rf"\begin{{aligned}}{text}\end{{aligned}}"
+        translator.body.append(tex2mathml(text, as_block=block))
+        raise nodes.SkipNode
+
+    return visit
 
 
 def setup(app: Any) -> None:
-    """Connect before napoleon, which has priority 500."""
-    app.connect("autodoc-process-docstring", _process, priority=400)
+    """Connect before and after napoleon, which has priority 500."""
+    app.add_html_math_renderer("mathml", (_mathml(False), None), (_mathml(True), None))
+    app.connect("autodoc-process-docstring", _before, priority=400)
+    app.connect("autodoc-process-docstring", _after, priority=600)

@@ -18,16 +18,16 @@ ROUNDOFF = 32.0 * 2.0**-52
 
 @dataclass(frozen=True)
 class Drift:
-    """The drift of one quantity over a run.
+    r"""The drift of one quantity over a run.
 
     Attributes
     ----------
     initial : float
         The first value v₀.
     max_abs_error, final_error : float
-        Largest \\|v − v₀\\|, and the last v − v₀ with its sign.
+        Largest \|v − v₀\|, and the last v − v₀ with its sign.
     max_rel_error : float or None
-        `max_abs_error` / \\|v₀\\|; None where v₀ is 0.
+        `max_abs_error` / \|v₀\|; None where v₀ is 0.
     scale : float
         What a rounding error of v is measured against.
     slope, slope_stderr : float

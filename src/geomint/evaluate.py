@@ -57,7 +57,8 @@ def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:
         above, below = y.copy(), y.copy()
         above[i] += size
         below[i] -= size
-        slope = (value(problem, f, above) - value(problem, f, below)) / (above[i] - below[i])
-        total += abs(y[i] * slope)
+        up, down = value(problem, f, above) - v, value(problem, f, below) - v
+        # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
+        total += abs(y[i]) * max(abs(up - down), abs(up + down)) / (above[i] - below[i])
     scale = max(abs(v), total)
     return scale if np.isfinite(scale) and scale > 0.0 else 1.0

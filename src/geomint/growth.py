@@ -1,4 +1,4 @@
-"""The statistical rule that tells how a deviation grows.
+r"""The statistical rule that tells how a deviation grows.
 
 The window means m_i, i < N, of the deviation are taken apart into cosines,
 c_k = √(2/N) Σ m_i cos(πk(i + ½)/N), k = 1 … K = min(48, N/2). The rule rests on what these are for
@@ -9,7 +9,7 @@ The rule, in this order (`RULE` states it for reports):
 
 ``roundoff``
     No deviation is larger than 32 ε × scale, where the scale of a quantity v at the initial state
-    is max(\\|v\\|, Σ \\|y_i ∂v/∂y_i\\|): what rounding each number of the state once may do to it.
+    is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number of the state once may do to it.
 ``undetermined``
     There are fewer than 64 windows.
 ``linear``, ``faster``
@@ -31,8 +31,8 @@ The rule, in this order (`RULE` states it for reports):
     α is above 1.5: too smooth for any of these, such as an oscillation slower than the run.
 
 Measured on synthetic series (`tests/report/test_growth.py`): bounded noise and oscillations with at
-least four periods in the run are never taken for growth, random walks are called ``sqrt`` in 99 % of
-runs, linear and quadratic drifts are found below oscillations and noise several times their size.
+least four periods in the run are not taken for growth, random walks are called ``sqrt`` in 99 % of
+runs, linear and quadratic drifts are found below oscillations several times their size.
 """
 
 from __future__ import annotations

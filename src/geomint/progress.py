@@ -1,10 +1,12 @@
-"""Progress on a terminal for runs longer than a second, and word of compilations."""
+"""Progress on a terminal for runs longer than a second, word of compilations, and Ctrl-C."""
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 import time
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any
 
 __all__ = ["Progress"]
@@ -14,6 +16,9 @@ _DELAY = 1.0
 
 class Progress:
     """A bar with rate and time left, shown once a run has lasted a second.
+
+    A first Ctrl-C during the run is seen by the next `update`, which raises KeyboardInterrupt where
+    everything that was computed is at rest; a second one interrupts at once.
 
     Parameters
     ----------
@@ -32,6 +37,8 @@ class Progress:
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
+        self._interrupted = False
+        self._handler: Any = None
 
     def __enter__(self) -> Progress:
         from .kernels.compile import listen
@@ -48,6 +55,10 @@ class Progress:
         self._ended()
         if self._bar is not None:
             self._bar.stop()
+        if self._handler is not None:
+            signal.signal(signal.SIGINT, self._handler)
+            if self._interrupted and kind is None:
+                raise KeyboardInterrupt
 
     def _compilation(self, name: str, seconds: float | None) -> None:
         if seconds is not None:
@@ -56,11 +67,24 @@ class Progress:
             print(f"geomint: compiling {name} (once; kept in the cache)", file=sys.stderr)
 
     def begin(self) -> None:
-        """Start the clock of the run, after compilation."""
+        """Start the clock of the run, after compilation, and take Ctrl-C over."""
         self._start = time.perf_counter()
+        if threading.current_thread() is threading.main_thread():
+            handler = signal.getsignal(signal.SIGINT)
+            if handler is signal.default_int_handler:  # else somebody has taken it over already
+                self._handler = handler
+                signal.signal(signal.SIGINT, self._interrupt)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if self._interrupted:
+            raise KeyboardInterrupt
+        self._interrupted = True
 
     def update(self, done: float) -> None:
-        """Show how far the run is."""
+        """Show how far the run is; raise KeyboardInterrupt after Ctrl-C."""
+        if self._interrupted:
+            self._interrupted = False
+            raise KeyboardInterrupt
         if not self.shown or (self._bar is None and time.perf_counter() - self._start < _DELAY):
             return
         if self._bar is None:

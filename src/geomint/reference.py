@@ -18,7 +18,7 @@ import numpy.typing as npt
 from .errors import ConvergenceError, FormError, NonFiniteError
 from .kernels.blocks import scalar_block
 from .kernels.double_double import DoubleDoubleBlock, double_double_block, lane_rows
-from .kernels.gauss import gauss_memory_size, gauss_stepper, gauss_work_size
+from .kernels.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from .kernels.lanes import LANES
 from .kernels.status import NOT_CONVERGED, OK
 from .methods.forms import field_of, piece_numbers
@@ -192,7 +192,7 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     """Return the coefficient block of `geomint.kernels.gauss` in double-double numbers."""
     table, width = gauss_legendre(STAGES), LANES * groups
     at = lane_positions(STAGES, width)
-    header = double_double_block([rows, MAX_ITERATIONS, TOLERANCE, *pieces])
+    header = double_double_block(gauss_header(rows, MAX_ITERATIONS, TOLERANCE, pieces))
     parts = [header.data]
     for name in ("c", "b"):
         hi, lo = table.split(name)  # type: ignore[arg-type]

@@ -37,6 +37,26 @@ class Windows:
         # rows: mean time, mean deviation, largest |deviation|
         self._closed = np.zeros((3, 0))
 
+    @classmethod
+    def restored(
+        cls,
+        initial: float,
+        length: int,
+        samples: int,
+        last: tuple[float, float],
+        largest: float,
+        closed: Array,
+    ) -> Windows:
+        """Return windows as they were: `closed` are the rows times, means, maxima.
+
+        What the last window had before it was full is not kept: nothing can be added.
+        """
+        windows = cls(initial)
+        windows.length, windows.samples, windows.max_abs = length, samples, largest
+        windows.last_time, windows.last = last
+        windows._closed = closed
+        return windows
+
     def add(self, times: Array, values: Array) -> None:
         """Append samples."""
         if not len(values):
@@ -78,14 +98,14 @@ class Windows:
     @property
     def times(self) -> Array:
         """Mean time of each full window."""
-        return self._closed[0]
+        return np.asarray(self._closed[0])
 
     @property
     def means(self) -> Array:
         """Mean deviation of each full window."""
-        return self._closed[1]
+        return np.asarray(self._closed[1])
 
     @property
     def maxima(self) -> Array:
         """Largest absolute deviation in each full window."""
-        return self._closed[2]
+        return np.asarray(self._closed[2])

@@ -84,9 +84,7 @@ def test_method_without_a_fitting_form_is_shown(model):
 
 
 def test_report_files(tmp_path):
-    with pytest.warns(gi.GeomintWarning):
-        scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
-        scene.warn()
+    scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
     run_compare(scene, ["gauss-8", "rk-4", "cf-4"], tmp_path, repeats=1, progress=False)
     record = json.loads((tmp_path / "compare.json").read_text())
     assert set(record) == {"points", "reference", "provenance"}

@@ -87,6 +87,13 @@ def stepper(step: Recorded, functions: int) -> Recorded:
     Its signature is `geomint.kernels.signatures.advance_signature`.
     """
     advance = _loop(step)
+    if functions == 0:
+
+        @helper
+        def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
+            return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+
+        return none
     if functions == 1:
 
         @helper

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import math
+import operator
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -39,7 +40,11 @@ def _fma_float(x: float, y: float, z: float) -> float:
     if _libm_fma is not None:
         return _libm_fma(x, y, z)
     if math.isfinite(x) and math.isfinite(y) and math.isfinite(z):
-        return float(Fraction(x) * Fraction(y) + Fraction(z)) or x * y + z
+        exact = Fraction(x) * Fraction(y) + Fraction(z)
+        try:
+            return float(exact) or x * y + z
+        except OverflowError:
+            return math.inf if exact > 0 else -math.inf
     return x * y + z
 
 
@@ -65,7 +70,10 @@ def fma(x: Any, y: Any, z: Any) -> Any:
 
 
 def _elementwise(name: str, x: Any) -> Any:
-    scalar: Callable[[Any], Any] = getattr(math, name)
+
+    def scalar(value: float) -> float:
+        return float(getattr(math, name)(value)) if math.isfinite(value) else math.nan
+
     if isinstance(x, np.ndarray):
         if x.dtype == np.float64:  # numpy's own sin differs from the C library's in the last bit
             return np.array([scalar(v) for v in x]).view(type(x))
@@ -122,20 +130,23 @@ def lane(x: Any, index: int) -> Any:
     return np.asarray(x)[index] if isinstance(x, np.ndarray) else x
 
 
+def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:
+    values = list(np.asarray(x))
+    while len(values) > 1:
+        half = len(values) // 2
+        pairs = [combine(values[i], values[i + half]) for i in range(half)]
+        values = pairs + values[2 * half :]
+    return values[0]
+
+
 def top(x: Any) -> Any:
     """Return the largest lane; NaN if any lane is NaN."""
-    return np.max(np.asarray(x)) if isinstance(x, np.ndarray) else x
+    return _fold(maximum, x) if isinstance(x, np.ndarray) else x
 
 
 def total(x: Any) -> Any:
     """Return the sum of the lanes, added pairwise: ((0+4)+(2+6)) + ((1+5)+(3+7))."""
-    if not isinstance(x, np.ndarray):
-        return x
-    values = list(np.asarray(x))
-    while len(values) > 1:
-        half = len(values) // 2
-        values = [values[i] + values[i + half] for i in range(half)]
-    return values[0]
+    return _fold(operator.add, x) if isinstance(x, np.ndarray) else x
 
 
 def epsilon(x: Any) -> float:

@@ -1,7 +1,7 @@
 """Blocks: the arrays that fields read and write, one number or one lane value a row.
 
-A *block* has ``len(y)`` rows; ``y[i]`` is a number (float64) or a lane value (eight of them),
-``y[i] = v`` stores one. Compiled code sees a pointer and a row count
+A *block* has ``len(y)`` rows; ``y[i]``, i ≥ 0, is a number (float64) or a lane value (eight of
+them), ``y[i] = v`` stores one. Compiled code sees a pointer and a row count
 (`geomint.kernels.typing_blocks`); this module is the object that Python code holds, which is also
 all that an uncompiled run needs.
 """
@@ -36,10 +36,10 @@ class Block:
         return len(self.data)
 
     def __getitem__(self, row: int) -> Any:
-        return self.data[row]
+        return self.data[_counted(row)]
 
     def __setitem__(self, row: int, value: Any) -> None:
-        self.data[row] = value
+        self.data[_counted(row)] = value
 
     def part(self, start: int, rows: int) -> Block:
         """Return `rows` rows from `start` on, sharing memory."""
@@ -61,7 +61,14 @@ class LaneBlock(Block):
     __slots__ = ()
 
     def __getitem__(self, row: int) -> Any:
-        return Lanes(self.data[row])
+        return Lanes(self.data[_counted(row)])
+
+
+def _counted(row: int) -> int:
+    """Return a row's number, which compiled code does not count from the end if negative."""
+    if row < 0:
+        raise IndexError(f"row {row} of a block: rows are counted from 0")
+    return row
 
 
 def as_scalars(block: Block) -> Block:

@@ -135,6 +135,7 @@ def _pieces(value: Any, seen: set[int]) -> Iterator[bytes]:
 
 def _function_pieces(function: types.FunctionType, seen: set[int]) -> Iterator[bytes]:
     code = function.__code__
+    yield str(function.__module__).encode()  # which the cached code imports
     yield from _code_pieces(code)
     keyword_defaults = sorted((function.__kwdefaults__ or {}).items())
     yield from _pieces((function.__defaults__ or (), keyword_defaults), seen)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import operator
 from typing import Any
 
+import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.core.imputils import lower_builtin
@@ -52,8 +53,19 @@ class BlockModel(models.StructModel):
         super().__init__(dmm, fe_type, members)
 
 
+def _check(block: blocks.Block) -> None:
+    """Raise TypeError unless the numbers of a block are what compiled code takes them for."""
+    data, row = block.data, (LANES,) if isinstance(block, blocks.LaneBlock) else ()
+    if data.dtype != np.float64 or data.shape[1:] != row or not data.flags.c_contiguous:
+        raise TypeError(
+            f"compiled code needs contiguous float64 numbers in rows of shape {row}, "
+            f"got {data.dtype} of shape {data.shape}"
+        )
+
+
 @typeof_impl.register(blocks.Block)
 def _typeof_block(value: blocks.Block, c: Any) -> BlockType:
+    _check(value)
     return LANE_BLOCK if isinstance(value, blocks.LaneBlock) else SCALAR_BLOCK
 
 
@@ -169,9 +181,9 @@ def _view(result: BlockType) -> Any:
         taken = _width(result.row) // width
         if config.BOUNDSCHECK:
             end = builder.add(start, builder.mul(rows, ir.Constant(rows.type, taken)))
-            outside = builder.icmp_signed(
-                ">", end, _number_of_rows(builder, sig.args[0], source)
-            )
+            past = builder.icmp_signed(">", end, _number_of_rows(builder, sig.args[0], source))
+            negative = builder.icmp_signed("<", builder.or_(start, rows), rows.type(0))
+            outside = builder.or_(past, negative)
             with builder.if_then(outside, likely=False):
                 context.call_conv.return_user_exc(
                     builder, IndexError, ("part outside of the block",)

@@ -122,15 +122,23 @@ for _sign, _function in (
 _register_binary([operator.ne], lambda b, x, y: b.fcmp_unordered("!=", x, y), LANE_MASK)
 
 
-@infer_global(operator.neg)
-class _NegateTemplate(AbstractTemplate):
-    def generic(self, args: Any, kws: Any) -> Any:
-        return signature(LANE_VALUE, LANE_VALUE) if args == (LANE_VALUE,) else None
+def _register_on(kind: Any, function: Any, arity: int, emit: Any) -> None:
+    """Let an operator take `arity` values of a kind and give one."""
+
+    @infer_global(function)
+    class Template(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            return signature(kind, *args) if args == (kind,) * arity else None
+
+    @lower_builtin(function, *(kind,) * arity)
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return emit(builder, *args)
 
 
-@lower_builtin(operator.neg, LANE_VALUE)
-def _lower_negate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return builder.fneg(args[0])
+_register_on(LANE_VALUE, operator.neg, 1, lambda b, x: b.fneg(x))
+_register_on(LANE_VALUE, operator.pos, 1, lambda b, x: x)
+_register_on(LANE_MASK, operator.and_, 2, lambda b, x, y: b.and_(x, y))
+_register_on(LANE_MASK, operator.or_, 2, lambda b, x, y: b.or_(x, y))
 
 
 def _call_vector_function(builder: Any, name: str, vectors: Any) -> Any:
@@ -203,7 +211,8 @@ def _choice(chosen: Any) -> Any:
 # As instructions, not as Python branches: those would be inlined into the callers' own branches.
 @intrinsic
 def _select(typingctx, condition, x, y):
-    return _common_type(x, y)(condition, x, y), _choice(lambda b, mask, x, y: b.select(mask, x, y))
+    result = LANE_VALUE if condition == LANE_MASK else _common_type(x, y)
+    return result(condition, x, y), _choice(lambda b, which, x, y: b.select(which, x, y))
 
 
 @intrinsic

@@ -83,13 +83,15 @@ class Method:
         """Return the method with other options, such as its tolerance."""
         if not changes:
             return self
+        remake = self.remake
         for option in changes:
-            if option not in self.options or self.remake is None:
+            if option not in self.options or remake is None:
                 raise MethodError(
                     f"method {self.name!r} has no option {option!r}.{nearest(option, self.options)}"
                 )
             _check_kind(option, changes[option], self.options[option])
-        return replace(self.remake(**{**self.options, **changes}), name=self.name)
+        assert remake is not None
+        return replace(remake(**{**self.options, **changes}), name=self.name)
 
     def check_fits(self, problem: Problem, clock: bool) -> None:
         """Raise `FormError`, naming what would fit, unless the method can integrate the problem."""

@@ -10,7 +10,7 @@ from .compare_plots import work_precision_figure
 from .pages import render
 from .plots import drift_figure
 from .provenance import environment, finite_json
-from .style import data_uri
+from .style import data_uri, save_figure
 
 if TYPE_CHECKING:
     from ..compare import Comparison
@@ -42,16 +42,36 @@ def write_compare_report(
     if result.drifts:
         figures["compare-drift"] = drift_figure(result.drifts, "t")
     for name, figure in figures.items():
-        figure.savefig(out / f"{name}.png")
-        figure.savefig(out / f"{name}.svg", metadata={"Date": None})
+        save_figure(figure, out, name)
+    best = _best(record["points"])
     page = render(
         "compare.html.j2",
-        scene=scene,
-        record=record,
-        best=_best(record["points"]),
+        title=scene.title,
+        verdict=_verdict(record["points"], best),
+        points=record["points"],
+        reference=record["reference"],
+        provenance=record["provenance"],
+        quantities=" and ".join(record["reference"]["quantities"]),
+        best=best,
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
     (out / "compare.html").write_text(page, encoding="utf-8")
+
+
+def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
+    """Return the result in a sentence or two."""
+    methods = list(dict.fromkeys(p["method"] for p in points))
+    failed = sum(p["error"] is None for p in points)
+    told = f"{len(methods)} methods at {len(points)} points. "
+    if best:
+        finest = best[-1]
+        told += (
+            f"The smallest error reached in decades is 1e{finest['exponent']}, "
+            f"fastest by {finest['method']} in {finest['seconds']:.3g} s. "
+        )
+    if failed:
+        told += f"{failed} {'point has' if failed == 1 else 'points have'} no result; the table says why."
+    return told
 
 
 def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:

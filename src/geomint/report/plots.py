@@ -18,11 +18,12 @@ __all__ = ["drift_figure", "panel_figure"]
 
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]
 _TIMES = {"t": "t", "tau": "τ"}
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _MARKED = 40  # series of fewer windows than this show their points
 
 
 def drift_figure(runs: Runs, time_label: str) -> Figure:
-    """Return a figure of the drifts of one or several runs, for print at 6.5 inches.
+    """Return a figure of the drifts of one or several runs, for print 6.5 inches wide.
 
     Parameters
     ----------
@@ -42,12 +43,17 @@ def drift_figure(runs: Runs, time_label: str) -> Figure:
     rows = max(1, len(names) if single else -(-len(names) // 2))
     columns = 2 if single or len(names) > 1 else 1
     with figure_style():
-        figure = Figure(figsize=(WIDTH, 0.35 + 1.75 * rows), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 0.6 + 1.55 * rows), layout="constrained")
         grid = figure.subplots(rows, columns, squeeze=False)
         if not names:
+            grid[0, 0].set_axis_off()
             _say(grid[0, 0], "no quantity was watched")
         for i, name in enumerate(names):
-            chosen = [(label, drifts[name]) for label, drifts in runs if name in drifts]
+            chosen = [
+                ("_" if single else label, drifts[name])  # no legend for a single run
+                for label, drifts in runs
+                if name in drifts
+            ]
             if single:
                 draw_sizes(grid[i, 0], name, chosen, time_label)
                 draw_means(grid[i, 1], name, chosen, time_label)
@@ -56,6 +62,8 @@ def drift_figure(runs: Runs, time_label: str) -> Figure:
         used = len(names) * (2 if single else 1)
         for axes in grid.flat[max(used, 1) :]:
             axes.remove()
+        for axes in grid.flat[: max(used - 2, 0)]:
+            axes.set_xlabel("")  # told by the lowest panel of each column
         if not single:
             _shared_legend(figure, grid)
     return figure
@@ -68,45 +76,48 @@ def panel_figure(kind: str, name: str, drift: Drift, time_label: str) -> Figure:
     with figure_style():
         figure = Figure(figsize=(3.6, 2.3), layout="constrained")
         draw = draw_sizes if kind == "sizes" else draw_means
-        draw(figure.subplots(), name, [("", drift)], time_label)
+        draw(figure.subplots(), name, [("_", drift)], time_label)
     return figure
 
 
-def draw_sizes(
-    axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str
-) -> None:
+def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str) -> None:
     """Draw the largest deviation of each window over time, both logarithmic."""
-    axes.set_title(name, loc="left", fontweight="bold")
     axes.set_xlabel(_time(time_label))
-    axes.set_ylabel("largest |deviation|")
+    axes.set_ylabel("largest |v − v₀|")
     axes.set_xscale("log")
     axes.set_yscale("log")
     level = ROUNDOFF * max(drift.scale for _, drift in runs)
     axes.axhline(level, color="0.45", linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
-    seen, notes = [level], []
+    heights, reached = [level], []
+    notes: dict[str, list[str]] = {}
     for i, (label, drift) in enumerate(runs):
         times, sizes = np.abs(drift.windows.times), drift.windows.maxima
-        shown = np.isfinite(sizes) & (sizes > 0.0) & (times > 0.0)
-        style = _style(i, len(times), len(runs))
-        axes.plot(times[shown], sizes[shown], label=label, **style)
-        seen += [float(s) for s in sizes[shown]]
-        notes.append(_zeros(label, sizes))
-    bottom, top = min(seen) / 3.0, max(seen) * 3.0
-    axes.set_ylim(min(bottom, top / 1e2), top)
+        shown = np.isfinite(sizes) & (sizes > 0.0)
+        axes.plot(
+            times, np.where(shown, sizes, np.nan), label=label, **_style(i, len(times), len(runs))
+        )
+        heights += [float(size) for size in sizes[shown]]
+        reached += [float(time) for time in times if time > 0.0]
+        for note in _unseen(sizes):
+            notes.setdefault(note, []).append(label)
+    axes.set_ylim(min(min(heights) / 3.0, max(heights) / 30.0), max(heights) * 3.0)
+    if reached:
+        axes.set_xlim(min(reached) / 1.5, max(reached) * 1.2)
     _log_ticks(axes)
     _label_level(axes, level)
-    told = [note for note in notes if note]
-    if told:
-        _note(axes, "\n".join(told))
+    told = [
+        note if labels == ["_"] else f"{', '.join(labels)}: {note}"
+        for note, labels in notes.items()
+    ]
+    axes.set_title(name, loc="left", fontweight="bold", pad=6.0 + 10.5 * len(told))
+    _note(axes, "\n".join(told))
 
 
-def draw_means(
-    axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str
-) -> None:
+def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str) -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
-    axes.set_title("mean deviation", loc="left")
+    axes.set_title(name, loc="right", fontweight="bold")
     axes.set_xlabel(_time(time_label))
-    axes.set_ylabel(f"{name} − initial")
+    axes.set_ylabel("mean v − v₀")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
     for i, (label, drift) in enumerate(runs):
         times, means = drift.windows.times, drift.windows.means
@@ -122,34 +133,42 @@ def draw_means(
             trend = means[shown].mean() + drift.slope * (times - times[shown].mean())
             axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
             axes.legend(loc="best")
-    axes.ticklabel_format(axis="both", style="sci", scilimits=(-3, 4), useMathText=True)
+    axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
+    axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
 
 
 def _style(i: int, windows: int, runs: int) -> dict[str, Any]:
     style = {**series_style(i), "markersize": 3.5}
     if windows >= _MARKED:
         # Some markers along a long line tell runs apart without colour.
-        style["markevery"] = max(windows // 8, 1)
+        style["markevery"] = sorted({int(n) for n in np.geomspace(1, windows - 1, 8)})
         if runs == 1:
             style["marker"] = ""
     return style
 
 
-def _zeros(label: str, sizes: np.ndarray[Any, np.dtype[np.float64]]) -> str:
+def _unseen(sizes: np.ndarray[Any, np.dtype[np.float64]]) -> list[str]:
     """Say in words what a logarithmic axis cannot show."""
-    prefix = f"{label}: " if label else ""
     if not len(sizes):
-        return f"{prefix}the run is shorter than a window"
+        return ["the run is shorter than a window"]
     zeros, wild = int((sizes == 0.0).sum()), int((~np.isfinite(sizes)).sum())
     if zeros == len(sizes):
-        return f"{prefix}exactly 0 throughout"
+        return ["exactly 0 throughout"]
     told = [f"exactly 0 in {zeros} of {len(sizes)} windows"] if zeros else []
-    told += [f"not finite in {wild} of {len(sizes)} windows"] if wild else []
-    return prefix + ", ".join(told) if told else ""
+    return told + ([f"not finite in {wild} of {len(sizes)} windows"] if wild else [])
 
 
 def _note(axes: Axes, text: str) -> None:
-    axes.text(0.02, 0.03, text, transform=axes.transAxes, fontsize=8, va="bottom")
+    """Write below the title, above the axes."""
+    axes.annotate(
+        text,
+        (0.0, 1.0),
+        xycoords="axes fraction",
+        xytext=(0, 3),
+        textcoords="offset points",
+        fontsize=8,
+        va="bottom",
+    )
 
 
 def _say(axes: Axes, text: str) -> None:
@@ -166,15 +185,21 @@ def _label_level(axes: Axes, level: float) -> None:
         ha="right",
         fontsize=8,
         color="0.3",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
     )
 
 
 def _log_ticks(axes: Axes) -> None:
-    from matplotlib.ticker import LogLocator, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(LogLocator(numticks=6))
-        axis.set_minor_formatter(NullFormatter())
+        axis.set_major_formatter(FuncFormatter(_power_of_ten))  # half the time of matplotlib's own
+        axis.set_minor_locator(NullLocator())
+
+
+def _power_of_ten(value: float, position: int | None = None) -> str:
+    return f"10{str(round(np.log10(value))).translate(_RAISED)}" if value > 0.0 else ""
 
 
 def _time(label: str) -> str:

@@ -6,12 +6,21 @@ import base64
 import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["COLOURS", "DASHES", "MARKERS", "data_uri", "figure_style", "series_style"]
+__all__ = [
+    "COLOURS",
+    "DASHES",
+    "MARKERS",
+    "data_uri",
+    "figure_style",
+    "save_figure",
+    "series_style",
+]
 
 # Okabe and Ito's palette without yellow, which is too pale for lines on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -55,6 +64,14 @@ def series_style(i: int) -> dict[str, Any]:
         "linestyle": DASHES[i % len(DASHES)],
         "marker": MARKERS[i % len(MARKERS)],
     }
+
+
+def save_figure(figure: Figure, folder: Path, name: str) -> None:
+    """Write ``name.png`` and ``name.svg`` into the folder."""
+    with figure_style():
+        figure.savefig(folder / f"{name}.png")
+        figure.set_layout_engine("none")  # laid out already: do not do it again
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
 
 
 def data_uri(figure: Figure) -> str:

@@ -16,7 +16,7 @@ def number(value: float | None, digits: int = 3) -> str:
     if not math.isfinite(value):
         return "not finite"
     text = f"{value:.{digits}g}"
-    return text.replace("-", "−") if text.startswith("-") and "e" not in text else text
+    return f"−{text[1:]}" if text.startswith("-") else text
 
 
 def with_error(value: float | None, error: float | None) -> str:
@@ -30,41 +30,32 @@ def with_error(value: float | None, error: float | None) -> str:
     if error > 0.0:
         digits = min(max(power - math.floor(math.log10(error)) + 1, 1), 6)
     scaled, spread = value / 10.0**power, error / 10.0**power
-    return f"({scaled:.{digits}f} ± {spread:.{digits}f})e{power:+03d}"
+    sign = "−" if scaled < 0.0 else ""
+    return f"({sign}{abs(scaled):.{digits}f} ± {spread:.{digits}f})e{power:+03d}"
+
+
+_OUTCOMES = {
+    "faster": "growing faster than in proportion to time",
+    "linear": "drifting in proportion to time",
+    "sqrt": "wandering like a random walk",
+    "undetermined": "undetermined",
+    "bounded": "bounded",
+    "roundoff": "within round-off",
+}
 
 
 def verdict(solution: Solution) -> str:
-    """Return the outcome of a run in a sentence."""
-    kinds: dict[str, list[str]] = {}
+    """Return the outcome of a run in a sentence, the worst first."""
+    named: dict[str, list[str]] = {kind: [] for kind in _OUTCOMES}
     for name, drift in solution.drift.items():
-        kinds.setdefault(drift.kind, []).append(name)
-    if not kinds:
+        named[drift.kind].append(name)
+    told = [f"{_OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
+    if not told:
         return "No quantity was watched."
-    growing = [
-        f"{_listed(kinds[kind])} {_verb(kinds[kind], one, many)}"
-        for kind, one, many in (
-            ("faster", "grows faster than in proportion to time", "grow faster than that"),
-            ("linear", "drifts in proportion to time", "drift in proportion to time"),
-            ("sqrt", "wanders like a random walk", "wander like random walks"),
-            ("undetermined", "is undetermined", "are undetermined"),
-        )
-        if kind in kinds
-    ]
-    kept = [*kinds.get("roundoff", []), *kinds.get("bounded", [])]
-    if not growing:
-        if "bounded" not in kinds:
-            return "Nothing drifts: every quantity stays within round-off."
-        return "Nothing drifts: every quantity stays within round-off or bounds."
-    text = "; ".join(growing)
-    if kept:
-        words = [word for kind, word in (("roundoff", "within round-off"), ("bounded", "bounded")) if kind in kinds]
-        text += f"; {_listed(kept)} {_verb(kept, 'stays', 'stay')} {' or '.join(words)}"
-    return text[0].upper() + text[1:] + "." if not text.startswith(tuple(solution.drift)) else text + "."
+    if set(solution.drift) == {*named["roundoff"], *named["bounded"]}:
+        return f"Nothing drifts. {_sentence('; '.join(told))}"
+    return _sentence("; ".join(told))
 
 
-def _listed(names: list[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _verb(names: list[str], one: str, many: str) -> str:
-    return one if len(names) == 1 else many
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."

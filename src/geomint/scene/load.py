@@ -54,31 +54,33 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
+    text: str | None
     if isinstance(source, str | PathLike):
-        name, content, builtin = _found(source)
+        name, text, builtin = _found(source)
+        content = parse(name if builtin else fspath(source), text)
     elif isinstance(source, Mapping):
-        name, content, builtin = "scene", dict(source), False
+        name, text, builtin, content = "scene", None, False, dict(source)
     else:
         return source
     from .scene import Scene
 
-    scene = Scene.from_content(name, content)
+    scene = Scene.from_content(name, content, text)
     if not builtin:
         scene.warn()
     return scene
 
 
-def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], bool]:
-    """Return name and content of a file or a built-in scene, and whether it is the latter."""
+def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:
+    """Return name and text of a file or a built-in scene, and whether it is the latter."""
     name, path = fspath(source), Path(source)
     if isinstance(source, str) and not (name.endswith(".toml") or "/" in name or "\\" in name):
         known = builtin_scenes()
         if name in known:
-            return name, parse(name, known[name].read_text(encoding="utf-8")), True
+            return name, known[name].read_text(encoding="utf-8"), True
         if not path.is_file():
             hint = nearest(name, known)
             raise SceneError(f"scene {name!r}: neither a file nor a built-in scene.{hint}")
-    return path.stem, parse(name, _read(path)), False
+    return path.stem, _read(path), False
 
 
 def _read(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import json
 import warnings
@@ -70,15 +71,17 @@ class Scene:
         self.warn()
 
     @classmethod
-    def from_content(cls, name: str, content: Mapping[str, Any]) -> Scene:
-        """Return a scene from the content of a scene file."""
+    def from_content(cls, name: str, content: Mapping[str, Any], text: str | None = None) -> Scene:
+        """Return a scene from the content of a scene file, and its text if there is one."""
         scene = cls.__new__(cls)
         scene._check(name, content)
+        scene._text = text
         return scene
 
     def _check(self, name: str, content: Mapping[str, Any]) -> None:
         self.name = name
-        self._raw = _plain(content)
+        self._text: str | None = None
+        self._raw: dict[str, Any] = _plain(content)
         self._checked = check_content(self._raw, name)
         self.content, self.model = self._checked.content, self._checked.model
         self.method, self.notes = self._checked.method, self._checked.notes
@@ -159,13 +162,15 @@ class Scene:
     @property
     def sections(self) -> dict[str, Any]:
         """What was given, as plain lists, strings and numbers: the content of the TOML file."""
-        return json.loads(json.dumps(self._raw))
+        return copy.deepcopy(self._raw)
 
     def toml(self) -> str:
-        """Return the scene as the text of a scene file."""
+        """Return the scene as the text of a scene file: the file's own, if it came from one."""
+        if self._text is not None:
+            return self._text
         import tomli_w
 
-        return tomli_w.dumps(self._raw)
+        return tomli_w.dumps(self._raw, multiline_strings=True)
 
     @cached_property
     def hash(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import reprlib
 import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -14,14 +13,10 @@ from ..methods.method import Method
 from ..methods.registry import find_method
 from ..observe import GROUPS
 from ..systems import Model, System, find_system
+from .explain import explained, shown
 from .model import Content
 
 __all__ = ["Checked", "check_content"]
-
-_MISSING = object()
-_OBJECTS = reprlib.Repr()
-_OBJECTS.maxlist = _OBJECTS.maxdict = 8
-_OBJECTS.maxstring = _OBJECTS.maxother = 80
 
 
 class Checked(NamedTuple):
@@ -67,7 +62,7 @@ def _structure(raw: Mapping[str, Any]) -> tuple[Content | None, list[str]]:
     try:
         return Content.model_validate(dict(raw)), []
     except ValidationError as error:
-        return None, list(_explained(error, Content, (), raw))
+        return None, list(explained(error, Content, (), raw))
 
 
 def _section(raw: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -94,7 +89,7 @@ def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
         try:
             model.model_validate(given)
         except ValidationError as error:
-            flaws += _explained(error, model, (key,), given)
+            flaws += explained(error, model, (key,), given)
     return system, flaws
 
 
@@ -113,7 +108,7 @@ def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | N
         if key not in method.options:
             known = ["method", "step", *method.options]
             flaws.append(
-                f"[integrate] {key} = {_shown(section[key])}: no such key, nor an option of "
+                f"[integrate] {key} = {shown(section[key])}: no such key, nor an option of "
                 f"{name!r}.{nearest(key, known)}"
             )
     if flaws:
@@ -181,116 +176,3 @@ def _ends(model: Model, content: Content) -> Iterator[str]:
                 f"[{name}] tau_end = {tau_end!r}: expected t_end: "
                 f"{content.system.name!r} is in physical time"
             )
-
-
-def _explained(
-    error: ValidationError, model: type[BaseModel], prefix: tuple[str, ...], raw: Any
-) -> Iterator[str]:
-    """Yield a line for each flaw: key, value, expectation, and what was probably meant."""
-    told = set()
-    for entry in error.errors(include_url=False):
-        location = _without_branches(entry["loc"], raw)
-        key = _key((*prefix, *location))
-        value = _at(raw, location)
-        if entry["type"] == "extra_forbidden":
-            fields = _fields_at(model, location[:-1])
-            line = f"{key} = {_shown(value)}: no such key.{nearest(str(location[-1]), fields)}"
-        elif entry["type"] == "missing":
-            line = f"{key} is missing: expected {_described(model, location)}"
-        elif entry["type"] == "value_error":
-            line = f"{key}: {entry['ctx']['error']}"
-        else:
-            line = f"{key} = {_shown(value)}: expected {_expected(entry)}"
-        if key in told:
-            continue  # another branch of the same union
-        told.add(key)
-        yield line
-
-
-_SECTIONS = {name for name in Content.model_fields if name not in ("title", "description")}
-_EXPECTED = {
-    "float_type": "a number",
-    "float_parsing": "a number",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "string_type": "a string",
-    "string_too_short": "a name",
-    "list_type": "a list",
-    "dict_type": "a section of keys",
-    "model_type": "a section of keys",
-    "model_attributes_type": "a section of keys",
-    "bool_type": "true or false",
-    "finite_number": "a finite number",
-}
-
-
-def _expected(entry: Any) -> str:
-    kind, context = entry["type"], entry.get("ctx", {})
-    if kind == "greater_than":
-        return f"a number > {context['gt']:g}"
-    if kind == "greater_than_equal":
-        return f"a number ≥ {context['ge']:g}"
-    message = entry["msg"]
-    return _EXPECTED.get(kind, message.removeprefix("Input should be "))
-
-
-def _without_branches(location: tuple[Any, ...], raw: Any) -> tuple[Any, ...]:
-    """Drop the names of union branches, which are no keys of the content."""
-    kept: list[Any] = []
-    for i, part in enumerate(location):
-        here = _at(raw, tuple(kept))
-        is_key = isinstance(here, Mapping) and (part in here or i == len(location) - 1)
-        if is_key or isinstance(part, int) or here is raw:
-            kept.append(part)
-    return tuple(kept)
-
-
-def _at(raw: Any, location: tuple[Any, ...]) -> Any:
-    for part in location:
-        try:
-            raw = raw[part]
-        except (KeyError, IndexError, TypeError):
-            return _MISSING
-    return raw
-
-
-def _key(location: tuple[Any, ...]) -> str:
-    """Return ``[time] t_end`` or ``[save] t_eval[2]``."""
-    head, *rest = location
-    text = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in rest).removeprefix(".")
-    if rest:
-        return f"[{head}] {text}"
-    return f"[{head}]" if head in _SECTIONS else str(head)
-
-
-def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
-    for part in location:
-        found = model.model_fields.get(str(part))
-        inner = None if found is None else found.annotation
-        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
-            return []
-        model = inner
-    return list(model.model_fields)
-
-
-def _described(model: type[BaseModel], location: tuple[Any, ...]) -> str:
-    for part in location[:-1]:
-        found = model.model_fields.get(str(part))
-        if found is None or not isinstance(found.annotation, type):
-            return "a value"
-        model = found.annotation
-    found = model.model_fields.get(str(location[-1]))
-    if found is None:
-        return "a value"
-    if found.description:
-        return found.description
-    kind = found.annotation
-    if isinstance(kind, type) and issubclass(kind, BaseModel):
-        return "this section"
-    if "list" in str(kind):
-        return "a list of numbers"
-    return {float: "a number", int: "a whole number", str: "a string"}.get(kind, "a value")  # type: ignore[arg-type]
-
-
-def _shown(value: Any) -> str:
-    return _OBJECTS.repr(value)

@@ -1,23 +1,38 @@
 """Small problems with known structure, to verify methods with; one file each.
 
-Every factory returns a `geomint.Problem` whose forms describe the same flow, and has a companion
-constant ``INITIAL``, an admissible state at time 0.
+Every factory returns a `geomint.Problem` whose forms describe the same flow. `examples` gives one of
+each, with an admissible state at time 0.
 """
 
-from .double_pendulum import double_spherical_pendulum
-from .henon_heiles import henon_heiles
-from .lotka_volterra import seasonal_lotka_volterra
-from .pulsating_body import pulsating_body
-from .so_n_flow import so_n_flow
-from .sphere_metric import sphere_metric
-from .spherical_pendulum import spherical_pendulum
+from __future__ import annotations
 
-__all__ = [
-    "double_spherical_pendulum",
-    "henon_heiles",
-    "pulsating_body",
-    "seasonal_lotka_volterra",
-    "so_n_flow",
-    "sphere_metric",
-    "spherical_pendulum",
-]
+import numpy as np
+import numpy.typing as npt
+
+from ..problem import Problem
+from . import (
+    double_pendulum,
+    henon_heiles,
+    lotka_volterra,
+    pulsating_body,
+    so_n_flow,
+    sphere_metric,
+    spherical_pendulum,
+)
+
+__all__ = ["examples"]
+
+
+def examples() -> list[tuple[Problem, npt.NDArray[np.float64]]]:
+    """Return all problems, at default parameters, each with an initial state."""
+    metric = sphere_metric.problem()
+    return [
+        (lotka_volterra.problem(), lotka_volterra.INITIAL),
+        (henon_heiles.problem(), henon_heiles.INITIAL),
+        (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
+        (double_pendulum.problem(), double_pendulum.INITIAL),
+        (pulsating_body.problem(), pulsating_body.INITIAL),
+        (so_n_flow.problem(4), so_n_flow.initial(4)),
+        (so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)),
+        (metric, sphere_metric.initial(metric)),
+    ]

@@ -9,7 +9,7 @@ import numpy as np
 from ..kernels.recorded import field, helper
 from ..problem import Hamiltonian, Problem
 
-__all__ = ["INITIAL", "double_spherical_pendulum"]
+__all__ = ["INITIAL", "problem"]
 
 # Unequal masses 1 and 1/2: velocities (0.3, 0.5, 0) ⟂ x and (0.3, 0.5, 0) + (0, 0.4, 0.3) below.
 INITIAL = np.array([0.0, 0.0, -1.0, 0.0, 0.6, -1.8, 0.3, 0.5, 0.0, 0.15, 0.45, 0.15])
@@ -107,9 +107,7 @@ def lower_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
-def double_spherical_pendulum(
-    upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0
-) -> Problem:
+def problem(upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0) -> Problem:
     """Return two points x, w with |x| = |w − x| = 1 and masses m, M in constant gravity.
 
     State: ``x``, ``w`` (3,) and their momenta ``px``, ``pw``. H = |p_x|²/2m + |p_w|²/2M +

@@ -9,7 +9,7 @@ import numpy as np
 from ..kernels.recorded import field
 from ..problem import Problem
 
-__all__ = ["INITIAL", "henon_heiles"]
+__all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([0.1, -0.2, 0.3, 0.15])
 
@@ -33,7 +33,7 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return kinetic + 0.5 * (q1 * q1 + q2 * q2) + params[0] * cubic
 
 
-def henon_heiles(coupling: float = 1.0) -> Problem:
+def problem(coupling: float = 1.0) -> Problem:
     """Return the system of Hénon and Heiles, H = ½(|p|² + |q|²) + λ (q₁² q₂ − q₂³/3).
 
     Chaotic at energies near 1/6 (λ = 1); at `INITIAL`, 0.0777, nearly integrable.

@@ -10,7 +10,7 @@ from ..kernels.arithmetic import cos
 from ..kernels.recorded import field
 from ..problem import Problem
 
-__all__ = ["INITIAL", "seasonal_lotka_volterra"]
+__all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([1.3, 0.7])
 
@@ -24,7 +24,7 @@ def rates(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = v * ((u - 1.0) - 0.125 * v)
 
 
-def seasonal_lotka_volterra(amplitude: float = 0.4, frequency: float = 1.5) -> Problem:
+def problem(amplitude: float = 0.4, frequency: float = 1.5) -> Problem:
     """Return the equations of Lotka and Volterra with a seasonal growth of the prey.
 
     ::

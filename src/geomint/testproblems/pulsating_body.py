@@ -11,7 +11,7 @@ from ..kernels.arithmetic import cos
 from ..kernels.recorded import field, helper
 from ..problem import GroupAction, Problem
 
-__all__ = ["INITIAL", "pulsating_body"]
+__all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([0.7, -0.4, 1.1, 0.48, 0.6, -0.64])
 
@@ -60,7 +60,7 @@ def inclination(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
-def pulsating_body(
+def problem(
     inertia: tuple[float, float, float] = (1.0, 1.6, 2.3),
     pulse: tuple[float, float, float] = (0.3, -0.2, 0.25),
     frequencies: tuple[float, float, float] = (1.0, 1.7, 0.6),

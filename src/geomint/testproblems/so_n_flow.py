@@ -14,7 +14,7 @@ from ..kernels.recorded import field, helper
 from ..kernels.so_n import unpack_skew
 from ..problem import GroupAction, Problem
 
-__all__ = ["initial", "so_n_flow"]
+__all__ = ["initial", "problem"]
 
 
 @helper
@@ -60,22 +60,22 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     for i in range(n):
         for j in range(i + 1, n):
             total = 0.0 * y[0]
-            for l in range(n):
-                total += x[i * n + l] * k[l * n + j] - k[i * n + l] * x[l * n + j]
+            for m in range(n):
+                total += x[i * n + m] * k[m * n + j] - k[i * n + m] * x[m * n + j]
             out[at] = total
             at += 1
     for i in range(n):
         total = 0.0 * y[0]
-        for l in range(n):
-            total += x[i * n + l] * y[size + l]
+        for m in range(n):
+            total += x[i * n + m] * y[size + m]
         out[size + i] = total
     start = size + n
     if len(y) > start:
         for i in range(n):
             for j in range(n):
                 total = 0.0 * y[0]
-                for l in range(n):
-                    total -= y[start + i * n + l] * x[l * n + j]
+                for m in range(n):
+                    total -= y[start + i * n + m] * x[m * n + j]
                 out[start + i * n + j] = total
 
 
@@ -108,7 +108,7 @@ def initial(n: int = 4, frame: bool = False) -> npt.NDArray[np.float64]:
     return np.concatenate([*parts, np.eye(n).ravel()] if frame else parts)
 
 
-def so_n_flow(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
+def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
     """Return a flow of a skew matrix k and a vector γ, both turned by one element of SO(n).
 
     ::
@@ -136,9 +136,7 @@ def so_n_flow(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
         pieces=(*pieces, ("g", n * n)) if frame else pieces,
         params=np.concatenate([[season], a, c]),
         field=motion,
-        action=GroupAction(
-            generator, so_n(n, "adjoint", "vector", *(("frame",) if frame else ()))
-        ),
+        action=GroupAction(generator, so_n(n, "adjoint", "vector", *(("frame",) if frame else ()))),
         work=len(c) + 2 * n * n,
         invariants={
             "momentum-squared": momentum_squared,

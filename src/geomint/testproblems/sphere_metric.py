@@ -12,7 +12,7 @@ from ..kernels.recorded import field
 from ..problem import Hamiltonian, Problem
 from .spherical_pendulum import unit_sphere
 
-__all__ = ["initial", "sphere_metric"]
+__all__ = ["initial", "problem"]
 
 # params = [ε, δ, ψ, b_1 …, b_n, c_1 …, c_n]
 HEADER = 3
@@ -96,7 +96,7 @@ def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     return phi * qp + params[2] * bp * bq
 
 
-def sphere_metric(n: int = 3, pulse: float = 0.3, bend: float = 0.7, pull: float = 0.5) -> Problem:
+def problem(n: int = 3, pulse: float = 0.3, bend: float = 0.7, pull: float = 0.5) -> Problem:
     """Return a Hamiltonian on T*S^(n−1) that is neither separable nor autonomous.
 
     ::

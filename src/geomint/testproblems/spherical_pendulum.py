@@ -9,7 +9,7 @@ import numpy as np
 from ..kernels.recorded import field
 from ..problem import Hamiltonian, Problem
 
-__all__ = ["INITIAL", "spherical_pendulum", "unit_sphere"]
+__all__ = ["INITIAL", "problem", "unit_sphere"]
 
 INITIAL = np.array([0.6, 0.0, -0.8, 0.2, 0.9, 0.15])
 
@@ -70,7 +70,7 @@ def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
-def spherical_pendulum(gravity: float = 1.0) -> Problem:
+def problem(gravity: float = 1.0) -> Problem:
     """Return the spherical pendulum, H = ½(p, p) + g q₃ on |q| = 1, unit mass and length.
 
     Conserved: the energy and the angular momentum about the vertical, which is quadratic. Forms:

@@ -1,160 +1,24 @@
-"""The planner: what a scene asks for, and the cheapest way to deliver it, with reasons.
-
-A plan is made by an ordered list of small pure rules, ``rule(context) -> Choice or None``; each sees
-the scene and the choices made before it. A plan never changes the answer: it only leaves out
-what the scene does not need.
-"""
+"""The rules of the planner, in their order."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from functools import cached_property
-from os import PathLike
-from typing import Any
+from collections.abc import Callable
 
-import numpy as np
-import numpy.typing as npt
+from ..errors import FormError, StepError
+from ..evaluate import value
+from ..methods.method import Start
+from ..observe import choose_observables
+from ..problem import Problem
+from ..scene.scene import Scene
+from ..timeline import characteristic_time
+from .context import Choice, Context
 
-from .errors import FormError, StepError
-from .evaluate import value
-from .methods.method import Start
-from .observe import choose_observables
-from .problem import Problem
-from .scene import Scene, load_scene
-from .solution import Solution
-from .timeline import Timeline, characteristic_time, plan_timeline
+__all__ = ["COST_RULES", "RULES"]
 
-__all__ = ["Choice", "Context", "Plan", "make_plan", "run_scene"]
-
-PURPOSES = ("run", "drift")
 _PROBE_STEPS = 4
 _PROBE_ROWS = 64
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One decision of a plan: what it is about, its value in words, and why."""
-
-    what: str
-    value: str
-    reason: str
-    detail: Any = None
-
-
-@dataclass(frozen=True)
-class Context:
-    """What a rule sees: the scene, the purpose of the run, and the earlier choices."""
-
-    scene: Scene
-    purpose: str
-    choices: Mapping[str, Choice] = field(default_factory=dict)
-
-    @property
-    def representation(self) -> str:
-        """The name of the chosen representation."""
-        return str(self.choices["representation"].detail)
-
-    @property
-    def problem(self) -> Problem:
-        """The problem that is integrated."""
-        return self.scene.model.problems[self.representation]
-
-    @property
-    def state(self) -> npt.NDArray[np.float64]:
-        """Its initial state."""
-        return self.scene.model.states[self.representation]
-
-    @property
-    def clock(self) -> bool:
-        """Whether physical time is integrated beside the state."""
-        return bool(self.choices["physical time"].detail)
-
-    @cached_property
-    def timeline(self) -> Timeline:
-        """Steps and end."""
-        time, integrate = self.scene.content.time, self.scene.content.integrate
-        return plan_timeline(
-            self.problem, self.scene.method, self.state, time.t_end, time.tau_end, integrate.step
-        )
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How a scene is integrated.
-
-    Attributes
-    ----------
-    choices : tuple of Choice
-        In the order of the rules.
-    """
-
-    context: Context
-    choices: tuple[Choice, ...]
-
-    @property
-    def scene(self) -> Scene:
-        """The scene that is planned."""
-        return self.context.scene
-
-    @property
-    def problem(self) -> Problem:
-        """The problem that is integrated."""
-        return self.context.problem
-
-    def solve(self, progress: bool | None = None) -> Solution:
-        """Carry the plan out."""
-        from .integrate import solve
-
-        content = self.scene.content
-        keeps = self.context.purpose == "run"
-        return solve(
-            self.problem,
-            self.context.state,
-            t_end=content.time.t_end,
-            tau_end=content.time.tau_end,
-            method=self.scene.method,
-            step=content.integrate.step,
-            t_eval=content.save.t_eval if keeps else None,
-            save_every=content.save.every if keeps else None,
-            observe=self.context.choices["watched"].detail,
-            observe_every=content.observe.every,
-            clock=self.context.clock,
-            progress=progress,
-        )
-
-
-def make_plan(scene: Scene, purpose: str = "run", costs: bool = False) -> Plan:
-    """Return the plan of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-    purpose : ``"run"`` or ``"drift"``
-        What the result is for: states, or the drift of the watched quantities alone.
-    costs : bool
-        Also estimate the field evaluations; for implicit methods by some steps in plain Python.
-
-    Raises
-    ------
-    FormError
-        If no representation of the system fits the method.
-    DomainError
-        For a step or an end that makes no sense.
-    """
-    context = Context(scene, purpose)
-    for rule in (*RULES, *(COST_RULES if costs else ())):
-        choice = rule(context)
-        if choice is not None:
-            context = Context(scene, purpose, {**context.choices, choice.what: choice})
-    return Plan(context, tuple(context.choices.values()))
-
-
-def run_scene(
-    scene: str | PathLike[str] | Mapping[str, Any] | Scene, progress: bool | None = None
-) -> Solution:
-    """Integrate a scene, given by name, file, content or object, as ``geomint run`` does."""
-    return make_plan(load_scene(scene)).solve(progress)
+_TIME = {"t": "physical time t", "tau": "its own time τ"}
+_FITTING = {"field": "gauss-8, dop853, rk-4", "action": "cf-4, rkmk-4", "hamiltonian": "rattle-4"}
 
 
 def choose_representation(c: Context) -> Choice:
@@ -200,10 +64,6 @@ def _obstacle(scene: Scene, problem: Problem) -> str:
 def _described(name: str, problem: Problem) -> str:
     pieces = ", ".join(f"{piece} ({rows})" for piece, rows in problem.pieces)
     return f"{name}: {pieces}; {problem.rows} numbers in {_TIME[problem.time]}"
-
-
-_TIME = {"t": "physical time t", "tau": "its own time τ"}
-_FITTING = {"field": "gauss-8, dop853, rk-4", "action": "cf-4, rkmk-4", "hamiltonian": "rattle-4"}
 
 
 def _fitting_methods(problem: Problem) -> str:
@@ -302,12 +162,14 @@ def choose_steps(c: Context) -> Choice:
         last = f" and a last one of {abs(timeline.remainder):.4g}" if timeline.remainder else ""
         reason = f"end at {'τ' if c.problem.time == 'tau' else 't'} = {end:g}"
         return Choice("steps", f"{timeline.steps}{last}", reason, timeline.steps)
-    end, clock = timeline.physical_end, c.problem.clock
-    assert end is not None
+    physical, clock = timeline.physical_end, c.problem.clock
+    assert physical is not None
     assert clock is not None
     rate = value(c.problem, clock, c.state)
-    count = round(abs(end / (rate * timeline.h))) + 1
-    reason = f"end at t = {end:g}, met by a last partial step; dt/dτ is {rate:.4g} at the start"
+    count = round(abs(physical / (rate * timeline.h))) + 1
+    reason = (
+        f"end at t = {physical:g}, met by a last partial step; dt/dτ is {rate:.4g} at the start"
+    )
     return Choice("steps", f"about {count}", reason, count)
 
 
@@ -317,7 +179,7 @@ def estimate_evaluations(c: Context) -> Choice | None:
     implicit = "max_iterations" in method.options
     if implicit and c.problem.rows > _PROBE_ROWS:
         return None
-    from .kernels.blocks import scalar_block
+    from ..kernels.blocks import scalar_block
 
     start = Start(c.problem, c.state, 0.0, c.timeline.h, clock=c.clock, compiled=False)
     stepper = method.start(start)
@@ -331,8 +193,10 @@ def estimate_evaluations(c: Context) -> Choice | None:
         return Choice("field evaluations", "the run will fail", str(error))
     iterations = rest.iterations / _PROBE_STEPS
     total = steps * iterations * stepper.evaluations
-    reason = f"{iterations:.3g} iterations of {stepper.evaluations:g} a step, tried on {_PROBE_STEPS} steps"
-    return Choice("field evaluations", f"about {total:.3g}", reason, total)
+    each = f"{iterations:.3g} iterations of {stepper.evaluations:g} a step"
+    return Choice(
+        "field evaluations", f"about {total:.3g}", f"{each}, tried on {_PROBE_STEPS} steps", total
+    )
 
 
 RULES: tuple[Callable[[Context], Choice | None], ...] = (

@@ -1,0 +1,100 @@
+"""Making plans, and carrying them out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+from ..errors import DomainError
+from ..problem import Problem
+from ..scene.load import load_scene
+from ..scene.scene import Scene
+from ..solution import Solution
+from .context import Choice, Context
+from .rules import COST_RULES, RULES
+
+__all__ = ["Plan", "make_plan", "run_scene"]
+
+PURPOSES = ("run", "drift")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How a scene is integrated.
+
+    Attributes
+    ----------
+    choices : tuple of Choice
+        In the order of the rules.
+    """
+
+    context: Context
+    choices: tuple[Choice, ...]
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is planned."""
+        return self.context.scene
+
+    @property
+    def problem(self) -> Problem:
+        """The problem that is integrated."""
+        return self.context.problem
+
+    def solve(self, progress: bool | None = None) -> Solution:
+        """Carry the plan out."""
+        from ..integrate import solve
+
+        content = self.scene.content
+        keeps = self.context.purpose == "run"
+        return solve(
+            self.problem,
+            self.context.state,
+            t_end=content.time.t_end,
+            tau_end=content.time.tau_end,
+            method=self.scene.method,
+            step=content.integrate.step,
+            t_eval=content.save.t_eval if keeps else None,
+            save_every=content.save.every if keeps else None,
+            observe=self.context.choices["watched"].detail,
+            observe_every=content.observe.every,
+            clock=self.context.clock,
+            progress=progress,
+        )
+
+
+def make_plan(scene: Scene, purpose: str = "run", costs: bool = False) -> Plan:
+    """Return the plan of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    purpose : ``"run"`` or ``"drift"``
+        What the result is for: states, or the drift of the watched quantities alone.
+    costs : bool
+        Also estimate the field evaluations; for implicit methods by some steps in plain Python.
+
+    Raises
+    ------
+    FormError
+        If no representation of the system fits the method.
+    DomainError
+        For a step or an end that makes no sense.
+    """
+    if purpose not in PURPOSES:
+        raise DomainError("purpose", purpose, f"one of {list(PURPOSES)}")
+    context = Context(scene, purpose)
+    for rule in (*RULES, *(COST_RULES if costs else ())):
+        choice = rule(context)
+        if choice is not None:
+            context = Context(scene, purpose, {**context.choices, choice.what: choice})
+    return Plan(context, tuple(context.choices.values()))
+
+
+def run_scene(
+    scene: str | PathLike[str] | Mapping[str, Any] | Scene, progress: bool | None = None
+) -> Solution:
+    """Integrate a scene, given by name, file, content or object, as ``geomint run`` does."""
+    return make_plan(load_scene(scene)).solve(progress)

@@ -1,0 +1,133 @@
+"""Flaws that pydantic finds, in words: key path, value, expectation, and what was meant."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from ..errors import nearest
+from .model import Content
+
+__all__ = ["explained", "shown"]
+
+_MISSING = object()
+_OBJECTS = reprlib.Repr()
+_OBJECTS.maxlist = _OBJECTS.maxdict = 8
+_OBJECTS.maxstring = _OBJECTS.maxother = 80
+
+
+def explained(
+    error: ValidationError, model: type[BaseModel], prefix: tuple[str, ...], raw: Any
+) -> Iterator[str]:
+    """Yield a line for each flaw: key, value, expectation, and what was probably meant."""
+    told = set()
+    for entry in error.errors(include_url=False):
+        location = _without_branches(entry["loc"], raw)
+        key = _key((*prefix, *location))
+        value = _at(raw, location)
+        if entry["type"] == "extra_forbidden":
+            fields = _fields_at(model, location[:-1])
+            line = f"{key} = {shown(value)}: no such key.{nearest(str(location[-1]), fields)}"
+        elif entry["type"] == "missing":
+            line = f"{key} is missing: expected {_described(model, location)}"
+        elif entry["type"] == "value_error":
+            line = f"{key}: {entry['ctx']['error']}"
+        else:
+            line = f"{key} = {shown(value)}: expected {_expected(entry)}"
+        if key in told:
+            continue  # another branch of the same union
+        told.add(key)
+        yield line
+
+
+_SECTIONS = {name for name in Content.model_fields if name not in ("title", "description")}
+_EXPECTED = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "string_type": "a string",
+    "string_too_short": "a name",
+    "list_type": "a list",
+    "dict_type": "a section of keys",
+    "model_type": "a section of keys",
+    "model_attributes_type": "a section of keys",
+    "bool_type": "true or false",
+    "finite_number": "a finite number",
+}
+
+
+def _expected(entry: Any) -> str:
+    kind, context = entry["type"], entry.get("ctx", {})
+    if kind == "greater_than":
+        return f"a number > {context['gt']:g}"
+    if kind == "greater_than_equal":
+        return f"a number ≥ {context['ge']:g}"
+    message = str(entry["msg"])
+    return _EXPECTED.get(kind, message.removeprefix("Input should be "))
+
+
+def _without_branches(location: tuple[Any, ...], raw: Any) -> tuple[Any, ...]:
+    """Drop the names of union branches, which are no keys of the content."""
+    kept: list[Any] = []
+    for i, part in enumerate(location):
+        here = _at(raw, tuple(kept))
+        is_key = isinstance(here, Mapping) and (part in here or i == len(location) - 1)
+        if is_key or isinstance(part, int) or here is raw:
+            kept.append(part)
+    return tuple(kept)
+
+
+def _at(raw: Any, location: tuple[Any, ...]) -> Any:
+    for part in location:
+        try:
+            raw = raw[part]
+        except (KeyError, IndexError, TypeError):
+            return _MISSING
+    return raw
+
+
+def _key(location: tuple[Any, ...]) -> str:
+    """Return ``[time] t_end`` or ``[save] t_eval[2]``."""
+    head, *rest = location
+    text = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in rest).removeprefix(".")
+    if rest:
+        return f"[{head}] {text}"
+    return f"[{head}]" if head in _SECTIONS else str(head)
+
+
+def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
+    for part in location:
+        found = model.model_fields.get(str(part))
+        inner = None if found is None else found.annotation
+        if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
+            return []
+        model = inner
+    return list(model.model_fields)
+
+
+def _described(model: type[BaseModel], location: tuple[Any, ...]) -> str:
+    for part in location[:-1]:
+        found = model.model_fields.get(str(part))
+        if found is None or not isinstance(found.annotation, type):
+            return "a value"
+        model = found.annotation
+    found = model.model_fields.get(str(location[-1]))
+    if found is None:
+        return "a value"
+    if found.description:
+        return found.description
+    kind = found.annotation
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        return "this section"
+    if "list" in str(kind):
+        return "a list of numbers"
+    return {float: "a number", int: "a whole number", str: "a string"}.get(kind, "a value")  # type: ignore[arg-type]
+
+
+def shown(value: Any) -> str:
+    """Return a value as messages show it: short."""
+    return _OBJECTS.repr(value)

@@ -1,0 +1,170 @@
+"""Blocks: rows, views of them, and what the Python and the compiled half agree on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geomint.kernels.blocks import (
+    Block,
+    LaneBlock,
+    as_lanes,
+    as_scalars,
+    fixed_rows,
+    part,
+    scalar_block,
+)
+from geomint.kernels.compile import LANE, SCALAR, compile_function
+from geomint.kernels.lanes import LANES, Lanes
+from geomint.kernels.recorded import Recorded, helper
+
+pytestmark = pytest.mark.nojit
+
+
+def both_ways(function: Recorded, *kinds: str) -> tuple[object, object]:
+    """Return (plain, compiled) entries for blocks of the kinds S and L."""
+    from numba.core import types
+
+    blocks = [LANE.block if kind == "L" else SCALAR.block for kind in kinds]
+    return function, compile_function(function, types.int64(*blocks))
+
+
+@helper
+def lengths(y, out):
+    """Write the row counts of parts and of parts of parts."""
+    middle = part(y, 2, 5)
+    inner = part(middle, 1, 3)
+    nothing = part(inner, 3, 0)
+    out[0] = 1.0 * len(y)
+    out[1] = 1.0 * len(middle)
+    out[2] = 1.0 * len(inner)
+    out[3] = 1.0 * len(nothing)
+    for i in range(len(inner)):
+        inner[i] = inner[i] + 100.0 * (i + 1)
+    return len(fixed_rows(inner, 3))
+
+
+def test_parts_share_memory() -> None:
+    """A part of a part addresses the same numbers."""
+    for entry in both_ways(lengths, "S", "S"):
+        y, out = Block(np.arange(10.0)), Block(np.zeros(4))
+        assert entry(y, out) == 3
+        np.testing.assert_array_equal(out.data, [10, 5, 3, 0])
+        np.testing.assert_array_equal(y.data, [0, 1, 2, 103, 204, 305, 6, 7, 8, 9])
+
+
+def test_parts_of_lanes_share_memory() -> None:
+    """A row of a lane block is eight numbers."""
+    for entry in both_ways(lengths, "L", "S"):
+        data = np.arange(10.0 * LANES).reshape(10, LANES)
+        y, out = LaneBlock(data.copy()), Block(np.zeros(4))
+        assert entry(y, out) == 3
+        np.testing.assert_array_equal(out.data, [10, 5, 3, 0])
+        data[3:6] += np.array([100.0, 200.0, 300.0])[:, None]
+        np.testing.assert_array_equal(y.data, data)
+
+
+@helper
+def through_lanes(y, out):
+    """Double the lanes of rows 1 … 2 of the numbers from 3 on, and count as scalars again."""
+    lanes = as_lanes(y, 3, 3)
+    two = part(lanes, 1, 2)
+    for i in range(len(two)):
+        two[i] = two[i] * 2.0
+    flat = as_scalars(two)
+    for i in range(len(flat)):
+        out[i] = flat[i]
+    return len(flat)
+
+
+def test_numbers_as_lanes_and_back() -> None:
+    """The order is lane after lane, row after row; nothing need be aligned."""
+    expected = 2.0 * np.arange(3.0 + LANES, 3.0 + 3 * LANES)
+    for entry in both_ways(through_lanes, "S", "S"):
+        y, out = Block(np.arange(30.0)), Block(np.zeros(2 * LANES))
+        assert entry(y, out) == 2 * LANES
+        np.testing.assert_array_equal(out.data, expected)
+        np.testing.assert_array_equal(y.data[3 + LANES : 3 + 3 * LANES], expected)
+
+
+@helper
+def gather(y, out):
+    for i in range(len(out)):
+        out[i] = y[i]
+    return len(out)
+
+
+@pytest.mark.parametrize("rows", [0, 1, 17])
+def test_any_number_of_rows(rows: int) -> None:
+    """Also none."""
+    for entry in both_ways(gather, "S", "S"):
+        out = Block(np.zeros(rows))
+        assert entry(Block(np.arange(20.0)), out) == rows
+        np.testing.assert_array_equal(out.data, np.arange(rows))
+
+
+def test_bad_rows_are_refused_in_python() -> None:
+    """Where compiled code would read other memory, and -1 is no last row."""
+    block = Block(np.arange(6.0))
+    lanes = LaneBlock(np.zeros((2, LANES)))
+    for row in (-1, 6):
+        with pytest.raises(IndexError):
+            block[row]
+        with pytest.raises(IndexError):
+            block[row] = 1.0
+    with pytest.raises(IndexError):
+        lanes[2]
+    with pytest.raises(IndexError):
+        lanes[-1]
+    for start, rows in ((-1, 2), (0, 7), (6, 1), (0, -1), (7, 0)):
+        with pytest.raises(IndexError):
+            part(block, start, rows)
+    with pytest.raises(IndexError):
+        as_lanes(block, 0, 1)
+    assert len(part(block, 6, 0)) == 0
+
+
+def test_lane_values_are_values() -> None:
+    """What is read from a block does not follow later changes of it."""
+    block = LaneBlock(np.zeros((1, LANES)))
+    value = block[0]
+    block[0] = value + 1.0
+    assert isinstance(value, Lanes)
+    assert not value.any()
+    value -= 3.0
+    np.testing.assert_array_equal(block.data, np.ones((1, LANES)))
+
+
+@pytest.mark.parametrize("size", [0, 1, 8, 1000])
+def test_blocks_are_aligned(size: int) -> None:
+    """Lane values in them load fast."""
+    data = scalar_block(size).data
+    assert len(data) == size
+    assert data.ctypes.data % (8 * LANES) == 0 or size == 0
+    assert not data.any()
+
+
+def test_only_float64_is_compiled() -> None:
+    """Another dtype, a strided array or a wrong kind is refused, never reinterpreted."""
+    if not hasattr(compile_function(gather, signature := _gather_signature()), "overloads"):
+        pytest.skip("nothing is compiled")
+    entry = compile_function(gather, signature)
+    good = Block(np.zeros(4))
+    for bad in (
+        Block(np.zeros(4, dtype=np.float32)),
+        Block(np.zeros(4, dtype=np.int64)),
+        Block(np.zeros(8)[::2]),
+        LaneBlock(np.zeros((4, LANES))),
+        LaneBlock(np.zeros((4, 3))),
+        Block(np.zeros((4, 1))),
+        np.zeros(4),
+        [0.0],
+    ):
+        with pytest.raises(TypeError):
+            entry(bad, good)
+
+
+def _gather_signature() -> object:
+    from numba.core import types
+
+    return types.int64(SCALAR.block, SCALAR.block)

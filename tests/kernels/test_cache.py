@@ -1,0 +1,257 @@
+"""Compiled code on disk: found by the next process, never stale, and never in the way."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+# Runs what is given, then prints what was compiled, what missed the cache, and the results.
+REPORT = """
+import json
+from geomint.kernels import compile as _compile
+compiled, entries, make_entry = [], {}, _compile._entry
+_compile.listen(lambda name, seconds: compiled.append(name))
+_compile._entry = lambda recorded: entries.setdefault(recorded, make_entry(recorded))
+
+
+def report(*results):
+    misses = sum(sum(e.stats.cache_misses.values()) for e in entries.values())
+    hits = sum(sum(e.stats.cache_hits.values()) for e in entries.values())
+    specialisations = max(len(e.overloads) for e in entries.values())
+    print(json.dumps([compiled, misses, hits, specialisations, [float(r) for r in results]]))
+"""
+FIELD = """
+import geomint as gi
+
+
+@gi.field
+def spring(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -params[0] * gi.sin(y[0])
+
+
+@gi.field
+def energy(params, t, y, work):
+    return 0.5 * y[1] * y[1] - params[0] * gi.cos(y[0])
+"""
+SOLVE = """
+problem = gi.Problem(
+    "pendulum", (("q", 1), ("p", 1)), [1.5], field=spring, invariants={"energy": energy}
+)
+for method in ("rk-4", "gauss-2"):
+    sol = gi.solve(problem, [0.5, 0.3], t_end=1.0, step=0.1, method=method, observe="invariants")
+report(*sol.y[-1], sol.drift["energy"].final_error)
+"""
+SOLVE_ONCE = SOLVE.replace('"rk-4", "gauss-2"', '"rk-4",')
+
+
+class Outcome:
+    """What a process printed by ``report``."""
+
+    def __init__(self, output: str) -> None:
+        self.compiled, self.misses, self.hits, self.specialisations, self.results = json.loads(
+            output
+        )
+
+
+def run(*arguments: str, cache: Path, check: bool = True, **environment: str) -> Outcome:
+    """Run Python, with every warning an error, on a cache folder."""
+    done = subprocess.run(
+        [sys.executable, "-W", "error", *arguments],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(cache), **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if check:
+        assert done.returncode == 0, done.stderr[-3000:]
+        assert done.stderr == ""
+    return Outcome(done.stdout.splitlines()[-1])
+
+
+def written(path: Path, *texts: str) -> str:
+    path.write_text("\n".join(texts), encoding="utf-8")
+    return str(path)
+
+
+def assert_found(first: Outcome, second: Outcome) -> None:
+    """The first process compiled, the second did not, and both came to the same bits."""
+    assert first.compiled
+    assert first.misses
+    assert second.compiled == []
+    assert second.misses == 0
+    assert second.hits == first.hits + first.misses
+    assert second.results == first.results
+
+
+def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
+    """Neither for a field of a module, nor of a script, nor of ``python -c``; kernels are shared."""
+    cache = tmp_path / "cache"
+    written(tmp_path / "fields.py", FIELD)
+    script = written(tmp_path / "script.py", REPORT, "from fields import *", SOLVE)
+    first, second = (run(script, cache=cache) for _ in range(2))
+    assert_found(first, second)
+    kernels = {name for name in first.compiled if name not in ("spring", "energy")}
+    assert kernels == {"one", "sample"}
+
+    # The same function of another module counts as another one, in whatever way that is run; it
+    # needs no kernel compiled anew.
+    main = written(tmp_path / "main.py", REPORT, FIELD, SOLVE)
+    again = run(main, cache=cache)
+    assert set(again.compiled) == {"spring", "energy"}
+    assert_found(again, run("-c", REPORT + FIELD + SOLVE, cache=cache))
+    assert again.results == first.results
+    other = REPORT + FIELD.replace("gi.sin(y[0])", "y[0]") + SOLVE
+    third, fourth = (run("-c", other, cache=cache) for _ in range(2))
+    assert set(third.compiled) == {"spring"}
+    assert_found(third, fourth)
+    assert third.results != first.results
+
+
+def test_nothing_is_specialised_to_a_function(tmp_path: Path) -> None:
+    """A stepper is compiled once for all fields: a call adds no specialisation."""
+    two = SOLVE + FIELD.replace("gi.sin(y[0])", "y[0]") + SOLVE
+    outcome = run("-c", REPORT + FIELD + two, cache=tmp_path)
+    assert outcome.specialisations <= 2  # a field: for scalars and for lanes
+    assert outcome.compiled.count("one") == 4  # begun and done, of two methods
+
+
+@pytest.mark.parametrize("filename", ["<ipython-input-1-abc>", "/tmp/ipykernel_123/456.py"])
+def test_a_notebook_cell(filename: str, tmp_path: Path) -> None:
+    """Cells have no file, and live in __main__."""
+    cell = f"""
+{REPORT}
+import __main__
+for source in ({FIELD!r}, {SOLVE_ONCE!r}):
+    exec(compile(source, {filename!r}, "exec"), vars(__main__))
+"""
+    assert_found(*(run("-c", cell, cache=tmp_path) for _ in range(2)))
+
+
+def test_an_edited_helper_is_seen(tmp_path: Path) -> None:
+    """Neither numba nor the field's own file would tell."""
+    helper = (
+        "import geomint as gi\n\nGAIN = 2.0\n\n\n@gi.helper\ndef force(q):\n    return -GAIN * q\n"
+    )
+    field = """
+import geomint as gi
+from helpers import force
+
+
+@gi.field
+def spring(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = force(y[0])
+
+
+energy = spring
+"""
+    solve = SOLVE.replace(', invariants={"energy": energy}', "").replace(
+        ', sol.drift["energy"].final_error', ""
+    )
+    solve = solve.replace(', observe="invariants"', "")
+    script = written(tmp_path / "script.py", REPORT, field, solve)
+    results = []
+    for text in (helper, helper.replace("2.0", "3.0"), helper.replace("-GAIN", "-0.5 * GAIN")):
+        written(tmp_path / "helpers.py", text)
+        outcome = run(script, cache=tmp_path / "cache", PYTHONDONTWRITEBYTECODE="1")
+        assert "spring" in outcome.compiled
+        results.append(tuple(outcome.results))
+    assert len(set(results)) == 3
+    written(tmp_path / "helpers.py", helper)
+    outcome = run(script, cache=tmp_path / "cache", PYTHONDONTWRITEBYTECODE="1")
+    assert outcome.compiled == []
+    assert tuple(outcome.results) == results[0]
+
+
+def test_an_edited_kernel_empties_the_cache(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The folder's name is a hash of the kernel layer's sources."""
+    from geomint.kernels import cache
+
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    before = cache.cache_folder()
+    assert before.parent == tmp_path / "geomint"
+    package = tmp_path / "kernels"
+    package.mkdir()
+    for path in Path(cache.__file__).parent.glob("*.py"):
+        (package / path.name).write_bytes(path.read_bytes())
+    monkeypatch.setattr(cache, "__file__", str(package / "cache.py"))
+    cache.kernel_stamp.cache_clear()
+    try:
+        assert cache.cache_folder() == before
+        (package / "status.py").write_text("OK = 0\n", encoding="utf-8")
+        cache.kernel_stamp.cache_clear()
+        assert cache.cache_folder() != before
+    finally:
+        cache.kernel_stamp.cache_clear()
+
+
+def test_the_default_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Not beside the sources, which may not be writable."""
+    from geomint.kernels import cache
+
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert Path(cache.__file__).parent not in cache.cache_folder().parents
+    if sys.platform.startswith("linux"):
+        assert cache.cache_folder().parent == tmp_path / "geomint"
+
+
+def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
+    """Every process compiles, says so once, and comes to the same results."""
+    good = run("-c", REPORT + FIELD + SOLVE_ONCE, cache=tmp_path / "cache")
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way", encoding="utf-8")
+    catching = f"""
+import warnings
+{REPORT}
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    exec({FIELD + SOLVE_ONCE!r})
+from geomint import GeomintWarning
+assert [w.category for w in caught] == [GeomintWarning], caught
+assert "cannot be kept" in str(caught[0].message)
+"""
+    bad = run("-c", catching, cache=blocked)
+    assert bad.compiled == good.compiled
+    assert bad.results == good.results
+
+
+def test_a_damaged_file_is_compiled_anew(tmp_path: Path) -> None:
+    """And mended."""
+    command = ("-c", REPORT + FIELD + SOLVE_ONCE)
+    first = run(*command, cache=tmp_path)
+    files = list(tmp_path.rglob("*.nbc"))
+    assert len(files) >= 3
+    for path in files:
+        path.write_bytes(path.read_bytes()[:100])
+    second = run(*command, cache=tmp_path)
+    assert second.compiled == first.compiled
+    assert second.results == first.results
+    assert run(*command, cache=tmp_path).compiled == []
+
+
+def test_the_environment_is_left_alone() -> None:
+    """No variable is set, no warning filter is installed, by import or by use."""
+    script = f"""
+import os, sys, warnings
+import numba  # which sets variables of its own
+environment, filters = dict(os.environ), list(warnings.filters)
+{REPORT}
+{FIELD}
+{SOLVE}
+assert dict(os.environ) == environment
+assert [f for f in warnings.filters if f not in filters] == []
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""

@@ -1,0 +1,302 @@
+"""Every operator and function of numbers: compiled = lanes = plain Python, bit for bit."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.kernels.arithmetic import epsilon, lane, like, total, top
+from geomint.kernels.blocks import Block, LaneBlock
+from geomint.kernels.compile import LANE, SCALAR, compile_function
+from geomint.kernels.lanes import LANES, Lanes
+from geomint.kernels.recorded import Recorded, helper
+
+pytestmark = pytest.mark.nojit
+
+SPECIAL = np.array(
+    [0.0, 1.0, 3.0, 0.1, 5e-324, 1e-310, 2.0**-1022, 1e-160, 1e160, 1.7976931348623157e308]
+)
+SPECIAL = np.concatenate([SPECIAL, -SPECIAL, [np.inf, -np.inf, np.nan]])
+
+
+def numbers(count: int, seed: int) -> np.ndarray:
+    """Numbers of all sizes."""
+    rng = np.random.default_rng(seed)
+    size = np.where(rng.random(count) < 0.5, 1.0, 10.0 ** rng.uniform(-300, 300, count))
+    return rng.standard_normal(count) * size
+
+
+def pairs() -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of special numbers, and random ones; as many as fill lanes."""
+    x, y = map(list, zip(*itertools.product(SPECIAL, SPECIAL), strict=True))
+    count = -len(x) % LANES + 30 * LANES
+    return np.append(x, numbers(count, 1)), np.append(y, numbers(count, 2))
+
+
+X, Y = pairs()
+Z = np.roll(X, 7)
+
+
+def assert_same_bits(found: np.ndarray, expected: np.ndarray) -> None:
+    """Equality of bits, zeros with their signs; any NaN is like any other."""
+    found, expected = np.asarray(found).ravel(), np.asarray(expected).ravel()
+    same = (found.view(np.int64) == expected.view(np.int64)) | (
+        np.isnan(found) & np.isnan(expected)
+    )
+    assert same.all(), (np.flatnonzero(~same)[:5], found[~same][:5], expected[~same][:5])
+
+
+def sweep(operation: Recorded) -> Recorded:
+    """Apply an operation of three numbers to the rows of three blocks."""
+
+    @helper
+    def rows(x, y, z, out):
+        for i in range(len(out)):
+            out[i] = operation(x[i], y[i], z[i])
+
+    return rows
+
+
+def run(function: Recorded, *arrays: np.ndarray, lanes: str = "") -> list[np.ndarray]:
+    """Results of plain and of compiled code, for arguments whose kinds `lanes` tells.
+
+    ``lanes`` holds an L for each argument in lanes, S for a scalar one; empty: all scalar.
+    """
+    from numba.core import types
+
+    lanes = lanes or "S" * len(arrays)
+    kinds = [LANE if letter == "L" else SCALAR for letter in lanes]
+    rows = max(len(a) for a in arrays) // (LANES if "L" in lanes else 1)
+    target = LANE if "L" in lanes else SCALAR
+    signature = types.void(*(kind.block for kind in kinds), target.block)
+    results = []
+    for entry in (function, compile_function(function, signature)):
+        blocks = [
+            LaneBlock(a.reshape(-1, LANES).copy()) if kind is LANE else Block(a[:rows].copy())
+            for a, kind in zip(arrays, kinds, strict=True)
+        ]
+        out = LaneBlock(np.zeros((rows, LANES))) if target is LANE else Block(np.zeros(rows))
+        with np.errstate(all="ignore"):
+            entry(*blocks, out)
+        results.append(out.data.ravel())
+    return results
+
+
+@helper
+def add_in_place(x, y):
+    z = x
+    z += y
+    return z
+
+
+@helper
+def subtract_in_place(x, y):
+    z = x
+    z -= y
+    return z
+
+
+@helper
+def multiply_in_place(x, y):
+    z = x
+    z *= y
+    return z
+
+
+@helper
+def divide_in_place(x, y):
+    z = x
+    z /= y
+    return z
+
+
+OPERATIONS = {
+    "+": lambda x, y, z: x + y,
+    "-": lambda x, y, z: x - y,
+    "*": lambda x, y, z: x * y,
+    "/": lambda x, y, z: x / y,
+    "+=": lambda x, y, z: add_in_place(x, y),
+    "-=": lambda x, y, z: subtract_in_place(x, y),
+    "*=": lambda x, y, z: multiply_in_place(x, y),
+    "/=": lambda x, y, z: divide_in_place(x, y),
+    "contraction": lambda x, y, z: x * y + z,
+    "negative": lambda x, y, z: -x,
+    "positive": lambda x, y, z: +x,
+    "abs": lambda x, y, z: abs(x),
+    "np.abs": lambda x, y, z: np.abs(x),
+    "sqrt": lambda x, y, z: gi.sqrt(x),
+    "np.sqrt": lambda x, y, z: np.sqrt(x),
+    "sin": lambda x, y, z: gi.sin(x),
+    "cos": lambda x, y, z: gi.cos(x),
+    "fma": lambda x, y, z: gi.fma(x, y, z),
+    "maximum": lambda x, y, z: gi.maximum(x, y),
+    "<": lambda x, y, z: gi.select(x < y, x, z),
+    "<=": lambda x, y, z: gi.select(x <= y, x, z),
+    ">": lambda x, y, z: gi.select(x > y, x, z),
+    ">=": lambda x, y, z: gi.select(x >= y, x, z),
+    "==": lambda x, y, z: gi.select(x == y, x, z),
+    "!=": lambda x, y, z: gi.select(x != y, x, z),
+    "and": lambda x, y, z: gi.select((x > y) & (x > z), x, y),
+    "or": lambda x, y, z: gi.select((x > y) | (x > z), x, y),
+    "select constants": lambda x, y, z: gi.select(x < y, 1.0, 2),
+    "select mixed": lambda x, y, z: gi.select(x < y, 0.5, z),
+    "integers": lambda x, y, z: 2 * x - 1 + (x / 3 - 7) * 5,
+    "integers on the left": lambda x, y, z: 1 - x + 3 / x,
+    "like": lambda x, y, z: x * like(0.3, y) + like(z, x) + like(2, x),
+}
+each_operation = pytest.mark.parametrize("name", OPERATIONS)
+
+
+@each_operation
+def test_operation(name: str) -> None:
+    """Scalars and lanes, compiled and plain, agree in every bit."""
+    function = sweep(Recorded(OPERATIONS[name]))
+    expected, compiled = run(function, X, Y, Z)
+    assert_same_bits(compiled, expected)
+    plain, lanes = run(function, X, Y, Z, lanes="LLL")
+    assert_same_bits(plain, expected)
+    assert_same_bits(lanes, expected)
+
+
+@pytest.mark.parametrize("kinds", ["LSS", "SLS", "LSL"])
+@pytest.mark.parametrize("name", ["+", "-", "*", "/", "fma", "maximum", "<", "select mixed"])
+def test_scalars_mix_with_lanes(name: str, kinds: str) -> None:
+    """A scalar on either side counts for every lane."""
+    rows = len(X) // LANES
+    arrays, expected = [], []
+    for values, letter in zip((X, Y, Z), kinds, strict=True):
+        scalar = letter == "S"
+        arrays.append(values[:rows] if scalar else values)
+        expected.append(np.repeat(values[:rows], LANES) if scalar else values)
+    function = sweep(Recorded(OPERATIONS[name]))
+    wanted, _ = run(function, *expected)
+    for found in run(function, *arrays, lanes=kinds):
+        assert_same_bits(found, wanted)
+
+
+@helper
+def aliases(x, y, z, out):
+    for i in range(len(out)):
+        kept = x[i]
+        moved = kept
+        moved += y[i]
+        moved *= 3.0
+        moved -= z[i]
+        moved /= 7.0
+        out[i] = kept
+        out[i] += 0.0
+        y[i] *= 2.0
+
+
+@pytest.mark.parametrize("kinds", ["SSS", "LLL"])
+def test_in_place_operators_make_new_values(kinds: str) -> None:
+    """After ``b = a``, ``b += 1`` leaves a alone, and the block it came from."""
+    for found in run(aliases, X, Y, Z, lanes=kinds):
+        assert_same_bits(found, X + 0.0)
+
+
+FOLDS = {
+    "top": lambda x: top(x),
+    "total": lambda x: total(x),
+    **{f"lane {k}": (lambda k: lambda x: lane(x, k))(k) for k in range(LANES)},
+}
+
+
+@pytest.mark.parametrize("name", FOLDS)
+def test_folds(name: str) -> None:
+    """Reductions of lanes are done in a fixed order."""
+    fold = Recorded(FOLDS[name])
+
+    @helper
+    def rows(x, out):
+        for i in range(len(out)):
+            out[i] = fold(x[i]) + 0.0 * x[i]
+
+    finite = np.concatenate([numbers(64 * LANES, 3), np.tile([0.0, -0.0], 2 * LANES)])
+    plain, compiled = run(rows, finite, lanes="L")
+    assert_same_bits(compiled, plain)
+    table = finite.reshape(-1, LANES)
+    if name == "top":
+        expected = table.max(axis=1)
+    elif name == "total":
+        s = table[:, :4] + table[:, 4:]
+        s = s[:, :2] + s[:, 2:]
+        expected = s[:, 0] + s[:, 1]
+    else:
+        expected = table[:, int(name[-1])]
+    np.testing.assert_array_equal(plain.reshape(-1, LANES)[:, 0], expected)
+
+
+@pytest.mark.parametrize("place", range(LANES))
+def test_top_of_nan_is_nan(place: int) -> None:
+    """Wherever it stands: a test ``top(…) < bound`` must fail."""
+    values = np.arange(1.0, 1.0 + LANES)
+    values[place] = np.nan
+
+    @helper
+    def rows(x, out):
+        for i in range(len(out)):
+            out[i] = top(x[i]) + 0.0 * x[i]
+
+    for found in run(rows, values, lanes="L"):
+        assert np.isnan(found).all()
+
+
+def test_nan_is_the_maximum() -> None:
+    """On either side, for every kind of number."""
+    for x, y in ((1.0, math.nan), (math.nan, 1.0), (math.nan, math.nan)):
+        assert math.isnan(gi.maximum(np.float64(x), np.float64(y)))
+        assert np.isnan(gi.maximum(Lanes([x, 1.0]), Lanes([y, 2.0]))[0])
+
+
+def test_functions_of_plain_numbers() -> None:
+    """Floats, integers and extended precision."""
+    from mpmath import mp
+
+    assert gi.sqrt(4) == 2.0
+    assert math.isnan(gi.sqrt(-1.0))
+    assert math.isnan(gi.sin(math.inf))
+    assert gi.sin(0.5) == math.sin(0.5)
+    third = np.longdouble(1) / 3
+    for function in (gi.sqrt, gi.sin, gi.cos):
+        value = function(third)
+        assert value.dtype == np.longdouble
+        assert function(Lanes([third, third]))[1] == value
+    with mp.workdps(40):
+        x = mp.mpf(1) / 3
+        lanes = gi.sin(Lanes(np.array([x, 2 * x], dtype=object)))
+        assert lanes[0] == mp.sin(x)
+        assert gi.sqrt(x) == mp.sqrt(x)
+        assert gi.fma(x, x, x) == x * x + x
+        assert top(Lanes(np.array([x, 2 * x, x], dtype=object))) == 2 * x
+    assert total(Lanes([1.0, 2.0, 4.0])) == 7.0
+    assert epsilon(np.float64(1)) == 2.0**-52
+    assert epsilon(third) == np.finfo(np.longdouble).eps
+    assert epsilon(Lanes([1.0])) == 2.0**-52
+    assert like(2, third).dtype == np.longdouble
+    assert like(2, 0.5) == 2
+    assert lane(3.5, 6) == 3.5
+
+
+def test_fma_rounds_once() -> None:
+    """(1 + 2⁻³⁰)² − (1 + 2⁻²⁹) is 2⁻⁶⁰, which two roundings lose."""
+    x = 1.0 + 2.0**-30
+    assert gi.fma(x, x, -(1.0 + 2.0**-29)) == 2.0**-60
+    result = gi.fma(Lanes([x]), Lanes([x]), Lanes([-(1.0 + 2.0**-29)]))
+    assert isinstance(result, Lanes)
+    assert result[0] == 2.0**-60
+
+
+def test_fma_without_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The exact fractions give the same bits."""
+    from geomint.kernels import arithmetic
+
+    with np.errstate(all="ignore"):
+        expected = [arithmetic._fma_float(*map(float, v)) for v in zip(X, Y, Z, strict=True)]
+        monkeypatch.setattr(arithmetic, "_libm_fma", None)
+        found = [arithmetic._fma_float(*map(float, v)) for v in zip(X, Y, Z, strict=True)]
+    assert_same_bits(np.array(found), np.array(expected))
