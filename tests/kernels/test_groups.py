@@ -49,14 +49,14 @@ def bracket(group: Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def exact_exponential(x: np.ndarray) -> np.ndarray:
     """Matrix exponential of a float64 matrix in 40 digits."""
-    with mp.workdps(60):
+    with mp.workdps(80):
         e = mpmath.expm(mp.matrix(x.tolist()))
         return np.array(e.tolist(), dtype=object).reshape(x.shape)
 
 
 def exact_action(n: int, pieces: tuple[str, ...], xi: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The increments of all pieces in 40 digits."""
-    with mp.workdps(60):
+    with mp.workdps(80):
         e = exact_exponential(skew(xi, n))
         result, at = [], 0
         for piece in pieces:
@@ -74,7 +74,7 @@ def exact_action(n: int, pieces: tuple[str, ...], xi: np.ndarray, y: np.ndarray)
 
 
 angles = st.one_of(
-    st.floats(-300.0, 0.0).map(lambda e: 10.0**e),
+    st.floats(-30.0, 0.0).map(lambda e: 10.0**e),
     st.floats(0.0, 30.0),
     st.sampled_from([np.sqrt(SMALL), np.sqrt(SMALL) * (1 + 1e-15), 0.25, 0.5, np.pi, 2 * np.pi]),
 )
@@ -90,7 +90,7 @@ def test_so3_turns_vectors(angle: float, rng: np.random.Generator) -> None:
     found = act(so3(2), xi, y)
     hat = np.array([-xi[2], xi[1], -xi[0]])  # the flat triangle of x̂
     exact = exact_action(3, ("vector", "vector"), hat, y)
-    size = min(angle, 2.0) * np.max(np.abs(y)) + 5e-324
+    size = min(angle, 2.0) * np.max(np.abs(y)) + 1e-300
     # The angle itself is known to ε only, which turns by ε · angle.
     allowed = 8 * EPSILON * (size + 2.0 * max(angle - 2.0, 0.0))
     assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
@@ -104,7 +104,7 @@ def test_so_n_acts_on_all_pieces(n: int, angle: float, rng: np.random.Generator)
     xi *= angle / np.linalg.norm(xi)
     y = rng.standard_normal(sizes(group, n, PIECES))
     found, exact = act(group, xi, y), exact_action(n, PIECES, xi, y)
-    allowed = 16 * n * EPSILON * min(angle, 2.0) * (1.0 + angle) * np.max(np.abs(y)) + 5e-324
+    allowed = 16 * n * EPSILON * min(angle, 2.0) * (1.0 + angle) * np.max(np.abs(y)) + 1e-300
     assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
 
 

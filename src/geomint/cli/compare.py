@@ -29,25 +29,25 @@ def command(
     repeats: int | None,
     out: Path,
     quiet: bool,
-) -> int | None:
+) -> None:
     """Run many methods on one scene: run time against error, drift against time."""
     from ..compare import run_compare
-    from .options import chosen_scene, tell_notes
+    from .options import chosen_scene, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
     section = chosen.content.compare
     names = methods.split(",") if methods else section.methods or [chosen.method.name]
     tell_notes(chosen)
     out.mkdir(parents=True, exist_ok=True)
-    result = run_compare(
+    run_compare(
         chosen,
         [name.strip() for name in names if name.strip()],
         out,
         _numbers(steps) if steps else section.steps,
         repeats or section.repeats or 3,
         not quiet,
+        reproducing_command(),
     )
-    return result if isinstance(result, int) else None
 
 
 def _numbers(text: str) -> list[float]:

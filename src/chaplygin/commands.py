@@ -1,0 +1,53 @@
+"""Commands that this package adds to ``geomint``."""
+
+from __future__ import annotations
+
+import click
+import geomint as gi
+
+__all__ = ["inertia"]
+
+
+def _numbers(name: str, text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise gi.DomainError(name, text, "numbers with commas between") from None
+
+
+@click.command("inertia")
+@click.option("--moments", metavar="I1,I2,I3", help="Principal moments of inertia of a ball, n = 3.")
+@click.option("--a", metavar="A1,A2,…", help="Parameters of the special inertia operator, any n.")
+@click.option("--d", "D", type=float, help="D = m ρ².")
+@click.option("--m", type=float, help="Mass.")
+@click.option("--rho", type=float, help="Radius.")
+@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+def inertia(
+    moments: str | None, a: str | None, D: float | None, m: float | None, rho: float | None
+) -> None:
+    """Turn principal moments (n = 3) into the paper's a, or a into the operator's entries.
+
+    The special operator is I(E_i∧E_j) = a_i a_j D/(D − a_i a_j); for n = 3 every ball has one.
+    """
+    from .inertia import SpecialInertia, positive_number
+
+    if (moments is None) == (a is None):
+        raise gi.DomainError("--moments, --a", (moments, a), "exactly one of them")
+    if D is None:
+        if m is None or rho is None:
+            raise gi.DomainError("--d", D, "D, or --m and --rho")
+        D = positive_number("--m", m) * positive_number("--rho", rho) ** 2
+    elif m is not None or rho is not None:
+        raise gi.DomainError("--d", D, "D alone, or --m and --rho alone")
+    if moments is not None:
+        special = SpecialInertia.from_moments(_numbers("--moments", moments), D)
+    else:
+        special = SpecialInertia(_numbers("--a", a or ""), D)
+    click.echo(f"n = {special.n}")
+    click.echo(f"D = {D:.17g}")
+    click.echo("a = [" + ", ".join(f"{x:.17g}" for x in special.a) + "]")
+    pairs = [(i + 1, j + 1) for i in range(special.n) for j in range(i + 1, special.n)]
+    for (i, j), entry in zip(pairs, special.diagonal, strict=True):
+        click.echo(f"I(E_{i}∧E_{j}) = {entry:.17g} E_{i}∧E_{j}")
+    if special.n == 3:
+        click.echo("moments = [" + ", ".join(f"{x:.17g}" for x in special.moments) + "]")

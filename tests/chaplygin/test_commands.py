@@ -1,0 +1,47 @@
+"""The commands of this package."""
+
+from __future__ import annotations
+
+import pytest
+from click.testing import CliRunner
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.commands import inertia
+
+
+def run(*words):
+    return CliRunner().invoke(inertia, words, catch_exceptions=True)
+
+
+def test_moments_and_back():
+    result = run("--moments", "1,2,3", "--m", "2", "--rho", "1.5")
+    assert result.exit_code == 0
+    lines = dict(line.split(" = ", 1) for line in result.output.splitlines())
+    assert float(lines["D"]) == 4.5
+    a = [float(x) for x in lines["a"].strip("[]").split(",")]
+    assert ch.SpecialInertia(a, 4.5).moments == pytest.approx([1, 2, 3], rel=1e-14)
+    assert [float(x) for x in lines["moments"].strip("[]").split(",")] == pytest.approx([1, 2, 3])
+
+
+def test_a_in_dimension_four():
+    result = run("--a", "0.8,1,1.1,1.2", "--d", "4")
+    assert "I(E_3∧E_4)" in result.output
+    assert "moments" not in result.output
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--d", "4"), "exactly one"),
+        (("--a", "1,x", "--d", "4"), "commas"),
+        (("--a", "3,2", "--d", "4"), "a"),
+        (("--moments", "1,2,3"), "--rho"),
+        (("--moments", "1,2,3", "--d", "1", "--m", "1"), "alone"),
+        (("--moments", "1,2,3", "--m", "-1", "--rho", "1"), "--m"),
+    ],
+)
+def test_bad_input_is_named(words, told):
+    result = run(*words)
+    assert isinstance(result.exception, gi.DomainError)
+    assert told in str(result.exception)

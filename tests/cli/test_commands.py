@@ -1,0 +1,219 @@
+"""The commands: what they print, write and return."""
+
+import json
+from importlib.metadata import EntryPoint
+
+import click
+import geomint as gi
+import pytest
+from click.testing import CliRunner
+from geomint.cli import main
+from geomint.cli import group as group_module
+
+REPORT = {"report.html", "drift.json", "drift.png", "drift.svg"}
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments], env={"COLUMNS": "120"})
+
+
+def test_help_names_all_commands():
+    result = invoke("--help")
+    assert result.exit_code == 0
+    for name in ("scenes", "methods", "check", "run", "drift", "compare"):
+        assert f"  {name} " in result.stdout
+
+
+def test_scenes():
+    result = invoke("scenes")
+    assert result.exit_code == 0
+    for name in gi.scene_names():
+        assert name in result.stdout
+
+
+def test_methods():
+    result = invoke("methods")
+    assert result.exit_code == 0
+    for name in gi.method_names():
+        assert name in result.stdout
+    only = invoke("methods", "--form", "hamiltonian").stdout
+    assert "rattle-4" in only
+    assert "gauss-8" not in only
+    assert invoke("methods", "--form", "acton").exit_code == 2
+
+
+@pytest.mark.parametrize("name", gi.scene_names())
+def test_check_says_what_and_why(name):
+    result = invoke("check", name)
+    assert result.exit_code == 0
+    for word in ("representation", "method", "step", "steps", "watched", "why"):
+        assert word in result.stdout
+
+
+def shortened(name):
+    """Return the options that make a built-in scene short."""
+    scene = gi.load_scene(name)
+    key = "tau_end" if scene.problem.time == "tau" else "t_end"
+    return [f"--{key.replace('_', '-')}", "5"]
+
+
+@pytest.mark.parametrize("name", gi.scene_names())
+def test_built_in_scenes_run_shortened(name, tmp_path):
+    out = tmp_path / "run.nc"
+    result = invoke("run", name, *shortened(name), "--out", out)
+    assert result.exit_code == 0, result.output
+    saved = gi.load(out)
+    assert saved.provenance["status"] == "success"
+    assert saved.tau[-1] == 5.0
+    assert set(saved.drift) == set(gi.load_scene(name).content.observe.quantities)
+
+
+@pytest.mark.parametrize("name", ["ball-3d", "hamiltonized-n3"])
+def test_drift_shortened(name, tmp_path):
+    out = tmp_path / "a" / "report"
+    result = invoke("drift", name, *shortened(name), "--out", out)
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in out.iterdir()} == REPORT
+    assert str(out / "report.html") in result.stdout.replace("\n", "")
+
+
+def test_options_change_the_scene(tmp_path):
+    result = invoke(
+        *("drift", "sphere-n3", "--method", "rk-4", "--step", 0.01, "--t-end", 2, "--quiet"),
+        *("--out", tmp_path),
+    )
+    assert result.exit_code == 0
+    assert result.stdout == ""
+    provenance = json.loads((tmp_path / "drift.json").read_text())["provenance"]
+    assert provenance["method"] == "rk-4"
+    assert provenance["step"] == 0.01
+    assert provenance["steps"] == 200
+    assert provenance["scene"]["time"] == {"t_end": 2}
+
+
+def test_projections_are_said(tmp_path):
+    scene = gi.load_scene("sphere-n3").changed(initial={"gamma": [1.0, 2.0, 2.0], "p": [2, -1, 0]})
+    path = tmp_path / "scene.toml"
+    path.write_text(scene.toml(), encoding="utf-8")
+    result = invoke("check", path)
+    assert result.exit_code == 0
+    assert "note: gamma has length 3" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (["chek", "ball-3d"], "Did you mean 'check'?"),
+        (["drift", "ball-3d"], "--out"),
+        (["check", "ball-3d", "--step", "abc"], "'abc'"),
+        (["check", "ball-3d", "--step", "-1"], "step = -1.0"),
+        (["check", "ball-3d", "--method", "cf4"], "'cf-4'"),
+        (["check", "ball-3d", "--t-end", "1", "--tau-end", "2"], "one of them"),
+        (["check", "ball-3d", "--tau-end", "2"], "tau_end = 2.0"),
+        (["check", "ball-3d", "--method", "rattle-4"], "no form 'hamiltonian'"),
+        (["check", "nothing.toml"], "does not exist"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_bad_command_lines(arguments, word):
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert "Traceback" not in result.stderr
+    assert word in result.stderr
+
+
+def test_out_must_be_a_folder(tmp_path):
+    path = tmp_path / "file"
+    path.touch()
+    assert invoke("drift", "sphere-n3", "--out", path).exit_code == 2
+    inside = invoke("drift", "sphere-n3", "--t-end", 1, "--out", path / "report")
+    assert inside.exit_code == 2
+    assert "Traceback" not in inside.stderr
+
+
+def test_debug_shows_the_traceback():
+    assert "Traceback" in invoke("--debug", "check", "bal-3d").stderr
+    assert "Traceback" in invoke("check", "bal-3d", "--debug").stderr
+
+
+@pytest.mark.parametrize("command", ["run", "drift"])
+def test_a_failed_run_says_why_and_leaves_what_it_did(command, tmp_path):
+    out = tmp_path / ("out.nc" if command == "run" else "report")
+    result = invoke(command, "sphere-n3", "--step", 40, "--out", out)
+    assert result.exit_code == 2
+    assert "Traceback" not in result.stderr
+    for word in ("did not converge", "t = 0", "step 0", "residual", "iterations", "h = 40"):
+        assert word in result.stderr
+    if command == "run":
+        assert gi.load(out).provenance["status"] == "failed"
+    else:
+        assert {path.name for path in out.iterdir()} == REPORT
+        page = (out / "report.html").read_text(encoding="utf-8")
+        assert "ended by an error" in page
+        assert "did not converge" in page
+        record = json.loads((out / "drift.json").read_text(encoding="utf-8"))
+        assert record["provenance"]["status"] == "failed"
+
+
+def test_commands_of_other_packages(monkeypatch):
+    @click.command("hello")
+    def hello():
+        click.echo("hello")
+
+    class Point(EntryPoint):
+        def load(self):
+            return hello
+
+    points = [Point("hello", "other.package:hello", "geomint.commands")]
+    monkeypatch.setattr(group_module, "entry_points", lambda group: points)
+    assert "hello" in invoke("--help").stdout
+    assert invoke("hello").stdout == "hello\n"
+
+
+def test_a_system_of_another_package(monkeypatch, tmp_path):
+    from geomint import systems
+    from pydantic import BaseModel, ConfigDict
+
+    class Strict(BaseModel):
+        model_config = ConfigDict(extra="forbid")
+
+    class Frequency(Strict):
+        omega: float
+
+    class Position(Strict):
+        q: float
+
+    @gi.field
+    def oscillator(params, t, y, out, work):
+        out[0] = y[1]
+        out[1] = -params[0] * params[0] * y[0]
+
+    @gi.field
+    def energy(params, t, y, work):
+        return 0.5 * (y[1] * y[1] + params[0] * params[0] * y[0] * y[0])
+
+    def build(parameters, initial):
+        problem = gi.Problem(
+            name="oscillator",
+            pieces=(("q", 1), ("v", 1)),
+            params=[parameters.omega],
+            field=oscillator,
+            invariants={"energy": energy},
+        )
+        return gi.Model({"own": problem}, {"own": problem.state(q=initial.q, v=0.0)})
+
+    system = gi.System("oscillator", "a harmonic oscillator", Frequency, Position, build)
+
+    class Point(EntryPoint):
+        def load(self):
+            return system
+
+    points = [Point("oscillator", "other.package:OSCILLATOR", "geomint.systems")]
+    monkeypatch.setattr(systems, "entry_points", lambda group: points)
+    path = tmp_path / "scene.toml"
+    path.write_text(
+        '[system]\nname = "oscillator"\nomega = 2.0\n[initial]\nq = 1.0\n[time]\nt_end = 10.0\n'
+    )
+    result = invoke("drift", path, "--out", tmp_path / "report")
+    assert result.exit_code == 0, result.output
+    assert "energy" in result.stdout

@@ -1,0 +1,73 @@
+"""Ctrl-C: what was computed is written, exit code 130."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import geomint as gi
+import pytest
+
+LONG = "1e12"
+
+
+def interrupted(arguments, out, ready):
+    """Start a command, send SIGINT once it integrates, and return (exit code, standard error)."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "geomint", *arguments, "--out", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        time.sleep(ready)
+        assert process.poll() is None, process.stderr.read()
+        process.send_signal(signal.SIGINT)
+        _, stderr = process.communicate(timeout=60)
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()
+    return process.returncode, stderr
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory):
+    """Fill the cache of compiled code and return how long a short run takes after that."""
+    out = tmp_path_factory.mktemp("warm")
+    arguments = [sys.executable, "-m", "geomint", "drift", "sphere-n3", "--t-end", "5"]
+    for _ in range(2):
+        begun = time.perf_counter()
+        subprocess.run([*arguments, "--out", str(out)], check=True, capture_output=True)
+    return time.perf_counter() - begun
+
+
+def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
+    arguments = ["drift", "sphere-n3", "--t-end", LONG]
+    code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
+    assert code == 130
+    assert "Traceback" not in stderr
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "interrupted" in page
+    record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
+    assert record["provenance"]["status"] == "interrupted"
+    assert record["provenance"]["steps"] > 1000
+    samples = {q["samples"] for q in record["quantities"].values()}
+    assert samples == {record["provenance"]["steps"]}
+
+
+def test_an_interrupted_run_leaves_its_states(warm, tmp_path):
+    out = tmp_path / "run.nc"
+    code, _ = interrupted(["run", "sphere-n3", "--t-end", LONG], out, warm + 2.0)
+    assert code == 130
+    saved = gi.load(out)
+    assert saved.provenance["status"] == "interrupted"
+    assert saved.tau[-1] == pytest.approx(saved.provenance["steps"] * saved.provenance["step"])
+
+
+def test_ctrl_c_does_not_outlive_the_run():
+    before = signal.getsignal(signal.SIGINT)
+    gi.run_scene(gi.load_scene("sphere-n3").changed(time={"t_end": 2.0}), progress=False)
+    assert signal.getsignal(signal.SIGINT) is before

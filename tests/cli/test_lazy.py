@@ -1,0 +1,100 @@
+"""`--help` and a typo answer at once: nothing heavy is imported."""
+
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+HEAVY = ("numba", "matplotlib", "scipy", "jinja2", "llvmlite")
+LIMIT = 0.4  # seconds, as a user sees it
+PROBE = f"""
+import sys
+from geomint.cli import main
+try:
+    main(sys.argv[1:])
+except SystemExit as exit:
+    code = exit.code
+print("IMPORTED", *[name for name in {HEAVY!r} if name in sys.modules])
+sys.exit(code)
+"""
+
+
+def imported(*arguments):
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, *arguments], capture_output=True, text=True, check=False
+    )
+    last = done.stdout.splitlines()[-1]
+    assert last.startswith("IMPORTED"), done.stderr
+    return done.returncode, set(last.split()[1:])
+
+
+def write(folder, text):
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return str(path)
+
+
+@pytest.fixture
+def typo(tmp_path):
+    return write(
+        tmp_path,
+        """
+        [system]
+        name = "chaplygin-sphere-reduced"
+        a = [0.8, 1.1, 1.5]
+        D = 4.0
+        [initial]
+        gamma = [0.6, 0.0, 0.8]
+        p = [0.8, 1.0, -0.6]
+        [time]
+        tend = 1.0
+        """,
+    )
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["--help"], ["--version"], ["drift", "--help"], ["run", "--help"], ["compare", "--help"]],
+    ids=" ".join,
+)
+def test_help_imports_not_even_numpy(arguments):
+    code, names = imported(*arguments)
+    assert code == 0
+    assert names == set()
+
+
+@pytest.mark.parametrize("arguments", [["scenes"], ["methods"], ["check", "ball-3d"]], ids=" ".join)
+def test_lists_and_plans_import_nothing_heavy(arguments):
+    code, names = imported(*arguments)
+    assert code == 0
+    assert names == set()
+
+
+def test_typos_import_nothing_heavy(tmp_path, typo):
+    out = ["--out", str(tmp_path / "out")]
+    for arguments in (["drift", "bal-3d", *out], ["drift", typo, *out], ["check", typo]):
+        code, names = imported(*arguments)
+        assert code == 2
+        assert names == set()
+
+
+def fastest(*arguments):
+    """Return the shortest of some wall times: what the machine does when nobody else is at it."""
+    best = 1e9
+    for _ in range(5):
+        begun = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "geomint", *arguments], capture_output=True, check=False
+        )
+        best = min(best, time.perf_counter() - begun)
+        if best < LIMIT:
+            break
+    return best
+
+
+@pytest.mark.skipif(os.environ.get("COVERAGE_RUN") is not None, reason="measures time")
+def test_answers_within_the_limit(typo):
+    for arguments in (["--help"], ["check", "bal-3d"], ["check", typo]):
+        assert fastest(*arguments) < LIMIT

@@ -1,0 +1,164 @@
+"""Scenes that must be refused: TOML text, and words that the one message must contain."""
+
+REDUCED = """
+[system]
+name = "chaplygin-sphere-reduced"
+a = [0.8, 1.1, 1.5]
+D = 4.0
+[initial]
+gamma = [0.6, 0.0, 0.8]
+p = [0.8, 1.0, -0.6]
+[time]
+t_end = 1.0
+[integrate]
+method = "gauss-8"
+step = 0.1
+[observe]
+quantities = ["energy"]
+"""
+
+BALL = """
+[system]
+name = "chaplygin-ball"
+moments = [1.0, 2.0, 3.0]
+D = 1.0
+[initial]
+gamma = [0.6, 0.0, 0.8]
+k = [1.0, 0.7, -0.4]
+[time]
+t_end = 1.0
+[integrate]
+method = "cf-4"
+"""
+
+
+def changed(old: str, new: str, text: str = REDUCED) -> str:
+    assert text.count(old) == 1, old
+    return text.replace(old, new)
+
+
+BAD = {
+    "a_i a_j >= D": (changed("1.1, 1.5", "2.9, 1.5"), ["[system] a", "2.9", "4.3", "D = 4.0"]),
+    "gamma is zero": (
+        changed("[0.6, 0.0, 0.8]", "[0.0, 0.0, 0.0]"),
+        ["[initial] gamma", "[0.0, 0.0, 0.0]", "not zero"],
+    ),
+    "gamma is empty": (changed("[0.6, 0.0, 0.8]", "[]"), ["[initial] gamma", "3 numbers"]),
+    "NaN in gamma": (changed("[0.6, 0.0", "[nan, 0.0"), ["gamma[0] = nan", "finite"]),
+    "infinite D": (changed("D = 4.0", "D = inf"), ["[system] D = inf", "finite"]),
+    "NaN step": (changed("step = 0.1", "step = nan"), ["[integrate] step = nan", "a finite number"]),
+    "infinite end": (changed("t_end = 1.0", "t_end = inf"), ["[time] t_end = inf", "finite"]),
+    "p too short": (
+        changed("[0.8, 1.0, -0.6]", "[0.8, 1.0]"),
+        ["[initial] p", "[0.8, 1.0]", "3 numbers, got 2"],
+    ),
+    "two momenta": (changed("p = [0.8", "k = [1.0]\np = [0.8"), ["[initial]", "exactly one of"]),
+    "n = 1": (
+        changed("a = [0.8, 1.1, 1.5]", "a = [0.8]"),
+        ["[system] a", "[0.8]"],
+    ),
+    "homogeneous n = 1": (
+        """
+        [system]
+        name = "homogeneous-ball"
+        n = 1
+        s = 1.0
+        D = 1.0
+        [initial]
+        gamma = [1.0]
+        k = []
+        [time]
+        t_end = 1.0
+        """,
+        ["[system] n = 1", "≥ 2"],
+    ),
+    "negative step": (changed("step = 0.1", "step = -0.1"), ["[integrate] step = -0.1", "> 0"]),
+    "unknown method": (
+        changed('"gauss-8"', '"gaus-8"'),
+        ["[integrate] method = 'gaus-8'", "Did you mean 'gauss-8'?"],
+    ),
+    "stages out of range": (changed('"gauss-8"', '"gauss-99"'), ["method = 'gauss-99'"]),
+    "unknown option": (
+        changed("step = 0.1", "tolerence = 0.1"),
+        ["[integrate] tolerence = 0.1", "Did you mean 'tolerance'?"],
+    ),
+    "option of another kind": (
+        changed("step = 0.1", "max_iterations = 2.5"),
+        ["[integrate] max_iterations = 2.5", "a whole number"],
+    ),
+    "option that the method lacks": (
+        changed('method = "cf-4"', 'method = "cf-4"\ntolerance = 0.1', BALL),
+        ["[integrate] tolerance = 0.1", "'cf-4'"],
+    ),
+    "inertia operator not positive definite": (
+        changed("moments = [1.0, 2.0, 3.0]", "inertia = [1.0, -2.0, 3.0]", BALL),
+        ["inertia", "-2.0", "positive"],
+    ),
+    "inertia operator not symmetric": (
+        changed(
+            "moments = [1.0, 2.0, 3.0]",
+            "inertia = [[2.0, 0.5, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]",
+            BALL,
+        ),
+        ["inertia", "symmetric"],
+    ),
+    "both ends": (
+        changed("t_end = 1.0", "t_end = 1.0\ntau_end = 2.0"),
+        ["[time]", "exactly one of t_end and tau_end", "both"],
+    ),
+    "no end": (changed("t_end = 1.0", ""), ["[time]", "exactly one of t_end and tau_end"]),
+    "end at 0": (changed("t_end = 1.0", "t_end = 0.0"), ["[time]", "must not be 0"]),
+    "tau_end in physical time": (
+        changed("t_end = 1.0", "tau_end = 1.0"),
+        ["[time] tau_end = 1.0", "t_end"],
+    ),
+    "unknown key": (
+        changed("t_end = 1.0", "t_end = 1.0\nstpe = 1"),
+        ["[time] stpe = 1", "no such key"],
+    ),
+    "unknown key with suggestion": (
+        changed("t_end = 1.0", "tend = 1.0"),
+        ["[time] tend = 1.0", "Did you mean 't_end'?"],
+    ),
+    "unknown parameter": (changed("D = 4.0", "d = 4.0"), ["[system] d", "Did you mean 'D'?"]),
+    "unknown initial key": (changed("gamma =", "gama ="), ["[initial] gama", "'gamma'"]),
+    "unknown section": (REDUCED + "[sav]\nevery = 1\n", ["sav", "Did you mean 'save'?"]),
+    "unknown system": (
+        changed("chaplygin-sphere-reduced", "chaplygin-spere-reduced"),
+        ["[system] name", "Did you mean 'chaplygin-sphere-reduced'?"],
+    ),
+    "unknown quantity": (
+        changed('["energy"]', '["enery"]'),
+        ["[observe] quantities[0] = 'enery'", "Did you mean 'energy'?"],
+    ),
+    "step is a string": (
+        changed("step = 0.1", 'step = "0.1"'),
+        ["[integrate] step = '0.1'", "a number"],
+    ),
+    "parameter is a string": (changed("D = 4.0", 'D = "4"'), ["[system] D = '4'", "a number"]),
+    "a is no list": (changed("a = [0.8, 1.1, 1.5]", "a = 1.0"), ["[system] a = 1.0", "a list"]),
+    "every is 0": (
+        changed('["energy"]', '["energy"]\nevery = 0'),
+        ["[observe] every = 0", "≥ 1"],
+    ),
+    "every is a fraction": (
+        changed('["energy"]', '["energy"]\nevery = 1.5'),
+        ["[observe] every = 1.5", "whole number"],
+    ),
+    "two ways to save": (
+        REDUCED + "[save]\nevery = 1\nt_eval = [0.5]\n",
+        ["[save]", "every or t_eval"],
+    ),
+    "section is a number": ("system = 3\n[time]\nt_end = 1.0\n", ["[system] = 3", "section"]),
+    "no system": ("[time]\nt_end = 1.0\n", ["[system] is missing"]),
+    "TOML syntax": (changed("D = 4.0", "D = "), ["not valid TOML", "line 5"]),
+    "key twice": (changed("D = 4.0", "D = 4.0\nD = 5.0"), ["not valid TOML", "line 6"]),
+    "method of [drift]": (
+        REDUCED + '[drift]\nmethod = "rk4"\n',
+        ["[drift] method = 'rk4'", "'rk-4'"],
+    ),
+    "methods of [compare]": (
+        REDUCED + '[compare]\nmethods = ["cf-4", "cf4"]\n',
+        ["[compare]", "'cf4'", "'cf-4'"],
+    ),
+}

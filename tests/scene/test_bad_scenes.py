@@ -1,0 +1,99 @@
+"""Every bad input is one message that names the key, the value and what was expected."""
+
+import tomllib
+from pathlib import Path
+
+import bad_scenes as scenes
+import geomint as gi
+import pytest
+from click.testing import CliRunner
+from geomint.cli import main
+
+CASES = [pytest.param(text, words, id=name) for name, (text, words) in scenes.BAD.items()]
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_unchanged_scenes_are_good(tmp_path):
+    for text in (scenes.REDUCED, scenes.BALL):
+        assert gi.load_scene(write(tmp_path, text)).notes == ()
+
+
+@pytest.mark.parametrize(("text", "words"), CASES)
+def test_from_a_file(tmp_path, text, words):
+    with pytest.raises(gi.SceneError) as caught:
+        gi.load_scene(write(tmp_path, text))
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(("text", "words"), CASES)
+def test_from_python(text, words):
+    try:
+        content = tomllib.loads(text)
+    except tomllib.TOMLDecodeError:
+        return
+    with pytest.raises(gi.SceneError) as caught:
+        gi.Scene(**content)
+    for word in words:
+        assert word in str(caught.value)
+
+
+@pytest.mark.parametrize(("text", "words"), CASES)
+@pytest.mark.parametrize("command", ["check", "run", "drift"])
+def test_from_the_command_line(tmp_path, text, words, command):
+    out = [] if command == "check" else ["--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(main, [command, str(write(tmp_path, text)), *out])
+    assert result.exit_code == 2
+    assert "Traceback" not in result.stderr
+    assert result.stdout == ""
+    for word in words:
+        assert word in result.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_all_flaws_are_told_at_once(tmp_path):
+    text = scenes.REDUCED.replace("step = 0.1", "step = -0.1").replace("gauss-8", "gaus-8")
+    text = text.replace("t_end", "tend").replace("D = 4.0", "")
+    with pytest.raises(gi.SceneError) as caught:
+        gi.load_scene(write(tmp_path, text))
+    message = str(caught.value)
+    assert "4 problems" in message
+    assert len(message.splitlines()) == 5
+    for word in ("step = -0.1", "gaus-8", "tend", "[system] D is missing"):
+        assert word in message
+
+
+def test_a_message_is_short_even_if_the_value_is_long(tmp_path):
+    text = scenes.REDUCED + f"[save]\nt_eval = {list(range(1000))}\nevery = {list(range(1000))}\n"
+    with pytest.raises(gi.SceneError) as caught:
+        gi.load_scene(write(tmp_path, text))
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("name", ["ball3d", "hamiltonised-n3"])
+def test_unknown_name(name):
+    with pytest.raises(gi.SceneError, match="Did you mean"):
+        gi.load_scene(name)
+
+
+def test_missing_file(tmp_path):
+    (tmp_path / "ball.toml").touch()
+    with pytest.raises(gi.SceneError, match=r"bal\.toml.*does not exist.*'ball\.toml'"):
+        gi.load_scene(tmp_path / "bal.toml")
+
+
+def test_a_folder_is_no_scene(tmp_path):
+    with pytest.raises(gi.SceneError, match="cannot be read"):
+        gi.load_scene(tmp_path)
+
+
+def test_text_that_is_no_utf8(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_bytes(b'title = "\xff"')
+    with pytest.raises(gi.SceneError, match="cannot be read"):
+        gi.load_scene(path)

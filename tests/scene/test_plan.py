@@ -1,0 +1,136 @@
+"""Plans: what they choose, what they say, and that they do not change the answer."""
+
+import geomint as gi
+import numpy as np
+import pytest
+
+REDUCED = {
+    "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
+    "initial": {"gamma": [0.6, 0.0, 0.8], "p": [0.8, 1.0, -0.6]},
+    "time": {"t_end": 2.0},
+    "observe": {"quantities": ["energy", "K", "tangency"]},
+}
+HAMILTONIZED = {
+    **REDUCED,
+    "system": {**REDUCED["system"], "name": "chaplygin-sphere-hamiltonized"},
+    "time": {"tau_end": 2.0},
+    "integrate": {"step": 0.125},
+}
+
+
+def choices(scene, purpose="run", costs=True):
+    return {c.what: c for c in gi.make_plan(scene, purpose, costs).choices}
+
+
+def test_every_choice_has_a_reason():
+    for name in gi.scene_names():
+        for purpose in ("run", "drift"):
+            for choice in choices(gi.load_scene(name), purpose).values():
+                assert choice.what
+                assert choice.value
+                assert choice.reason
+
+
+def test_the_own_representation_unless_the_method_needs_another():
+    own = gi.make_plan(gi.Scene(**REDUCED))
+    assert own.context.representation == "reduced"
+    other = gi.make_plan(gi.Scene(**REDUCED, integrate={"method": "rattle-4"}))
+    assert other.context.representation == "hamiltonized"
+    assert "no form 'hamiltonian'" in choices(other.scene)["representation"].reason
+    group = gi.make_plan(gi.Scene(**REDUCED, integrate={"method": "cf-4"}))
+    assert "action" in group.problem.forms
+
+
+def test_constraints_of_another_representation_are_its_own():
+    watched = choices(gi.Scene(**REDUCED, integrate={"method": "cf-4"}))["watched"]
+    assert watched.detail == ["energy", "K", "norm"]
+    assert "tangency" in watched.reason
+
+
+def test_a_wrong_pair_is_refused_with_what_would_fit():
+    scene = gi.load_scene("ball-3d").changed_integration("rattle-4")
+    with pytest.raises(gi.FormError, match=r"no form 'hamiltonian'.*cf-4"):
+        gi.make_plan(scene)
+    scene = gi.Scene(**{**HAMILTONIZED, "integrate": {"method": "cf-4"}})
+    with pytest.raises(gi.FormError, match="give t_end"):
+        gi.make_plan(scene)
+
+
+def test_the_clock_runs_only_where_it_is_needed():
+    scene = gi.Scene(**HAMILTONIZED)
+    assert choices(scene, "run")["physical time"].detail
+    assert not choices(scene, "drift")["physical time"].detail
+    assert choices(scene.changed(time={"t_end": 2.0}), "drift")["physical time"].detail
+
+
+def test_the_step_is_told_with_its_source():
+    scene = gi.Scene(**REDUCED, integrate={"step": 0.3})
+    told = choices(scene)
+    assert told["step"].value == "0.3 in t"
+    assert told["steps"].value.startswith("6 and a last one of 0.2")
+    assert told["steps"].detail == 6
+    default = choices(gi.Scene(**REDUCED))["step"]
+    assert "default: 0.6 (for gauss-8)" in default.reason
+
+
+def test_estimates_are_near_what_a_run_does():
+    for method in ("gauss-8", "rk-4", "rattle-4"):
+        scene = gi.Scene(**{**HAMILTONIZED, "integrate": {"method": method, "step": 0.05}})
+        plan = gi.make_plan(scene, costs=True)
+        solution = plan.solve(progress=False)
+        told = {c.what: c.detail for c in plan.choices}
+        assert told["steps"] == solution.steps
+        assert 0.7 < told["field evaluations"] / solution.evaluations < 1.5
+
+
+def test_a_step_that_is_too_large_is_foretold():
+    told = choices(gi.Scene(**REDUCED, integrate={"step": 50.0}))["field evaluations"]
+    assert told.value == "the run will fail"
+    assert "did not converge" in told.reason
+
+
+@pytest.mark.parametrize("save", [{}, {"every": 3}, {"t_eval": [0.1, 0.7, 2.0]}])
+@pytest.mark.parametrize("content", [REDUCED, HAMILTONIZED])
+def test_a_plan_does_not_change_the_answer(content, save):
+    scene = gi.Scene(**content, save=save)
+    solution = gi.run_scene(scene, progress=False)
+    time = scene.content.time
+    plain = gi.solve(
+        scene.problem,
+        scene.state,
+        t_end=time.t_end,
+        tau_end=time.tau_end,
+        step=scene.content.integrate.step,
+        save_every=save.get("every"),
+        t_eval=save.get("t_eval"),
+        observe="all",
+        clock=True if scene.problem.time == "tau" else None,
+        progress=False,
+    )
+    np.testing.assert_array_equal(solution.y, plain.y)
+    np.testing.assert_array_equal(solution.t, plain.t)
+    for name, drift in solution.drift.items():
+        assert drift.max_abs_error == plain.drift[name].max_abs_error
+
+
+def test_leaving_the_clock_out_does_not_change_the_states():
+    scene = gi.Scene(**HAMILTONIZED)
+    run = gi.make_plan(scene, "run").solve(progress=False)
+    drift = gi.make_plan(scene, "drift").solve(progress=False)
+    assert drift.physical is None
+    np.testing.assert_array_equal(run.y, drift.y)
+
+
+def test_representations_agree_at_the_same_physical_time():
+    results = []
+    for method in ("gauss-8", "rattle-10", "rkmk-dop853"):
+        scene = gi.Scene(**REDUCED, integrate={"method": method, "step": 0.01})
+        solution = gi.run_scene(scene, progress=False)
+        results.append(solution.problem.physical_state(solution.y[-1])["gamma"])
+    for other in results[1:]:
+        np.testing.assert_allclose(other, results[0], atol=1e-11)
+
+
+def test_purposes_are_checked():
+    with pytest.raises(gi.DomainError, match="purpose"):
+        gi.make_plan(gi.Scene(**REDUCED), "dance")
