@@ -180,22 +180,34 @@ def plot(points: list[dict[str, Any]], path: Path) -> None:
         if not own:
             continue
         axes.plot(
-            [p["error"] for p in own], [1e3 * p["seconds"] for p in own],
-            marker, color=colour, alpha=0.25, ms=4, mew=0,
-        )  # fmt: skip
+            [p["error"] for p in own],
+            [1e3 * p["seconds"] for p in own],
+            marker,
+            color=colour,
+            alpha=0.25,
+            ms=4,
+            mew=0,
+        )
         corners = envelope(points, code)
         axes.plot(
-            [c[0] for c in corners], [1e3 * c[1] for c in corners],
-            line, color=colour, marker=marker, ms=5, label=code,
-        )  # fmt: skip
+            [c[0] for c in corners],
+            [1e3 * c[1] for c in corners],
+            line,
+            color=colour,
+            marker=marker,
+            ms=5,
+            label=code,
+        )
     for error in ERRORS:
         axes.axvline(error, color="0.7", lw=0.8, zorder=0)
     axes.set(
-        xscale="log", yscale="log", xlim=(1e-12, 1e-5),
+        xscale="log",
+        yscale="log",
+        xlim=(1e-12, 1e-5),
         xlabel="error of the final state (max norm, dimensionless)",
         ylabel="run time (ms)",
         title="Hamiltonised Chaplygin sphere, n = 3, T = 2500 in τ",
-    )  # fmt: skip
+    )
     axes.grid(True, which="major", color="0.9")
     axes.legend()
     for suffix in (".png", ".svg"):

@@ -14,37 +14,7 @@ Importing chaplygin imports neither numba nor pydantic: both come when they are 
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
+import lazy_loader
 
-_PUBLIC = {
-    "ChaplyginSphere": "sphere",
-    "GeneralInertia": "inertia",
-    "SpecialInertia": "inertia",
-    "ball_problem": "ball",
-    "classical_problem": "classical",
-    "hamiltonized_problem": "hamiltonized",
-    "reduced_problem": "reduced",
-}
-
-__all__ = [
-    "ChaplyginSphere",
-    "GeneralInertia",
-    "SpecialInertia",
-    "ball_problem",
-    "classical_problem",
-    "hamiltonized_problem",
-    "reduced_problem",
-]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _PUBLIC:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"{__name__}.{_PUBLIC[name]}"), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_PUBLIC})
+# The public names are listed in __init__.pyi and imported when they are first used.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import click
+
 import geomint as gi
 
 __all__ = ["inertia"]
@@ -16,7 +17,9 @@ def _numbers(name: str, text: str) -> list[float]:
 
 
 @click.command("inertia")
-@click.option("--moments", metavar="I1,I2,I3", help="Principal moments of inertia of a ball, n = 3.")
+@click.option(
+    "--moments", metavar="I1,I2,I3", help="Principal moments of inertia of a ball, n = 3."
+)
 @click.option("--a", metavar="A1,A2,…", help="Parameters of the special inertia operator, any n.")
 @click.option("--d", "D", type=float, help="D = m ρ².")
 @click.option("--m", type=float, help="Mass.")

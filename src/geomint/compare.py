@@ -173,9 +173,7 @@ def _goal(model: Model, end: dict[str, float]) -> tuple[_Goal, dict[str, Any]]:
         name, problem = next(
             (n, p) for n, p in model.problems.items() if p.time == "t" and p.field is not None
         )
-    reference: Reference = reference_solution(
-        problem, model.states[name], next(iter(end.values()))
-    )
+    reference: Reference = reference_solution(problem, model.states[name], next(iter(end.values())))
     physical_end = reference.physical_end if problem.time == "tau" else reference.own_end
     goal = _Goal(own, end, float(physical_end or 0.0), problem.physical_state(reference.y))
     numbers = {**reference.as_json(), "representation": name, "physical_end": goal.physical_end}

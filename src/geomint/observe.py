@@ -79,9 +79,7 @@ class Observers:
         self._work = scalar_block(problem.work)
         self._entries: dict[str, Any] = {}
         self._sample: Any = None
-        self.windows = {
-            name: Windows(value(problem, f, y0)) for name, f in functions.items()
-        }
+        self.windows = {name: Windows(value(problem, f, y0)) for name, f in functions.items()}
         self.scales = {name: rounding_scale(problem, f, y0) for name, f in functions.items()}
 
     def prepare(self) -> None:
@@ -104,9 +102,16 @@ class Observers:
             sample,
             types.void(
                 types.FunctionType(value_signature),
-                block, block, block, integer, integer, integer, block, block,
+                block,
+                block,
+                block,
+                integer,
+                integer,
+                integer,
+                block,
+                block,
             ),
-        )  # fmt: skip
+        )
 
     def add(self, times: Array, labels: Array, states: Array) -> None:
         """Evaluate everything on `states` (one a row) at the problem's own `times`.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -130,8 +130,8 @@ def _integrate(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray
     if rest != 0.0:
         hi, lo = state
         rows = problem.rows
-        physical = (hi[rows], lo[rows]) if problem.clock is not None else (0.0, 0.0)
-        state = _advance(problem, hi[:rows], lo[:rows], *physical, rest, 1, steps * step)
+        t, t_low = (hi[rows], lo[rows]) if problem.clock is not None else (0.0, 0.0)
+        state = _advance(problem, hi[:rows], lo[:rows], t, t_low, rest, 1, steps * step)
     return state[0].astype(np.longdouble) + state[1]
 
 
@@ -194,8 +194,9 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     at = lane_positions(STAGES, width)
     header = double_double_block(gauss_header(rows, MAX_ITERATIONS, TOLERANCE, pieces))
     parts = [header.data]
-    for name in ("c", "b"):
-        hi, lo = table.split(name)  # type: ignore[arg-type]
+    names: tuple[Literal["c", "b"], ...] = ("c", "b")
+    for name in names:
+        hi, lo = table.split(name)
         parts.append(lane_rows(spread_vector(hi, at, width), spread_vector(lo, at, width)))
     hi, lo = table.split("mu")
     parts.append(lane_rows(spread_columns(hi, at, width), spread_columns(lo, at, width)))

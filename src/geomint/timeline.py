@@ -44,7 +44,7 @@ class Timeline:
 
     def at(self, steps: npt.NDArray[np.int64]) -> Array:
         """Return the problem's own time after so many steps; the end is the one asked for."""
-        times = self.h * steps
+        times: Array = np.asarray(self.h * steps, dtype=np.float64)
         if self.own_end is not None and self.remainder == 0.0:
             times[steps == self.steps] = self.own_end
         return times

@@ -75,9 +75,7 @@ def test_failure_is_shown_with_its_reason(model):
 
 
 def test_method_without_a_fitting_form_is_shown(model):
-    reduced = gi.Model(
-        {"reduced": model.problems["reduced"]}, {"reduced": model.states["reduced"]}
-    )
+    reduced = gi.Model({"reduced": model.problems["reduced"]}, {"reduced": model.states["reduced"]})
     result = compare(reduced, {"t_end": 1.0}, ["rattle-2", "gauss-8"], repeats=1)
     assert "needs the form 'hamiltonian'" in result.points[0].status
     assert result.points[-1].status == "ok"
@@ -89,12 +87,20 @@ def test_report_files(tmp_path):
     record = json.loads((tmp_path / "compare.json").read_text())
     assert set(record) == {"points", "reference", "provenance"}
     keys = {
-        "method", "order", "step", "tolerance", "error", "seconds", "steps", "evaluations", "status",
-    }  # fmt: skip
+        "method",
+        "order",
+        "step",
+        "tolerance",
+        "error",
+        "seconds",
+        "steps",
+        "evaluations",
+        "status",
+    }
     assert all(keys <= set(point) for point in record["points"])
     page = (tmp_path / "compare.html").read_text()
     assert "gauss-8" in page
-    assert "src=\"http" not in page
+    assert 'src="http' not in page
     for name in ("compare.png", "compare.svg", "compare-drift.png", "compare-drift.svg"):
         assert (tmp_path / name).stat().st_size > 1000
 

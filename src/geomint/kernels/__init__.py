@@ -1,0 +1,1 @@
+"""What runs compiled: numbers, blocks, steppers, group actions. Imports nothing above itself."""

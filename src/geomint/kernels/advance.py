@@ -90,27 +90,27 @@ def stepper(step: Recorded, functions: int) -> Recorded:
     if functions == 0:
 
         @helper
-        def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
+        def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):
             return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
         return none
     if functions == 1:
 
         @helper
-        def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
+        def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):
             return advance((f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
         return one
     if functions == 2:
 
         @helper
-        def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
+        def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):
             return advance((f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
         return two
 
     @helper
-    def three(f, g, k, p, c, fr, m, w, rows, t0, h, first, count, every, out):  # type: ignore[no-untyped-def]
+    def three(f, g, k, p, c, fr, m, w, rows, t0, h, first, count, every, out):
         return advance((f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
     return three

@@ -17,7 +17,19 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["cos", "epsilon", "fma", "lane", "like", "maximum", "select", "sin", "sqrt", "top", "total"]
+__all__ = [
+    "cos",
+    "epsilon",
+    "fma",
+    "lane",
+    "like",
+    "maximum",
+    "select",
+    "sin",
+    "sqrt",
+    "top",
+    "total",
+]
 
 
 def _load_libm_fma() -> Callable[[float, float, float], float] | None:
@@ -30,7 +42,7 @@ def _load_libm_fma() -> Callable[[float, float, float], float] | None:
         return None
     function.restype = ctypes.c_double
     function.argtypes = [ctypes.c_double] * 3
-    return function  # type: ignore[no-any-return]
+    return function
 
 
 _libm_fma = getattr(math, "fma", None) or _load_libm_fma()
@@ -53,7 +65,9 @@ _fma_array = np.frompyfunc(_fma_float, 3, 1)
 
 def _is_float64(*values: Any) -> bool:
     return all(
-        v.dtype == np.float64 if isinstance(v, np.ndarray) else isinstance(v, float | int | np.integer)
+        v.dtype == np.float64
+        if isinstance(v, np.ndarray)
+        else isinstance(v, float | int | np.integer)
         for v in values
     )
 
@@ -77,7 +91,7 @@ def _elementwise(name: str, x: Any) -> Any:
     if isinstance(x, np.ndarray):
         if x.dtype == np.float64:  # numpy's own sin differs from the C library's in the last bit
             return np.array([scalar(v) for v in x]).view(type(x))
-        if x.dtype == object:
+        if x.dtype == np.object_:
             return np.array([_elementwise(name, v) for v in x], dtype=object).view(type(x))
         return getattr(np, name)(x)
     if isinstance(x, np.longdouble):
@@ -91,7 +105,7 @@ def sqrt(x: Any) -> Any:
     """Square root; NaN for a negative float64."""
     if isinstance(x, float | int):
         return np.float64(math.sqrt(x)) if x >= 0 else np.float64(math.nan)
-    if isinstance(x, np.ndarray | np.longdouble) and getattr(x, "dtype", None) != object:
+    if isinstance(x, np.ndarray | np.longdouble) and getattr(x, "dtype", None) != np.object_:
         return np.sqrt(x)
     return _elementwise("sqrt", x)
 
@@ -152,6 +166,6 @@ def total(x: Any) -> Any:
 def epsilon(x: Any) -> float:
     """Return the relative spacing of numbers of the kind of `x`; 2⁻⁵² for float64 and lanes."""
     dtype = getattr(x, "dtype", None)
-    if dtype is not None and dtype != object:
+    if dtype is not None and dtype != np.object_:
         return float(np.finfo(dtype).eps)
     return float(getattr(getattr(x, "context", None), "eps", 2.0**-52))

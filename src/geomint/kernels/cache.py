@@ -22,8 +22,8 @@ import llvmlite
 import numba
 import platformdirs
 from numba.core import config
-from numba.core.caching import FunctionCache, _CacheLocator
 from numba.core.caching import CompileResultCacheImpl as _Impl
+from numba.core.caching import FunctionCache, _CacheLocator
 
 __all__ = ["StampedCache", "cache_folder", "kernel_stamp", "take_failure"]
 

@@ -23,8 +23,9 @@ HEADER = 5
 def commutator_free_work_size(
     rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
 ) -> int:
-    """Rows of scratch: stage generators, stage values, one exponent, one increment, the functions'."""
-    return stages * (algebra_rows + rows) + algebra_rows + rows + field_work + group_work
+    """Rows of scratch: generators, moves of the stages and update, exponent, value, increment."""
+    own = stages * algebra_rows + (stages + 1) * rows + algebra_rows + 2 * rows
+    return own + field_work + group_work
 
 
 @helper
@@ -51,7 +52,10 @@ def commutator_free_step(
     t: float,
     h: float,
 ) -> tuple[int, int, float]:
-    """Build the stages and let the update's exponentials act on the compensated state."""
+    """Build the stages and the update as moves: the differences of their values from the state.
+
+    Summed before they are added to the state, moves lose nothing to its rounding.
+    """
     generator = functions[0]
     act = functions[1]
     rows = int(coefficients[0])
@@ -65,50 +69,45 @@ def commutator_free_step(
     y = part(memory, 0, rows)
     carry = part(memory, rows, rows)
     xi = part(work, 0, stages * algebra_rows)
-    values = part(work, stages * algebra_rows, stages * rows)
-    used = stages * (algebra_rows + rows)
+    used = stages * algebra_rows
+    moves = part(work, used, (stages + 1) * rows)
+    used += (stages + 1) * rows
     v = part(work, used, algebra_rows)
-    step = part(work, used + algebra_rows, rows)
-    field_scratch = part(work, used + algebra_rows + rows, field_work)
-    used += algebra_rows + rows + field_work
+    Y = part(work, used + algebra_rows, rows)
+    step = part(work, used + algebra_rows + rows, rows)
+    used += algebra_rows + 2 * rows
+    field_scratch = part(work, used, field_work)
+    used += field_work
     scratch = part(work, used, len(work) - used)
     for r in range(algebra_rows):
         v[r] = 0.0 * y[0]
+    worst = 0.0 * y[0]
     at = 0
-    for i in range(stages):
+    for i in range(stages + 1):
         start = int(table[at])
         exponentials = int(table[at + 1])
         at += 2
-        Y = part(values, i * rows, rows)
+        move = part(moves, i * rows, rows)
         for r in range(rows):
-            Y[r] = y[r] if start < 0 else values[start * rows + r]
+            move[r] = 0.0 * y[r] if start < 0 else moves[start * rows + r]
+            Y[r] = y[r] + move[r]
         for _ in range(exponentials):
             combine_generators(table, at, stages, xi, algebra_rows, h, v)
             at += stages
             act(layout, v, Y, step, scratch)
             for r in range(rows):
-                Y[r] = Y[r] + step[r]
-        generator(
-            params,
-            like(t + c[i] * h, y[0]),
-            Y,
-            part(xi, i * algebra_rows, algebra_rows),
-            field_scratch,
-        )
-    worst = 0.0 * y[0]
-    for r in range(stages * algebra_rows):
-        worst = maximum(abs(xi[r]), worst)
+                move[r] = move[r] + step[r]
+                Y[r] = y[r] + move[r]
+        if i < stages:
+            generator_out = part(xi, i * algebra_rows, algebra_rows)
+            generator(params, like(t + c[i] * h, y[0]), Y, generator_out, field_scratch)
+            for r in range(algebra_rows):
+                worst = maximum(abs(generator_out[r]), worst)
     largest = top(worst)
     if not largest < 1e300:
         return NOT_FINITE, 1, largest
-    exponentials = int(table[at + 1])
-    at += 2
-    for _ in range(exponentials):
-        combine_generators(table, at, stages, xi, algebra_rows, h, v)
-        at += stages
-        act(layout, v, y, step, scratch)
-        for r in range(rows):
-            add_compensated(y, carry, r, step[r])
+    for r in range(rows):
+        add_compensated(y, carry, r, moves[stages * rows + r])
     return OK, 1, 0.0
 
 

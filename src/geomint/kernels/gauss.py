@@ -126,7 +126,7 @@ def increment(stages: Any, row: int, groups: int, rows: int) -> float:
 
 @helper
 def inverse_scales(pieces: Any, y: Any, stages: Any, groups: int, scales: Any) -> None:
-    """Write 1 / (largest \\|y\\| of the row's piece) for each row; 0 for rows of no piece.
+    """Write 1 / (largest size of y in the row's piece) for each row; 0 for rows of no piece.
 
     Pieces are rows that are measured together (γ, or p): so an unknown that passes through zero
     and a momentum of 1e-150 are both solved for to relative accuracy. Where a piece is zero its
@@ -187,7 +187,9 @@ def gauss_step(
 
     for r in range(rows):
         scales[r] = 0.0
-    m = eight_columns(predictor, 0, 0, groups)  # extrapolates the last step's collocation polynomial
+    m = eight_columns(
+        predictor, 0, 0, groups
+    )  # extrapolates the last step's collocation polynomial
     stage_sums(m, predictor, stages, scales, scales, Y, groups, rows)
     for i in range(rows * groups):
         stages[i] = Y[i]
@@ -208,7 +210,9 @@ def gauss_step(
                 worst = maximum(abs(new - stages[g * rows + r]) * top(scales[r]), worst)
                 stages[g * rows + r] = new
         delta = top(worst)
-        if not delta < 1e300:  # a field that fails at the first guess, or an iteration that diverges
+        if (
+            not delta < 1e300
+        ):  # a field that fails at the first guess, or an iteration that diverges
             return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, delta
         stagnated = delta >= last and delta <= 16 * epsilon(c[0])
         # What a further iteration would still change, were the contraction the same again.
@@ -221,7 +225,6 @@ def gauss_step(
     return NOT_CONVERGED, cap, last
 
 
-
 @functools.cache
 def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Recorded:
     """Return the stepper for 8 · `groups` stages and `rows` rows (0: any number of rows).
@@ -232,7 +235,7 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
     """
 
     @helper
-    def gauss(functions, params, coefficients, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+    def gauss(functions, params, coefficients, substep, memory, work, t, h):
         n = rows if rows > 0 else int(top(coefficients[0]))
         return gauss_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
@@ -240,7 +243,7 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
         return stepper(gauss, 1)
 
     @helper
-    def fused(functions, params, coefficients, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+    def fused(functions, params, coefficients, substep, memory, work, t, h):
         return gauss((field,), params, coefficients, substep, memory, work, t, h)
 
     return stepper(fused, 0)

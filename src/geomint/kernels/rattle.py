@@ -124,9 +124,7 @@ def project_momentum(
         gradients(params, t, q, p, dq, dp, scratch)
         for i in range(m * n):
             response[i] = 0.0 * one
-        add_normal_response(
-            gradients, params, t, q, p, dp, G, m, one, response, work, scratch
-        )
+        add_normal_response(gradients, params, t, q, p, dp, G, m, one, response, work, scratch)
         contract(n, m, G, response, matrix)
         for a in range(m):
             total = G[a * n] * dp[0]

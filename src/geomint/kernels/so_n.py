@@ -131,16 +131,16 @@ def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
             for i in range(n):
                 for j in range(i + 1, n):
                     total = t[i * n + j] - t[j * n + i]
-                    for l in range(n):
-                        total += t[i * n + l] * m[j * n + l]
+                    for q in range(n):
+                        total += t[i * n + q] * m[j * n + q]
                     out[at] = total
                     at += 1
         else:
             for i in range(n):
                 for j in range(n):
                     total = y[at + i * n] * m[j * n]
-                    for l in range(1, n):
-                        total += y[at + i * n + l] * m[j * n + l]
+                    for q in range(1, n):
+                        total += y[at + i * n + q] * m[j * n + q]
                     out[at + i * n + j] = total
             at += size
 

@@ -34,7 +34,7 @@ class DoubleDoubleType(types.Type):
         super().__init__(name=f"double_double({base})")
 
     def lanes(self) -> DoubleDoubleType:
-        """The type of eight such numbers."""
+        """Return the type of eight such numbers."""
         return DoubleDoubleType(LANE_VALUE)
 
 
@@ -139,7 +139,7 @@ def _multiply(x, y):
 
 @njit
 def _scaled(x, factor):
-    """x times a number of its base."""
+    """X times a number of its base."""
     p, e = _two_product(_hi(x), factor)
     return _renormalised(p, e + _lo(x) * factor)
 
@@ -190,7 +190,7 @@ def _taylor(r2, first):
 
 @njit
 def _sine_of(x, shift):
-    """Sine of ``x + shift π/2``, for \\|x\\| up to about 1e9."""
+    """Sine of ``x + shift π/2``, for x up to about 1e9 in size."""
     k = _nearest_integer(_hi(x) * 0.6366197723675814)
     r = x
     for part in _HALF_PI:
@@ -342,9 +342,7 @@ def _overload_like(value, example):
 def _overload_lane(x, index):
     if not _is_dd(x):
         return None
-    return lambda x, index: _pack(
-        arithmetic.lane(_hi(x), index), arithmetic.lane(_lo(x), index)
-    )
+    return lambda x, index: _pack(arithmetic.lane(_hi(x), index), arithmetic.lane(_lo(x), index))
 
 
 @overload(arithmetic.top)

@@ -144,9 +144,7 @@ _register_on(LANE_MASK, operator.or_, 2, lambda b, x, y: b.or_(x, y))
 def _call_vector_function(builder: Any, name: str, vectors: Any) -> Any:
     """Call LLVM's intrinsic function `name` of as many lane vectors as are given."""
     function_type = ir.FunctionType(_VECTOR, [_VECTOR] * len(vectors))
-    function = cgutils.get_or_insert_function(
-        builder.module, function_type, f"{name}.v{LANES}f64"
-    )
+    function = cgutils.get_or_insert_function(builder.module, function_type, f"{name}.v{LANES}f64")
     return builder.call(function, vectors)
 
 
@@ -169,9 +167,7 @@ _vector_sqrt, _vector_abs = _vector_intrinsic("llvm.sqrt"), _vector_intrinsic("l
 @intrinsic
 def _vector_fma(typingctx, x, y, z):
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        vectors = [
-            _as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)
-        ]
+        vectors = [_as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)]
         return _call_vector_function(builder, "llvm.fma", vectors)
 
     return LANE_VALUE(x, y, z), codegen

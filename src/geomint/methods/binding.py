@@ -152,5 +152,5 @@ def compiles_for_lanes(f: Recorded) -> bool:
 
 @Recorded
 def no_clock(params, t, y, work):  # type: ignore[no-untyped-def]
-    """A clock that stands still, for steppers that take one and problems that have none."""
+    """Return 0: a clock that stands still, for problems that have none."""
     return 0.0 * y[0]

@@ -43,7 +43,9 @@ def RungeKutta(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads
             signatures=("field",),
             functions=(field,),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(rows, table.stages, table.A_float, table.b_float, table.c_float),
+            coefficients=filled_block(
+                rows, table.stages, table.A_float, table.b_float, table.c_float
+            ),
             fractions=substeps(),
             memory=memory,
             work=scalar_block(runge_kutta_work_size(rows, table.stages, work)),

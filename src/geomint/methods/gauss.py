@@ -65,9 +65,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
         raise DomainError("max_iterations", max_iterations, "a number ≥ 1")
 
     def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
-        return functools.partial(
-            _start, stages, tolerance, max_iterations, fused, lengths, starts
-        )
+        return functools.partial(_start, stages, tolerance, max_iterations, fused, lengths, starts)
 
     return Method(
         name=f"gauss-{stages}",

@@ -61,5 +61,7 @@ def find_method(name: str | Method) -> Method:
     for composition in COMPOSITIONS:
         base = name.removesuffix(f"-{composition}")
         if base != name:
-            return Compose(known["rattle-2"] if base == "rattle" else find_method(base), composition)
+            return Compose(
+                known["rattle-2"] if base == "rattle" else find_method(base), composition
+            )
     raise MethodError(f"method = {name!r}: no such method.{nearest(name, known)}")

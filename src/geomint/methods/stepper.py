@@ -30,7 +30,9 @@ class Advance(NamedTuple):
 
 def filled_block(*parts: Any) -> Block:
     """Return a block of all the numbers given, one after the other."""
-    numbers = np.concatenate([np.atleast_1d(np.asarray(p, dtype=np.float64)).ravel() for p in parts])
+    numbers = np.concatenate(
+        [np.atleast_1d(np.asarray(p, dtype=np.float64)).ravel() for p in parts]
+    )
     block = scalar_block(len(numbers))
     block.data[:] = numbers
     return block

@@ -70,7 +70,8 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
             f"fastest by {finest['method']} in {finest['seconds']:.3g} s. "
         )
     if failed:
-        told += f"{failed} {'point has' if failed == 1 else 'points have'} no result; the table says why."
+        points_have = "point has" if failed == 1 else "points have"
+        told += f"{failed} {points_have} no result; the table says why."
     return told
 
 

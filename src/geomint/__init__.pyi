@@ -1,0 +1,173 @@
+# The public names, for type checkers and for lazy_loader: what is not here is not public.
+
+from .drift import Drift as Drift
+from .errors import (
+    ConvergenceError as ConvergenceError,
+)
+from .errors import (
+    DomainError as DomainError,
+)
+from .errors import (
+    FormError as FormError,
+)
+from .errors import (
+    GeomintError as GeomintError,
+)
+from .errors import (
+    GeomintWarning as GeomintWarning,
+)
+from .errors import (
+    MethodError as MethodError,
+)
+from .errors import (
+    NonFiniteError as NonFiniteError,
+)
+from .errors import (
+    SceneError as SceneError,
+)
+from .errors import (
+    StepError as StepError,
+)
+from .groups import (
+    so3 as so3,
+)
+from .groups import (
+    so_n as so_n,
+)
+from .integrate import solve as solve
+from .kernels.arithmetic import (
+    cos as cos,
+)
+from .kernels.arithmetic import (
+    fma as fma,
+)
+from .kernels.arithmetic import (
+    maximum as maximum,
+)
+from .kernels.arithmetic import (
+    select as select,
+)
+from .kernels.arithmetic import (
+    sin as sin,
+)
+from .kernels.arithmetic import (
+    sqrt as sqrt,
+)
+from .kernels.blocks import part as part
+from .kernels.recorded import (
+    field as field,
+)
+from .kernels.recorded import (
+    helper as helper,
+)
+from .kernels.recorded import (
+    observable as observable,
+)
+from .methods.commutator_free import CommutatorFree as CommutatorFree
+from .methods.composition import Compose as Compose
+from .methods.explicit import RungeKutta as RungeKutta
+from .methods.gauss import Gauss as Gauss
+from .methods.method import Method as Method
+from .methods.rattle import Rattle as Rattle
+from .methods.registry import (
+    find_method as find_method,
+)
+from .methods.registry import (
+    method_names as method_names,
+)
+from .methods.rkmk import RKMK as RKMK
+from .plan import (
+    make_plan as make_plan,
+)
+from .plan import (
+    run_scene as run_scene,
+)
+from .problem import (
+    Group as Group,
+)
+from .problem import (
+    GroupAction as GroupAction,
+)
+from .problem import (
+    Hamiltonian as Hamiltonian,
+)
+from .problem import (
+    Problem as Problem,
+)
+from .problem import (
+    as_vector as as_vector,
+)
+from .report.drift_page import drift_report as drift_report
+from .scene.load import (
+    load_scene as load_scene,
+)
+from .scene.load import (
+    scene_names as scene_names,
+)
+from .scene.scene import Scene as Scene
+from .solution import Solution as Solution
+from .storage import (
+    SavedSolution as SavedSolution,
+)
+from .storage import (
+    load as load,
+)
+from .systems import (
+    Model as Model,
+)
+from .systems import (
+    System as System,
+)
+
+__version__: str
+
+__all__ = [
+    "RKMK",
+    "CommutatorFree",
+    "Compose",
+    "ConvergenceError",
+    "DomainError",
+    "Drift",
+    "FormError",
+    "Gauss",
+    "GeomintError",
+    "GeomintWarning",
+    "Group",
+    "GroupAction",
+    "Hamiltonian",
+    "Method",
+    "MethodError",
+    "Model",
+    "NonFiniteError",
+    "Problem",
+    "Rattle",
+    "RungeKutta",
+    "SavedSolution",
+    "Scene",
+    "SceneError",
+    "Solution",
+    "StepError",
+    "System",
+    "as_vector",
+    "cos",
+    "drift_report",
+    "field",
+    "find_method",
+    "fma",
+    "helper",
+    "load",
+    "load_scene",
+    "make_plan",
+    "maximum",
+    "method_names",
+    "observable",
+    "part",
+    "run_scene",
+    "scene_names",
+    "select",
+    "sin",
+    "so3",
+    "so_n",
+    "solve",
+    "sqrt",
+]

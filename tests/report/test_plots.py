@@ -1,0 +1,105 @@
+"""Figures: drawn for any series, readable in print, and nothing left unsaid."""
+
+import numpy as np
+import pytest
+from geomint.drift import measure_drift
+from geomint.report.plots import drift_figure, panel_figure
+from geomint.report.style import COLOURS, data_uri, save_figure, series_style
+from geomint.windows import Windows
+
+N = 4000
+T = np.arange(1, N + 1) / N
+SERIES = {
+    "oscillation": 1e-9 * np.sin(300.0 * T),
+    "line": 1e-10 * T,
+    "zero": np.zeros(N),
+    "half-zero": np.where(T < 0.5, 0.0, 1e-15),
+    "not-finite": np.where(T < 0.9, T**3, np.nan),
+    "huge": 1e300 * T,
+    "one": np.array([1e-3]),
+    "none": np.zeros(0),
+}
+
+
+def drift(name):
+    windows = Windows(1.0)
+    windows.add(np.arange(1.0, len(SERIES[name]) + 1.0), 1.0 + SERIES[name])
+    return measure_drift(name, windows, 1.0)
+
+
+def texts(figure):
+    figure.canvas.draw()
+    return "\n".join(t.get_text() for t in figure.findobj(match=lambda a: hasattr(a, "get_text")))
+
+
+@pytest.mark.parametrize("name", SERIES)
+@pytest.mark.parametrize("kind", ["sizes", "means"])
+def test_a_panel_of_anything(name, kind):
+    uri = data_uri(panel_figure(kind, name, drift(name), "t"))
+    assert uri.startswith("data:image/svg+xml;base64,")
+    assert len(uri) > 5000
+
+
+def test_what_a_logarithmic_axis_cannot_show_is_said():
+    shown = texts(panel_figure("sizes", "zero", drift("zero"), "t"))
+    assert "exactly 0 throughout" in shown
+    assert "exactly 0 in" in texts(panel_figure("sizes", "v", drift("half-zero"), "t"))
+    assert "not finite in" in texts(panel_figure("sizes", "v", drift("not-finite"), "t"))
+    assert "shorter than a window" in texts(panel_figure("sizes", "v", drift("none"), "t"))
+    assert "exactly 0 throughout" in texts(panel_figure("means", "zero", drift("zero"), "t"))
+
+
+def test_one_run_shows_sizes_and_means(tmp_path):
+    figure = drift_figure([("cf-4", {name: drift(name) for name in SERIES})], "tau")
+    assert len(figure.axes) == 2 * len(SERIES)
+    assert figure.get_size_inches()[0] == 6.5
+    shown = texts(figure)
+    assert "τ (dimensionless)" in shown
+    assert "32 ε × scale" in shown
+    save_figure(figure, tmp_path, "drift")
+    assert (tmp_path / "drift.png").stat().st_size > 10_000
+    assert (tmp_path / "drift.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_several_runs_share_panels_and_a_legend():
+    drifts = {name: drift(name) for name in SERIES}
+    runs = [("cf-4", drifts), ("gauss-8", drifts), ("rk-4", {"line": drift("line")})]
+    figure = drift_figure(runs, "t")
+    assert len(figure.axes) == len(SERIES)
+    labels = [t.get_text() for t in figure.legends[0].get_texts()]
+    assert labels[:2] == ["cf-4", "gauss-8"]
+
+
+def test_the_legend_names_runs_that_the_first_panel_lacks():
+    runs = [("a", {"zero": drift("zero")}), ("b", {"line": drift("line")})]
+    labels = [t.get_text() for t in drift_figure(runs, "t").legends[0].get_texts()]
+    assert labels == ["a", "b"]
+
+
+def test_nothing_watched():
+    assert "no quantity was watched" in texts(drift_figure([("cf-4", {})], "t"))
+
+
+def test_no_font_is_smaller_than_eight_points():
+    figure = drift_figure([("cf-4", {"line": drift("line"), "zero": drift("zero")})], "t")
+    figure.canvas.draw()
+    sizes = [
+        text.get_fontsize()
+        for text in figure.findobj(match=lambda a: hasattr(a, "get_fontsize"))
+        if text.get_text()
+    ]
+    assert min(sizes) >= 8.0
+
+
+def test_series_are_told_apart_without_colour():
+    styles = [series_style(i) for i in range(35)]
+    assert len({(s["marker"], str(s["linestyle"])) for s in styles}) == 35
+    assert len(COLOURS) == 7
+
+
+def test_the_users_settings_are_left_alone():
+    import matplotlib as mpl
+
+    before = dict(mpl.rcParams)
+    drift_figure([("cf-4", {"line": drift("line")})], "t")
+    assert dict(mpl.rcParams) == before
