@@ -2,10 +2,12 @@
 
 import json
 
-import geomint as gi
 import numpy as np
 import pytest
 from scipy.io import netcdf_file
+
+import geomint as gi
+from geomint.storage import save_solution
 
 
 @pytest.fixture(scope="module")
@@ -109,8 +111,6 @@ def test_a_missing_file(tmp_path):
 def test_a_failed_write_leaves_the_old_file(path, solution):
     before = path.read_bytes()
     with pytest.raises(TypeError):
-        from geomint.storage import save_solution
-
         save_solution(solution, path, {"cannot": object()})
     assert path.read_bytes() == before
     assert [p.name for p in path.parent.iterdir()] == [path.name]

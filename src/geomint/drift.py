@@ -73,6 +73,8 @@ def measure_drift(name: str, windows: Windows, scale: float) -> Drift:
         final_error=windows.last,
         slope=slope,
         slope_stderr=stderr,
-        kind=classify(windows.times, windows.means, windows.max_abs, ROUNDOFF * scale),
+        kind=classify(
+            windows.times, windows.means, windows.maxima, windows.max_abs, ROUNDOFF * scale
+        ),
         windows=windows,
     )

@@ -30,6 +30,10 @@ The rule, in this order (`RULE` states it for reports):
 ``undetermined``
     α is above 1.5: too smooth for any of these, such as an oscillation slower than the run.
 
+An oscillation can grow about a mean that does not. So where the means are ``bounded`` or ``sqrt``,
+and the amplitudes (in each window the largest \|deviation\| less the \|mean\|) reach a tenth of the
+largest deviation, the rule is applied to the amplitudes too, and their growth counts if it is worse.
+
 Measured on synthetic series (`tests/report/test_growth.py`): bounded noise and oscillations with at
 least four periods in the run are not taken for growth, random walks are called ``sqrt`` in 99 % of
 runs, linear and quadratic drifts are found below oscillations several times their size.
@@ -53,6 +57,7 @@ COSINES = 48
 SLOW_COSINES, SLOW_SHARE = 3, 0.05
 LINE, PARABOLA, CURVED = 10.0, 16.0, 8.0
 RISEN = 0.75
+OSCILLATING = 0.1
 FASTER, LEVELLING = 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
 # Ratios w/a of a walk's variances to a floor: none, or a grid by factors of 1.8.
 _RATIOS = np.concatenate(([0.0], np.logspace(-1.0, 5.0, 25)))
@@ -64,9 +69,10 @@ RULE = {
     "those of an oscillation or of a noise that stays as large as it is.",
     "sqrt": "The deviation wanders like a random walk and grows like √t: what unbiased rounding "
     "errors do. Four times as long, twice as large.",
-    "linear": "The deviation grows in proportion to time: a systematic error. The slope says how "
-    "fast.",
-    "faster": "The deviation grows faster than t^1.5: longer runs get worse quickly.",
+    "linear": "The deviation, or the amplitude of its oscillation, grows in proportion to time: a "
+    "systematic error. Twice as long, twice as large; the slope is that of the means.",
+    "faster": "The deviation, or the amplitude of its oscillation, grows faster than t^1.5: longer "
+    "runs get worse quickly.",
     "undetermined": "The series does not decide: fewer than 64 windows, an oscillation slower than "
     "the run, or a drift that levels off. A longer run may tell.",
 }
@@ -78,12 +84,13 @@ class _Fit(NamedTuple):
     variances: Array  # of the noise in each cosine
 
 
-def classify(times: Array, means: Array, largest: float, level: float) -> str:
-    """Return the class of a series of window means.
+def classify(times: Array, means: Array, maxima: Array, largest: float, level: float) -> str:
+    """Return the class of a series of windows.
 
     Parameters
     ----------
-    times, means : array, shape (N,)
+    times, means, maxima : array, shape (N,)
+        Of each window: mean time, mean deviation, largest absolute deviation.
     largest : float
         Largest absolute deviation of the whole series.
     level : float
@@ -95,12 +102,32 @@ def classify(times: Array, means: Array, largest: float, level: float) -> str:
         return "roundoff"
     if len(means) < MIN_WINDOWS:
         return "undetermined"
-    spread = means.std()
+    kind = _series_class(times, means)
+    amplitudes = maxima - np.abs(means)
+    if kind in ("bounded", "sqrt") and amplitudes.max() > OSCILLATING * largest:
+        growth = _series_class(times, amplitudes)
+        if growth in ("sqrt", "linear", "faster"):
+            kind = growth if kind == "bounded" or growth != "sqrt" else kind
+    return kind
+
+
+def _series_class(times: Array, means: Array) -> str:
+    """Return the class of a series of means, by the rule from the trend on."""
+    scaled, spread = _scaled(means)
     if spread == 0.0:
         return "bounded"
-    scaled = (means - means.mean()) / spread
     curve = _trend(times, scaled)
     return _without_trend(scaled) if curve is None else curve
+
+
+def _scaled(means: Array) -> tuple[Array, float]:
+    """Return the means with average 0 and variance 1, and their standard deviation."""
+    size = float(np.abs(means).max())
+    if size == 0.0:
+        return means, 0.0
+    centred = means / size - (means / size).mean()  # squares neither overflow nor underflow
+    spread = float(centred.std())
+    return (means, 0.0) if spread == 0.0 else (centred / spread, size * spread)
 
 
 def _trend(times: Array, means: Array) -> str | None:
@@ -203,12 +230,12 @@ def trend_slope(times: Array, means: Array) -> tuple[float | None, float | None]
     """
     if len(means) < MIN_WINDOWS // 2 or not np.isfinite(means).all():
         return None, None
-    centred = times - times.mean()
-    slope = float(centred @ (means - means.mean()) / (centred @ centred))
-    spread = float(means.std())
+    scaled, spread = _scaled(means)
     if spread == 0.0:
-        return slope, 0.0
-    values, shapes, k = _cosines(times, means / spread)
+        return 0.0, 0.0
+    centred = times - times.mean()
+    slope = spread * float(centred @ scaled / (centred @ centred))
+    values, shapes, k = _cosines(times, scaled)
     ramp = shapes[:, 0] * (times[-1] - times[0])
     fits = list(_fits(values, shapes[:, :1], k))
     likely = max(fit.likelihood for fit in fits) - 1.0

@@ -61,11 +61,13 @@ class Windows:
         """Append samples."""
         if not len(values):
             return
-        deviations = values - self.initial
-        self.samples += len(values)
+        with np.errstate(over="ignore", invalid="ignore"):
+            self._add(times, values - self.initial)
+
+    def _add(self, times: Array, deviations: Array) -> None:
+        self.samples += len(deviations)
         self.last, self.last_time = float(deviations[-1]), float(times[-1])
-        largest = float(np.max(np.abs(deviations)))
-        self.max_abs = largest if not largest <= self.max_abs else self.max_abs  # NaN must show
+        self.max_abs = float(np.maximum(self.max_abs, np.abs(deviations).max()))  # keeps a NaN
         deviations = np.concatenate((self._open_values, deviations))
         times = np.concatenate((self._open_times, times))
         while len(deviations) >= self.length:

@@ -4,11 +4,12 @@ import json
 from importlib.metadata import EntryPoint
 
 import click
-import geomint as gi
 import pytest
 from click.testing import CliRunner
-from geomint.cli import main
+
+import geomint as gi
 from geomint.cli import group as group_module
+from geomint.cli import main
 
 REPORT = {"report.html", "drift.json", "drift.png", "drift.svg"}
 
@@ -171,8 +172,9 @@ def test_commands_of_other_packages(monkeypatch):
 
 
 def test_a_system_of_another_package(monkeypatch, tmp_path):
-    from geomint import systems
     from pydantic import BaseModel, ConfigDict
+
+    from geomint import systems
 
     class Strict(BaseModel):
         model_config = ConfigDict(extra="forbid")

@@ -6,8 +6,9 @@ import subprocess
 import sys
 import time
 
-import geomint as gi
 import pytest
+
+import geomint as gi
 
 LONG = "1e12"
 

@@ -6,8 +6,9 @@ import math
 import re
 from html.parser import HTMLParser
 
-import geomint as gi
 import pytest
+
+import geomint as gi
 from geomint.drift import CLASSES
 from geomint.report import write_drift_report
 from geomint.report.provenance import finite_json
@@ -160,9 +161,7 @@ def test_titles_are_escaped(tmp_path):
 
 
 def test_nothing_watched(tmp_path):
-    scene = gi.load_scene("sphere-n3").changed(
-        observe={"quantities": []}, time={"t_end": 1.0}
-    )
+    scene = gi.load_scene("sphere-n3").changed(observe={"quantities": []}, time={"t_end": 1.0})
     gi.drift_report(scene, tmp_path, progress=False)
     assert json.loads((tmp_path / "drift.json").read_text())["quantities"] == {}
     assert "No quantity was watched" in (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -187,7 +186,10 @@ def test_physical_time_of_a_problem_in_tau(tmp_path):
 
 
 def test_what_is_not_finite_is_null():
-    assert finite_json({"a": [math.nan, math.inf, 1.0], 1: None}) == {"a": [None, None, 1.0], "1": None}
+    assert finite_json({"a": [math.nan, math.inf, 1.0], 1: None}) == {
+        "a": [None, None, 1.0],
+        "1": None,
+    }
 
 
 def test_numbers_for_readers():

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from geomint.windows import MAX_WINDOWS, Windows
 from hypothesis import given
 from hypothesis import strategies as st
+
+from geomint.windows import MAX_WINDOWS, Windows
 
 
 def series(count):
@@ -14,9 +15,7 @@ def series(count):
 
 def filled(times, values, cuts):
     windows = Windows(1.0)
-    for part_times, part_values in zip(
-        np.split(times, cuts), np.split(values, cuts), strict=True
-    ):
+    for part_times, part_values in zip(np.split(times, cuts), np.split(values, cuts), strict=True):
         windows.add(part_times, part_values)
     return windows
 
@@ -32,9 +31,7 @@ def assert_same(a, b):
 @pytest.mark.parametrize("chunk", [1, 7, 1000, 1024, 4096])
 def test_the_bits_do_not_depend_on_chunks(count, chunk):
     times, values = series(count)
-    assert_same(
-        filled(times, values, []), filled(times, values, list(range(chunk, count, chunk)))
-    )
+    assert_same(filled(times, values, []), filled(times, values, list(range(chunk, count, chunk))))
 
 
 @given(st.lists(st.integers(0, 9000), max_size=20))

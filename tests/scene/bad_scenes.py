@@ -46,7 +46,10 @@ BAD = {
     "gamma is empty": (changed("[0.6, 0.0, 0.8]", "[]"), ["[initial] gamma", "3 numbers"]),
     "NaN in gamma": (changed("[0.6, 0.0", "[nan, 0.0"), ["gamma[0] = nan", "finite"]),
     "infinite D": (changed("D = 4.0", "D = inf"), ["[system] D = inf", "finite"]),
-    "NaN step": (changed("step = 0.1", "step = nan"), ["[integrate] step = nan", "a finite number"]),
+    "NaN step": (
+        changed("step = 0.1", "step = nan"),
+        ["[integrate] step = nan", "a finite number"],
+    ),
     "infinite end": (changed("t_end = 1.0", "t_end = inf"), ["[time] t_end = inf", "finite"]),
     "p too short": (
         changed("[0.8, 1.0, -0.6]", "[0.8, 1.0]"),

@@ -4,9 +4,10 @@ import tomllib
 from pathlib import Path
 
 import bad_scenes as scenes
-import geomint as gi
 import pytest
 from click.testing import CliRunner
+
+import geomint as gi
 from geomint.cli import main
 
 CASES = [pytest.param(text, words, id=name) for name, (text, words) in scenes.BAD.items()]

@@ -1,8 +1,9 @@
 """Plans: what they choose, what they say, and that they do not change the answer."""
 
-import geomint as gi
 import numpy as np
 import pytest
+
+import geomint as gi
 
 REDUCED = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},

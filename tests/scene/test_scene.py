@@ -2,9 +2,10 @@
 
 import tomllib
 
-import geomint as gi
 import numpy as np
 import pytest
+
+import geomint as gi
 
 SECTIONS = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -71,7 +72,10 @@ def test_the_hash_stands_for_what_is_computed():
     same = gi.Scene(
         name="other",
         title="Other words",
-        **{**SECTIONS, "system": {"D": 4, "a": [0.8, 1.1, 1.5], "name": SECTIONS["system"]["name"]}},
+        **{
+            **SECTIONS,
+            "system": {"D": 4, "a": [0.8, 1.1, 1.5], "name": SECTIONS["system"]["name"]},
+        },
         integrate={"method": "gauss-8"},
     )
     assert same.hash == scene.hash

@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import like, maximum, top
+from .arithmetic import like, maximum, select, top
 from .blocks import part
 from .compensated import add_compensated
 from .recorded import Recorded, helper
@@ -183,6 +183,8 @@ def rattle_step(
     dq1 = part(work, 4 * n, n)
     dp1 = part(work, 5 * n, n)
     three = part(work, 6 * n, 3 * n)
+    trial = part(three, 0, n)
+    free = part(three, n, n)
     at = 9 * n
     G0 = part(work, at, m * n)
     G1 = part(work, at + m * n, m * n)
@@ -213,7 +215,8 @@ def rattle_step(
     add_normal_response(
         gradients, params, t1, Q, P, dp1, G0, m, half * half, response, three, scratch
     )
-    last = 1e300
+    last = like(1e300, q[0])
+    going = like(1.0, q[0])  # 0 in the lanes that have converged: they change no more
     q_inverse = zero
     p_inverse = zero
     for iteration in range(cap):
@@ -221,38 +224,41 @@ def rattle_step(
             gradients(params, t0, q, P, dq0, dp0, scratch)
             gradients(params, t1, Q, P, dq1, dp1, scratch)
         for i in range(n):
-            last_q[i] = half * (dp0[i] + dp1[i])
-            three[i] = q[i] + (carry[i] + last_q[i])
-        constraint(params, part(three, 0, n), g, G1, scratch)
+            free[i] = half * (dp0[i] + dp1[i])
+            trial[i] = q[i] + (carry[i] + free[i])
+        constraint(params, trial, g, G1, scratch)
         contract(n, m, G1, response, matrix)
         solve_small(m, matrix, g)
         for a in range(m):
-            lam[a] = lam[a] + g[a]
+            lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
         if iteration == 0:
             for i in range(n):
                 q_inverse = maximum(abs(q[i]), q_inverse)
                 p_inverse = maximum(abs(p[i]) + abs(half * dq0[i]), p_inverse)
             q_inverse = 1.0 / maximum(q_inverse, like(1e-300, q_inverse))
             p_inverse = 1.0 / maximum(p_inverse, like(1e-300, p_inverse))
-        worst = zero
+        delta = zero
         moved = zero
         for i in range(n):
-            last_q[i] = last_q[i] - along(n, m, i, response, g)
-            last_p[i] = -half * (dq0[i] + along(n, m, i, G0, lam))
+            by_q = free[i] - along(n, m, i, response, g)
+            by_p = -half * (dq0[i] + along(n, m, i, G0, lam))
+            last_q[i] = select(going > 0.0, by_q, last_q[i])
+            last_p[i] = select(going > 0.0, by_p, last_p[i])
             new_q = q[i] + (carry[i] + last_q[i])
             new_p = p[i] + (carry[n + i] + last_p[i])
             moved = maximum(abs(last_q[i]) * q_inverse, moved)
-            worst = maximum(abs(new_q - Q[i]) * q_inverse, worst)
-            worst = maximum(abs(new_p - P[i]) * p_inverse, worst)
+            delta = maximum(abs(new_q - Q[i]) * q_inverse, delta)
+            delta = maximum(abs(new_p - P[i]) * p_inverse, delta)
             Q[i] = new_q
             P[i] = new_p
-        delta = top(worst)
-        if not delta < 1e300:  # functions that fail at the first guess, or a diverging iteration
-            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, delta
+        worst = top(delta)
+        if not worst < 1e300:  # functions that fail at the first guess, or a diverging iteration
+            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, worst
         # λ turns a rounding ε of g(q₁) into ε |q| / |q₁ − q| of P, along the normals.
-        stagnated = delta >= last and delta * top(moved) <= 16 * EPSILON * (4.0 + top(moved))
-        settled = delta <= 1e-6 and delta * delta <= tolerance * last and last < 1e300
-        if delta == 0.0 or stagnated or settled:
+        stagnated = (delta >= last) & (delta * moved <= 16 * EPSILON * (4.0 + moved))
+        settled = (delta <= 1e-6) & (delta * delta <= tolerance * last) & (last < 1e300)
+        going = select((delta == 0.0) | stagnated | settled, zero, going)
+        if top(going) == 0.0:
             start_rate = clock(params, t0, qp, scratch) if clock_rows > 0 else zero
             gradients(params, t1, Q, P, dq1, dp1, scratch)
             constraint(params, Q, g, G1, scratch)
@@ -272,9 +278,9 @@ def rattle_step(
                     part(memory, 2 * n, 1), part(carry, 2 * n, 1), 0, half * (start_rate + end_rate)
                 )
             last_h[0] = 2.0 * half
-            return OK, iteration + 1, delta
+            return OK, iteration + 1, worst
         last = delta
-    return NOT_CONVERGED, cap, last
+    return NOT_CONVERGED, cap, top(last)
 
 
 @functools.cache

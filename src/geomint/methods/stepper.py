@@ -158,4 +158,5 @@ class Stepper:
         kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
         hint = f"h = {self.h:.6g} is probably too large for this method and state"
         t = self.t0 + step * self.h
-        return kind(t, before + step, result.residual, result.iterations, hint)
+        residual = result.residual if result.residual == result.residual else float("inf")
+        return kind(t, before + step, residual, result.iterations, hint)

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from ..drift import ROUNDOFF
 from ..growth import RULE
 from ..plan import Plan, make_plan
 from ..scene import Scene, load_scene
@@ -117,7 +118,7 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
     rows = []
     for name, drift in solution.drift.items():
         relative = number(drift.max_rel_error)
-        if drift.max_rel_error is None:
+        if abs(drift.initial) <= ROUNDOFF * drift.scale:  # 0, or what rounding left of it
             relative = f"— (scale {number(drift.scale)})"
         rows.append(
             {

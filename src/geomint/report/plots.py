@@ -19,6 +19,7 @@ __all__ = ["drift_figure", "panel_figure"]
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]
 _TIMES = {"t": "t", "tau": "τ"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_LARGEST = 1e200  # what matplotlib still puts on a logarithmic axis
 _MARKED = 40  # series of fewer windows than this show their points
 
 
@@ -86,13 +87,14 @@ def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
     axes.set_ylabel("largest |v − v₀|")
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.set_autoscale_on(False)  # the limits below are drawn from the data
     level = ROUNDOFF * max(drift.scale for _, drift in runs)
     axes.axhline(level, color="0.45", linewidth=0.9, linestyle=(0, (4, 2)), zorder=1)
     heights, reached = [level], []
     notes: dict[str, list[str]] = {}
     for i, (label, drift) in enumerate(runs):
         times, sizes = np.abs(drift.windows.times), drift.windows.maxima
-        shown = np.isfinite(sizes) & (sizes > 0.0)
+        shown = (sizes > 0.0) & (sizes < _LARGEST)
         axes.plot(
             times, np.where(shown, sizes, np.nan), label=label, **_style(i, len(times), len(runs))
         )
@@ -129,12 +131,19 @@ def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
             _say(axes, "exactly 0 throughout")
             axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
         axes.plot(times[shown], means[shown], label=label, **_style(i, len(times), len(runs)))
-        if drift.kind == "linear" and drift.slope is not None:
-            trend = means[shown].mean() + drift.slope * (times - times[shown].mean())
+        if drift.kind == "linear" and _clear(drift):
+            trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
             axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
             axes.legend(loc="best")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
+
+
+def _clear(drift: Drift) -> bool:
+    """Tell whether the means have a slope that shows: the growth may be in the amplitude alone."""
+    if drift.slope is None or drift.slope_stderr is None:
+        return False
+    return abs(drift.slope) > 3.0 * drift.slope_stderr
 
 
 def _style(i: int, windows: int, runs: int) -> dict[str, Any]:
@@ -151,11 +160,11 @@ def _unseen(sizes: np.ndarray[Any, np.dtype[np.float64]]) -> list[str]:
     """Say in words what a logarithmic axis cannot show."""
     if not len(sizes):
         return ["the run is shorter than a window"]
-    zeros, wild = int((sizes == 0.0).sum()), int((~np.isfinite(sizes)).sum())
+    zeros, wild = int((sizes == 0.0).sum()), int((~(sizes < _LARGEST)).sum())
     if zeros == len(sizes):
         return ["exactly 0 throughout"]
     told = [f"exactly 0 in {zeros} of {len(sizes)} windows"] if zeros else []
-    return told + ([f"not finite in {wild} of {len(sizes)} windows"] if wild else [])
+    return told + ([f"above 1e200 or not finite in {wild} of {len(sizes)} windows"] if wild else [])
 
 
 def _note(axes: Axes, text: str) -> None:
@@ -207,6 +216,12 @@ def _time(label: str) -> str:
 
 
 def _shared_legend(figure: Figure, grid: Any) -> None:
-    handles, labels = grid.flat[0].get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 5))
+    found: dict[str, Any] = {}
+    for axes in grid.flat:
+        handles, labels = axes.get_legend_handles_labels()
+        for handle, label in zip(handles, labels, strict=True):
+            found.setdefault(label, handle)
+    if found:
+        figure.legend(
+            list(found.values()), list(found), loc="outside upper center", ncols=min(len(found), 5)
+        )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -24,7 +24,7 @@ def explained(
 ) -> Iterator[str]:
     """Yield a line for each flaw: key, value, expectation, and what was probably meant."""
     told = set()
-    for entry in error.errors(include_url=False):
+    for entry in _nearest_branches(error.errors(include_url=False), raw):
         location = _without_branches(entry["loc"], raw)
         key = _key((*prefix, *location))
         value = _at(raw, location)
@@ -79,6 +79,21 @@ def _without_branches(location: tuple[Any, ...], raw: Any) -> tuple[Any, ...]:
         if is_key or isinstance(part, int) or here is raw:
             kept.append(part)
     return tuple(kept)
+
+
+def _nearest_branches(entries: Iterable[Any], raw: Any) -> list[Any]:
+    """Keep, of the branches of a union that a value failed, the one with the fewest flaws."""
+    flaws: dict[tuple[Any, ...], dict[Any, list[Any]]] = {}
+    for entry in entries:
+        location = entry["loc"]
+        kept = _without_branches(location, raw)
+        at = next(
+            (i for i, (a, b) in enumerate(zip(location, kept, strict=False)) if a != b), len(kept)
+        )
+        branch = location[at] if at < len(location) else None
+        flaws.setdefault(location[:at], {}).setdefault(branch, []).append(entry)
+    nearest_ones = [min(branches.values(), key=len) for branches in flaws.values()]
+    return [entry for branch in nearest_ones for entry in branch]
 
 
 def _at(raw: Any, location: tuple[Any, ...]) -> Any:

@@ -102,7 +102,7 @@ def direction_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 def initial(n: int = 4, frame: bool = False) -> npt.NDArray[np.float64]:
     """Return a state with |γ| = 1 and, with a frame, g = 1."""
-    k = 0.4 + 0.3 * np.cos(2.0 + 1.7 * np.arange(n * (n - 1) // 2))
+    k = 0.9 + 0.7 * np.cos(2.0 + 1.7 * np.arange(n * (n - 1) // 2))
     gamma = np.sin(1.0 + 1.3 * np.arange(n))
     parts = [k, gamma / np.linalg.norm(gamma)]
     return np.concatenate([*parts, np.eye(n).ravel()] if frame else parts)
@@ -128,7 +128,7 @@ def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
     frame : bool
         Whether g, n×n row after row, is part of the state.
     """
-    a = 1.0 + 0.35 * np.arange(n)
+    a = 1.0 + 0.6 * np.arange(n)
     c = np.array([1.0 / (1.0 + 0.5 * i + 0.3 * j) for i in range(n) for j in range(i + 1, n)])
     pieces = (("k", len(c)), ("gamma", n))
     return Problem(

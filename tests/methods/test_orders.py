@@ -1,0 +1,345 @@
+"""The order of every method, measured on problems that leave it no excuse.
+
+All problems are nonlinear, depend on time and state, and for Lie group methods on generators that do
+not commute. The error of three runs must lie well above rounding and fall with the declared power
+of the step, to ±0.2 on both sides between any two neighbours: a method that is better than it says
+is as wrong as one that is worse. Where float64 ends, the kernels' own source runs in plain Python on
+longer numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp
+
+import geomint as gi
+from geomint.kernels.blocks import Block
+from geomint.kernels.gauss import aligned
+from geomint.methods import Method, Start, find_method, methods
+from geomint.methods.gauss import lane_positions, spread_columns
+from geomint.methods.stepper import Stepper
+from geomint.tableaux import (
+    COMMUTATOR_FREE,
+    COMPOSITIONS,
+    RUNGE_KUTTA,
+    Composition,
+    gauss_legendre,
+)
+from geomint.testproblems import (
+    double_pendulum,
+    lotka_volterra,
+    pulsating_body,
+    so_n_flow,
+    sphere_metric,
+)
+
+T_END = 2.0
+COMPOSED = [f"gauss-1-{name}" for name in COMPOSITIONS] + ["rattle-kahan-li-6"]
+NAMES = [*methods(), *COMPOSED]
+
+# Steps of the three runs, by order: errors between 1e-14 and 1e-2.
+COUNTS = {
+    1: (256, 512, 1024),
+    2: (128, 256, 512),
+    3: (128, 256, 512),
+    4: (64, 128, 256),
+    5: (64, 91, 128),
+    6: (23, 32, 45),
+    8: (8, 11, 16),
+}
+LATE = {"gauss-1-sofroniou-spaletta-8": (11, 13, 16)}  # the asymptotics begin later
+PLATEAU = 5e-15
+
+
+@cache
+def cases(form: str) -> list[tuple[gi.Problem, np.ndarray]]:
+    """Return the problems of a form."""
+    metric = sphere_metric.problem()
+    return {
+        "field": [(lotka_volterra.problem(), lotka_volterra.INITIAL)],
+        "action": [
+            (pulsating_body.problem(), pulsating_body.INITIAL),
+            (so_n_flow.problem(4), so_n_flow.initial(4)),
+        ],
+        "hamiltonian": [
+            (metric, sphere_metric.initial(metric)),
+            (double_pendulum.problem(), double_pendulum.INITIAL),
+        ],
+    }[form]
+
+
+@cache
+def reference(problem_index: int, form: str) -> np.ndarray:
+    """The end of a run of a method of order 32 at a small step, on the ODE form."""
+    problem, y0 = cases(form)[problem_index]
+    return gi.solve(problem, y0, t_end=T_END, step=T_END / 64, method="gauss-16").y[-1]
+
+
+def slopes(counts: tuple[int, ...], errors: list[Any]) -> list[float]:
+    """The measured orders between neighbouring runs."""
+    return [
+        float(mp.log(e / f) / mp.log(mp.mpf(n) / m))
+        for (m, e), (n, f) in pairwise(zip(counts, errors, strict=True))
+    ]
+
+
+def measured(
+    method: Method, form: str, index: int, counts: tuple[int, ...], floor: float = PLATEAU
+) -> list[float]:
+    """The measured orders of a method on one problem in float64."""
+    problem, y0 = cases(form)[index]
+    exact = reference(index, form)
+    errors = [
+        float(
+            np.max(
+                np.abs(
+                    gi.solve(problem, y0, t_end=T_END, step=T_END / n, method=method).y[-1] - exact
+                )
+            )
+        )
+        for n in counts
+    ]
+    assert floor < errors[-1] <= errors[0] < 0.1, errors
+    return slopes(counts, errors)
+
+
+IN_FLOAT64 = [name for name in NAMES if find_method(name).order <= 8]
+
+
+@pytest.mark.parametrize("name", IN_FLOAT64)
+def test_order(name: str) -> None:
+    """Methods of order up to 8, in float64."""
+    method = find_method(name)
+    for index in range(len(cases(method.needs))):
+        form, at = method.needs, index
+        if name == "dormand-prince-5":
+            # On the first problem its terms of order 5 are so small that 5.4 is seen to 1e-13.
+            form, at = "action", 0
+        found = measured(method, form, at, LATE.get(name, COUNTS[method.order]))
+        assert found == pytest.approx([method.order] * 2, abs=0.2), (name, found)
+
+
+# --- longer numbers -------------------------------------------------------------------------------
+
+
+def extended(stepper: Stepper, number: Callable[[float], Any], h: Any) -> Stepper:
+    """Return a stepper whose numbers are all of another kind, at first with the same values."""
+
+    def block(old: Block) -> Block:
+        values = [number(v) for v in old.data]
+        dtype = object if isinstance(h, mp.mpf) else np.longdouble
+        return Block(np.array(values, dtype=dtype))
+
+    blocks = ("params", "coefficients", "fractions", "memory", "work")
+    return replace(stepper, h=h, **{name: block(getattr(stepper, name)) for name in blocks})
+
+
+def end_of(stepper: Stepper, steps: int) -> list[Any]:
+    """Take all steps; the state with its carry."""
+    result = stepper.advance(0, steps, steps, Block(stepper.memory.data[: stepper.rows].copy()))
+    assert result.status == 0, result
+    return list(stepper.state + stepper.carry)
+
+
+def plain_start(method: Method, problem: gi.Problem, y0: np.ndarray) -> Stepper:
+    return method.start(Start(problem, y0, 0.0, 1.0, compiled=False))
+
+
+IN_LONGDOUBLE = [name for name in NAMES if find_method(name).order == 10 and name != "gauss-5"]
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="longdouble is float64 here")
+@pytest.mark.parametrize("name", IN_LONGDOUBLE)
+def test_order_in_extended_precision(name: str) -> None:
+    """Compositions of order 10, whose asymptotics begin where float64 ends."""
+    method = find_method(name)
+    table = COMPOSITIONS["sofroniou-spaletta-10"]
+    fractions = np.concatenate([table.gamma, table.starts]).astype(np.longdouble)
+    fractions += np.concatenate(
+        [table.gamma_residual, [float(x - Fraction(float(x))) for x in table.starts_exact]]
+    )
+    base = gi.Rattle(tolerance=0.0) if method.needs == "hamiltonian" else gi.Gauss(1, tolerance=0.0)
+    problem, y0 = cases(method.needs)[0]
+    counts = (16, 20, 25) if method.needs == "hamiltonian" else (10, 12, 15)
+    ends = []
+    for n in (*counts, 48):
+        plain = plain_start(gi.Compose(base, table.name), problem, y0)
+        stepper = extended(plain, np.longdouble, np.longdouble(T_END) / n)
+        stepper.fractions.data[:] = fractions
+        ends.append(np.array(end_of(stepper, n)))
+    # The reference is the method itself at half the step: its error is a thousandth of the last one's.
+    errors = [np.max(np.abs(end - ends[-1])) for end in ends[:-1]]
+    assert errors[-1] > 3e-18
+    found = slopes(counts, errors)
+    assert found == pytest.approx([10] * 2, abs=0.2), (name, found)
+    assert np.max(np.abs(ends[-1] - reference(0, method.needs))) < 1e-14
+
+
+def taylor_solution(problem: gi.Problem, y0: np.ndarray, steps: int, degree: int) -> list[Any]:
+    """The end of `lotka_volterra` by Taylor series, independent of all methods here."""
+    amplitude, frequency = (mp.mpf(float(p)) for p in problem.params)
+    u, v = (mp.mpf(float(x)) for x in y0)
+    h = mp.mpf(T_END) / steps
+    for n in range(steps):
+        sine, cosine = mp.sin(frequency * h * n), mp.cos(frequency * h * n)
+        derivatives = (cosine, -sine, -cosine, sine)
+        U, V, growth, decline = [u], [v], [], []
+        scale = amplitude
+        for k in range(degree):
+            one = 1 if k == 0 else 0
+            growth.append(one - V[k] + scale * derivatives[k % 4])
+            decline.append(U[k] - one - V[k] / 8)
+            scale *= frequency / (k + 1)
+            U.append(mp.fdot(U, growth[::-1]) / (k + 1))
+            V.append(mp.fdot(V, decline[::-1]) / (k + 1))
+        powers = [h**k for k in range(degree + 1)]
+        u, v = mp.fdot(U, powers), mp.fdot(V, powers)
+    return [u, v]
+
+
+def exact_gauss(stages: int) -> tuple[list[Any], list[Any], list[list[Any]]]:
+    """Nodes, weights and μ: the tableau's 50 digits, or for the highest orders as many as asked for."""
+    table = gauss_legendre(stages)
+    stored = [mp.mpf(str(c)) for c in table.nodes]
+    if stages <= 13:
+        weights = [mp.mpf(str(b)) for b in table.weights]
+        return (
+            stored,
+            weights,
+            [[mp.mpf("0.5") + mp.mpf(str(e)) for e in row] for row in table.skew],
+        )
+    nodes = []
+    for c in stored:
+        x = 2 * c - 1
+        for _ in range(3):  # Newton
+            p, below = mp.legendre(stages, x), mp.legendre(stages - 1, x)
+            x -= p * (x * x - 1) / (stages * (x * p - below))
+        nodes.append((x + 1) / 2)
+        assert abs(nodes[-1] - c) < mp.mpf(10) ** -49
+    weights = [4 * c * (1 - c) / (stages * mp.legendre(stages - 1, 2 * c - 1)) ** 2 for c in nodes]
+    legendre = [[mp.legendre(k, 2 * c - 1) for k in range(stages + 1)] for c in nodes]
+    mu = [
+        [c + sum(q[k] * (p[k + 1] - p[k - 1]) for k in range(1, stages)) / 2 for q in legendre]
+        for c, p in zip(nodes, legendre, strict=True)
+    ]
+    return nodes, weights, mu
+
+
+def gauss_end(stages: int, steps: int, spoil: Any = 0) -> list[Any]:
+    """The end of a Gauss method's run in mpmath numbers."""
+    problem, y0 = cases("field")[0]
+    method = gi.Gauss(stages, tolerance=0.0, max_iterations=1000)
+    stepper = extended(plain_start(method, problem, y0), mp.mpf, mp.mpf(T_END) / steps)
+    nodes, weights, mu = exact_gauss(stages)
+    nodes[0] += spoil
+    width = 8 if stages <= 8 else 16
+    at = lane_positions(stages, width)
+    start = aligned(3 + problem.rows)
+    data = stepper.coefficients.data
+    for column, values in ((0, nodes), (1, weights)):
+        data[start + column * width : start + (column + 1) * width][at] = values
+    matrix = np.full((width, width), mp.mpf(0), dtype=object)
+    matrix[np.ix_(at, at)] = np.array(mu, dtype=object)
+    assert np.allclose(
+        spread_columns(gauss_legendre(stages).mu, at, width), matrix.T.ravel().astype(float)
+    )
+    data[start + 2 * width : start + (2 + width) * width] = matrix.T.ravel()
+    return end_of(stepper, steps)
+
+
+def gauss_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list[float]:
+    problem, y0 = cases("field")[0]
+    with mp.workdps(28 + 4 * max(stages - 5, 0)):
+        exact = taylor_solution(problem, y0, 32, 40 + 3 * stages)
+        errors = [
+            max(abs(x - y) for x, y in zip(gauss_end(stages, n, spoil), exact, strict=True))
+            for n in counts
+        ]
+        return slopes(counts, errors)
+
+
+@pytest.mark.parametrize("stages", range(5, 17))
+def test_order_in_many_digits(stages: int) -> None:
+    """Gauss methods up to order 32, against Taylor series."""
+    found = gauss_slopes(stages, (14, 15, 16) if stages < 14 else (16, 17, 18))
+    assert found == pytest.approx([2 * stages] * 2, abs=0.2), found
+
+
+def test_every_method_is_measured() -> None:
+    """Nothing in the registry is left out."""
+    in_digits = [f"gauss-{s}" for s in range(5, 17)]
+    assert set(NAMES) == {*IN_FLOAT64, *IN_LONGDOUBLE, *in_digits}
+
+
+# --- what must fail -------------------------------------------------------------------------------
+
+
+def spoiled(table: Any, name: str, change: Fraction) -> Any:
+    """A tableau whose last two weights differ by a bit; the sum is kept."""
+    values = list(getattr(table, name))
+    values[-1] += change
+    values[-2] -= change
+    return replace(table, **{name: tuple(values)})
+
+
+@pytest.mark.parametrize(
+    ("method", "order"),
+    [
+        (gi.RungeKutta(spoiled(RUNGE_KUTTA["rk-4"], "b", Fraction(1, 1000))), 4),
+        (gi.RKMK(spoiled(RUNGE_KUTTA["rk-4"], "b", Fraction(1, 1000))), 4),
+        (gi.RungeKutta(replace(RUNGE_KUTTA["kutta-3"], order=4)), 4),
+    ],
+    ids=["weights", "weights in the algebra", "a wrong claim"],
+)
+def test_a_spoiled_tableau_is_noticed(method: Method, order: int) -> None:
+    """A thousandth of a weight."""
+    found = measured(method, method.needs, 0, COUNTS[order], floor=0.0)
+    assert found != pytest.approx([order] * 2, abs=0.2)
+
+
+def test_a_spoiled_exponential_is_noticed() -> None:
+    """The commutator-free method with its two exponentials merged is of order 4 only if all commutes."""
+    table = COMMUTATOR_FREE["cf-4"]
+    start, exponentials = table.update
+    merged = tuple(sum(column) for column in zip(*exponentials, strict=True))
+    spoilt = replace(table, update=type(table.update)(start, (merged,)))
+    for index in range(2):
+        found = measured(gi.CommutatorFree(spoilt), "action", index, COUNTS[4], floor=0.0)
+        assert found != pytest.approx([4] * 2, abs=0.2)
+
+
+def test_a_truncated_bracket_series_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """RKMK without its commutators."""
+    from geomint.methods import rkmk
+
+    monkeypatch.setattr(rkmk, "dexpinv_weights", lambda terms: [Fraction(1)])
+    for index in range(2):
+        found = measured(gi.RKMK("rk-4"), "action", index, COUNTS[4], floor=0.0)
+        assert found != pytest.approx([4] * 2, abs=0.2)
+
+
+def test_a_spoiled_composition_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ten-thousandth of one fraction."""
+    good = COMPOSITIONS["suzuki-4"]
+    first, second = good.fractions
+    bad = Composition("bad-4", 4, 2, (str(float(first) + 1e-4), second), "")
+    monkeypatch.setitem(COMPOSITIONS, "bad-4", bad)
+    for base, form in ((gi.Gauss(1), "field"), (gi.Rattle(), "hamiltonian")):
+        found = measured(gi.Compose(base, "bad-4"), form, 0, COUNTS[4], floor=0.0)
+        assert found != pytest.approx([4] * 2, abs=0.2)
+
+
+def test_a_spoiled_node_is_noticed() -> None:
+    """The 34th digit of a Gauss node."""
+    with mp.workdps(60):
+        change = mp.mpf(10) ** -34
+    found = gauss_slopes(12, (14, 15, 16), change)
+    assert found != pytest.approx([24] * 2, abs=0.2)
