@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import sys
@@ -32,7 +33,7 @@ source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 exclude_patterns = ["_build"]
 default_role = "py:obj"
 
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 
 autodoc_default_options = {"members": True}
@@ -45,6 +46,28 @@ napoleon_use_param = False
 napoleon_use_rtype = False
 # Several attributes may share one line of an Attributes section.
 napoleon_custom_sections = [("Attributes", "params_style")]
+
+_ROOT = Path(__file__).parents[1]
+
+
+def _benchmark() -> str:
+    """Return the table of the benchmark's own result, so that the page cannot differ from it."""
+    path = _ROOT / "benchmarks" / "results" / "hamiltonized_n3.json"
+    result = json.loads(path.read_text(encoding="utf-8"))
+    versions = result["machine"]["versions"]
+    lines = [
+        f"| error | geomint {versions['geomint']} (ms) | heyoka {versions['heyoka']} (ms) | ratio |",
+        "|---|---|---|---|",
+    ]
+    for error, row in result["at_error"].items():
+        ours, theirs = row["geomint_ms"], row["heyoka_ms"]
+        lines.append(
+            f"| {float(error):g} | {ours:.1f} | {theirs:.1f} | {row['heyoka_over_geomint']:.1f} |"
+        )
+    return "\n".join(lines)
+
+
+myst_substitutions = {"benchmark": _benchmark()}
 
 html_theme = "furo"
 html_title = f"geomint {release}"

@@ -117,13 +117,14 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
     """Return the table of quantities as text."""
     rows = []
     for name, drift in solution.drift.items():
+        vanishing = abs(drift.initial) <= ROUNDOFF * drift.scale  # 0, or what rounding left of it
         relative = number(drift.max_rel_error)
-        if abs(drift.initial) <= ROUNDOFF * drift.scale:  # 0, or what rounding left of it
+        if vanishing:
             relative = f"— (scale {number(drift.scale)})"
         rows.append(
             {
                 "name": name,
-                "initial": number(drift.initial, 8),
+                "initial": number(drift.initial, 3 if vanishing else 8),
                 "max_abs": number(drift.max_abs_error),
                 "max_rel": relative,
                 "final": number(drift.final_error),

@@ -40,6 +40,7 @@ def drift_figure(runs: Runs, time_label: str) -> Figure:
     from matplotlib.figure import Figure
 
     names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
+    order = {label: i for i, (label, _) in enumerate(runs)}  # one style a run in all panels
     single = len(runs) == 1
     rows = max(1, len(names) if single else -(-len(names) // 2))
     columns = 2 if single or len(names) > 1 else 1
@@ -59,7 +60,7 @@ def drift_figure(runs: Runs, time_label: str) -> Figure:
                 draw_sizes(grid[i, 0], name, chosen, time_label)
                 draw_means(grid[i, 1], name, chosen, time_label)
             else:
-                draw_sizes(grid[i // 2, i % 2], name, chosen, time_label)
+                draw_sizes(grid[i // 2, i % 2], name, chosen, time_label, order)
         used = len(names) * (2 if single else 1)
         for axes in grid.flat[max(used, 1) :]:
             axes.remove()
@@ -81,8 +82,17 @@ def panel_figure(kind: str, name: str, drift: Drift, time_label: str) -> Figure:
     return figure
 
 
-def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str) -> None:
-    """Draw the largest deviation of each window over time, both logarithmic."""
+def draw_sizes(
+    axes: Axes,
+    name: str,
+    runs: Sequence[tuple[str, Drift]],
+    time_label: str,
+    order: Mapping[str, int] | None = None,
+) -> None:
+    """Draw the largest deviation of each window over time, both logarithmic.
+
+    `order` gives the number of each run's style; by default they are counted here.
+    """
     axes.set_xlabel(_time(time_label))
     axes.set_ylabel("largest |v − v₀|")
     axes.set_xscale("log")
@@ -96,7 +106,10 @@ def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
         times, sizes = np.abs(drift.windows.times), drift.windows.maxima
         shown = (sizes > 0.0) & (sizes < _LARGEST)
         axes.plot(
-            times, np.where(shown, sizes, np.nan), label=label, **_style(i, len(times), len(runs))
+            times,
+            np.where(shown, sizes, np.nan),
+            label=label,
+            **_style(i if order is None else order[label], len(times), len(runs)),
         )
         heights += [float(size) for size in sizes[shown]]
         reached += [float(time) for time in times if time > 0.0]
@@ -137,6 +150,7 @@ def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
             axes.legend(loc="best")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
+    axes.locator_params(axis="x", nbins=5)
 
 
 def _clear(drift: Drift) -> bool:

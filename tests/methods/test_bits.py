@@ -1,0 +1,326 @@
+"""Bit for bit: compiled = plain Python = lanes, in chunks of any size, and after a restart."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint import driver
+from geomint.kernels import signatures
+from geomint.kernels.blocks import Block, LaneBlock, scalar_block
+from geomint.kernels.compile import LANE, SCALAR, compile_function
+from geomint.kernels.lanes import LANES
+from geomint.methods import Start, find_method
+from geomint.methods.stepper import Stepper
+from geomint.testproblems import (
+    double_pendulum,
+    henon_heiles,
+    lotka_volterra,
+    pulsating_body,
+    so_n_flow,
+    sphere_metric,
+    spherical_pendulum,
+)
+
+METRIC = sphere_metric.problem()
+PROBLEMS = {
+    "lotka-volterra": (lotka_volterra.problem(), lotka_volterra.INITIAL),
+    "henon-heiles": (henon_heiles.problem(), henon_heiles.INITIAL),
+    "pulsating-body": (pulsating_body.problem(), pulsating_body.INITIAL),
+    "so-4": (so_n_flow.problem(4), so_n_flow.initial(4)),
+    "so-3-frame": (so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)),
+    "sphere-metric": (METRIC, sphere_metric.initial(METRIC)),
+    "double-pendulum": (double_pendulum.problem(), double_pendulum.INITIAL),
+    "spherical-pendulum": (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
+}
+FAMILIES = [
+    ("rk-4", "lotka-volterra"),
+    ("dop853", "sphere-metric"),
+    ("gauss-3", "lotka-volterra"),
+    ("gauss-8", "sphere-metric"),
+    ("gauss-11", "lotka-volterra"),
+    ("gauss-1-suzuki-4", "henon-heiles"),
+    ("cf-4", "pulsating-body"),
+    ("cf-3", "so-3-frame"),
+    ("rkmk-4", "pulsating-body"),
+    ("rkmk-dormand-prince-5", "so-4"),
+    ("rattle-2", "sphere-metric"),
+    ("rattle-4", "double-pendulum"),
+]
+families = pytest.mark.parametrize(("name", "problem"), FAMILIES)
+H = 0.05
+
+
+def start(name: str, problem: str, compiled: bool = True, h: float = H) -> Stepper:
+    """A stepper of a method on a problem."""
+    p, y0 = PROBLEMS[problem]
+    return find_method(name).start(Start(p, y0, 0.0, h, compiled=compiled))
+
+
+def advance(stepper: Stepper, first: int, count: int) -> int:
+    """Take steps, which must succeed; the iterations."""
+    result = stepper.advance(first, count, 1, scalar_block(count * stepper.rows))
+    assert (result.status, result.steps) == (0, count)
+    return result.iterations
+
+
+def plain_equals_compiled(name: str, problem: str, steps: int) -> None:
+    plain, compiled = start(name, problem, compiled=False), start(name, problem)
+    assert advance(plain, 0, steps) == advance(compiled, 0, steps)
+    np.testing.assert_array_equal(plain.memory.data, compiled.memory.data)
+
+
+@families
+def test_compiled_is_plain(name: str, problem: str) -> None:
+    """All of memory, predictors and carries included."""
+    plain_equals_compiled(name, problem, 10)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("rk-4", "lotka-volterra"),
+        ("gauss-2", "henon-heiles"),
+        ("cf-4", "pulsating-body"),
+        ("rkmk-4", "pulsating-body"),
+        ("rattle-2", "spherical-pendulum"),
+    ],
+)
+def test_compiled_is_plain_for_a_thousand_steps(name: str, problem: str) -> None:
+    """One method of each family."""
+    plain_equals_compiled(name, problem, 1000)
+
+
+@pytest.mark.slow
+@families
+def test_compiled_is_plain_for_long(name: str, problem: str) -> None:
+    """Every family, on its hardest problem."""
+    plain_equals_compiled(name, problem, 1000)
+
+
+@pytest.mark.nojit
+@families
+def test_plain_python_runs(name: str, problem: str) -> None:
+    """Three steps of every family's own source."""
+    stepper = start(name, problem, compiled=False)
+    advance(stepper, 0, 3)
+    assert np.isfinite(stepper.memory.data).all()
+
+
+# --- lanes ----------------------------------------------------------------------------------------
+
+
+def eight_states(problem: str) -> list[np.ndarray]:
+    """Eight different admissible states at time 0."""
+    p, y0 = PROBLEMS[problem]
+    if p.hamiltonian is None:
+        return [y0 * (1.0 + 0.02 * k) for k in range(LANES)]
+    # Turned about the vertical and stirred by a flow that keeps the constraints of time 0.
+    frozen = [y0]
+    for _ in range(LANES - 1):
+        frozen.append(tangent_state(p, frozen[-1] + 0.1 * np.sin(np.arange(len(y0)) + len(frozen))))
+    return frozen
+
+
+def tangent_state(p: gi.Problem, y: np.ndarray) -> np.ndarray:
+    """Project on |q| = 1, (q, ∂H/∂p) = 0 at time 0: one constraint, H quadratic in p."""
+    n = p.rows // 2
+    q, momentum = y[:n] / np.linalg.norm(y[:n]), y[n:]
+
+    def velocity(v: np.ndarray) -> np.ndarray:
+        dq, dp = Block(np.zeros(n)), Block(np.zeros(n))
+        p.hamiltonian.gradients(
+            Block(p.params), np.float64(0), Block(q), Block(v), dq, dp, Block(np.zeros(p.work))
+        )
+        return dp.data
+
+    for _ in range(2):
+        response = velocity(momentum + q) - velocity(momentum)
+        momentum = momentum - q * (q @ velocity(momentum)) / (q @ response)
+    return np.concatenate([q, momentum])
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("rk-4", "lotka-volterra"),
+        ("dop853", "sphere-metric"),
+        ("cf-4", "pulsating-body"),
+        ("cf-3", "so-4"),
+        ("rkmk-4", "pulsating-body"),
+        ("rkmk-dop853", "so-4"),
+        ("rattle-2", "sphere-metric"),
+        ("rattle-6", "spherical-pendulum"),
+    ],
+)
+def test_lanes_are_eight_runs(name: str, problem: str) -> None:
+    """Kernels compiled for lanes, from eight states: each lane has the bits of its own run."""
+    steps = 1000
+    p, _ = PROBLEMS[problem]
+    singles = [find_method(name).start(Start(p, y, 0.0, H)) for y in eight_states(problem)]
+    one = singles[0]
+    functions = [getattr(signatures, kind)(LANE) for kind in one.signatures]
+    entry = compile_function(one.kernel, signatures.advance_signature(functions, LANE))
+    memory = LaneBlock(np.stack([s.memory.data for s in singles], axis=1))
+    out = LaneBlock(np.zeros((steps // 100 * one.rows, LANES)))
+    status, done, iterations, _ = entry(
+        *(compile_function(f, s) for f, s in zip(one.functions, functions, strict=True)),
+        one.params,
+        one.coefficients,
+        one.fractions,
+        memory,
+        LaneBlock(np.zeros((len(one.work), LANES))),
+        one.rows,
+        0.0,
+        H,
+        0,
+        steps,
+        100,
+        out,
+    )
+    assert (status, done) == (0, steps)
+    used = []
+    for k, single in enumerate(singles):
+        saved = scalar_block(steps // 100 * single.rows)
+        result = single.advance(0, steps, 100, saved)
+        used.append(result.iterations)
+        np.testing.assert_array_equal(memory.data[:, k], single.memory.data)
+        np.testing.assert_array_equal(out.data[:, k], saved.data)
+    assert iterations >= max(used)
+    assert len({tuple(column) for column in memory.data[: one.rows].T}) == LANES
+
+
+# --- chunks and restarts --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Chunks of one to a few steps, of changing sizes."""
+    monkeypatch.setattr(driver, "FIRST_CHUNK", 3)
+    times = itertools.count()
+    # Each chunk seems to take its square in seconds: sizes rise and fall.
+    clock = itertools.accumulate(10.0 ** (-2 + k % 3) for k in times)
+    monkeypatch.setattr(driver.time, "perf_counter", lambda: next(clock))
+    return
+
+
+@families
+def test_bits_do_not_depend_on_chunks(
+    name: str, problem: str, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
+    """Saved states, drifts and costs are the same for chunks of any size."""
+    p, y0 = PROBLEMS[problem]
+
+    def run() -> gi.Solution:
+        return gi.solve(
+            p, y0, t_end=12.34, step=H, method=name, save_every=7, observe="all", observe_every=3
+        )
+
+    expected = run()
+    sizes = []
+    original = Stepper.advance
+
+    def counting(self: Stepper, first: int, count: int, every: int, out: Block) -> object:
+        sizes.append(count)
+        return original(self, first, count, every, out)
+
+    monkeypatch.setattr(Stepper, "advance", counting)
+    request.getfixturevalue("small_chunks")
+    found = run()
+    assert len(set(sizes)) > 3
+    np.testing.assert_array_equal(found.tau, expected.tau)
+    np.testing.assert_array_equal(found.y, expected.y)
+    assert (found.steps, found.iterations) == (expected.steps, expected.iterations)
+    assert found.evaluations == expected.evaluations
+    for quantity, drift in expected.drift.items():
+        assert found.drift[quantity].max_abs_error == drift.max_abs_error
+        assert found.drift[quantity].final_error == drift.final_error
+        assert found.drift[quantity].slope == drift.slope
+
+
+@families
+def test_a_run_resumes_from_its_memory(name: str, problem: str) -> None:
+    """Memory saved in the middle of a run and given to a fresh stepper continues bit for bit."""
+    whole, first_half = start(name, problem), start(name, problem)
+    advance(whole, 0, 100)
+    advance(first_half, 0, 37)
+    saved = first_half.memory.data.tobytes()
+    second_half = start(name, problem)
+    second_half.memory.data[:] = np.frombuffer(saved)
+    advance(second_half, 37, 63)
+    np.testing.assert_array_equal(second_half.memory.data, whole.memory.data)
+
+
+@families
+def test_work_is_only_scratch(name: str, problem: str) -> None:
+    """Nothing that the next step depends on lies outside of memory."""
+    clean, dirty = start(name, problem), start(name, problem)
+    advance(clean, 0, 5)
+    advance(clean, 5, 5)
+    advance(dirty, 0, 5)
+    dirty.work.data[:] = np.random.default_rng(0).standard_normal(len(dirty.work))
+    advance(dirty, 5, 5)
+    np.testing.assert_array_equal(dirty.memory.data, clean.memory.data)
+
+
+# --- costs ----------------------------------------------------------------------------------------
+
+
+class Counter:
+    """Counts the calls of a recorded function, in plain Python."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def count(self, f: gi.Problem) -> object:
+        def counted(*args):
+            self.calls += 1
+            return f.function(*args)
+
+        return counted
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize(
+    ("name", "problem", "stages"),
+    [
+        ("rk-4", "lotka-volterra", 4),
+        ("dop853", "lotka-volterra", 12),
+        ("gauss-3", "lotka-volterra", 3),
+    ],
+)
+def test_evaluations_are_counted(name: str, problem: str, stages: int) -> None:
+    """What a solution reports is what was called: once a stage and iteration."""
+    import dataclasses
+
+    p, y0 = PROBLEMS[problem]
+    counter = Counter()
+    counted = dataclasses.replace(p, field=gi.field(counter.count(p.field)))
+    sol = gi.solve(counted, y0, t_end=1.0, step=0.1, method=name, compiled=False)
+    assert sol.steps == 10
+    assert sol.evaluations == sol.iterations * stages
+    # A Gauss method evaluates all its stages in one call, in lanes.
+    assert counter.calls == (sol.iterations if name.startswith("gauss") else sol.evaluations)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize(("name", "stages"), [("cf-4", 4), ("cf-3", 3), ("rkmk-4", 4)])
+def test_evaluations_of_generators_are_counted(name: str, stages: int) -> None:
+    """Once a stage."""
+    import dataclasses
+
+    p, y0 = PROBLEMS["pulsating-body"]
+    counter = Counter()
+    generator = gi.field(counter.count(p.action.generator))
+    counted = dataclasses.replace(p, action=gi.GroupAction(generator, p.action.group))
+    sol = gi.solve(counted, y0, t_end=1.0, step=0.1, method=name, compiled=False)
+    assert counter.calls == sol.evaluations == 10 * stages
+
+
+def test_kinds_have_names() -> None:
+    """For messages."""
+    assert (repr(SCALAR), repr(LANE)) == ("SCALAR", "LANE")
