@@ -8,7 +8,7 @@ The error from the given state alone is kept in the results too. Runs of all set
 interleaved; the median time counts. Time at a given error is read off the lower envelope of all
 settings of a code, by straight lines between its corners in log-log.
 
-heyoka gets its best formulation: of six ways to write the same field (with and without the
+heyoka gets its best formulation: of five ways to write the same field (with and without the
 1/(γ,γ) factors, polynomial or rational), all are run; those that leave the sphere drop out by
 their error.
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import re
@@ -36,7 +37,7 @@ default_role = "py:obj"
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
 myst_heading_anchors = 3
 
-autodoc_default_options = {"members": True}
+autodoc_default_options = {"members": True, "exclude-members": "model_config"}
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autodoc_preserve_defaults = True
@@ -140,8 +141,23 @@ def _mathml(block: bool) -> Any:
     return visit
 
 
+def _public_name(app: Any, env: Any, node: Any, text: Any) -> Any:
+    """Resolve a public name, such as geomint.Problem, to where it is defined and documented."""
+    package, _, name = node.get("reftarget", "").partition(".")
+    if package not in ("geomint", "chaplygin") or not name:
+        return None
+    value = getattr(importlib.import_module(package), name.split(".")[0], None)
+    module = getattr(value, "__module__", None)
+    if module is None or module == package:
+        return None
+    domain = env.get_domain("py")
+    target = f"{module}.{name}"
+    return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
+
+
 def setup(app: Any) -> None:
     """Connect before and after napoleon, which has priority 500."""
+    app.connect("missing-reference", _public_name)
     app.add_html_math_renderer("mathml", (_mathml(False), None), (_mathml(True), None))
     app.connect("autodoc-process-docstring", _before, priority=400)
     app.connect("autodoc-process-docstring", _after, priority=600)

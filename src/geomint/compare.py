@@ -33,7 +33,7 @@ __all__ = ["Comparison", "Point", "compare", "run_compare"]
 
 Array = npt.NDArray[np.float64]
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
-MAX_SECONDS = 20.0  # a point that would take longer is not run, and says so
+MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 
 @dataclass(frozen=True)
@@ -136,6 +136,7 @@ def compare(
     result = Comparison([], reference)
     for method in chosen:
         best: tuple[Problem, Array, float] | None = None
+        last: Point | None = None
         try:
             name, problem = representation_for(model, method)
         except FormError as error:
@@ -145,10 +146,16 @@ def compare(
         base = default_step(problem, method, y0)
         for step in steps if steps is not None else [f * base for f in STEP_FACTORS]:
             report(f"{method.name}, step {step:.4g}")
+            expected = 0.0 if last is None else (last.seconds or 0.0) * last.step / step
+            if expected > MAX_SECONDS:
+                status = f"not run: would take about {expected:.0f} s"
+                skipped = Point(method.name, method.order, name, step, None, status=status)
+                result.points.append(skipped)
+                continue
             point = _measure(goal, method, name, problem, y0, step, repeats, result)
             result.points.append(point)
             if point.status == "ok":
-                best = (problem, y0, step)
+                best, last = (problem, y0, step), point
         if observe and best is not None:
             result.drifts.append((method.name, _drifts(goal, method, *best)))
     return result

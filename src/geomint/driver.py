@@ -34,6 +34,7 @@ class Account:
     steps: int = 0
     iterations: int = 0
     seconds: float = 0.0
+    watching_seconds: float = 0.0
 
 
 def drive(
@@ -85,7 +86,9 @@ def drive(
             account.steps, account.iterations = first, spent
             raise
         indices = np.arange(first // stride + 1, account.steps // stride + 1) * stride
+        begun = time.perf_counter()
         end = consume(indices, out.data[: len(indices) * rows].reshape(-1, rows))
+        account.watching_seconds += time.perf_counter() - begun
         if end is not None:
             good = _repeat(stepper, before, first, end - first, stride, out)
             account.steps, account.iterations = end, spent + good.iterations

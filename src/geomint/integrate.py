@@ -89,7 +89,8 @@ def solve(
     wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
     chosen.check_fits(problem, wants_clock)
     for name, count in (("save_every", save_every), ("observe_every", observe_every)):
-        if count is not None and not (isinstance(count, int | np.integer) and count >= 1):
+        whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
+        if count is not None and not (whole and count >= 1):
             raise DomainError(name, count, "a whole number ≥ 1")
     observers = Observers(problem, choose_observables(problem, observe), state, compiled)
     stepper = chosen.start(
@@ -114,6 +115,8 @@ def _wants_clock(
     problem: Problem, method: Method, timeline: Timeline, t_eval: Any, clock: bool | None
 ) -> bool:
     if problem.time == "t":
+        if clock:
+            raise DomainError("clock", clock, f"False: the time of {problem.name!r} is physical")
         return False
     if timeline.physical_end is not None or t_eval is not None:
         if clock is False:

@@ -35,6 +35,8 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded]:
     """
     if isinstance(wanted, str):
         wanted = [wanted]
+    if not isinstance(wanted, Iterable):
+        raise DomainError("observe", wanted, "names of quantities, or a mapping of functions")
     if isinstance(wanted, Mapping):
         return {name: _recorded(name, f) for name, f in wanted.items()}
     known = problem.diagnostics

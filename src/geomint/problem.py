@@ -130,7 +130,7 @@ class Problem:
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        params = np.ascontiguousarray(self.params, dtype=np.float64)
+        params = np.array(self.params, dtype=np.float64, ndmin=1)
         if not np.isfinite(params).all():
             raise DomainError("params", params, "finite numbers")
         params.setflags(write=False)

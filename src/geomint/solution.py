@@ -29,7 +29,7 @@ Array = npt.NDArray[np.float64]
 MAX_CLOCK_ITERATIONS = 50
 
 
-@dataclass
+@dataclass(repr=False)
 class Solution:
     """The result of `geomint.solve`.
 
@@ -45,7 +45,8 @@ class Solution:
         How each observed quantity drifted.
     steps, iterations, evaluations : int
         Steps taken; iterations of implicit steps (explicit: steps); evaluations of the problem.
-    run_seconds, compile_seconds : float
+    run_seconds, watching_seconds, compile_seconds : float
+        For the steps; for saving states and evaluating what was observed; for compiling.
     status : str
         ``"success"``, ``"interrupted"`` or ``"failed"`` with `message`.
     drift_time : ``"t"`` or ``"tau"``
@@ -62,11 +63,20 @@ class Solution:
     iterations: int
     evaluations: int
     run_seconds: float
+    watching_seconds: float
     compile_seconds: float
     status: str
     message: str
     drift_time: str = "t"
     physical: Array | None = field(default=None, repr=False)
+
+    def __repr__(self) -> str:
+        end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"
+        return (
+            f"<solution of {self.problem.name!r} by {self.method.name}: {self.status}, "
+            f"{self.steps} steps of {self.step:.6g}, {len(self.tau)} states to {end}, "
+            f"{len(self.drift)} drifts>"
+        )
 
     @property
     def t(self) -> Array:
@@ -259,6 +269,7 @@ class Recorder:
             iterations=account.iterations,
             evaluations=round(account.iterations * self._stepper.evaluations),
             run_seconds=account.seconds,
+            watching_seconds=account.watching_seconds,
             compile_seconds=compile_seconds,
             status=status if isinstance(status, str) else "failed",
             message="" if isinstance(status, str) else str(status),

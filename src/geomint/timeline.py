@@ -52,23 +52,20 @@ class Timeline:
 
 def positive(name: str, value: Any) -> float:
     """Return a positive finite float, or raise `DomainError`."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise DomainError(name, value, "a positive number") from None
-    if not (math.isfinite(number) and number > 0.0):
+    number = finite(name, value, "a positive number")
+    if number <= 0.0:
         raise DomainError(name, value, "a positive number")
     return number
 
 
-def finite(name: str, value: Any) -> float:
+def finite(name: str, value: Any, expected: str = "a finite number") -> float:
     """Return a finite float, or raise `DomainError`."""
     try:
-        number = float(value)
+        number = math.nan if isinstance(value, str | bytes | bool) else float(value)
     except (TypeError, ValueError):
-        raise DomainError(name, value, "a finite number") from None
+        raise DomainError(name, value, expected) from None
     if not math.isfinite(number):
-        raise DomainError(name, value, "a finite number")
+        raise DomainError(name, value, expected)
     return number
 
 

@@ -105,7 +105,6 @@ def test_projections_are_said(tmp_path):
     ("arguments", "word"),
     [
         (["chek", "ball-3d"], "Did you mean 'check'?"),
-        (["drift", "ball-3d"], "--out"),
         (["check", "ball-3d", "--step", "abc"], "'abc'"),
         (["check", "ball-3d", "--step", "-1"], "step = -1.0"),
         (["check", "ball-3d", "--method", "cf4"], "'cf-4'"),
@@ -219,3 +218,11 @@ def test_a_system_of_another_package(monkeypatch, tmp_path):
     result = invoke("drift", path, "--out", tmp_path / "report")
     assert result.exit_code == 0, result.output
     assert "energy" in result.stdout
+
+
+def test_outputs_have_default_places(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert invoke("drift", "sphere-n3", "--t-end", 5).exit_code == 0
+    assert invoke("run", "sphere-n3", "--t-end", 5).exit_code == 0
+    assert (tmp_path / "report" / "report.html").exists()
+    assert (tmp_path / "sphere-n3.nc").exists()

@@ -121,3 +121,11 @@ def test_error_is_relative_to_the_largest_entry(model):
             for k in truth
         )
     )
+
+
+def test_a_point_that_would_take_too_long_says_so(model, monkeypatch):
+    monkeypatch.setattr("geomint.compare.MAX_SECONDS", 1e-9)
+    result = compare(model, {"tau_end": 5.0}, ["rk-4"], steps=[0.01, 0.005], repeats=1)
+    assert result.points[0].status == "ok"
+    assert result.points[1].status.startswith("not run: would take")
+    assert result.points[1].error is None

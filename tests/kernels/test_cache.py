@@ -121,6 +121,56 @@ def test_nothing_is_specialised_to_a_function(tmp_path: Path) -> None:
     assert outcome.compiled.count("one") == 4  # begun and done, of two methods
 
 
+# Two functions of one name, of one and of another process. What differs is in the field itself, in a
+# helper, in a function of the kernel layer, or in a method of the same kernel.
+NAMESAKES = {
+    "field": ("-params[0] * y[0]", "-y[0] * y[0] * y[0]"),
+    "function": ("-gi.sin(y[0])", "-gi.cos(y[0])"),
+    "helper": ("first(y[0])", "second(y[0])"),
+    "choice": ("-gi.select(y[0] > 0.2, y[0], 0.1)", "-gi.maximum(0.1, y[1])"),
+}
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [k if k == "field" else pytest.param(k, marks=pytest.mark.slow) for k in NAMESAKES],
+)
+def test_namesakes_are_kept_apart(kind: str, tmp_path: Path) -> None:
+    """A process that finds the code of two others in the cache runs each for itself."""
+    helpers = """
+import geomint as gi
+
+
+def made(sign):
+    @gi.helper
+    def force(q):
+        return sign * q * gi.sqrt(1.0 + q * q)
+
+    return force
+
+
+first, second = made(-1.0), made(-2.0)
+"""
+    sources = []
+    for force in NAMESAKES[kind]:
+        field = FIELD.replace("-params[0] * gi.sin(y[0])", force)
+        sources.append(
+            field
+            + SOLVE.replace('"rk-4", "gauss-2"', '"gauss-2",')
+            .replace("report(", "results += list(")
+            .replace("*sol.y[-1]", "sol.y[-1]")
+            .replace(', sol.drift["energy"].final_error', "")
+        )
+    start = REPORT + helpers + "results = []\n"
+    end = "\nreport(*results)\n"
+    separate = [run("-c", start + source + end, cache=tmp_path) for source in sources]
+    assert all(outcome.compiled for outcome in separate)
+    together = run("-c", start + sources[0] + sources[1] + end, cache=tmp_path)
+    assert together.compiled == []
+    assert together.results == separate[0].results + separate[1].results
+    assert separate[0].results != separate[1].results
+
+
 @pytest.mark.parametrize("filename", ["<ipython-input-1-abc>", "/tmp/ipykernel_123/456.py"])
 def test_a_notebook_cell(filename: str, tmp_path: Path) -> None:
     """Cells have no file, and live in __main__."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.arithmetic import epsilon, lane, like, total, top
+from geomint.kernels.arithmetic import epsilon, lane, like, top, total
 from geomint.kernels.blocks import Block, LaneBlock
 from geomint.kernels.compile import LANE, SCALAR, compile_function
 from geomint.kernels.lanes import LANES, Lanes

@@ -16,9 +16,14 @@ __all__ = ["command"]
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed repeats of each point.")
 @click.option(
     "--out",
-    required=True,
+    default="report",
+    show_default=True,
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for compare.html, compare.json and the plots.",
+)
+@click.option("--t-end", type=float, help="End in physical time.")
+@click.option(
+    "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
 )
 @click.option("--quiet", is_flag=True, help="No progress.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
@@ -29,12 +34,16 @@ def command(
     repeats: int | None,
     out: Path,
     quiet: bool,
+    t_end: float | None,
+    tau_end: float | None,
 ) -> None:
     """Run many methods on one scene: run time against error, drift against time."""
     from ..compare import run_compare
     from .options import chosen_scene, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
+    if t_end is not None or tau_end is not None:
+        chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare
     names = methods.split(",") if methods else section.methods or [chosen.method.name]
     tell_notes(chosen)
@@ -48,6 +57,8 @@ def command(
         not quiet,
         reproducing_command(),
     )
+    if not quiet:
+        click.echo(f"report: {out / 'compare.html'}")
 
 
 def _numbers(text: str) -> list[float]:

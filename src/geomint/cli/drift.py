@@ -15,7 +15,8 @@ __all__ = ["command"]
 @scene_options
 @click.option(
     "--out",
-    required=True,
+    default="report",
+    show_default=True,
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for report.html, drift.json, drift.png and drift.svg.",
 )

@@ -71,7 +71,7 @@ class LazyGroup(click.Group):
         """Write the list of commands without importing any."""
         rows = list(COMMANDS.items())
         for name, point in sorted(_others().items()):
-            rows.append((name, f"From {point.dist.name if point.dist else point.value}."))
+            rows.append((name, f"From {point.module.partition('.')[0]}."))
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 

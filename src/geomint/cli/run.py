@@ -21,9 +21,8 @@ __all__ = ["command"]
 @scene_options
 @click.option(
     "--out",
-    required=True,
     type=click.Path(dir_okay=False, path_type=Path),
-    help="NetCDF file to write.",
+    help="NetCDF file to write; by default named after the scene.",
 )
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
@@ -32,7 +31,7 @@ def command(
     step: float | None,
     t_end: float | None,
     tau_end: float | None,
-    out: Path,
+    out: Path | None,
     quiet: bool,
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
@@ -43,6 +42,7 @@ def command(
     from ..plan import make_plan
 
     plan = make_plan(chosen)
+    out = Path(f"{chosen.name}.nc") if out is None else out
     tell_notes(chosen)
     out.parent.mkdir(parents=True, exist_ok=True)
     failure: StepError | None = None

@@ -87,30 +87,19 @@ def stepper(step: Recorded, functions: int) -> Recorded:
     Its signature is `geomint.kernels.signatures.advance_signature`.
     """
     advance = _loop(step)
-    if functions == 0:
 
-        @helper
-        def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):
-            return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+    def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
-        return none
-    if functions == 1:
+    def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
-        @helper
-        def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):
-            return advance((f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+    def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
-        return one
-    if functions == 2:
-
-        @helper
-        def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):
-            return advance((f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
-
-        return two
-
-    @helper
     def three(f, g, k, p, c, fr, m, w, rows, t0, h, first, count, every, out):
         return advance((f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
-    return three
+    entry = (none, one, two, three)[functions]
+    entry.__name__ = step.function.__name__  # what "compiling …" says
+    return helper(entry)

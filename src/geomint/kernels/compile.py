@@ -12,6 +12,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -74,16 +75,30 @@ def _tell(name: str, seconds: float | None) -> None:
         listener(name, seconds)
 
 
+def _unique(recorded: Recorded) -> FunctionType:
+    """Return the function under a qualified name of its own, made with its fingerprint.
+
+    LLVM symbols are made of that name and a counter that begins anew in every process. Two cached
+    functions of one name from two processes may have the same symbol, and a third process that
+    loads both would run one of them for the other.
+    """
+    f = recorded.function
+    copy = FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__)
+    copy.__module__, copy.__doc__, copy.__kwdefaults__ = f.__module__, f.__doc__, f.__kwdefaults__
+    copy.__qualname__ = f"{f.__qualname__}_{recorded.fingerprint}"
+    return copy
+
+
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
     inline = "always" if recorded.inline else "never"
-    return numba.njit(inline=inline, **_OPTIONS)(recorded.function)
+    return numba.njit(inline=inline, **_OPTIONS)(_unique(recorded))
 
 
 @functools.cache
 def _entry(recorded: Recorded) -> Any:
     """Return the dispatcher that is called from Python or by address: the one with a cache."""
-    dispatcher = numba.njit(**_OPTIONS)(recorded.function)
+    dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
     if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
         started = functools.partial(_tell, recorded.function.__name__, None)
         dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)

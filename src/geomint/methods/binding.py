@@ -11,10 +11,13 @@ import functools
 import warnings
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ..errors import GeomintWarning
 from ..kernels.arithmetic import lane
-from ..kernels.blocks import as_scalars, fixed_rows, part
-from ..kernels.lanes import LANES
+from ..kernels.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
+from ..kernels.lanes import LANES, Lanes
 from ..kernels.recorded import Recorded
 
 __all__ = [
@@ -25,6 +28,7 @@ __all__ = [
     "compiles_for_lanes",
     "lane_adapter",
     "no_clock",
+    "runs_on_lanes",
     "with_clock",
 ]
 
@@ -137,15 +141,37 @@ def compiles_for_lanes(f: Recorded) -> bool:
 
     try:
         compile_function(f, signatures.field(LANE))
+        return True
     except Exception as lane_error:
-        compile_function(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
-        reason = str(lane_error).strip().splitlines()
-        warnings.warn(
-            f"field {f.function.__name__!r} does not compile for lane values and runs stage by "
-            f"stage, slower: {reason[-1] if reason else lane_error!r}",
-            GeomintWarning,
-            stacklevel=2,
-        )
+        reason = _reason(lane_error)
+    compile_function(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
+    warnings.warn(
+        f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
+        f"{reason}; see geomint.field",
+        GeomintWarning,
+        stacklevel=5,
+    )
+    return False
+
+
+def _reason(error: Exception) -> str:
+    """Return what could not be compiled, and where, out of a long message."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    unknown = [line.removeprefix(">>>").strip() for line in lines if line.startswith(">>>")]
+    plain = [line for line in lines if line and not line.startswith("Failed in")]
+    places = [line.split(" at ")[-1] for line in lines if line.startswith("During: typing of")]
+    what = f"{unknown[0]} is not known" if unknown else (plain or [repr(error)])[0]
+    return f"{what}, in {places[0]}" if places else what
+
+
+def runs_on_lanes(f: Recorded, params: Block, y: npt.NDArray[np.float64], work: int) -> bool:
+    """Tell whether a bound field, in plain Python, takes lane values."""
+    lanes = LaneBlock(np.repeat(y[:, None], LANES, axis=1))
+    out, scratch = (LaneBlock(np.zeros((size, LANES))) for size in (len(y), work))
+    try:
+        with np.errstate(all="ignore"):
+            f(params, Lanes(np.zeros(LANES)), lanes, out, scratch)
+    except (TypeError, ValueError):
         return False
     return True
 

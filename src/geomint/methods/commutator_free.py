@@ -7,7 +7,7 @@ import numpy as np
 from ..kernels.blocks import scalar_block
 from ..kernels.commutator_free import commutator_free_stepper, commutator_free_work_size
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
-from .explicit import step_fraction
+from .explicit import step_fraction, tableau_of
 from .forms import action_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
@@ -30,7 +30,7 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
     Whatever the group's orbits keep (|γ|, K, the spectrum of k) is kept to rounding; the energy
     and the invariant measure drift with the method's order.
     """
-    table = COMMUTATOR_FREE[tableau] if isinstance(tableau, str) else tableau
+    table = tableau_of(COMMUTATOR_FREE, tableau)
 
     def start(s: Start) -> Stepper:
         generator, group = action_of(s)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypeVar
+
+from ..errors import MethodError, nearest
 from ..kernels.blocks import scalar_block
 from ..kernels.runge_kutta import runge_kutta_stepper, runge_kutta_work_size
 from ..tableaux import RUNGE_KUTTA, Tableau
@@ -9,7 +13,9 @@ from .forms import field_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
-__all__ = ["RungeKutta", "step_fraction"]
+__all__ = ["RungeKutta", "explicit_tableau", "step_fraction", "tableau_of"]
+
+T = TypeVar("T")
 
 # The order of the tableau decides how far a step may reach (a stated rule, not an error bound).
 _STEP_FRACTION = {1: 0.005, 2: 0.01, 3: 0.02, 4: 0.03, 5: 0.05, 8: 0.1}
@@ -18,6 +24,23 @@ _STEP_FRACTION = {1: 0.005, 2: 0.01, 3: 0.02, 4: 0.03, 5: 0.05, 8: 0.1}
 def step_fraction(order: int) -> float:
     """Return the default step of an explicit method, in characteristic times."""
     return _STEP_FRACTION.get(order, 0.05)
+
+
+def tableau_of(registry: Mapping[str, T], tableau: str | T) -> T:
+    """Return a tableau given by itself or by name, or raise `MethodError`."""
+    if not isinstance(tableau, str):
+        return tableau
+    if tableau not in registry:
+        raise MethodError(f"tableau = {tableau!r}: no such tableau.{nearest(tableau, registry)}")
+    return registry[tableau]
+
+
+def explicit_tableau(tableau: str | Tableau) -> Tableau:
+    """Return an explicit Runge–Kutta tableau, or raise `MethodError`."""
+    table = tableau_of(RUNGE_KUTTA, tableau)
+    if not table.explicit:
+        raise MethodError(f"tableau {table.name!r} is implicit; Gauss methods are geomint.Gauss")
+    return table
 
 
 def RungeKutta(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads as the method it is
@@ -32,7 +55,7 @@ def RungeKutta(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads
     -----
     The state is a compensated sum. Nothing else is preserved: energy and constraints drift.
     """
-    table = RUNGE_KUTTA[tableau] if isinstance(tableau, str) else tableau
+    table = explicit_tableau(tableau)
 
     def start(s: Start) -> Stepper:
         field, rows, y0, work = field_of(s)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import DomainError
-from ..kernels.blocks import scalar_block
+from ..kernels.blocks import Block, scalar_block
 from ..kernels.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from ..kernels.lanes import LANES
 from ..kernels.recorded import Recorded
@@ -57,7 +57,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
     Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
     (`geomint.kernels.gauss` tells how).
     """
-    if not isinstance(stages, int) or not 1 <= stages <= 16:
+    if not isinstance(stages, int) or isinstance(stages, bool) or not 1 <= stages <= 16:
         raise DomainError("stages", stages, "an integer from 1 to 16")
     if not 0.0 <= tolerance < 1e-2:
         raise DomainError("tolerance", tolerance, "a number in [0, 0.01)")
@@ -122,7 +122,12 @@ def _start(
 
 def _lane_field(s: Start, field: Recorded, rows: int, work: int) -> tuple[Recorded, str, int]:
     """Return a field of lanes, its signature's name and its scratch rows."""
-    if s.compiled and not binding.compiles_for_lanes(field):
+    if s.compiled:
+        in_lanes = binding.compiles_for_lanes(field)
+    else:
+        start = np.append(s.y0, [0.0] * s.clock)
+        in_lanes = binding.runs_on_lanes(field, Block(s.problem.params), start, work)
+    if not in_lanes:
         adapted_work = -(-(2 * rows + work) // LANES)
         return binding.lane_adapter(field, rows, work), "field-lanes", adapted_work
     return field, "field-lanes", work

@@ -34,7 +34,7 @@ def methods() -> dict[str, Method]:
     for order in (4, 6, 8, 10):
         found[f"rattle-{order}"] = _named(Compose(Rattle(), order), f"rattle-{order}")
     for point in entry_points(group="geomint.methods"):
-        found[point.name] = point.load()
+        found[point.name] = _named(point.load(), point.name)
     return found
 
 

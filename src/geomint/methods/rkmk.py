@@ -7,8 +7,8 @@ from math import comb, factorial
 
 from ..kernels.blocks import scalar_block
 from ..kernels.rkmk import rkmk_stepper, rkmk_work_size
-from ..tableaux import RUNGE_KUTTA, Tableau
-from .explicit import step_fraction
+from ..tableaux import Tableau
+from .explicit import explicit_tableau, step_fraction
 from .forms import action_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
@@ -39,7 +39,7 @@ def RKMK(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads as th
     keeps the terms up to ad^(p−2) that order p needs, H. Munthe-Kaas, Appl. Numer. Math. 29 (1999)
     115. What the group's orbits keep is kept to rounding.
     """
-    table = RUNGE_KUTTA[tableau] if isinstance(tableau, str) else tableau
+    table = explicit_tableau(tableau)
     weights = [float(w) for w in dexpinv_weights(max(table.order - 1, 1))]
 
     def start(s: Start) -> Stepper:

@@ -66,8 +66,8 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
     if best:
         finest = best[-1]
         told += (
-            f"The smallest error reached in decades is 1e{finest['exponent']}, "
-            f"fastest by {finest['method']} in {finest['seconds']:.3g} s. "
+            f"An error below 1e{finest['exponent']} is reached fastest by {finest['method']}, "
+            f"in {finest['seconds']:.3g} s. "
         )
     if failed:
         points_have = "point has" if failed == 1 else "points have"

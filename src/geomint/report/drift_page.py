@@ -109,6 +109,7 @@ def _facts(solution: Solution, scene: Scene) -> list[tuple[str, str]]:
         ("end", f"{asked} = {end:g}"),
         ("field evaluations", f"{solution.evaluations:,}".replace(",", "\u202f")),
         ("run time", f"{solution.run_seconds:.3g} s ({rate:.2g} steps a second)"),
+        ("watching", f"{solution.watching_seconds:.3g} s for what is observed"),
         ("compile time", compiled),
     ]
 

@@ -79,6 +79,7 @@ def run_provenance(
         "field_evaluations": solution.evaluations,
         "compile_seconds": round(solution.compile_seconds, 6),
         "run_seconds": round(solution.run_seconds, 6),
+        "watching_seconds": round(solution.watching_seconds, 6),
         "status": solution.status,
         "message": solution.message,
     }

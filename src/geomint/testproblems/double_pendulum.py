@@ -88,7 +88,7 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 @field
 def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """The angular momentum about the vertical."""
+    """Angular momentum about the vertical."""
     return (y[0] * y[7] - y[1] * y[6]) + (y[3] * y[10] - y[4] * y[9])
 
 

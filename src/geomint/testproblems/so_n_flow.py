@@ -113,7 +113,8 @@ def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
 
     ::
 
-        k̇ = [ξ, k],   γ̇ = ξγ,   (ġ = −gξ,)   ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j)
+        k̇ = [ξ, k],   γ̇ = ξγ,   (ġ = −gξ,)
+        ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j)
 
     for i < j: a rigid body on SO(n) with inertia that changes in time and a coupling to γ. With
     c_ij = 1/(1 + i/2 + j/3 …) generic, the generator depends on time and state and does not commute

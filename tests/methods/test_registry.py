@@ -1,0 +1,97 @@
+"""Methods by name: every name leads back to its method, options and structure are kept."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.methods import find_method, method_names, methods, registry
+from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
+from geomint.testproblems import examples
+
+pytestmark = pytest.mark.nojit
+
+COMPOSED = [f"{base}-{name}" for base in ("gauss-1", "rattle") for name in COMPOSITIONS]
+each_name = pytest.mark.parametrize("name", [*methods(), *COMPOSED])
+
+
+@each_name
+def test_names_lead_back(name: str) -> None:
+    """A method's own name finds the method, of the same order."""
+    method = find_method(name)
+    again = find_method(method.name)
+    assert (again.name, again.order, again.needs) == (method.name, method.order, method.needs)
+    assert find_method(method) is method
+    assert name == name.lower()
+    assert " " not in name
+
+
+@each_name
+def test_what_a_method_states(name: str) -> None:
+    """Form, order, default step, words for tables."""
+    method = find_method(name)
+    assert method.needs in ("field", "action", "hamiltonian")
+    assert 1 <= method.order <= 32
+    assert 0.0 < method.step_fraction <= 1.0
+    assert method.summary
+    assert method.reference
+    assert method.symplectic is (name.startswith(("gauss", "rattle")))
+    assert method.symmetric is method.symplectic
+
+
+def test_all_tableaux_have_methods() -> None:
+    """A new literal in a registry of tableaux is a new method."""
+    names = method_names()
+    assert set(RUNGE_KUTTA) <= set(names)
+    assert set(COMMUTATOR_FREE) <= set(names)
+    assert len([n for n in names if n.startswith("rkmk-")]) == len(RUNGE_KUTTA)
+    assert [n for n in names if n.startswith("gauss-")] == [f"gauss-{s}" for s in range(1, 17)]
+    assert len(set(names)) == len(names)
+
+
+def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of any package."""
+    mine = gi.RungeKutta("kutta-3")
+
+    class Point:
+        name = "mine-3"
+
+        def load(self) -> gi.Method:
+            return mine
+
+    monkeypatch.setattr(registry, "entry_points", lambda group: [Point()])
+    methods.cache_clear()
+    try:
+        assert find_method("mine-3") is mine
+    finally:
+        methods.cache_clear()
+
+
+@pytest.mark.parametrize(
+    "name", ["gauss-3", "rattle-2", "rattle-4", "rattle-kahan-li-6", "gauss-1-suzuki-4"]
+)
+def test_options_keep_the_rest(name: str) -> None:
+    """Order, name and composition."""
+    method = find_method(name)
+    assert {"tolerance", "max_iterations"} <= set(method.options)
+    changed = method.with_options(max_iterations=7, tolerance=1e-9)
+    assert changed.options["max_iterations"] == 7
+    assert changed.options["tolerance"] == 1e-9
+    assert (changed.name, changed.order) == (method.name, method.order)
+    assert method.with_options() is method
+    for problem, y0 in examples():
+        if method.needs in problem.forms:
+            start = gi.methods.Start(problem, np.asarray(y0), 0.0, 0.1, compiled=False)
+            assert len(changed.start(start).fractions) == len(method.start(start).fractions)
+            break
+
+
+def test_compositions_know_their_base() -> None:
+    """An order of the base that the scheme was not made for is refused; others compose."""
+    assert gi.Compose(gi.Gauss(1), 6).order == 6
+    assert gi.Compose(gi.Rattle(), "suzuki-4").order == 4
+    with pytest.raises(gi.MethodError, match="base of order 2"):
+        gi.Compose(gi.Gauss(2), 6)
+    with pytest.raises(gi.MethodError, match="symmetric are"):
+        gi.Compose(gi.Compose(gi.Gauss(1), 4), 6)

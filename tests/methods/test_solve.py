@@ -1,0 +1,548 @@
+"""`solve`: where it ends, what it saves and watches, both times, and interruptions."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numba.core import config
+from scipy.integrate import quad
+from scipy.interpolate import BarycentricInterpolator
+
+import chaplygin as ch
+import geomint as gi
+from geomint import driver
+from geomint.methods.stepper import Stepper
+from geomint.progress import Progress
+from geomint.testproblems import (
+    henon_heiles,
+    lotka_volterra,
+    pulsating_body,
+    sphere_metric,
+    spherical_pendulum,
+)
+from geomint.timeline import characteristic_time, default_step, plan_timeline
+
+pytestmark = pytest.mark.nojit
+compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="too many steps for plain Python")
+
+LOTKA = lotka_volterra.problem()
+START = lotka_volterra.INITIAL
+
+
+def ball() -> tuple[gi.Problem, np.ndarray]:
+    """A problem in τ with a clock."""
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    gamma = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
+    p = np.array([0.3, -0.5, 0.2])
+    return problem, problem.state(gamma=gamma, p=p - gamma * (gamma @ p))
+
+
+# --- ends -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("t_end", [1.0, 0.97, 0.05, -0.73, 3.1415])
+@pytest.mark.parametrize("method", ["rk-4", "gauss-4"])
+def test_the_end_is_met_exactly(method: str, t_end: float) -> None:
+    """By a last partial step, forwards and backwards, also if there is no whole step."""
+    sol = gi.solve(LOTKA, START, t_end=t_end, step=0.1, method=method)
+    reference = gi.solve(LOTKA, START, t_end=t_end, step=abs(t_end) / 50, method="gauss-8")
+    assert sol.t[-1] == t_end
+    assert sol.steps == int(abs(t_end) / 0.1 + 1e-9)
+    np.testing.assert_allclose(
+        sol.y[-1], reference.y[-1], rtol=0, atol=1e-4 if method == "rk-4" else 1e-10
+    )
+
+
+def test_a_partial_step_is_a_step() -> None:
+    """Ten steps and a half are what they are one by one."""
+    long = gi.solve(LOTKA, START, t_end=1.05, step=0.1, method="rk-4", save_every=1)
+    whole = gi.solve(LOTKA, START, t_end=1.0, step=0.1, method="rk-4", save_every=1)
+    np.testing.assert_array_equal(long.y[:11], whole.y)
+    assert list(long.t[-2:]) == [1.0, 1.05]
+
+
+@given(st.floats(0.01, 1e3), st.integers(1, 3000))
+def test_the_last_time_is_the_one_asked_for(end: float, count: int) -> None:
+    """Whatever end/steps · steps rounds to."""
+    timeline = plan_timeline(LOTKA, gi.RungeKutta("rk-4"), START, t_end=end, step=end / count)
+    assert timeline.steps == count
+    assert timeline.remainder == 0.0
+    times = timeline.at(np.arange(count + 1))
+    assert times[0] == 0.0
+    assert times[-1] == end
+    assert (np.diff(times) > 0).all()
+
+
+@given(st.floats(0.01, 1e3), st.floats(1e-3, 1e3))
+def test_steps_and_remainder_make_the_end(end: float, step: float) -> None:
+    """For any ratio."""
+    timeline = plan_timeline(LOTKA, gi.RungeKutta("rk-4"), START, t_end=-end, step=step)
+    assert timeline.steps is not None
+    assert timeline.h < 0
+    assert abs(timeline.h) == pytest.approx(step, rel=1e-8)
+    assert timeline.h * timeline.steps + timeline.remainder == pytest.approx(-end, rel=1e-12)
+    assert 0.0 <= -timeline.remainder <= step
+
+
+def test_backwards_undoes_forwards() -> None:
+    """For a symmetric method of an autonomous problem, to rounding."""
+    problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
+    there = gi.solve(problem, y0, t_end=20.0, step=0.1, method="gauss-4")
+    back = gi.solve(problem, there.y[-1], t_end=-20.0, step=0.1, method="gauss-4")
+    np.testing.assert_allclose(back.y[-1], y0, rtol=0, atol=1e-13)
+    assert back.step == -0.1
+    assert back.t[-1] == -20.0
+
+
+def test_backwards_in_physical_time() -> None:
+    """The clock runs back, too."""
+    problem, y0 = ball()
+    sol = gi.solve(problem, y0, t_end=-3.0, step=0.1, method="gauss-6", save_every=5)
+    assert sol.t[0] == 0.0
+    assert sol.t[-1] == -3.0
+    assert (np.diff(sol.t) < 0).all()
+    assert (np.diff(sol.tau) < 0).all()
+    back = gi.solve(problem, sol.y[-1], t_end=3.0, step=0.1, method="gauss-6")
+    np.testing.assert_allclose(back.y[-1], y0, rtol=0, atol=1e-13)
+
+
+def test_the_default_step() -> None:
+    """A stated fraction of the shortest time in which a piece of the state changes."""
+    problem, y0 = pulsating_body.problem(), pulsating_body.INITIAL
+    rates = (
+        np.linalg.norm(_derivative(problem, y0)[:3]),
+        np.linalg.norm(_derivative(problem, y0)[3:]),
+    )
+    times = np.linalg.norm(y0[:3]) / rates[0], np.linalg.norm(y0[3:]) / rates[1]
+    assert characteristic_time(problem, y0) == pytest.approx(min(times))
+    for method in (gi.Gauss(8), gi.RungeKutta("rk-4"), gi.CommutatorFree("cf-4")):
+        expected = method.step_fraction * min(times)
+        assert default_step(problem, method, y0) == pytest.approx(expected)
+        sol = gi.solve(problem, y0, t_end=10.0, method=method)
+        assert 0.9 * expected <= sol.step <= expected * (1 + 1e-9) or sol.steps == int(
+            10 / expected
+        )
+    only_action = dataclasses.replace(problem, field=None)
+    assert characteristic_time(only_action, y0) == pytest.approx(min(times), rel=1e-5)
+    at_rest = gi.Problem("rest", (("y", 1),), field=_nothing)
+    assert characteristic_time(at_rest, np.ones(1)) == 1.0
+    pendulum = dataclasses.replace(spherical_pendulum.problem(), field=None)
+    assert 0.0 < characteristic_time(pendulum, spherical_pendulum.INITIAL) < 2.0
+
+
+@gi.field
+def _nothing(params, t, y, out, work):
+    out[0] = 0.0 * y[0]
+
+
+def _derivative(problem: gi.Problem, y: np.ndarray) -> np.ndarray:
+    from geomint.evaluate import derivative
+
+    return derivative(problem, y)
+
+
+# --- saving ---------------------------------------------------------------------------------------
+
+
+def test_what_is_saved() -> None:
+    """The last state; every k-th with the first and the last; the times asked for, in order."""
+    whole = gi.solve(LOTKA, START, t_end=2.0, step=0.1, method="gauss-4", save_every=1)
+    np.testing.assert_allclose(whole.t, 0.1 * np.arange(21), rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(whole.y[0], START)
+    last = gi.solve(LOTKA, START, t_end=2.0, step=0.1, method="gauss-4")
+    np.testing.assert_array_equal(last.t, [2.0])
+    np.testing.assert_array_equal(last.y, whole.y[-1:])
+    some = gi.solve(LOTKA, START, t_end=2.0, step=0.1, method="gauss-4", save_every=7)
+    np.testing.assert_array_equal(some.y, whole.y[[0, 7, 14, 20]])
+    rare = gi.solve(LOTKA, START, t_end=2.0, step=0.1, method="gauss-4", save_every=1000)
+    np.testing.assert_array_equal(rare.y, whole.y[[0, 20]])
+    both = gi.solve(
+        LOTKA, START, t_end=2.0, step=0.1, method="gauss-4", save_every=5, t_eval=[0.05, 0.72, 1.95]
+    )
+    assert both.t == pytest.approx([0.0, 0.05, 0.5, 0.72, 1.0, 1.5, 1.95, 2.0])
+    assert len(both.y) == 8
+    np.testing.assert_array_equal(whole.piece("u")[:, 0], whole.y[:, 0])
+    with pytest.raises(gi.DomainError, match="piece = 'w'"):
+        whole.piece("w")
+    np.testing.assert_array_equal(whole.tau, whole.t)
+
+
+def dense(problem: gi.Problem, y0: np.ndarray, t_end: float) -> BarycentricInterpolator:
+    """The solution as a polynomial through Chebyshev points, itself integrated piece by piece."""
+    nodes = 0.5 * t_end * (1.0 - np.cos(np.pi * np.arange(41) / 40))
+    return BarycentricInterpolator(
+        nodes,
+        gi.solve(problem, y0, t_end=t_end, step=t_end / 40, method="gauss-12", t_eval=nodes).y,
+    )
+
+
+@pytest.mark.parametrize("method", ["gauss-6", "dop853"])
+def test_times_asked_for(method: str) -> None:
+    """Met by partial steps, with the accuracy of the method and no trace in the run."""
+    times = np.array([0.0, 1e-9, 0.03, 0.1, 0.15, 0.15, 1.234, 1.999999, 2.0])
+    sol = gi.solve(LOTKA, START, t_end=2.0, step=0.05, method=method, t_eval=times)
+    np.testing.assert_array_equal(sol.t, times)
+    np.testing.assert_array_equal(sol.y[0], START)
+    np.testing.assert_allclose(sol.y, dense(LOTKA, START, 2.0)(times), rtol=0, atol=2e-13)
+    undisturbed = gi.solve(LOTKA, START, t_end=2.0, step=0.05, method=method)
+    np.testing.assert_array_equal(sol.y[-1], undisturbed.y[-1])
+    assert sol.iterations == undisturbed.iterations
+
+
+def test_times_asked_for_without_end_in_sight() -> None:
+    """Any increasing times within the run; a scalar; none."""
+    one = gi.solve(LOTKA, START, t_end=2.0, step=0.1, method="rk-4", t_eval=1.05)
+    np.testing.assert_array_equal(one.t, [1.05])
+    back = gi.solve(LOTKA, START, t_end=-2.0, step=0.1, method="gauss-4", t_eval=[-0.5, -1.5])
+    np.testing.assert_array_equal(back.t, [-0.5, -1.5])
+    direct = gi.solve(LOTKA, START, t_end=-1.5, step=0.1, method="gauss-4")
+    np.testing.assert_allclose(back.y[-1], direct.y[-1], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("method", ["rattle-2", "rattle-6", "gauss-2"])
+def test_times_a_rounding_away_from_a_step(method: str) -> None:
+    """No implicit step of 1e-16 is attempted."""
+    problem = sphere_metric.problem()
+    y0 = sphere_metric.initial(problem)
+    grid = 0.1 * np.arange(31)
+    times = np.sort(
+        np.concatenate([grid, np.nextafter(grid[1:-1], 9), np.nextafter(grid[1:-1], -9)])
+    )
+    sol = gi.solve(problem, y0, t_end=3.0, step=0.1, method=method, t_eval=times)
+    whole = gi.solve(problem, y0, t_end=3.0, step=0.1, method=method, save_every=1)
+    nearest = np.rint(times / 0.1).astype(int)
+    np.testing.assert_array_equal(sol.t, times)
+    np.testing.assert_allclose(sol.y, whole.y[nearest], rtol=0, atol=1e-14)
+
+
+# --- two times ------------------------------------------------------------------------------------
+
+
+@compiler
+def test_the_clock_is_the_integral_of_its_rate() -> None:
+    """t(τ) = ∫ dt/dτ along the flow, by adaptive quadrature of a dense solution in τ."""
+    from geomint.evaluate import value
+
+    problem, y0 = ball()
+    sol = gi.solve(problem, y0, tau_end=3.0, step=0.05, method="gauss-8")
+    nodes = 1.5 * (1.0 - np.cos(np.pi * np.arange(61) / 60))
+    states = [y0]
+    for a, b in zip(nodes, nodes[1:], strict=False):
+        states.append(
+            gi.solve(problem, states[-1], tau_end=b - a, step=0.05, method="gauss-12").y[-1]
+        )
+    flow = BarycentricInterpolator(nodes, np.array(states))
+    integral, _ = quad(
+        lambda tau: value(problem, problem.clock, flow(tau)), 0.0, 3.0, epsabs=1e-13, epsrel=1e-13
+    )
+    assert sol.tau[-1] == 3.0
+    assert sol.t[-1] == pytest.approx(integral, rel=1e-12)
+    rattle = gi.solve(problem, y0, tau_end=3.0, step=0.02, method="rattle-6")
+    assert rattle.t[-1] == pytest.approx(integral, rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("gauss-8", 1e-12), ("rattle-6", 1e-7), ("dop853", 1e-9)]
+)
+def test_physical_times_are_met(method: str, tolerance: float) -> None:
+    """On a problem in τ, for the end and for times in between, against a run in physical time."""
+    problem, y0 = ball()
+    times = np.array([0.0, 0.3, 1.0, 2.5, 4.0])
+    sol = gi.solve(problem, y0, t_end=4.0, step=0.1, method=method, t_eval=times)
+    np.testing.assert_array_equal(sol.t, times)
+    assert sol.tau[0] == 0.0
+    assert (np.diff(sol.tau) > 0).all()
+    reduced = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).reduced()
+    physical = problem.physical_state(y0)
+    start = reduced.state(gamma=physical["gamma"], p=_p_of(problem, y0))
+    other = gi.solve(reduced, start, t_end=4.0, step=0.05, method="gauss-8", t_eval=times)
+    for mine, theirs in zip(sol.y, other.y, strict=True):
+        a, b = problem.physical_state(mine), reduced.physical_state(theirs)
+        for quantity, expected in b.items():
+            np.testing.assert_allclose(a[quantity], expected, rtol=0, atol=tolerance)
+
+
+def _p_of(problem: gi.Problem, y: np.ndarray) -> np.ndarray:
+    """p = D√U p̃, read off k = γ∧p."""
+    from geomint.evaluate import value
+
+    return y[3:] * value(problem, problem.clock, y)
+
+
+def test_an_end_in_physical_time() -> None:
+    """Is met by a partial step; costs and states do not depend on what was computed beyond it."""
+    problem, y0 = ball()
+    sol = gi.solve(problem, y0, t_end=4.0, step=0.1, method="gauss-8", save_every=1, observe="all")
+    assert sol.t[-1] == 4.0
+    assert (np.diff(sol.t) > 0).all()
+    assert sol.steps == len(sol.t) - 2
+    assert sol.tau[-2] == pytest.approx(0.1 * sol.steps)
+    assert sol.tau[-2] < sol.tau[-1] <= sol.tau[-2] + 0.1
+    again = gi.solve(problem, y0, tau_end=float(sol.tau[-1]), step=0.1, method="gauss-8")
+    np.testing.assert_allclose(again.y[-1], sol.y[-1], rtol=0, atol=1e-13)
+    assert again.t[-1] == pytest.approx(4.0, rel=1e-14)
+    assert again.iterations == sol.iterations
+
+
+@compiler
+def test_the_end_does_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither do the numbers of steps and iterations, though the run goes past it."""
+    problem, y0 = ball()
+    found = []
+    for chunk in (1, 3, 1000):
+        monkeypatch.setattr(driver, "FIRST_CHUNK", chunk)
+        sol = gi.solve(
+            problem, y0, t_end=4.0, step=0.1, method="gauss-4", observe="K", t_eval=[1, 4]
+        )
+        found.append(
+            (sol.steps, sol.iterations, tuple(sol.y.ravel()), sol.drift["K"].max_abs_error)
+        )
+    assert len(set(found)) == 1
+
+
+def test_what_lies_beyond_the_end_does_not_matter() -> None:
+    """A failure after the end of a run is none."""
+    clocked = gi.Problem("clocked", (("y", 1),), field=_falling, clock=_steady, time="tau")
+    sol = gi.solve(clocked, [1.0], t_end=0.9, step=0.05, method="rk-4")
+    assert sol.success
+    assert sol.y[-1, 0] == pytest.approx(math.sqrt(1 - 0.9), abs=1e-3)
+    with pytest.raises(gi.NonFiniteError) as caught:
+        gi.solve(clocked, [1.0], t_end=1.5, step=0.05, method="rk-4")
+    assert caught.value.partial.t[-1] <= 1.01
+
+
+@gi.field
+def _falling(params, t, y, out, work):
+    out[0] = -0.5 / gi.sqrt(1.0 - t)
+
+
+@gi.field
+def _steady(params, t, y, work):
+    return 1.0 + 0.0 * y[0]
+
+
+def test_which_time_is_known() -> None:
+    """A run without a clock has no physical times; a problem in t has no other."""
+    problem, y0 = ball()
+    sol = gi.solve(problem, y0, tau_end=1.0, step=0.1, clock=False)
+    with pytest.raises(gi.DomainError, match="physical time was not integrated"):
+        sol.t
+    assert sol.tau[-1] == 1.0
+    timed = gi.solve(problem, y0, tau_end=1.0, step=0.1)
+    np.testing.assert_allclose(timed.y, sol.y, rtol=0, atol=1e-14)
+    with pytest.raises(gi.DomainError, match="clock = False"):
+        gi.solve(problem, y0, t_end=1.0, step=0.1, clock=False)
+    with pytest.raises(gi.DomainError, match="is in physical time"):
+        gi.solve(LOTKA, START, tau_end=1.0)
+
+
+def test_times_after_the_end_in_tau() -> None:
+    """Are reported: where a run in τ ends in t is only known afterwards."""
+    problem, y0 = ball()
+    with pytest.warns(gi.GeomintWarning, match="before 2 of the times in t_eval") as caught:
+        sol = gi.solve(problem, y0, tau_end=1.0, step=0.1, t_eval=[0.5, 1e3, 1e4])
+    assert caught[0].filename == __file__
+    np.testing.assert_array_equal(sol.t, [0.5])
+    with pytest.raises(gi.DomainError, match="t_eval"):
+        gi.solve(problem, y0, tau_end=1.0, step=0.1, t_eval=[-0.5])
+
+
+# --- watching -------------------------------------------------------------------------------------
+
+
+def doubled_energy(params, t, y, work):
+    return 2.0 * (0.5 * (y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + y[3] * y[3]))
+
+
+@gi.field
+def time_itself(params, t, y, work):
+    return t + 0.0 * y[0]
+
+
+def test_what_is_watched() -> None:
+    """Names, groups, several of them, and functions of the user's own."""
+    problem, y0 = spherical_pendulum.problem(), spherical_pendulum.INITIAL
+    options = {"t_end": 5.0, "step": 0.1, "method": "gauss-4"}
+    expected = {
+        "energy": ["energy"],
+        "invariants": ["energy", "angular-momentum"],
+        "constraints": ["sphere", "tangency"],
+        "all": ["energy", "angular-momentum", "sphere", "tangency"],
+        "observables": [],
+    }
+    for wanted, names in expected.items():
+        assert list(gi.solve(problem, y0, observe=wanted, **options).drift) == names
+    mixed = gi.solve(problem, y0, observe=("sphere", "invariants"), **options)
+    assert list(mixed.drift) == ["sphere", "energy", "angular-momentum"]
+    own = gi.solve(
+        henon_heiles.problem(),
+        henon_heiles.INITIAL,
+        observe={"quadratic": doubled_energy, "time": time_itself},
+        **options,
+    )
+    start = float(np.sum(henon_heiles.INITIAL**2))
+    assert own.drift["quadratic"].initial == pytest.approx(start, rel=1e-15)
+    assert own.drift["time"].final_error == 5.0
+    assert own.drift["time"].max_abs_error == 5.0
+    assert own.drift["time"].slope == pytest.approx(1.0, rel=1e-12)
+
+
+def test_watching_is_evaluating_the_saved_states() -> None:
+    """The largest and the last deviation, at every step or every third; and it disturbs nothing."""
+    from geomint.evaluate import value
+
+    problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
+    energy = problem.invariants["energy"]
+    options = {"t_end": 20.0, "step": 0.1, "method": "rk-4", "save_every": 1}
+    plain = gi.solve(problem, y0, **options)
+    deviations = np.array([value(problem, energy, y) for y in plain.y]) - value(problem, energy, y0)
+    for every in (1, 3):
+        sol = gi.solve(problem, y0, observe="energy", observe_every=every, **options)
+        np.testing.assert_array_equal(sol.y, plain.y)
+        drift = sol.drift["energy"]
+        watched = deviations[::every]
+        assert drift.max_abs_error == np.max(np.abs(watched))
+        assert drift.final_error == watched[-1]
+    partial = gi.solve(problem, y0, t_end=0.55, step=0.1, method="rk-4", observe="energy")
+    end = value(problem, energy, partial.y[-1]) - value(problem, energy, y0)
+    assert partial.drift["energy"].final_error == end
+
+
+# --- interruptions and progress -------------------------------------------------------------------
+
+
+def interrupted_run(**options: object) -> gi.Solution:
+    return gi.solve(
+        henon_heiles.problem(), henon_heiles.INITIAL, step=0.1, method="rk-4", **options
+    )
+
+
+@pytest.mark.parametrize("where", ["kernel", "observers", "progress"])
+@pytest.mark.parametrize("save_every", [None, 1, 7])
+def test_an_interrupted_run(
+    where: str, save_every: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Leaves a state of the run at the time that it says, whenever Ctrl-C comes."""
+    monkeypatch.setattr(driver, "FIRST_CHUNK", 10)
+    monkeypatch.setattr(driver, "CHUNK_SECONDS", 0.0)
+    calls = {"n": 0}
+
+    def interrupt_after(original):
+        def wrapped(*args, **kwargs):
+            result = original(*args, **kwargs)
+            calls["n"] += 1
+            if calls["n"] == 4:
+                raise KeyboardInterrupt
+            return result
+
+        return wrapped
+
+    target, name = {
+        "kernel": (Stepper, "advance"),
+        "observers": (gi.integrate.Observers, "add"),
+        "progress": (Progress, "update"),
+    }[where]
+    with monkeypatch.context() as patch:
+        patch.setattr(target, name, interrupt_after(getattr(target, name)))
+        sol = interrupted_run(t_end=1e6, save_every=save_every, observe="energy")
+    assert sol.status == "interrupted"
+    assert not sol.success
+    assert 0 < sol.steps < 100
+    assert sol.t[-1] == pytest.approx(0.1 * sol.steps)
+    same = interrupted_run(t_end=100.0, save_every=1)
+    np.testing.assert_array_equal(sol.y[-1], same.y[sol.steps])
+    assert sol.iterations == sol.steps
+
+
+@compiler
+def test_a_run_without_saving_is_interruptible(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It goes by chunks, too, however many states it hands out."""
+    sizes = []
+    original = Stepper.advance
+
+    def counting(self, first, count, every, out):
+        sizes.append(count)
+        return original(self, first, count, every, out)
+
+    monkeypatch.setattr(Stepper, "advance", counting)
+    interrupted_run(t_end=1e5)
+    assert len(sizes) > 3
+    assert max(sizes) < 10**6
+    sizes.clear()
+    interrupted_run(t_end=1e5, save_every=700_000)
+    assert len(sizes) > 3
+
+
+@compiler
+def test_progress(capsys: pytest.CaptureFixture[str]) -> None:
+    """Goes to standard error, is off where that is no terminal, and does not change the result."""
+    quiet = interrupted_run(t_end=10.0)
+    assert capsys.readouterr() == ("", "")
+    shown = interrupted_run(t_end=10.0, progress=True)
+    assert capsys.readouterr().out == ""
+    np.testing.assert_array_equal(shown.y, quiet.y)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("geomint.progress._DELAY", 0.0)
+        interrupted_run(t_end=1e4, progress=True)
+    assert capsys.readouterr().out == ""
+
+
+def test_costs_are_told() -> None:
+    """Steps, iterations, evaluations, and the time apart from compilation."""
+    sol = interrupted_run(t_end=10.0)
+    assert (sol.steps, sol.iterations, sol.evaluations) == (100, 100, 400)
+    assert 0.0 < sol.run_seconds < 5.0
+    assert sol.compile_seconds >= 0.0
+
+
+# --- states ---------------------------------------------------------------------------------------
+
+
+def test_states_by_name() -> None:
+    """Pieces in the documented order; errors that name what was wrong."""
+    problem = spherical_pendulum.problem()
+    y = problem.state(q=[0.6, 0.0, -0.8], p=[0.0, 1.0, 0.0])
+    np.testing.assert_array_equal(y, [0.6, 0.0, -0.8, 0.0, 1.0, 0.0])
+    assert problem.slices == {"q": slice(0, 3), "p": slice(3, 6)}
+    assert problem.forms == ("field", "hamiltonian")
+    for wrong, says in (
+        ({"q": [1, 2, 3]}, "p = None: expected 3 numbers"),
+        ({"q": [1, 2, 3], "pp": [1, 2, 3]}, "Did you mean 'p'"),
+        ({"q": [1, 2], "p": [1, 2, 3]}, "q = .*expected 3 numbers"),
+        ({"q": [1, 2, math.nan], "p": [1, 2, 3]}, "finite"),
+        ({"q": "abc", "p": [1, 2, 3]}, "q = 'abc'"),
+    ):
+        with pytest.raises(gi.DomainError, match=says):
+            problem.state(**wrong)
+
+
+def test_parameters_are_kept() -> None:
+    """A problem's arrays are its own, and read-only."""
+    params = np.array([1.5, 2.5])
+    problem = gi.Problem("p", (("y", 1),), params, field=_nothing)
+    with pytest.raises(ValueError, match="read-only"):
+        problem.params[0] = 2.0
+    y0 = np.array([1.0])
+    sol = gi.solve(problem, y0, t_end=1.0, step=0.1, save_every=1)
+    sol.y[0] = 7.0
+    assert y0[0] == 1.0
+    params[0] = 9.0
+    assert problem.params[0] == 1.5
+
+
+def test_nothing_is_warned_of() -> None:
+    """By a run of each family."""
+    problem, y0 = ball()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        gi.solve(problem, y0, t_end=1.0, step=0.1)
+        gi.solve(problem, y0, t_end=1.0, step=0.1, method="rattle-4")
+        gi.solve(
+            pulsating_body.problem(), pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4"
+        )
