@@ -96,8 +96,9 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     script = written(tmp_path / "script.py", REPORT, "from fields import *", SOLVE)
     first, second = (run(script, cache=cache) for _ in range(2))
     assert_found(first, second)
-    kernels = {name for name in first.compiled if name not in ("spring", "energy")}
-    assert kernels == {"one", "sample"}
+    assert (
+        len(set(first.compiled) - {"spring", "energy"}) == 3
+    )  # two steppers and the observers' loop
 
     # The same function of another module counts as another one, in whatever way that is run; it
     # needs no kernel compiled anew.
@@ -118,7 +119,9 @@ def test_nothing_is_specialised_to_a_function(tmp_path: Path) -> None:
     two = SOLVE + FIELD.replace("gi.sin(y[0])", "y[0]") + SOLVE
     outcome = run("-c", REPORT + FIELD + two, cache=tmp_path)
     assert outcome.specialisations <= 2  # a field: for scalars and for lanes
-    assert outcome.compiled.count("one") == 4  # begun and done, of two methods
+    counts = {name: outcome.compiled.count(name) for name in outcome.compiled}
+    assert counts.pop("spring") > 4
+    assert set(counts.values()) == {2}  # begun and done; the same energy is found in the cache
 
 
 # Two functions of one name, of one and of another process. What differs is in the field itself, in a

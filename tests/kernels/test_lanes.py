@@ -199,10 +199,14 @@ def test_in_place_operators_make_new_values(kinds: str) -> None:
         assert_same_bits(found, X + 0.0)
 
 
+def lane_number(k: int):
+    return lambda x: lane(x, k)
+
+
 FOLDS = {
     "top": lambda x: top(x),
     "total": lambda x: total(x),
-    **{f"lane {k}": (lambda k: lambda x: lane(x, k))(k) for k in range(LANES)},
+    **{f"lane {k}": lane_number(k) for k in range(LANES)},
 }
 
 

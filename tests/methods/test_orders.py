@@ -306,7 +306,7 @@ def test_a_spoiled_tableau_is_noticed(method: Method, order: int) -> None:
 
 
 def test_a_spoiled_exponential_is_noticed() -> None:
-    """The commutator-free method with its two exponentials merged is of order 4 only if all commutes."""
+    """With its two exponentials merged the method is of order 4 only if everything commutes."""
     table = COMMUTATOR_FREE["cf-4"]
     start, exponentials = table.update
     merged = tuple(sum(column) for column in zip(*exponentials, strict=True))

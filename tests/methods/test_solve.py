@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import warnings
 
@@ -233,7 +234,7 @@ def test_the_clock_is_the_integral_of_its_rate() -> None:
     sol = gi.solve(problem, y0, tau_end=3.0, step=0.05, method="gauss-8")
     nodes = 1.5 * (1.0 - np.cos(np.pi * np.arange(61) / 60))
     states = [y0]
-    for a, b in zip(nodes, nodes[1:], strict=False):
+    for a, b in itertools.pairwise(nodes):
         states.append(
             gi.solve(problem, states[-1], tau_end=b - a, step=0.05, method="gauss-12").y[-1]
         )
