@@ -208,6 +208,8 @@ def plot(points: list[dict[str, Any]], path: Path) -> None:
         ylabel="run time (ms)",
         title="Hamiltonised Chaplygin sphere, n = 3, T = 2500 in τ",
     )
+    axes.set_yticks([2, 3, 5, 10, 20, 30, 50], labels=["2", "3", "5", "10", "20", "30", "50"])
+    axes.set_yticks([], minor=True)
     axes.grid(True, which="major", color="0.9")
     axes.legend()
     for suffix in (".png", ".svg"):
