@@ -8,11 +8,9 @@ reference of about 32 digits (`geomint.reference`).
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,10 +24,7 @@ from .reference import Reference, reference_solution
 from .systems import Model
 from .timeline import default_step
 
-if TYPE_CHECKING:
-    from .scene import Scene
-
-__all__ = ["Comparison", "Point", "compare", "run_compare"]
+__all__ = ["Comparison", "Point", "compare"]
 
 Array = npt.NDArray[np.float64]
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
@@ -242,42 +237,3 @@ def _drifts(
         observe=[*problem.invariants, *problem.constraints],
         progress=False,
     ).drift
-
-
-def run_compare(
-    scene: Scene,
-    methods: list[str],
-    out: Path,
-    steps: list[float] | None = None,
-    repeats: int = 3,
-    progress: bool = True,
-    command: str | None = None,
-) -> Comparison:
-    """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`."""
-    from .report.compare_page import write_compare_report
-
-    time = scene.content.time
-    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
-    with status_line(progress) as tell:
-        result = compare(
-            scene.model,
-            {key: value for key, value in end.items() if value is not None},
-            methods,
-            steps=steps,
-            repeats=repeats,
-            report=tell,
-        )
-    write_compare_report(result, scene, out, command)
-    return result
-
-
-@contextmanager
-def status_line(show: bool) -> Iterator[Callable[[str], None]]:
-    """Show on standard error what is being done, or nothing."""
-    if not show:
-        yield lambda text: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("comparing") as status:
-        yield lambda text: status.update(f"comparing: {text}")

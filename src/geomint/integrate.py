@@ -15,7 +15,8 @@ from .methods.stepper import Stepper
 from .observe import Observers, choose_observables
 from .problem import Problem
 from .progress import Progress
-from .solution import Recorder, Solution
+from .recorder import Recorder
+from .solution import Solution
 from .timeline import Timeline, plan_timeline
 
 __all__ = ["solve"]

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.compare import compare, run_compare
+from geomint.compare import compare
+from geomint.report.compare_page import run_compare
 from geomint.systems import find_system
 
 METHODS = ["gauss-8", "gauss-4", "rattle-6", "cf-4", "rkmk-4", "dop853", "rk-4"]

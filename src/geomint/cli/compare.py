@@ -38,7 +38,7 @@ def command(
     tau_end: float | None,
 ) -> None:
     """Run many methods on one scene: run time against error, drift against time."""
-    from ..compare import run_compare
+    from ..report.compare_page import run_compare
     from .options import chosen_scene, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()

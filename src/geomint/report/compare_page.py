@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..compare import Comparison, compare
 from .compare_plots import work_precision_figure
 from .pages import render
 from .plots import drift_figure
@@ -13,10 +16,9 @@ from .provenance import environment, finite_json
 from .style import data_uri, save_figure
 
 if TYPE_CHECKING:
-    from ..compare import Comparison
     from ..scene import Scene
 
-__all__ = ["write_compare_report"]
+__all__ = ["run_compare", "write_compare_report"]
 
 
 def write_compare_report(
@@ -83,3 +85,40 @@ def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
         if fit:
             rows.append({"exponent": exponent, **min(fit, key=lambda p: p["seconds"])})
     return rows
+
+
+def run_compare(
+    scene: Scene,
+    methods: list[str],
+    out: Path,
+    steps: list[float] | None = None,
+    repeats: int = 3,
+    progress: bool = True,
+    command: str | None = None,
+) -> Comparison:
+    """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`."""
+    time = scene.content.time
+    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
+    with status_line(progress) as tell:
+        result = compare(
+            scene.model,
+            {key: value for key, value in end.items() if value is not None},
+            methods,
+            steps=steps,
+            repeats=repeats,
+            report=tell,
+        )
+    write_compare_report(result, scene, out, command)
+    return result
+
+
+@contextmanager
+def status_line(show: bool) -> Iterator[Callable[[str], None]]:
+    """Show on standard error what is being done, or nothing."""
+    if not show:
+        yield lambda text: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("comparing") as status:
+        yield lambda text: status.update(f"comparing: {text}")
