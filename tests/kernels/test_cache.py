@@ -291,6 +291,19 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path) -> None:
     assert run(*command, cache=tmp_path).compiled == []
 
 
+def test_methods_of_several_functions_compile_quietly(tmp_path: Path) -> None:
+    """numba calls tuples of first-class functions experimental; users need not hear of it."""
+    script = """
+from geomint.testproblems import pulsating_body
+
+problem = pulsating_body.problem()
+sol = gi.solve(problem, pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4")
+report(*sol.y[-1])
+"""
+    command = ("-c", REPORT + "import geomint as gi" + script)
+    assert_found(*(run(*command, cache=tmp_path) for _ in range(2)))
+
+
 def test_the_environment_is_left_alone() -> None:
     """No variable is set, no warning filter is installed, by import or by use."""
     script = f"""

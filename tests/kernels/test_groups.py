@@ -75,6 +75,7 @@ def exact_action(n: int, pieces: tuple[str, ...], xi: np.ndarray, y: np.ndarray)
 
 angles = st.one_of(
     st.floats(-30.0, 0.0).map(lambda e: 10.0**e),
+    st.floats(1e-3, 0.05),
     st.floats(1e-30, 30.0),  # below, 80 digits of exp(x) − 1 are not enough to compare with
     st.sampled_from(
         [0.0, np.sqrt(SMALL), np.sqrt(SMALL) * (1 + 1e-15), 0.25, 0.5, np.pi, 2 * np.pi]
