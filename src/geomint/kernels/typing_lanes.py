@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
+from numba import njit
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
@@ -280,7 +281,7 @@ def _overload_fma(x, y, z):
 def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
     """Let `function` take lane values, and plain numbers too where `scalar` says what to call."""
 
-    @overload(function)
+    @overload(function, inline="always")
     def choose(x):
         if x == LANE_VALUE:
             return lambda x: vector(x)
@@ -290,15 +291,14 @@ def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
 
 
 def _lane_by_lane(function: Any) -> Any:
-    from numba import njit
-
-    @njit
     def apply(x):
         for i in range(LANES):
             x = _insert(x, i, function(_extract(x, i)))
         return x
 
-    return apply
+    # Symbols are made of it, and must differ for sine and cosine (`compile._unique` says why).
+    apply.__qualname__ = f"{function.__name__}_of_lanes"
+    return njit(apply)
 
 
 for _name, _vector in (

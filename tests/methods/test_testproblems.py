@@ -1,0 +1,107 @@
+"""The problems that methods are verified with: their forms are one flow, their invariants constant."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.evaluate import value
+from geomint.testproblems import (
+    double_pendulum,
+    examples,
+    henon_heiles,
+    lotka_volterra,
+    pulsating_body,
+    so_n_flow,
+    sphere_metric,
+    spherical_pendulum,
+)
+
+
+def metric(n: int, **options: float) -> tuple[gi.Problem, np.ndarray]:
+    problem = sphere_metric.problem(n, **options)
+    return problem, sphere_metric.initial(problem)
+
+
+CASES = {
+    **{problem.name: (problem, y0) for problem, y0 in examples()},
+    **{f"so-{n}": (so_n_flow.problem(n, season=0.7), so_n_flow.initial(n)) for n in (2, 3, 6)},
+    "so-4-frame": (so_n_flow.problem(4, frame=True), so_n_flow.initial(4, frame=True)),
+    **{f"metric-{n}": metric(n, pulse=-0.2, bend=1.3, pull=-0.4) for n in (2, 4, 6)},
+    "pendulum": (spherical_pendulum.problem(2.5), spherical_pendulum.INITIAL),
+    "double": (double_pendulum.problem(0.7, 1.9, 2.0), double_pendulum.INITIAL),
+    "body": (
+        pulsating_body.problem((2.0, 1.0, 0.7), (0.1, 0.5, -0.3), (2.0, 0.5, 1.0), (1.0, 0.3, 0.0)),
+        pulsating_body.INITIAL,
+    ),
+    "weak": (henon_heiles.problem(0.3), henon_heiles.INITIAL),
+    "seasons": (lotka_volterra.problem(0.8, 3.0), lotka_volterra.INITIAL),
+}
+each_case = pytest.mark.parametrize("name", CASES)
+
+
+def admissible(name: str) -> tuple[gi.Problem, np.ndarray]:
+    """A case whose momenta fit its parameters."""
+    problem, y0 = CASES[name]
+    if name == "double":  # the same velocities with other masses
+        y0 = y0 * np.repeat([1.0, 1.0, 0.7, 1.9 / 0.5], 3)
+    return problem, y0
+
+
+@each_case
+def test_initial_states_are_admissible(name: str) -> None:
+    """All constraints vanish at time 0."""
+    problem, y0 = admissible(name)
+    assert problem.canonical(y0) is not None
+    for f in problem.constraints.values():
+        assert abs(value(problem, f, y0)) < 1e-15
+
+
+@each_case
+def test_forms_describe_one_flow(name: str) -> None:
+    """Methods of all forms come to the same state, by the ODE's own reference."""
+    problem, y0 = admissible(name)
+    reference = gi.solve(problem, y0, t_end=1.0, step=0.01, method="dop853").y[-1]
+    assert np.max(np.abs(reference - y0)) > 0.05
+    for form, method, steps in (
+        ("action", "rkmk-dormand-prince-5", 80),
+        ("hamiltonian", "rattle-6", 40),
+    ):
+        if form in problem.forms:
+            only = dataclasses.replace(problem, field=None)
+            found = gi.solve(only, y0, t_end=1.0, step=1.0 / steps, method=method).y[-1]
+            np.testing.assert_allclose(found, reference, rtol=0, atol=2e-9)
+
+
+@each_case
+def test_invariants_are_constant(name: str) -> None:
+    """And constraints stay, along the ODE."""
+    problem, y0 = admissible(name)
+    if not problem.diagnostics:
+        pytest.skip("nothing is conserved")
+    sol = gi.solve(problem, y0, t_end=2.0, step=0.01, method="dop853", observe="all")
+    for quantity, drift in sol.drift.items():
+        assert drift.max_abs_error < 1e-11, quantity
+
+
+def test_generators_do_not_commute() -> None:
+    """The brackets of generators at different times are far from zero."""
+    from geomint.kernels.blocks import Block
+
+    for problem, y0 in examples():
+        if problem.action is None:
+            continue
+        group = problem.action.group
+        elements = []
+        sol = gi.solve(problem, y0, t_end=1.0, step=0.05, method="dop853")
+        for t, y in ((0.0, y0), (1.0, sol.y[-1])):
+            xi = Block(np.zeros(group.algebra_rows))
+            work = Block(np.zeros(problem.work))
+            problem.action.generator(Block(problem.params), np.float64(t), Block(y), xi, work)
+            elements.append(xi)
+        out = Block(np.zeros(group.algebra_rows))
+        group.bracket(Block(group.layout), *elements, out, Block(np.zeros(group.work)))
+        assert np.max(np.abs(out.data)) > 0.05
