@@ -266,12 +266,13 @@ _binary([operator.truediv, operator.itruediv], _divide)
 
 
 def _comparison(function: Any) -> Any:
-    @njit
     def compare(x, y):
         difference = _subtract(x, y)
         return function(_hi(difference), 0.0)
 
-    return compare
+    # Symbols are made of it, and must differ for each comparison (`compile._unique` says why).
+    compare.__qualname__ = f"{function.__name__}_of_double_doubles"
+    return njit(compare)
 
 
 for _function in (operator.lt, operator.le, operator.gt, operator.ge):
