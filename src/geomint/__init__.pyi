@@ -28,6 +28,21 @@ from .errors import (
 from .errors import (
     StepError as StepError,
 )
+from .forms import (
+    Group as Group,
+)
+from .forms import (
+    GroupAction as GroupAction,
+)
+from .forms import (
+    Hamiltonian as Hamiltonian,
+)
+from .forms import (
+    Measure as Measure,
+)
+from .forms import (
+    Splitting as Splitting,
+)
 from .groups import (
     so3 as so3,
 )
@@ -83,15 +98,6 @@ from .plan import (
     run_scene as run_scene,
 )
 from .problem import (
-    Group as Group,
-)
-from .problem import (
-    GroupAction as GroupAction,
-)
-from .problem import (
-    Hamiltonian as Hamiltonian,
-)
-from .problem import (
     Problem as Problem,
 )
 from .problem import (
@@ -135,6 +141,7 @@ __all__ = [
     "Group",
     "GroupAction",
     "Hamiltonian",
+    "Measure",
     "Method",
     "MethodError",
     "Model",
@@ -146,6 +153,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Solution",
+    "Splitting",
     "StepError",
     "System",
     "as_vector",

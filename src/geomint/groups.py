@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .errors import DomainError, nearest
+from .forms import Group
 from .kernels.so3 import so3_act, so3_bracket
 from .kernels.so_n import ADJOINT, FRAME, VECTOR, so_n_act, so_n_bracket, so_n_work
-from .problem import Group
 
 __all__ = ["so3", "so_n"]
 

@@ -3,7 +3,8 @@
 A `Problem` is data: functions recorded with `geomint.field` and parameters, no class tree. One
 system offers several problems (times, representations), one problem one or more *forms*: an ODE
 in redundant coordinates (``field``), a Lie group acting on the state (``action``), a Hamiltonian on
-an embedded manifold (``hamiltonian``). A method states the form that it needs.
+an embedded manifold (``hamiltonian``), a sum of parts with known flows (``splitting``); see
+`geomint.forms`. A method states the form that it needs.
 """
 
 from __future__ import annotations
@@ -17,66 +18,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import DomainError, FormError, nearest
+from .forms import FORMS, GroupAction, Hamiltonian, Measure, Splitting
 from .kernels.recorded import Recorded
 
-__all__ = ["Group", "GroupAction", "Hamiltonian", "Problem"]
+__all__ = ["Problem"]
 
 Array = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Group:
-    """A matrix Lie group acting on states.
-
-    Parameters
-    ----------
-    name : str
-        Such as ``SO(3)``.
-    algebra_rows : int
-        Length of an algebra element as a flat vector.
-    layout : array
-        Numbers that `act` and `bracket` read: sizes, and what the pieces of the state are.
-    act : recorded ``act(layout, xi, y, out, work)``
-        Writes ``exp(ξ)·y − y``: the increment, so that it can be added with compensation.
-    bracket : recorded ``bracket(layout, x, y, out, work)``
-        Writes ``[x, y]``.
-    work : int
-        Rows of scratch that they need.
-    """
-
-    name: str
-    algebra_rows: int
-    layout: Array
-    act: Recorded
-    bracket: Recorded
-    work: int
-
-
-@dataclass(frozen=True)
-class GroupAction:
-    """The form ``ẏ = ξ(t, y)·y``: `generator` writes the algebra element ξ (as a field writes ẏ)."""
-
-    generator: Recorded
-    group: Group
-
-
-@dataclass(frozen=True)
-class Hamiltonian:
-    """The form ``q̇ = ∂H/∂p, ṗ = −∂H/∂q − Gᵀλ, g(q) = 0`` on states ``(q, p)``.
-
-    Parameters
-    ----------
-    gradients : recorded ``f(params, t, q, p, dq, dp, work)``
-        Writes ∂H/∂q to `dq` and ∂H/∂p to `dp`.
-    constraint : recorded ``f(params, q, g, G, work)``
-        Writes the constraints to `g` and their Jacobian, row after row, to `G`.
-    constraints : int
-        How many constraints; less than the length of q.
-    """
-
-    gradients: Recorded
-    constraint: Recorded
-    constraints: int
 
 
 @dataclass(frozen=True)
@@ -91,7 +38,7 @@ class Problem:
         The documented order of the flat state, such as ``(("gamma", 3), ("p_tilde", 3))``.
     params : array_like
         The flat parameters that all functions get.
-    field, action, hamiltonian
+    field, action, hamiltonian, splitting
         The forms; at least one.
     work : int
         Rows of scratch that the functions need.
@@ -101,6 +48,8 @@ class Problem:
         dt/dτ along the flow.
     invariants, constraints, observables : mapping of name to recorded ``f(params, t, y, work)``
         Constants of motion; functions that vanish on the manifold of states; others of interest.
+    measure : Measure, optional
+        An invariant measure of the flow in the problem's own time.
     make_state : callable
         Makes a state from keyword arguments; `Problem.state` calls it.
     admit : callable
@@ -118,12 +67,14 @@ class Problem:
     field: Recorded | None = None
     action: GroupAction | None = None
     hamiltonian: Hamiltonian | None = None
+    splitting: Splitting | None = None
     work: int = 0
     time: str = "t"
     clock: Recorded | None = None
     invariants: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     constraints: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     observables: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
+    measure: Measure | None = None
     make_state: Callable[..., Array] | None = None
     admit: Callable[[Array], Array] | None = None
     physical: Callable[[Array], dict[str, Array]] | None = None
@@ -138,7 +89,7 @@ class Problem:
         if not self.pieces or any(rows < 1 for _, rows in self.pieces):
             raise DomainError("pieces", self.pieces, "pairs (name, rows) with rows ≥ 1")
         if not self.forms:
-            raise FormError(f"problem {self.name!r} has no form: give field, action or hamiltonian")
+            raise FormError(f"problem {self.name!r} has no form: give one of {', '.join(FORMS)}")
         if self.time not in ("t", "tau"):
             raise DomainError("time", self.time, "'t' or 'tau'")
 
@@ -150,7 +101,7 @@ class Problem:
     @property
     def forms(self) -> tuple[str, ...]:
         """The forms that the problem offers."""
-        return tuple(f for f in ("field", "action", "hamiltonian") if getattr(self, f) is not None)
+        return tuple(form for form in FORMS if getattr(self, form) is not None)
 
     @property
     def slices(self) -> dict[str, slice]:

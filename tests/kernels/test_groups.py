@@ -15,7 +15,7 @@ from geomint.kernels.blocks import Block, LaneBlock
 from geomint.kernels.compile import LANE, SCALAR, compile_function
 from geomint.kernels.lanes import LANES
 from geomint.kernels.so3 import SMALL
-from geomint.problem import Group
+from geomint.forms import Group
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..forms import GroupAction
 from ..groups import so3
 from ..kernels.arithmetic import cos
 from ..kernels.recorded import field, helper
-from ..problem import GroupAction, Problem
+from ..problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 

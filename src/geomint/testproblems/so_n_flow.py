@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..forms import GroupAction
 from ..groups import so_n
 from ..kernels.arithmetic import cos
 from ..kernels.blocks import part
 from ..kernels.recorded import field, helper
 from ..kernels.so_n import unpack_skew
-from ..problem import GroupAction, Problem
+from ..problem import Problem
 
 __all__ = ["initial", "problem"]
 

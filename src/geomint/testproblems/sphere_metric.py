@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..forms import Hamiltonian
 from ..kernels.arithmetic import cos, sin
 from ..kernels.recorded import field
-from ..problem import Hamiltonian, Problem
+from ..problem import Problem
 from .spherical_pendulum import unit_sphere
 
 __all__ = ["initial", "problem"]

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..forms import Hamiltonian
 from ..kernels.recorded import field
-from ..problem import Hamiltonian, Problem
+from ..problem import Problem
 
 __all__ = ["INITIAL", "problem", "unit_sphere"]
 

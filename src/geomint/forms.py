@@ -1,0 +1,125 @@
+"""The forms of a problem, and the measure that its flow keeps: what `geomint.Problem` is made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .kernels.recorded import Recorded
+
+__all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting"]
+
+Array = npt.NDArray[np.float64]
+FORMS = ("field", "action", "hamiltonian", "splitting")
+
+
+@dataclass(frozen=True)
+class Group:
+    """A matrix Lie group acting on states.
+
+    Parameters
+    ----------
+    name : str
+        Such as ``SO(3)``.
+    algebra_rows : int
+        Length of an algebra element as a flat vector.
+    layout : array
+        Numbers that `act` and `bracket` read: sizes, and what the pieces of the state are.
+    act : recorded ``act(layout, xi, y, out, work)``
+        Writes ``exp(ξ)·y − y``: the increment, so that it can be added with compensation.
+    bracket : recorded ``bracket(layout, x, y, out, work)``
+        Writes ``[x, y]``.
+    work : int
+        Rows of scratch that they need.
+    cayley : recorded, like `act`
+        Writes ``cay(ξ)·y − y``, cay(ξ) = (1 − ξ/2)⁻¹(1 + ξ/2), where the group is quadratic.
+    dexpinv, dcayinv : recorded ``f(layout, u, v, out, work)``
+        Write ``dexp_u⁻¹ v`` in closed form (None: by its series in `bracket`), and the same for
+        Cayley coordinates: ``(d/dt) cay(u) = dcay_u(u̇) cay(u)``.
+    """
+
+    name: str
+    algebra_rows: int
+    layout: Array
+    act: Recorded
+    bracket: Recorded
+    work: int
+    cayley: Recorded | None = None
+    dexpinv: Recorded | None = None
+    dcayinv: Recorded | None = None
+
+
+@dataclass(frozen=True)
+class GroupAction:
+    """The form ``ẏ = ξ(t, y)·y``: `generator` writes the algebra element ξ (as a field writes ẏ)."""
+
+    generator: Recorded
+    group: Group
+
+
+@dataclass(frozen=True)
+class Hamiltonian:
+    """The form ``q̇ = ∂H/∂p, ṗ = −∂H/∂q − Gᵀλ, g(q) = 0`` on states ``(q, p)``.
+
+    Parameters
+    ----------
+    gradients : recorded ``f(params, t, q, p, dq, dp, work)``
+        Writes ∂H/∂q to `dq` and ∂H/∂p to `dp`.
+    constraint : recorded ``f(params, q, g, G, work)``
+        Writes the constraints to `g` and their Jacobian, row after row, to `G`.
+    constraints : int
+        How many constraints; less than the length of q.
+    separable : bool
+        H = ½ pᵀM⁻¹p + V(t, q) with a constant M: ∂H/∂p is linear in p and nothing else, ∂H/∂q does
+        not depend on p.
+    """
+
+    gradients: Recorded
+    constraint: Recorded
+    constraints: int
+    separable: bool = False
+
+
+@dataclass(frozen=True)
+class Splitting:
+    """The form ``ẏ = f_0(t, y) + … + f_(m−1)(t, y)`` whose parts have known flows.
+
+    Parameters
+    ----------
+    flow : recorded ``f(k, params, t, h, y, out, work)``
+        Writes ``φ_k(y) − y``, the increment of the exact flow of part k (a whole number) from time
+        t over h. A part that depends on t takes it as constant, t being the middle of the step.
+    parts : int
+        How many; at least 2.
+    symplectic : bool
+        Whether every part is Hamiltonian in the same symplectic structure.
+    """
+
+    flow: Recorded
+    parts: int
+    symplectic: bool = True
+
+
+@dataclass(frozen=True)
+class Measure:
+    r"""An invariant measure: a density on the manifold of states.
+
+    The manifold is c(y) = 0 with independent c = (c_1, …, c_m); the measure is μ δ(c) dy, with dy the
+    Lebesgue measure of the flat state. On T*S^(n−1), c = (\|γ\|² − 1, (γ, p)), δ(c) dγ dp is the
+    symplectic volume up to a factor; on an open set of R^N (m = 0) it is dy.
+
+    Parameters
+    ----------
+    log_density : recorded ``f(params, t, y, work) -> number``
+        log μ, up to a constant.
+    manifold : recorded ``f(params, t, y, out, work)`` or None
+        Writes c(y).
+    conditions : int
+        m, the length of c.
+    """
+
+    log_density: Recorded
+    manifold: Recorded | None = None
+    conditions: int = 0
