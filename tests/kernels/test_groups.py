@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp
 
+from geomint.forms import Group
 from geomint.groups import so3, so_n
 from geomint.kernels import signatures
 from geomint.kernels.blocks import Block, LaneBlock
 from geomint.kernels.compile import LANE, SCALAR, compile_function
 from geomint.kernels.lanes import LANES
 from geomint.kernels.so3 import SMALL
-from geomint.forms import Group
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52
