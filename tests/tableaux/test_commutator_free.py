@@ -27,8 +27,11 @@ each_method = pytest.mark.parametrize("method", METHODS, ids=attrgetter("name"))
 
 @each_method
 def test_order_is_the_declared_one(method: CommutatorFreeTableau) -> None:
-    """All ordered forests up to the order are satisfied exactly, and not all of the next size."""
-    assert commutator_free_defect(method, method.order) == 0
+    """All ordered forests up to the order are satisfied, and not all of the next size.
+
+    Exactly, or to what the last published digit explains.
+    """
+    assert commutator_free_defect(method, method.order) <= method.tolerance
     assert commutator_free_defect(method, method.order + 1) > Fraction(1, 1000)
 
 
@@ -39,16 +42,16 @@ def test_registry_entry(method: CommutatorFreeTableau) -> None:
     assert method.name.endswith(f"-{method.order}")
     assert method.reference
     assert method.classical.explicit
-    assert sum(method.classical.b) == 1
+    assert abs(sum(method.classical.b) - 1) <= method.tolerance
     for i, (each, sums) in enumerate(zip(method.flows, method.row_sums, strict=True)):
         start = method.c[each.start - 1] if each.start else 0
-        assert start + sum(sums) == (*method.c, 1)[i]
+        assert abs(start + sum(sums) - (*method.c, 1)[i]) <= method.tolerance
 
 
 @each_method
 def test_classical_method_has_at_least_the_order(method: CommutatorFreeTableau) -> None:
     """On a commutative group the method is a Runge-Kutta method of the same order."""
-    assert runge_kutta_defect(method.classical, method.order) == 0
+    assert runge_kutta_defect(method.classical, method.order) <= method.tolerance
 
 
 @each_method
@@ -66,11 +69,43 @@ def test_arrays_repeat_the_flows(method: CommutatorFreeTableau) -> None:
 def test_known_structure() -> None:
     """Counts of exponentials and underlying methods known from the literature."""
     counts = {name: method.exponentials for name, method in COMMUTATOR_FREE.items()}
-    assert counts == {"cf-1": 1, "cf-2": 2, "cf-3": 3, "cf-4": 5, "cg-3": 6}
+    few = {"cf-1": 1, "cf-2": 2, "cf-3": 3, "cf-4": 5}
+    assert counts == {**few, "cg-2": 3, "cg-3": 6, "cg-4": 15}
     classical, rk4 = COMMUTATOR_FREE["cf-4"].classical, RUNGE_KUTTA["rk-4"]
     assert (classical.A, classical.b, classical.c) == (rk4.A, rk4.b, rk4.c)
-    rows = [a for each in COMMUTATOR_FREE["cg-3"].flows for a in each.exponentials]
-    assert all(sum(map(bool, a)) == 1 for a in rows)
+    for name in ("cg-2", "cg-3", "cg-4"):
+        rows = [a for each in COMMUTATOR_FREE[name].flows for a in each.exponentials]
+        assert all(sum(map(bool, a)) == 1 for a in rows)
+
+
+PUBLISHED_CG4 = """
+0.8177227988124852
+0.3199876375476427 0.0659864263556022
+0.9214417194464946 0.4997857776773573 -1.0969984448371582
+0.3552358559023322 0.2390958372307326 1.3918565724203246 -1.1092979392113465
+0.1370831520630755 -0.0183698531564020 0.7397813985370780 -0.1907142565505889 0.3322195591068374
+"""
+
+
+def crouch_grossman(text: str) -> CommutatorFreeTableau:
+    """A method with one generator an exponential, of order 4 by its name."""
+    stages = [
+        flow(0, *("0 " * j + word for j, word in enumerate(line.split())))
+        for line in text.splitlines()
+    ]
+    tolerance = Fraction(1, 10**12)
+    return CommutatorFreeTableau("cg-4", 4, tuple(stages[:-1]), stages[-1], "", tolerance)
+
+
+def test_cg4_continues_the_published_digits() -> None:
+    """Every coefficient rounds to the published one; a_54 with the well-known typing error fails."""
+    published, ours = crouch_grossman(PUBLISHED_CG4), COMMUTATOR_FREE["cg-4"]
+    for each, other in zip(published.flows, ours.flows, strict=True):
+        for a, b in zip(each.exponentials, other.exponentials, strict=True):
+            assert [round(x, 16) for x in b] == list(a)
+    assert commutator_free_defect(published, 4) < Fraction(1, 10**16)
+    mistyped = crouch_grossman(PUBLISHED_CG4.replace("3465", "3565"))
+    assert commutator_free_defect(mistyped, 4) > Fraction(1, 10**15)
 
 
 def test_forests_are_all_visited() -> None:
