@@ -31,7 +31,7 @@ extensions = [
     "sphinx_design",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "audit-table.md"]  # the table is included by audit.md
 default_role = "py:obj"
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
@@ -68,7 +68,48 @@ def _benchmark() -> str:
     return "\n".join(lines)
 
 
-myst_substitutions = {"benchmark": _benchmark()}
+_KINDS = {
+    "energy": "energy",
+    "integrals": "other integrals",
+    "constraints": "constraints",
+    "measure": "measure",
+}
+
+
+def _drift_tables() -> dict[str, str]:
+    """Return a table for each scene of the benchmark of drifts: largest deviation, worst class."""
+    path = _ROOT / "benchmarks" / "results" / "drift_by_method.json"
+    scenes = json.loads(path.read_text(encoding="utf-8"))["scenes"]
+    return {f"drift_{name.replace('-', '_')}": _drift_table(s) for name, s in scenes.items()}
+
+
+def _drift_table(scene: dict[str, Any]) -> str:
+    heads = ["method", "representation", "step", "µs a step", *_KINDS.values()]
+    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    for label, method in scene["methods"].items():
+        run = method["run"]
+        if run is None:
+            lines.append(f"| `{label}` | {method['status']}: {method['message']} |" + " |" * 6)
+            continue
+        time = {"t": "t", "tau": "τ"}[run["time"]]
+        each = 1e6 * run["run_seconds"] / max(run["steps"], 1)
+        cells = [f"`{label}`", method["representation"], f"{run['step']:.3g} in {time}"]
+        cells += [f"{each:.2g}", *(_drift_cell(scene, method, kind) for kind in _KINDS)]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _drift_cell(scene: dict[str, Any], method: dict[str, Any], kind: str) -> str:
+    """Return the largest deviation / scale (of the measure: the deviation) and its class."""
+    found = [q for name, q in method["quantities"].items() if scene["kinds"][name] == kind]
+    sizes = [(q["max_abs_error"] / (q["scale"] if kind != "measure" else 1.0), q) for q in found]
+    if not sizes:
+        return "–"
+    size, worst = max(sizes, key=lambda pair: pair[0])
+    return f"{size:.1e} `{worst['class']}`"
+
+
+myst_substitutions = {"benchmark": _benchmark(), **_drift_tables()}
 
 html_theme = "furo"
 html_title = f"geomint {release}"

@@ -16,6 +16,10 @@ that round-off in |γ| does not enter, and ½⟨k, ω⟩ is kept wherever γ ≠
 
 Parameters of all three start with n, D; then come a_i, 1/a_i, C (n, n and N = n(n−1)/2 numbers:
 special), C (N: diagonal), or I⁻¹ row after row (N²: full); what follows is not read here.
+
+The measure of the ball has the density ϱ = det(I + D pr)^(−1/2), eq. (mu*), a function of γ. Up to a
+constant ϱ² = 1/det(1 + D′M), the product of the pivots of LDLᵀ; and for the special operator
+ϱ² = U^(2−n).
 """
 
 from __future__ import annotations
@@ -25,12 +29,12 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part
+from geomint import log, part
 
 from .inertia import GeneralInertia, SpecialInertia
 from .manifold import Array
 
-__all__ = ["apply_to_gamma", "omega_for", "omega_work"]
+__all__ = ["apply_to_gamma", "log_density_after", "omega_for", "omega_work"]
 
 
 def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Array]:
@@ -50,6 +54,11 @@ def omega_work(omega: Any, n: int) -> int:
     if omega is special_omega:
         return n
     return n + n * n + (n * n * (n - 1) // 2 if omega is full_omega else 0)
+
+
+def log_density_after(omega: Any) -> Any:
+    """Return f(n, params, gamma, work) -> log ϱ that reads the scratch that `omega` has left."""
+    return special_log_density if omega is special_omega else pivots_log_density
 
 
 @gi.helper
@@ -89,8 +98,20 @@ def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any
 
 
 @gi.helper
+def special_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
+    """Return log ϱ = −(n − 2)/2 log U."""
+    u = params[2 + n] * gamma[0] * gamma[0]
+    for i in range(1, n):
+        u += params[2 + n + i] * gamma[i] * gamma[i]
+    return -0.5 * (n - 2) * log(u)
+
+
+@gi.helper
 def solve_in_place(n: int, s: Any, v: Any) -> None:
-    """Replace v by S⁻¹v for a positive definite S; reads and overwrites its lower triangle."""
+    """Replace v by S⁻¹v for a positive definite S, and the diagonal of S by its inverse pivots.
+
+    Reads and overwrites the lower triangle of S.
+    """
     for j in range(n):
         r = 1.0 / s[j * n + j]
         s[j * n + j] = r
@@ -106,6 +127,15 @@ def solve_in_place(n: int, s: Any, v: Any) -> None:
         for i in range(j + 1, n):
             total -= s[i * n + j] * v[i]
         v[j] = total
+
+
+@gi.helper
+def pivots_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
+    """Return log ϱ = −½ log det(1 + D′M), from the inverse pivots that the solve has left in `work`."""
+    total = log(work[n])
+    for i in range(1, n):
+        total += log(work[n + i * (n + 1)])
+    return 0.5 * total
 
 
 @gi.helper

@@ -18,6 +18,7 @@ from .angular_velocity import apply_to_gamma, omega_for
 from .ball_fields import ball_forms, ball_work, unpack
 from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import Array, admit_frame, admit_unit, frame, skew_components
+from .measures import on_sphere
 from .states import initial_momentum
 
 __all__ = ["ball_problem"]
@@ -180,6 +181,7 @@ def ball_problem(
         work=ball_work(omega, n),
         invariants=invariants,
         constraints=constraints,
+        measure=on_sphere(forms.log_density, size, n, attitude),
         make_state=make_state,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},

@@ -1,4 +1,4 @@
-"""Field, generator and energy of the ball in (k, γ) or (k, γ, g), for any kind of inertia.
+"""Field, generator, energy and density of the ball in (k, γ) or (k, γ, g), for any kind of inertia.
 
 See `ball` for the equations; ω is one of the functions of `angular_velocity`. The functions are
 made for each n, because loops of constant length unroll: 1.5 to 3 times faster than with n from
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import geomint as gi
 from geomint import part
 
-from .angular_velocity import omega_work
+from .angular_velocity import log_density_after, omega_work
 
 __all__ = ["BallForms", "ball_forms", "ball_work", "turn", "unpack"]
 
@@ -24,6 +24,7 @@ class BallForms(NamedTuple):
     field: Any
     generator: Any
     energy: Any
+    log_density: Any
 
 
 def ball_work(omega: Any, n: int) -> int:
@@ -68,8 +69,9 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
 
 @functools.cache
 def ball_forms(omega: Any, n: int) -> BallForms:
-    """Return field, generator and energy of the ball in R^n whose ω is given by `omega`."""
+    """Return the functions of the ball in R^n whose ω is given by `omega`."""
     size = n * (n - 1) // 2
+    log_density = log_density_after(omega)
 
     def ball_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (ch-red), (PE), (ch-red2)."""
@@ -92,4 +94,15 @@ def ball_forms(omega: Any, n: int) -> BallForms:
             total += y[i] * w[i]
         return 0.5 * total
 
-    return BallForms(gi.field(ball_field), gi.field(ball_generator), gi.field(ball_energy))
+    def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return log ϱ, eq. (mu*)."""
+        gamma, rest = part(y, size, n), part(work, size, len(work) - size)
+        omega(n, params, part(y, 0, size), gamma, part(work, 0, size), rest)
+        return log_density(n, params, gamma, rest)
+
+    return BallForms(
+        gi.field(ball_field),
+        gi.field(ball_generator),
+        gi.observable(ball_energy),
+        gi.observable(ball_log_density),
+    )

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import sqrt
+from geomint import log, sqrt
 
 from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import (
@@ -32,6 +32,7 @@ from .manifold import (
     triangle_of_vector,
     vector_of_triangle,
 )
+from .measures import on_sphere
 from .states import initial_momentum
 
 __all__ = ["classical_problem"]
@@ -129,6 +130,20 @@ def full_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
     w0, w1, w2 = full_omega(params, y)
     return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
+
+
+@gi.observable
+def diagonal_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Return log ϱ = −½ log(γ⃗, Wγ⃗), eq. (mu-ch) without its cancellation."""
+    w = params[4] * y[3] * y[3] + params[5] * y[4] * y[4] + params[6] * y[5] * y[5]
+    return -0.5 * log(w)
+
+
+@gi.observable
+def full_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Return log ϱ = −½ log(γ⃗, Wγ⃗), eq. (mu-ch) without its cancellation."""
+    w0, w1, w2 = product(params, 4, 10, y[3], y[4], y[5])
+    return -0.5 * log(w0 * y[3] + w1 * y[4] + w2 * y[5])
 
 
 @gi.observable
@@ -253,6 +268,7 @@ def classical_problem(
             "area": classical_area,
         },
         constraints=constraints,
+        measure=on_sphere(full_log_density if full else diagonal_log_density, 3, 3, attitude),
         make_state=make_state,
         admit=admit,
         physical=physical,

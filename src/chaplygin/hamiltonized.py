@@ -22,9 +22,10 @@ import numpy as np
 import geomint as gi
 from geomint import fma, sqrt
 
+from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 from .inertia import SpecialInertia, parameters_of
 from .manifold import Array, admit_tangent, admit_unit, wedge
-from .reduced import norm, tangency
+from .measures import constant_density, norm, on_tangent_bundle, tangency
 from .states import initial_tangent, multiplier
 
 __all__ = ["hamiltonized_problem"]
@@ -133,7 +134,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
     """Return the Hamiltonised flow of a sphere with the special inertia operator.
 
     State: ``gamma`` (n,) and ``p_tilde`` (n,) ⟂ γ. Time τ, with the clock dt/dτ = D√U. Forms:
-    ODE and Hamiltonian with the constraint |γ| = 1.
+    ODE, Hamiltonian with the constraint |γ| = 1, and splitting.
     ``state(gamma=…, p_tilde=…)``; instead of p_tilde also p, or k or omega with zero
     SO(n−1)-momentum.
 
@@ -146,7 +147,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         vertical, p = initial_tangent(inertia, D, gamma, **components)
-        return np.concatenate([vertical, p / multiplier(inertia, vertical)])
+        return np.concatenate([vertical, p / multiplier(inertia.a, D, vertical)])
 
     def admit(y: Array) -> Array:
         gamma = admit_unit(y[:n])
@@ -154,18 +155,20 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
 
     def physical(y: Array) -> dict[str, Array]:
         gamma = np.array(y[:n])
-        return {"gamma": gamma, "k": wedge(gamma, multiplier(inertia, gamma) * y[n:])}
+        return {"gamma": gamma, "k": wedge(gamma, multiplier(inertia.a, D, gamma) * y[n:])}
 
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",
         pieces=(("gamma", n), ("p_tilde", n)),
-        params=np.concatenate([[D], 1.0 / inertia.a, inertia.a]),
+        params=np.concatenate([[D], 1.0 / inertia.a, inertia.a, splitting_parameters(inertia)]),
         field=hamiltonized_field,
         hamiltonian=gi.Hamiltonian(hamiltonized_gradients, sphere_constraint, 1),
+        splitting=hamiltonized_splitting(n),
         time="tau",
         clock=hamiltonized_clock,
         invariants={"energy": hamiltonized_energy, "K": hamiltonized_k},
         constraints={"norm": norm, "tangency": tangency},
+        measure=on_tangent_bundle(constant_density),
         make_state=make_state,
         admit=admit,
         physical=physical,

@@ -19,6 +19,7 @@ __all__ = [
     "angular_momentum",
     "parameters_of",
     "positive_number",
+    "positive_vector",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -31,6 +32,21 @@ def positive_number(name: str, value: Any) -> float:
     if not number > 0.0:
         raise gi.DomainError(name, value, "a number > 0")
     return number
+
+
+def positive_vector(name: str, value: Any) -> Array:
+    """Return n ≥ 2 positive numbers whose inverses are finite too, or raise `geomint.DomainError`."""
+    n = _count(name, value)
+    if n < 2:
+        raise gi.DomainError(name, value, "n ≥ 2 numbers")
+    values = as_vector(name, value, n)
+    with np.errstate(over="ignore", divide="ignore"):
+        good = (values > 0.0) & np.isfinite(1.0 / values)
+    if not good.all():
+        raise gi.DomainError(
+            name, value, f"positive numbers; {name}[{int(np.argmin(good))}] is not"
+        )
+    return _frozen(values)
 
 
 def _frozen(array: Any) -> Array:

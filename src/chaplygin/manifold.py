@@ -80,8 +80,10 @@ def unit(gamma: Any, n: int) -> Array:
     return np.asarray(result / length(result))
 
 
-def tangent(gamma: Array, p: Any, name: str = "p") -> Array:
+def tangent(gamma: Array, p: Any, name: str = "p", normal: str = "gamma") -> Array:
     """Return the part of `p` orthogonal to the unit vector `gamma`; warn if that is not `p`.
+
+    `name` and `normal` say in messages what the two are called.
 
     Raises
     ------
@@ -97,8 +99,8 @@ def tangent(gamma: Array, p: Any, name: str = "p") -> Array:
         return given
     result = _orthogonal(gamma, given)
     if length(result) < PARALLEL * size:
-        raise gi.DomainError(name, p, "a vector that is not parallel to gamma")
-    warn(f"(gamma, {name})/|{name}| is {defect:.3g}, not 0: the state uses the tangent part")
+        raise gi.DomainError(name, p, f"a vector that is not parallel to {normal}")
+    warn(f"({normal}, {name})/|{name}| is {defect:.3g}, not 0: the state uses the tangent part")
     return result
 
 
@@ -123,16 +125,19 @@ def admit_unit(gamma: Array) -> Array:
     return np.asarray(gamma / size)
 
 
-def admit_tangent(gamma: Array, p: Array, name: str = "p") -> Array:
-    """Return a p of a flat state, repaired if need be; see the module's docstring."""
+def admit_tangent(gamma: Array, p: Array, name: str = "p", normal: str = "gamma") -> Array:
+    """Return a p of a flat state, repaired if need be; see the module's docstring.
+
+    `gamma` is a unit vector; `name` and `normal` say in messages what the two are called.
+    """
     size = length(p)
     defect = 0.0 if size == 0.0 else abs(float(gamma @ (p / size)))
     if defect <= SILENT:
         return p
     if defect > REPAIRED:
-        expected = f"a vector orthogonal to gamma; (gamma, {name})/|{name}| is {defect:.3g}"
+        expected = f"a vector orthogonal to {normal}; ({normal}, {name})/|{name}| is {defect:.3g}"
         raise gi.DomainError(name, p, expected)
-    warn(f"(gamma, {name})/|{name}| of the state is {defect:.3g}: projected to 0")
+    warn(f"({normal}, {name})/|{name}| of the state is {defect:.3g}: projected to 0")
     return _orthogonal(gamma, p)
 
 

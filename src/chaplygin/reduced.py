@@ -26,11 +26,12 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part
+from geomint import log, part
 
-from .angular_velocity import apply_to_gamma, omega_for, omega_work
+from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import Array, admit_tangent, admit_unit, wedge
+from .measures import norm, on_tangent_bundle, tangency
 from .states import initial_tangent
 
 __all__ = ["reduced_problem"]
@@ -102,28 +103,20 @@ def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def norm(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(γ, γ) − 1 of a state (γ, p)."""
-    total = y[0] * y[0]
-    for i in range(1, len(y) // 2):
-        total += y[i] * y[i]
-    return total - 1.0
-
-
-@gi.observable
-def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(γ, p) of a state (γ, p)."""
+def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Return log μ = −(n − 2)/2 log U, eq. (DENSITY)."""
     n = len(y) // 2
-    total = y[0] * y[n]
+    u = params[1] * y[0] * y[0]
     for i in range(1, n):
-        total += y[i] * y[n + i]
-    return total
+        u += params[1 + i] * y[i] * y[i]
+    return -0.5 * (n - 2) * log(u)
 
 
 @functools.cache
-def general_forms(omega: Any, n: int) -> tuple[Any, Any]:
-    """Return field and energy for an operator whose ω is given by `omega`; y = (γ, p)."""
+def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any]:
+    """Return field, energy and log μ for an operator whose ω `omega` writes; y = (γ, p)."""
     size = n * (n - 1) // 2
+    log_density = log_density_after(omega)
 
     def velocity(params: Any, y: Any, work: Any) -> None:
         at = 0
@@ -153,14 +146,24 @@ def general_forms(omega: Any, n: int) -> tuple[Any, Any]:
             total += work[i] * work[size + i]
         return 0.5 * total
 
-    return gi.field(general_field), gi.field(general_energy)
+    def general_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return log ϱ, eq. (mu*): the measure that the ball's induces where the momentum is zero."""
+        velocity_of(params, y, work)
+        rest = part(work, 2 * size, len(work) - 2 * size)
+        return log_density(n, params, part(y, 0, n), rest)
+
+    return (
+        gi.field(general_field),
+        gi.observable(general_energy),
+        gi.observable(general_log_density),
+    )
 
 
-def _forms(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Any, Array, int]:
-    """Return field, energy, their parameters and scratch."""
+def _forms(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Any, Any, Array, int]:
+    """Return field, energy, log μ, their parameters and scratch."""
     if isinstance(inertia, SpecialInertia):
         params = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
-        return reduced_field, reduced_energy, params, 0
+        return reduced_field, reduced_energy, reduced_log_density, params, 0
     n = inertia.n
     omega, params = omega_for(inertia, D)
     return *general_forms(omega, n), params, n * (n - 1) + omega_work(omega, n)
@@ -179,7 +182,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
     """
     n = inertia.n
-    field, energy, params, work = _forms(inertia, D)
+    field, energy, log_density, params, work = _forms(inertia, D)
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))
@@ -196,6 +199,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         work=work,
         invariants={"energy": energy, "K": reduced_k},
         constraints={"norm": norm, "tangency": tangency},
+        measure=on_tangent_bundle(log_density),
         make_state=make_state,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},

@@ -11,9 +11,12 @@ import geomint as gi
 
 from .ball import ball_problem
 from .classical import classical_problem
+from .contact import contact_problem
 from .hamiltonized import hamiltonized_problem
 from .inertia import GeneralInertia, SpecialInertia, positive_number
 from .reduced import reduced_problem
+from .rolling import rolling_problem
+from .rolling_states import mass_and_radius
 
 __all__ = ["ChaplyginSphere"]
 
@@ -129,6 +132,30 @@ class ChaplyginSphere:
     def classical(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
         """Return the ball in R³ in vectors; see `classical_problem`."""
         return classical_problem(self.inertia, self.D, attitude, k0)
+
+    def rolling(self, m: Any = None, rho: Any = None, k0: Any = None) -> gi.Problem:
+        """Return the ball on SO(n) × R^(n−1) with the reaction of the plane; see `rolling_problem`.
+
+        Parameters
+        ----------
+        m, rho : float
+            Mass and radius; one of them will do, because mρ² = D.
+        k0 : array_like, optional
+        """
+        mass, radius = mass_and_radius(self.D, m, rho)
+        return rolling_problem(self.inertia, mass, radius, k0)
+
+    def contact(self, m: Any = None, rho: Any = None, k0: Any = None) -> gi.Problem:
+        """Return the ball in (k, γ, g, r), with attitude and contact point; see `contact_problem`.
+
+        Parameters
+        ----------
+        m, rho : float
+            Mass and radius; one of them will do, because mρ² = D.
+        k0 : array_like, optional
+        """
+        mass, radius = mass_and_radius(self.D, m, rho)
+        return contact_problem(self.inertia, mass, radius, k0)
 
 
 def _scale(m: Any, rho: Any) -> float:

@@ -25,17 +25,17 @@ from .manifold import (
 __all__ = ["initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
 Inertia = SpecialInertia | GeneralInertia
-_KEYS = ("p", "p_tilde", "k", "omega")
+KEYS = ("p", "p_tilde", "k", "omega")
 
 
-def one_of(components: dict[str, Any]) -> str:
+def one_of(components: dict[str, Any], known: tuple[str, ...] = KEYS) -> str:
     """Return the name of the only momentum given, or raise `geomint.DomainError`."""
     for name, value in components.items():
-        if name not in _KEYS:
-            raise gi.DomainError(name, value, f"one of gamma, {', '.join(_KEYS)}")
-    given = [name for name in _KEYS if components.get(name) is not None]
+        if name not in known:
+            raise gi.DomainError(name, value, f"one of gamma, {', '.join(known)}")
+    given = [name for name in known if components.get(name) is not None]
     if len(given) != 1:
-        raise gi.DomainError("momentum", given, f"exactly one of {', '.join(_KEYS)}")
+        raise gi.DomainError("momentum", given, f"exactly one of {', '.join(known)}")
     return given[0]
 
 
@@ -83,22 +83,34 @@ def _p(inertia: Inertia, gamma: Array, name: str, value: Any) -> Array:
         return result
     if not isinstance(inertia, SpecialInertia):
         raise gi.DomainError(name, value, "p instead: p_tilde needs the special inertia operator")
-    return result * multiplier(inertia, gamma)
+    return result * multiplier(inertia.a, inertia.D, gamma)
 
 
-def multiplier(inertia: SpecialInertia, gamma: Array) -> float:
+def multiplier(a: Array, D: float, gamma: Array) -> float:
     """Return D√U = p/p̃ = dt/dτ, eqs. (CM) and (mapping)."""
-    return float(inertia.D * np.sqrt(gamma @ (gamma / inertia.a)))
+    return float(D * np.sqrt(gamma @ (gamma / a)))
 
 
-def tangent_of_momentum(gamma: Array, k: Array, name: str = "k") -> Array:
-    """Return the p ⟂ γ with k = γ∧p, namely −kγ, or raise if k has an SO(n−1)-momentum."""
+def tangent_of_momentum(
+    gamma: Array, k: Array, name: str = "k", symbol: str = "k", noun: str = "momentum"
+) -> Array:
+    """Return the p ⟂ γ with k = γ∧p, namely −kγ, or raise if k has an SO(n−1)-momentum.
+
+    Parameters
+    ----------
+    gamma, k : array
+    name : str
+        What the user gave, for messages.
+    symbol, noun : str
+        What k is called and is, for messages: w, the velocity, in the Veselova problem.
+    """
     p, defect = _split(gamma, k)
     if defect > REPAIRED:
-        expected = f"zero SO(n−1)-momentum (k = gamma∧p); |pr k|/|k| is {defect:.3g}"
-        raise gi.DomainError(name, k, expected)
+        expected = f"zero SO(n−1)-{noun} ({symbol} = gamma∧x); |pr {symbol}|/|{symbol}| is "
+        raise gi.DomainError(name, k, f"{expected}{defect:.3g}")
     if defect > SILENT:
-        warn(f"|pr k|/|k| of {name} is {defect:.3g}, not 0: the state uses k = gamma∧p")
+        said = f"|pr {symbol}|/|{symbol}| of {name} is {defect:.3g}, not 0"
+        warn(f"{said}: the state uses {symbol} = gamma∧x")
     return p
 
 

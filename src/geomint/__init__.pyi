@@ -28,6 +28,9 @@ from .errors import (
 from .errors import (
     StepError as StepError,
 )
+from .errors import (
+    StepSizeError as StepSizeError,
+)
 from .forms import (
     Group as Group,
 )
@@ -57,6 +60,9 @@ from .kernels.arithmetic import (
     fma as fma,
 )
 from .kernels.arithmetic import (
+    log as log,
+)
+from .kernels.arithmetic import (
     maximum as maximum,
 )
 from .kernels.arithmetic import (
@@ -68,7 +74,16 @@ from .kernels.arithmetic import (
 from .kernels.arithmetic import (
     sqrt as sqrt,
 )
+from .kernels.arithmetic import (
+    top as top,
+)
 from .kernels.blocks import part as part
+from .kernels.great_circle import (
+    great_circle as great_circle,
+)
+from .kernels.great_circle import (
+    turn_coefficients as turn_coefficients,
+)
 from .kernels.recorded import (
     field as field,
 )
@@ -91,8 +106,16 @@ from .methods.registry import (
     method_names as method_names,
 )
 from .methods.rkmk import RKMK as RKMK
+from .methods.splitting import Verlet as Verlet
+from .natural import natural_on_sphere as natural_on_sphere
+from .plan import (
+    SeveralRuns as SeveralRuns,
+)
 from .plan import (
     make_plan as make_plan,
+)
+from .plan import (
+    run_methods as run_methods,
 )
 from .plan import (
     run_scene as run_scene,
@@ -117,6 +140,15 @@ from .storage import (
 )
 from .storage import (
     load as load,
+)
+from .stress.case import (
+    Rescaled as Rescaled,
+)
+from .stress.case import (
+    StressAxis as StressAxis,
+)
+from .stress.case import (
+    StressCase as StressCase,
 )
 from .systems import (
     Model as Model,
@@ -148,28 +180,38 @@ __all__ = [
     "NonFiniteError",
     "Problem",
     "Rattle",
+    "Rescaled",
     "RungeKutta",
     "SavedSolution",
     "Scene",
     "SceneError",
+    "SeveralRuns",
     "Solution",
     "Splitting",
     "StepError",
+    "StepSizeError",
+    "StressAxis",
+    "StressCase",
     "System",
+    "Verlet",
     "as_vector",
     "cos",
     "drift_report",
     "field",
     "find_method",
     "fma",
+    "great_circle",
     "helper",
     "load",
     "load_scene",
+    "log",
     "make_plan",
     "maximum",
     "method_names",
+    "natural_on_sphere",
     "observable",
     "part",
+    "run_methods",
     "run_scene",
     "scene_names",
     "select",
@@ -178,4 +220,6 @@ __all__ = [
     "so_n",
     "solve",
     "sqrt",
+    "top",
+    "turn_coefficients",
 ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -28,15 +28,20 @@ __all__ = ["Comparison", "Point", "compare"]
 
 Array = npt.NDArray[np.float64]
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 
 @dataclass(frozen=True)
 class Point:
-    """One method at one step.
+    """One method at one step, or an adaptive one at one tolerance.
 
     Attributes
     ----------
+    step : float
+        Of an adaptive method the mean step; 0 if it did not get there.
+    tolerance, rtol : float or None
+        Of an implicit method; of an adaptive one.
     error : float or None
         Largest deviation of a physical quantity from the reference at the end, relative to the
         largest entry of that quantity.
@@ -57,6 +62,7 @@ class Point:
     evaluations: int | None = None
     repeats: int = 0
     status: str = "ok"
+    rtol: float | None = None
 
 
 @dataclass
@@ -117,7 +123,8 @@ def compare(
     end : dict
         ``{"t_end": …}`` or ``{"tau_end": …}`` in the scene's own time.
     steps : iterable of float, optional
-        Steps in each method's own time. Default: 4, 2, 1, 1/2, 1/4 of its default step.
+        Steps in each method's own time. Default: 4, 2, 1, 1/2, 1/4 of its default step. Adaptive
+        methods run at tolerances instead, rtol from 1e-4 to 1e-12 with atol in proportion.
     repeats : int
         Timed runs of each point; the median counts.
     observe : bool
@@ -130,7 +137,7 @@ def compare(
     goal, reference = _goal(model, end)
     result = Comparison([], reference)
     for method in chosen:
-        best: tuple[Problem, Array, float] | None = None
+        best: tuple[Method, Problem, Array, float | None] | None = None
         last: Point | None = None
         try:
             name, problem = representation_for(model, method)
@@ -138,22 +145,54 @@ def compare(
             result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
             continue
         y0 = model.states[name]
-        base = default_step(problem, method, y0)
-        for step in steps if steps is not None else [f * base for f in STEP_FACTORS]:
-            report(f"{method.name}, step {step:.4g}")
-            expected = 0.0 if last is None else (last.seconds or 0.0) * last.step / step
+        for variant, step in _ladder(method, problem, y0, steps):
+            setting = f"rtol {variant.options['rtol']:.0e}" if step is None else f"step {step:.4g}"
+            report(f"{method.name}, {setting}")
+            expected = 0.0 if last is None else _expected_seconds(last, variant, step)
             if expected > MAX_SECONDS:
                 status = f"not run: would take about {expected:.0f} s"
-                skipped = Point(method.name, method.order, name, step, None, status=status)
-                result.points.append(skipped)
+                result.points.append(replace(_point(variant, name, step), status=status))
                 continue
-            point = _measure(goal, method, name, problem, y0, step, repeats, result)
+            point = _measure(goal, variant, name, problem, y0, step, repeats, result)
             result.points.append(point)
             if point.status == "ok":
-                best, last = (problem, y0, step), point
+                best, last = (variant, problem, y0, step), point
         if observe and best is not None:
-            result.drifts.append((method.name, _drifts(goal, method, *best)))
+            result.drifts.append((method.name, _drifts(goal, *best)))
     return result
+
+
+def _ladder(
+    method: Method, problem: Problem, y0: Array, steps: Iterable[float] | None
+) -> list[tuple[Method, float | None]]:
+    """Return what to run: the method at several steps, an adaptive one at several tolerances."""
+    if method.adaptive:
+        ratio = method.options["atol"] / method.options["rtol"]
+        return [(method.with_options(rtol=r, atol=ratio * r), None) for r in TOLERANCES]
+    base = default_step(problem, method, y0)
+    return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]
+
+
+def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
+    """Return the run time that the last point lets expect of the next one."""
+    seconds = last.seconds or 0.0
+    if step is not None:
+        return seconds * last.step / step
+    rtol = method.options["rtol"]
+    return seconds * float(((last.rtol or rtol) / rtol) ** (1.0 / (method.order + 1)))
+
+
+def _point(method: Method, representation: str, step: float | None) -> Point:
+    """Return a point of which nothing has been measured yet."""
+    options = method.options
+    return Point(
+        method.name,
+        method.order,
+        representation,
+        step or 0.0,
+        options.get("tolerance"),
+        rtol=options.get("rtol"),
+    )
 
 
 def representation_for(model: Model, method: Method) -> tuple[str, Problem]:
@@ -189,12 +228,11 @@ def _measure(
     representation: str,
     problem: Problem,
     y0: Array,
-    step: float,
+    step: float | None,
     repeats: int,
     result: Comparison,
 ) -> Point:
-    tolerance = method.options.get("tolerance")
-    point = Point(method.name, method.order, representation, step, tolerance)
+    point = _point(method, representation, step)
     arguments: dict[str, Any] = {
         **goal.end_for(problem),
         "method": method,
@@ -215,6 +253,7 @@ def _measure(
     return Point(
         **{
             **asdict(point),
+            "step": abs(solution.step) if step is None else step,
             "error": goal.error(problem, solution.y[-1]),
             "seconds": statistics.median(seconds),
             "steps": solution.steps,
@@ -225,7 +264,7 @@ def _measure(
 
 
 def _drifts(
-    goal: _Goal, method: Method, problem: Problem, y0: Array, step: float
+    goal: _Goal, method: Method, problem: Problem, y0: Array, step: float | None
 ) -> dict[str, Drift]:
     """Return the drifts over physical time, so that all methods share an axis."""
     return solve(

@@ -45,7 +45,10 @@ def drive(
     account: Account,
     progress: Callable[[int], None],
 ) -> None:
-    """Take `steps` steps (None: until `consume` says so), handing out every `stride`-th state.
+    """Take `steps` steps, handing out every `stride`-th state.
+
+    None: until `consume` says so, or until the stepper has finished; then its last state is handed
+    out too.
 
     Parameters
     ----------
@@ -67,7 +70,7 @@ def drive(
     out = scalar_block(0)
     while steps is None or account.steps < steps:
         count = chunk if steps is None else min(chunk, steps - account.steps)
-        needed = (count // stride + 1) * rows
+        needed = (count // stride + 2) * rows
         if len(out) < needed:
             out = scalar_block(needed)
         first, spent = account.steps, account.iterations
@@ -86,6 +89,8 @@ def drive(
             account.steps, account.iterations = first, spent
             raise
         indices = np.arange(first // stride + 1, account.steps // stride + 1) * stride
+        if stepper.finished and account.steps % stride:  # an end that steps are made to fit
+            indices = np.append(indices, account.steps)
         begun = time.perf_counter()
         end = consume(indices, out.data[: len(indices) * rows].reshape(-1, rows))
         account.watching_seconds += time.perf_counter() - begun
@@ -96,7 +101,7 @@ def drive(
             failed = result.iterations - good.iterations
             raise stepper.error(result._replace(iterations=failed), first)
         progress(account.steps)
-        if end is not None:
+        if end is not None or stepper.finished:
             return
         wanted = count * min(CHUNK_SECONDS / max(elapsed, 1e-9), 8.0)
         chunk = max(1, int(min(wanted, largest)))

@@ -16,6 +16,7 @@ __all__ = [
     "NonFiniteError",
     "SceneError",
     "StepError",
+    "StepSizeError",
     "nearest",
 ]
 
@@ -96,6 +97,24 @@ class NonFiniteError(StepError):
     """A step gave a number that is not finite."""
 
     reason = "the step gave a number that is not finite"
+
+
+class StepSizeError(StepError):
+    """No step of a size that would do: too large for the coordinates of a group, or too small.
+
+    Attributes
+    ----------
+    h : float
+        The step that was tried last.
+    """
+
+    reason = "the step size does not serve"
+
+    def __init__(
+        self, t: float, step: int, residual: float, iterations: int, hint: str = "", h: float = 0.0
+    ) -> None:
+        super().__init__(t, step, residual, iterations, hint)
+        self.h = h
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -35,6 +35,12 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
         scratch = Block(np.zeros(group.work))
         group.act(Block(group.layout), Block(size * xi), Block(y), Block(out), scratch)
         out /= size
+    elif problem.splitting is not None:
+        tiny = np.float64(1e-7)
+        increment = np.zeros(problem.rows)
+        for k in range(problem.splitting.parts):
+            problem.splitting.flow(k, params, now, tiny, Block(y), Block(increment), work)
+            out += increment / tiny
     else:
         assert problem.hamiltonian is not None
         n = problem.rows // 2

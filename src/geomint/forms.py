@@ -26,18 +26,24 @@ class Group:
     algebra_rows : int
         Length of an algebra element as a flat vector.
     layout : array
-        Numbers that `act` and `bracket` read: sizes, and what the pieces of the state are.
+        Numbers that all functions read: sizes, and what the pieces of the state are.
     act : recorded ``act(layout, xi, y, out, work)``
         Writes ``exp(ξ)·y − y``: the increment, so that it can be added with compensation.
     bracket : recorded ``bracket(layout, x, y, out, work)``
         Writes ``[x, y]``.
     work : int
-        Rows of scratch that they need.
-    cayley : recorded, like `act`
-        Writes ``cay(ξ)·y − y``, cay(ξ) = (1 − ξ/2)⁻¹(1 + ξ/2), where the group is quadratic.
-    dexpinv, dcayinv : recorded ``f(layout, u, v, out, work)``
-        Write ``dexp_u⁻¹ v`` in closed form (None: by its series in `bracket`), and the same for
-        Cayley coordinates: ``(d/dt) cay(u) = dcay_u(u̇) cay(u)``.
+        Rows of scratch that the functions need.
+    dexpinv : recorded ``dexpinv(layout, u, v, out, work)``, optional
+        Writes ``dexp_u⁻¹ v`` in closed form, ``(d/dt) exp(u) = dexp_u(u̇) exp(u)``; without it RKMK
+        methods take its series in `bracket`.
+    cayley, dcayinv : recorded, optional
+        The same as `act` and `dexpinv` for ``cay(ξ) = (1 − ξ/2)⁻¹(1 + ξ/2)`` instead of exp, where
+        the group is quadratic: ``dcay_u⁻¹ v = (1 − u/2) v (1 + u/2)``.
+
+    Notes
+    -----
+    Where an argument lies outside of the coordinates' domain, `dexpinv`, `cayley` and `dcayinv`
+    write NaN. Methods make a typed failure of it, or take a smaller step.
     """
 
     name: str

@@ -6,8 +6,9 @@ import numpy as np
 
 from .errors import DomainError, nearest
 from .forms import Group
-from .kernels.so3 import so3_act, so3_bracket
-from .kernels.so_n import ADJOINT, FRAME, VECTOR, so_n_act, so_n_bracket, so_n_work
+from .kernels.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
+from .kernels.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
+from .kernels.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv
 
 __all__ = ["so3", "so_n"]
 
@@ -18,11 +19,21 @@ def so3(vectors: int) -> Group:
     """SO(3) turning each of several 3-vectors; the algebra is R³ with the cross product."""
     if vectors < 1:
         raise DomainError("vectors", vectors, "a number ≥ 1")
-    return Group("SO(3)", 3, np.array([float(vectors)]), so3_act, so3_bracket, 0)
+    return Group(
+        "SO(3)",
+        3,
+        np.array([float(vectors)]),
+        so3_act,
+        so3_bracket,
+        0,
+        cayley=so3_cayley,
+        dexpinv=so3_dexpinv,
+        dcayinv=so3_dcayinv,
+    )
 
 
-def so_n(n: int, *pieces: str) -> Group:
-    """SO(n) acting on a state made of pieces.
+def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
+    """SO(n), or SO(n) × R^m, acting on a state made of pieces.
 
     Parameters
     ----------
@@ -31,11 +42,29 @@ def so_n(n: int, *pieces: str) -> Group:
     *pieces : str
         In the order of the state: ``"vector"`` (v ↦ E v), ``"adjoint"`` (X ↦ E X Eᵀ, X skew, as the
         flat upper triangle), ``"frame"`` (g ↦ g Eᵀ, an n×n matrix row after row).
+    translations : int
+        m: the last m rows of the state, after the pieces, are moved by R^m, r ↦ r + ξ_r. Algebra
+        elements are then a flat triangle and m numbers.
     """
     if n < 2:
         raise DomainError("n", n, "a dimension ≥ 2")
     for piece in pieces:
         if piece not in _CODES:
             raise DomainError("pieces", piece, f"one of {list(_CODES)}.{nearest(piece, _CODES)}")
-    layout = np.array([float(n), *(float(_CODES[p]) for p in pieces)])
-    return Group(f"SO({n})", n * (n - 1) // 2, layout, so_n_act, so_n_bracket, so_n_work(n))
+    if translations < 0:
+        raise DomainError("translations", translations, "a number ≥ 0")
+    codes = [*(_CODES[piece] for piece in pieces), *([SHIFTED] if translations else [])]
+    layout = np.array([float(n), *(float(code) for code in codes)])
+    name = f"SO({n}) × R^{translations}" if translations else f"SO({n})"
+    rows = n * (n - 1) // 2 + translations
+    return Group(
+        name,
+        rows,
+        layout,
+        so_n_act,
+        so_n_bracket,
+        so_n_work(n) + rows,
+        cayley=so_n_cayley,
+        dexpinv=so_3_dexpinv if n == 3 else None,
+        dcayinv=so_n_dcayinv,
+    )

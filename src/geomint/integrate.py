@@ -1,4 +1,4 @@
-"""`solve`: integrate a problem from an initial state, at fixed step."""
+"""`solve`: integrate a problem from an initial state."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def solve(
     progress: bool | None = None,
     compiled: bool = True,
 ) -> Solution:
-    """Integrate `problem` from `y0` at time 0 with a fixed step.
+    """Integrate `problem` from `y0` at time 0.
 
     Parameters
     ----------
@@ -56,6 +56,8 @@ def solve(
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
         characteristic time at y0 (`geomint.timeline.characteristic_time`). If the end is a whole
         number of steps away, to 1e-9, the step is adjusted to meet it; else a last partial step is.
+        For an adaptive method the first step, by default one that its tolerances allow; all further
+        ones are the method's choice.
     t_eval : array_like, optional
         Increasing physical times within the run at which states are wanted, met exactly by partial
         steps beside the run, which they do not disturb.
@@ -81,7 +83,7 @@ def solve(
     ------
     DomainError, FormError, MethodError
         Before anything is computed.
-    ConvergenceError, NonFiniteError
+    ConvergenceError, NonFiniteError, StepSizeError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
     chosen = find_method(method)
@@ -93,12 +95,21 @@ def solve(
         whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
         if count is not None and not (whole and count >= 1):
             raise DomainError(name, count, "a whole number ≥ 1")
-    observers = Observers(problem, choose_observables(problem, observe), state, compiled)
+    watched = choose_observables(problem, observe)
     stepper = chosen.start(
-        Start(problem, state, 0.0, timeline.h, clock=wants_clock, compiled=compiled)
+        Start(
+            problem,
+            state,
+            0.0,
+            timeline.h,
+            clock=wants_clock,
+            compiled=compiled,
+            end=timeline.own_end,
+        )
     )
+    observers = Observers(problem, watched, state, stepper)
     recorder = Recorder(problem, stepper, timeline, observers, save_every, observe_every, t_eval)
-    total = timeline.steps if timeline.steps is not None else timeline.physical_end
+    total = timeline.own_end or timeline.physical_end if timeline.steps is None else timeline.steps
     with Progress(progress, None if total is None else abs(total), chosen.name) as bar:
         stepper.prepare()
         observers.prepare()
@@ -129,7 +140,7 @@ def _wants_clock(
 def _shower(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
     if timeline.steps is not None:
         return bar.update
-    return lambda steps: bar.update(abs(recorder.physical_time))
+    return lambda steps: bar.update(abs(recorder.reached))
 
 
 def _integrate(

@@ -11,27 +11,43 @@ import numpy.typing as npt
 from .drift import Drift, measure_drift
 from .errors import DomainError, nearest
 from .evaluate import rounding_scale, value
+from .forms import Measure
 from .kernels.blocks import Block, scalar_block
 from .kernels.recorded import Recorded
 from .kernels.sample import sample
+from .measure import MeasureObserver
 from .methods.binding import bind_value
+from .methods.stepper import Stepper
 from .problem import Problem
 from .windows import Windows
 
-__all__ = ["Observers", "choose_observables"]
+__all__ = ["MEASURE", "Observers", "choose_observables", "quantities_of"]
 
 Array = npt.NDArray[np.float64]
 GROUPS = ("invariants", "constraints", "observables", "all")
+MEASURE = "measure"
 
 
-def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded]:
+def quantities_of(problem: Problem) -> list[str]:
+    """Return the names of all that can be observed: the diagnostics, and the measure if it has one."""
+    return [*problem.diagnostics, *([MEASURE] if problem.measure is not None else [])]
+
+
+def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded | Measure]:
     """Return the named functions that `wanted` asks for.
 
     Parameters
     ----------
     wanted : iterable of str, or mapping of str to recorded function
-        Names of the problem's diagnostics; the groups ``"invariants"``, ``"constraints"``,
-        ``"observables"`` and ``"all"``; or functions ``f(params, t, y, work)`` of the user's own.
+        Names of the problem's diagnostics; ``"measure"``, the sum of log(density ratio × Jacobian
+        determinant) of the numerical steps (`geomint.measure`), if the problem has a measure; the
+        groups ``"invariants"``, ``"constraints"``, ``"observables"`` and ``"all"``; or functions
+        ``f(params, t, y, work)`` of the user's own.
+
+    Raises
+    ------
+    DomainError
+        For a name that the problem does not have.
     """
     if isinstance(wanted, str):
         wanted = [wanted]
@@ -39,9 +55,15 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded]:
         raise DomainError("observe", wanted, "names of quantities, or a mapping of functions")
     if isinstance(wanted, Mapping):
         return {name: _recorded(name, f) for name, f in wanted.items()}
-    known = problem.diagnostics
-    chosen: dict[str, Recorded] = {}
+    known: dict[str, Recorded | Measure] = dict(problem.diagnostics)
+    if problem.measure is not None:
+        known[MEASURE] = problem.measure
+    chosen: dict[str, Recorded | Measure] = {}
     for name in _expanded(problem, wanted):
+        if name == MEASURE and name not in known:
+            raise DomainError(
+                "observe", name, f"one of {list(known)}: {problem.name!r} states no measure"
+            )
         if name not in known:
             raise DomainError("observe", name, f"a quantity of the problem.{nearest(name, known)}")
         chosen[name] = known[name]
@@ -49,6 +71,8 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded]:
 
 
 def _recorded(name: str, f: Any) -> Recorded:
+    if name == MEASURE:
+        raise DomainError("observe", name, "another name: it is that of the problem's own measure")
     if isinstance(f, Recorded):
         return f
     if not callable(f):
@@ -59,7 +83,7 @@ def _recorded(name: str, f: Any) -> Recorded:
 def _expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
     for name in wanted:
         if name == "all":
-            yield from problem.diagnostics
+            yield from quantities_of(problem)
         elif name in GROUPS:
             yield from getattr(problem, name)
         else:
@@ -67,15 +91,21 @@ def _expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
 
 
 class Observers:
-    """Evaluates chosen functions on chunks of states and keeps their windows."""
+    """Evaluates what was chosen on chunks of states and keeps its windows."""
 
     def __init__(
-        self, problem: Problem, functions: Mapping[str, Recorded], y0: Array, compiled: bool = True
+        self,
+        problem: Problem,
+        chosen: Mapping[str, Recorded | Measure],
+        y0: Array,
+        stepper: Stepper,
     ) -> None:
-        self._problem, self._compiled, self._y0 = problem, compiled, y0
+        self._problem, self._compiled, self._names = problem, stepper.compiled, list(chosen)
+        functions = {name: f for name, f in chosen.items() if isinstance(f, Recorded)}
         self._functions = {
             name: bind_value(f, len(problem.params), problem.rows) for name, f in functions.items()
         }
+        self._measure = MeasureObserver(problem, stepper, y0) if MEASURE in chosen else None
         self._params = scalar_block(len(problem.params))
         self._params.data[:] = problem.params
         self._work = scalar_block(problem.work)
@@ -84,8 +114,15 @@ class Observers:
         self.windows = {name: Windows(value(problem, f, y0)) for name, f in functions.items()}
         self.scales = {name: rounding_scale(problem, f, y0) for name, f in functions.items()}
 
+    @property
+    def needs_all_states(self) -> bool:
+        """Whether the state after every step is needed, however seldom something is sampled."""
+        return self._measure is not None
+
     def prepare(self) -> None:
         """Compile, or find in the cache, all functions."""
+        if self._measure is not None:
+            self._measure.prepare()
         if not self._functions or self._sample is not None:
             return
         if not self._compiled:
@@ -115,14 +152,25 @@ class Observers:
             ),
         )
 
-    def add(self, times: Array, labels: Array, states: Array) -> None:
-        """Evaluate everything on `states` (one a row) at the problem's own `times`.
+    def add(
+        self,
+        times: Array,
+        labels: Array,
+        states: Array,
+        watched: npt.NDArray[np.bool_],
+        step: float = 0.0,
+    ) -> None:
+        """Evaluate everything on the `watched` of `states` (one a row) at the problem's own `times`.
 
-        `labels` are the times that drifts are measured in: the scene's own.
+        `labels` are the times that drifts are measured in: the scene's own. `step` is the length of
+        the steps that led to the states, 0 if that is not known better than by their times.
         """
+        self.prepare()
+        if self._measure is not None and len(times):
+            self._measure.add(times, labels, states, watched, step)
+        times, labels, states = times[watched], labels[watched], states[watched]
         if not self._functions or not len(times):
             return
-        self.prepare()
         count, stride = states.shape
         flat = Block(np.ascontiguousarray(states).reshape(-1))
         now, out = Block(np.ascontiguousarray(times)), scalar_block(count)
@@ -134,7 +182,7 @@ class Observers:
 
     def drifts(self) -> dict[str, Drift]:
         """Return the drift of every quantity so far."""
-        return {
-            name: measure_drift(name, windows, self.scales[name])
-            for name, windows in self.windows.items()
-        }
+        windows, scales = dict(self.windows), dict(self.scales)
+        if self._measure is not None:
+            windows[MEASURE], scales[MEASURE] = self._measure.windows, self._measure.scale
+        return {name: measure_drift(name, windows[name], scales[name]) for name in self._names}

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -29,7 +30,7 @@ from .problem import Problem
 from .tableaux import gauss_legendre
 from .timeline import default_step
 
-__all__ = ["Reference", "reference_solution"]
+__all__ = ["Reference", "integrate_extended", "reference_solution"]
 
 Array = npt.NDArray[np.float64]
 STAGES = 12
@@ -91,9 +92,9 @@ def reference_solution(problem: Problem, y0: Array, own_end: float) -> Reference
     if stored is not None:
         return stored
     h = 0.75 * default_step(problem, Gauss(8), y0)
-    coarse = _integrate(problem, y0, own_end, h)
+    coarse = integrate_extended(problem, y0, own_end, h)
     for _ in range(MAX_HALVINGS):
-        fine = _integrate(problem, y0, own_end, 0.5 * h)
+        fine = integrate_extended(problem, y0, own_end, 0.5 * h)
         error = _difference(problem, coarse, fine)
         if error <= TARGET:
             break
@@ -119,11 +120,11 @@ def _difference(problem: Problem, coarse: npt.NDArray[Any], fine: npt.NDArray[An
     return float(max(parts))
 
 
-def _integrate(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray[Any]:
+def integrate_extended(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray[Any]:
     """Return the state (and clock) at `end`, in extended precision."""
     count = int(np.ceil(abs(end) / h))
     # A step of few bits: count · step is exact, and one more step makes up the rest.
-    step = float(np.float32(end / count))
+    step = _of_few_bits(end / count)
     steps = min(count, int(abs(end) / abs(step)))
     rest = end - steps * step
     state = _advance(problem, y0, np.zeros_like(y0), 0.0, 0.0, step, steps)
@@ -133,6 +134,12 @@ def _integrate(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray
         t, t_low = (hi[rows], lo[rows]) if problem.clock is not None else (0.0, 0.0)
         state = _advance(problem, hi[:rows], lo[:rows], t, t_low, rest, 1, steps * step)
     return state[0].astype(np.longdouble) + state[1]
+
+
+def _of_few_bits(x: float) -> float:
+    """Return `x` rounded to 24 bits, whatever its size."""
+    fraction, exponent = math.frexp(x)
+    return math.ldexp(float(np.float32(fraction)), exponent)
 
 
 def _advance(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,20 @@ from .problem import Problem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Solution"]
+__all__ = ["Solution", "StepSizes"]
 
 Array = npt.NDArray[np.float64]
+
+
+class StepSizes(NamedTuple):
+    """Lengths of steps in the problem's own time; all the same at fixed step.
+
+    Steps that the end of an adaptive run cuts short count in the mean only.
+    """
+
+    min: float
+    mean: float
+    max: float
 
 
 @dataclass(repr=False)
@@ -36,8 +47,15 @@ class Solution:
         The saved states, one a row.
     drift : dict of name to Drift
         How each observed quantity drifted.
-    steps, iterations, evaluations : int
-        Steps taken; iterations of implicit steps (explicit: steps); evaluations of the problem.
+    step : float
+        The step, with its sign; of an adaptive method the mean of those taken.
+    step_sizes : StepSizes
+        Smallest, mean and largest length of a step.
+    steps, rejected : int
+        Steps taken; steps that an adaptive method tried and rejected.
+    iterations, evaluations : int
+        Iterations of implicit steps (explicit: steps, rejected ones included); evaluations of the
+        problem.
     run_seconds, watching_seconds, compile_seconds : float
         For the steps; for saving states and evaluating what was observed; for compiling.
     status : str
@@ -49,10 +67,12 @@ class Solution:
     problem: Problem
     method: Method
     step: float
+    step_sizes: StepSizes
     tau: Array
     y: Array
     drift: dict[str, Drift]
     steps: int
+    rejected: int
     iterations: int
     evaluations: int
     run_seconds: float
@@ -65,9 +85,10 @@ class Solution:
 
     def __repr__(self) -> str:
         end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"
+        mean = "mean " if self.method.adaptive else ""
         return (
             f"<solution of {self.problem.name!r} by {self.method.name}: {self.status}, "
-            f"{self.steps} steps of {self.step:.6g}, {len(self.tau)} states to {end}, "
+            f"{self.steps} steps of {mean}{self.step:.6g}, {len(self.tau)} states to {end}, "
             f"{len(self.drift)} drifts>"
         )
 

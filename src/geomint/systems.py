@@ -7,7 +7,7 @@ for every name, and under ``"geomint.scenes"`` a package folder of scene files (
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 from typing import Any
 
@@ -31,10 +31,14 @@ class Model:
         The representations; the first is the one that a scene means.
     states : mapping of name to array
         The same initial state for each of them.
+    conditions : mapping of name to str
+        In words, why this initial state allows a representation that others do not: what a plan
+        tells when it takes that one.
     """
 
     problems: Mapping[str, Problem]
     states: Mapping[str, npt.NDArray[np.float64]]
+    conditions: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -25,9 +25,9 @@ class Timeline:
     Attributes
     ----------
     h : float
-        Signed step in the problem's own time.
+        Signed step in the problem's own time; the first one of an adaptive method.
     steps : int or None
-        Whole steps; None where physical time decides and is only known on the way.
+        Whole steps; None where physical time or an adaptive method decides, on the way.
     remainder : float
         Length of the last partial step in the problem's own time; 0 for none.
     own_end : float or None
@@ -90,10 +90,12 @@ def plan_timeline(
     if end == 0.0:
         raise DomainError("t_end" if tau_end is None else "tau_end", end, "a time other than 0")
     own = problem.time == "t" or tau_end is not None
-    size = default_step(problem, method, y0) if step is None else positive("step", step)
+    size = default_step(problem, method, y0, end) if step is None else positive("step", step)
     h = math.copysign(size, end)
     if not own:
         return Timeline(h, None, 0.0, None, end)
+    if method.adaptive:
+        return Timeline(h, None, 0.0, end, None)
     count = abs(end) / size
     if count > 2**53:
         raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
@@ -104,8 +106,13 @@ def plan_timeline(
     return Timeline(h, steps, end - steps * h, end, None)
 
 
-def default_step(problem: Problem, method: Method, y0: Array) -> float:
-    """Return the stated default: the method's fraction of the characteristic time at y0."""
+def default_step(problem: Problem, method: Method, y0: Array, end: float = math.inf) -> float:
+    """Return the stated default: the method's fraction of the characteristic time at y0.
+
+    For an adaptive method, the first step of a run towards `end`.
+    """
+    if method.first_step is not None:
+        return method.first_step(problem, y0, end)
     return method.step_fraction * characteristic_time(problem, y0)
 
 
@@ -113,13 +120,29 @@ def characteristic_time(problem: Problem, y0: Array) -> float:
     """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
 
     For a unit vector turning at angular velocity ω this is 1/ω.
+
+    Raises
+    ------
+    DomainError
+        If the derivative at y0 is not finite, or so large that no time is left.
     """
     from .evaluate import derivative
 
     rates = derivative(problem, y0)
-    times = [
-        float(np.linalg.norm(y0[s]) / np.linalg.norm(rates[s]))
-        for s in problem.slices.values()
-        if np.linalg.norm(rates[s]) > 0.0 and np.linalg.norm(y0[s]) > 0.0
-    ]
+    times = []
+    for rows in problem.slices.values():
+        size, rate = _length(y0[rows]), _length(rates[rows])
+        if not (math.isfinite(rate) and (rate == 0.0 or size / rate > 0.0 or size == 0.0)):
+            expected = "a state with a finite derivative, of which it is a time: give a step"
+            raise DomainError("state", y0, expected)
+        if rate > 0.0 and size > 0.0:
+            times.append(size / rate)
     return min(times) if times else 1.0
+
+
+def _length(v: Array) -> float:
+    """Return ‖v‖ without overflow or underflow of its square."""
+    largest = float(np.max(np.abs(v)))
+    if largest == 0.0 or not math.isfinite(largest):
+        return largest
+    return largest * float(np.linalg.norm(v / largest))

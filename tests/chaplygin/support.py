@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import mpmath
@@ -68,6 +69,16 @@ def acted(problem: gi.Problem, xi: Any, y: Any) -> Any:
     return out
 
 
+def gradients_of(problem: gi.Problem, y: Any) -> tuple[Any, Any]:
+    """Return ∂H/∂q and ∂H/∂p of the problem's Hamiltonian form."""
+    params, t, _, work = _blocks(problem, y)
+    n = len(y) // 2
+    dq, dp = _like(y, np.zeros(n)), _like(y, np.zeros(n))
+    q, p = Block(y[:n]), Block(y[n:])
+    problem.hamiltonian.gradients(params, t, q, p, Block(dq), Block(dp), work)
+    return dq, dp
+
+
 def rate(problem: gi.Problem, name: Any, y: Any, velocity: Any) -> float:
     """Return the derivative of a diagnostic at y in the direction of `velocity`."""
     y, h = extended(y), mp.mpf("1e-15")
@@ -75,9 +86,68 @@ def rate(problem: gi.Problem, name: Any, y: Any, velocity: Any) -> float:
     return float((above - below) / (2 * h))
 
 
+def conditions_of(problem: gi.Problem, y: Any) -> Any:
+    """Return c(y), which vanishes on the manifold of the problem's measure."""
+    params, t, state, work = _blocks(problem, y)
+    out = _like(y, np.zeros(problem.measure.conditions))
+    problem.measure.manifold(params, t, state, Block(out), work)
+    return out
+
+
+def divergence(problem: gi.Problem, y: Any, log_density: Any = None) -> float:
+    """Return the divergence of the field on c(y) = 0 with respect to μ δ(c) dy.
+
+    With T an orthonormal basis of the tangent space and δ(c) dy = dσ/√det(c_y c_yᵀ), dσ the
+    Euclidean volume, it is tr(Tᵀ X_y T) + X(log μ − ½ log det(c_y c_yᵀ)). Only derivatives along
+    the manifold enter, so that it does not matter how X goes on off it.
+    """
+    y, h = extended(y), mp.mpf("1e-15")
+    velocity = field_of(problem, y)
+
+    def log_volume(state: Any) -> Any:
+        jacobian = mp.matrix(conditions_jacobian(problem, state))
+        gram = jacobian * jacobian.T
+        return mp.log(mp.det(gram)) / 2 if gram.rows else mp.mpf(0)
+
+    def log_mu(state: Any) -> Any:
+        return value_of(problem, log_density or problem.measure.log_density, state)
+
+    def along(direction: Any, f: Any) -> Any:
+        return (f(y + h * direction) - f(y - h * direction)) / (2 * h)
+
+    total = along(velocity, log_mu) - along(velocity, log_volume)
+    for column in tangent_basis(conditions_jacobian(problem, y)):
+        total += column @ along(column, lambda state: field_of(problem, state))
+    return float(total)
+
+
+def conditions_jacobian(problem: gi.Problem, y: Any) -> Any:
+    """Return c_y: central differences, exact for quadratic c whatever the spacing."""
+    h = mp.mpf("0.125")
+    rows = [
+        (conditions_of(problem, y + h * e) - conditions_of(problem, y - h * e)) / (2 * h)
+        for e in (extended(e) for e in np.eye(len(y)))
+    ]
+    return np.array(rows).T
+
+
+def tangent_basis(jacobian: Any) -> list[Any]:
+    """Return an orthonormal basis of the vectors that c_y takes to 0, by Gram–Schmidt."""
+    found: list[Any] = []
+    candidates = [*jacobian, *(extended(e) for e in np.eye(jacobian.shape[1]))]
+    for vector in candidates:
+        for _ in range(2):
+            for other in found:
+                vector = vector - (other @ vector) * other
+        size = mp.sqrt(vector @ vector)
+        if size > 1e-6:
+            found.append(vector / size)
+    return found[len(jacobian) :]
+
+
 @dataclass(frozen=True)
 class Case:
-    """One problem at one state; `sphere` is what it describes."""
+    """One problem at one state; `sphere` is what it describes, with its dimension n."""
 
     label: str
     sphere: Any
@@ -127,6 +197,20 @@ def random_rotation(n: int, seed: int = 0) -> Any:
     return q
 
 
+def random_body(n: int, seed: int = 0) -> ch.Veselova:
+    rng = rng_for(n, seed + 4000)
+    return ch.Veselova(rng.uniform(0.4, 2.0, n), rng.uniform(0.5, 3.0))
+
+
+def random_geodesic(a: Any, seed: int = 0) -> tuple[Any, Any]:
+    """Return a point x of the ellipsoid (x, A⁻¹x) = 1 and a tangent p."""
+    gamma, p = random_direction(len(a), seed), rng_for(len(a), seed + 5000).normal(size=len(a))
+    x = gamma / np.sqrt(gamma @ (gamma / a))
+    for _ in range(2):
+        p = p - (p @ (x / a)) / ((x / a) @ (x / a)) * (x / a)
+    return x, p
+
+
 def quiet_state(problem: gi.Problem, **components: Any) -> Any:
     """Return a state that must not need projecting."""
     with warnings.catch_warnings():
@@ -150,8 +234,8 @@ def _inertias(n: int) -> dict[str, Any]:
     return found
 
 
-def all_cases() -> list[Case]:
-    """Return every problem of every system, n = 2 … 7, each at a random admissible state."""
+def ball_cases() -> list[Case]:
+    """Return every problem of every ball, n = 2 … 7, each at a random admissible state."""
     cases = []
     for n in DIMENSIONS:
         gamma, p = random_tangent(n)
@@ -177,4 +261,30 @@ def all_cases() -> list[Case]:
     return cases
 
 
-CASES = all_cases()
+def veselova_cases(n: int) -> list[Case]:
+    """Return the problems of a body in R^n; the classical one with the f₁ of any k."""
+    body, (gamma, p) = random_body(n), random_tangent(n)
+    named = {"reduced": body.reduced(), "hamiltonized": body.hamiltonized()}
+    cases = [
+        Case(f"veselova-{name}-n{n}", body, problem, quiet_state(problem, gamma=gamma, p=p))
+        for name, problem in named.items()
+    ]
+    if n == 3:
+        x = vector_of_triangle(rng_for(n, 7).normal(size=3))
+        problem = body.classical(gamma @ x)
+        y = quiet_state(problem, gamma=gamma, k=x)
+        cases.append(Case("veselova-classical-n3", body, problem, y))
+    return cases
+
+
+def ellipsoid_case(n: int) -> Case:
+    a = random_body(n).a
+    x, p = random_geodesic(a)
+    problem = ch.ellipsoid_problem(a)
+    return Case(f"ellipsoid-n{n}", SimpleNamespace(n=n), problem, quiet_state(problem, x=x, p=p))
+
+
+CASES = [
+    *ball_cases(),
+    *(case for n in DIMENSIONS for case in (*veselova_cases(n), ellipsoid_case(n))),
+]

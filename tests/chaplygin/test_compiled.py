@@ -5,6 +5,7 @@ import pytest
 from numba.core import types
 from support import CASES
 
+from chaplygin.measures import constant_density
 from geomint.kernels import signatures
 from geomint.kernels.blocks import as_lanes, scalar_block
 from geomint.kernels.compile import LANE, SCALAR, compile_function, extended_kind
@@ -19,6 +20,10 @@ LABELS = [
     "ball-full-n4",
     "classical-special-n3",
     "classical-attitude-full-n3",
+    "veselova-reduced-n4",
+    "veselova-hamiltonized-n4",
+    "veselova-classical-n3",
+    "ellipsoid-n4",
 ]
 CHOSEN = [case for case in CASES if case.label in LABELS]
 EACH = pytest.mark.parametrize("case", CHOSEN, ids=str)
@@ -87,6 +92,8 @@ def test_values(case, kind):
     functions = dict(case.problem.diagnostics)
     if case.problem.clock is not None:
         functions["clock"] = case.problem.clock
+    if case.problem.measure.log_density is not constant_density:
+        functions["log-density"] = case.problem.measure.log_density
     for f in functions.values():
         if kind is SCALAR:
             y = case.y * np.linspace(0.9, 1.2, len(case.y))
@@ -95,9 +102,17 @@ def test_values(case, kind):
             same_bits(case, kind, number(f), 1)
 
 
-@pytest.mark.parametrize("kind", [SCALAR, LANE], ids=str)
-def test_hamiltonian_form(kind):
-    case = next(c for c in CHOSEN if c.problem.hamiltonian)
+@EACH
+@KINDS
+def test_manifold_of_the_measure(case, kind):
+    off = type(case)(case.label, None, case.problem, 0.9 * case.y)
+    measure = case.problem.measure
+    same_bits(off, kind, vector(measure.manifold), measure.conditions)
+
+
+@pytest.mark.parametrize("case", [c for c in CHOSEN if c.problem.hamiltonian], ids=str)
+@KINDS
+def test_hamiltonian_form(case, kind):
     n, form = len(case.y) // 2, case.problem.hamiltonian
     gradients = compile_function(_without_time(form.gradients), _form_signature(kind, 6))
     constraint = compile_function(form.constraint, signatures.constraint(kind))

@@ -16,8 +16,12 @@ assert 'numpy' not in sys.modules
 sphere = chaplygin.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
 for make in (sphere.reduced, sphere.hamiltonized, sphere.ball, sphere.classical):
     make()
+body = chaplygin.Veselova(a=[0.8, 1.1, 1.5])
+for make in (body.reduced, body.hamiltonized, body.classical):
+    make()
+chaplygin.ellipsoid_problem([1.0, 4.0, 9.0])
 assert 'numba' not in sys.modules
-import chaplygin.systems
+import chaplygin.systems.ball, chaplygin.systems.sphere, chaplygin.systems.veselova
 assert 'numba' not in sys.modules
 """
 

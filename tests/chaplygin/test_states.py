@@ -98,7 +98,7 @@ def test_all_momenta_name_the_same_state(n):
     gamma, p = random_tangent(n)
     k = wedge(gamma, p)
     omega = -k_to_generator(sphere.ball(), gamma, k)
-    p_tilde = p / multiplier(sphere.inertia, gamma)
+    p_tilde = p / multiplier(sphere.inertia.a, sphere.D, gamma)
     forms = {"p": p, "p_tilde": p_tilde, "k": k, "omega": omega}
     matrices = {"k": skew_matrix(k, n), "omega": skew_matrix(omega, n)}
     problems = [sphere.reduced(), sphere.hamiltonized(), sphere.ball(), sphere.ball(True)]

@@ -2,6 +2,7 @@
 
 import tomllib
 import warnings
+from importlib.metadata import entry_points
 from importlib.resources import files
 
 import numpy as np
@@ -10,18 +11,23 @@ import pytest
 from support import random_tangent, value_of
 
 import geomint as gi
-from chaplygin import systems
 from chaplygin.manifold import wedge
 
 SYSTEMS = {
-    system.name: system
-    for system in (systems.REDUCED, systems.HAMILTONIZED, systems.BALL, systems.HOMOGENEOUS)
+    point.name: point.load()
+    for point in entry_points(group="geomint.systems")
+    if point.value.startswith("chaplygin.")
 }
 SCENES = {
     path.name.removesuffix(".toml"): tomllib.loads(path.read_text(encoding="utf-8"))
     for path in files("chaplygin.scenes").iterdir()
     if path.name.endswith(".toml")
 }
+
+
+def test_systems_go_by_their_own_names():
+    assert {name: system.name for name, system in SYSTEMS.items()} == {n: n for n in SYSTEMS}
+    assert all(isinstance(system, gi.System) and system.summary for system in SYSTEMS.values())
 
 
 def build(name, parameters, initial):
@@ -39,8 +45,10 @@ def check(model):
         if "spatial-momentum" in problem.diagnostics:
             assert value_of(problem, "spatial-momentum", y) < 1e-15
     for physical in arrays:
-        np.testing.assert_allclose(physical["gamma"], arrays[0]["gamma"], atol=1e-15)
-        np.testing.assert_allclose(physical["k"], arrays[0]["k"], rtol=0, atol=4e-15)
+        common = set(physical) & set(arrays[0])
+        assert {"gamma", "k"} <= common or {"x", "p"} <= common
+        for name in common:
+            np.testing.assert_allclose(physical[name], arrays[0][name], rtol=0, atol=4e-15)
     energies = [
         value_of(problem, "energy", model.states[name]) for name, problem in model.problems.items()
     ]
@@ -67,8 +75,9 @@ def test_scenes(scene):
 
 
 def test_all_scenes_are_there():
-    names = "ball-3d sphere-n3 sphere-n5 hamiltonized-n3 hamiltonized-n5 homogeneous-n4"
-    assert set(SCENES) == set(names.split())
+    names = "ball-3d sphere-n3 sphere-n5 hamiltonized-n3 hamiltonized-n5 homogeneous-n4 "
+    names += "veselova-n3 veselova-n4 veselova-classical ellipsoid-n4"
+    assert set(SCENES) >= set(names.split())
 
 
 A3 = {"a": [0.8, 1.1, 1.5], "D": 4.0}
@@ -118,6 +127,24 @@ TANGENT = ["reduced", "hamiltonized"]
             "homogeneous-ball", {"n": 2, "s": 1.0, "D": 1.0}, {"gamma": [0.6, 0.8], "k": [1.0]},
             ["ball", *TANGENT, "ball-attitude"],
         ),
+        ("veselova", A3, G3 | P3, [*TANGENT, "classical"]),
+        ("veselova", {"a": A3["a"]}, G3 | {"w": [0.6, 0.0, -0.8]}, [*TANGENT, "classical"]),
+        (
+            "veselova", {"a": [1.0, 2.0, 3.0, 4.0]}, {"gamma": [0.5] * 4, "p": [1.0, -1.0, 2.0, -2.0]},
+            TANGENT,
+        ),
+        (
+            "veselova", {"moments": [2.0, 3.0, 5.0]}, G3 | {"w": [0.8, 1.0, -0.6]},
+            ["classical", *TANGENT],
+        ),
+        (
+            "veselova", {"moments": [2.0, 3.0, 5.0], "f1": 1.0}, G3 | {"k": [0.6, 2.0, 0.8]},
+            ["classical"],
+        ),
+        (
+            "ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6], "p": [0.4, -0.6]},
+            ["geodesics"],
+        ),
     ],
 )  # fmt: skip
 def test_models(name, parameters, initial, expected):
@@ -155,6 +182,9 @@ def test_moments_make_vectors():
         ("chaplygin-sphere-reduced", A3, G3 | P3 | {"x": [1.0]}),
         ("homogeneous-ball", {"n": 1, "s": 1.0, "D": 1.0}, G3 | P3),
         ("homogeneous-ball", {"n": 3.0, "s": 1.0, "D": 1.0}, G3 | P3),
+        ("veselova", A3, G3 | {"omega": [1.0, 2.0, 3.0]}),
+        ("veselova", {"a": A3["a"], "f1": "0"}, G3 | P3),
+        ("ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6]}),
     ],
 )
 def test_bad_keys_and_types(name, parameters, initial):
@@ -176,6 +206,11 @@ def test_bad_keys_and_types(name, parameters, initial):
         ("chaplygin-ball", A3 | {"m": 1.0}, G3 | P3, "D, or m and rho"),
         ("chaplygin-ball", {"J": [1.0, 2.0, 3.0], "m": 1.0}, G3 | P3, "D, or m and rho"),
         ("homogeneous-ball", {"n": 3, "s": -1.0, "D": 1.0}, G3 | P3, "s = -1.0"),
+        ("veselova", {"D": 1.0}, G3 | P3, "either a or moments"),
+        ("veselova", A3 | {"moments": [1.0, 2.0, 3.0]}, G3 | P3, "either a or moments"),
+        ("veselova", A3 | {"f1": 0.5}, G3 | P3, "f1 = 0.5"),
+        ("veselova", A3, G3 | {"w": [0.8, 0.0, 0.6]}, "velocity"),
+        ("ellipsoid", {"a": [1.0, -4.0]}, {"x": [0.6, 1.6], "p": [0.0, 0.0]}, r"a\[1\] is not"),
     ],
 )
 def test_bad_values(name, parameters, initial, text):

@@ -78,6 +78,60 @@ def test_drift_shortened(name, tmp_path):
     assert str(out / "report.html") in result.stdout.replace("\n", "")
 
 
+def test_drift_of_several_methods(tmp_path):
+    result = invoke(
+        *("drift", "sphere-n3", "--t-end", 5, "--methods", "gauss-8, rk-4:0.05,cf-4,gauss-2:40"),
+        *("--out", tmp_path),
+    )
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in tmp_path.iterdir()} == REPORT
+    assert "gauss-2: failed: the implicit step did not converge" in result.stderr
+    for word in ("per step", "energy", "rk-4", "within round-off: gauss-8"):
+        assert word in result.stdout
+    record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
+    assert list(record["methods"]) == ["gauss-8", "rk-4", "cf-4", "gauss-2"]
+    assert record["provenance"]["command"].startswith("geomint")
+
+
+def test_if_every_method_fails_so_does_the_command(tmp_path):
+    arguments = ("drift", "ball-3d", "--t-end", 1, "--methods", "rattle-2,rattle-4")
+    assert invoke(*arguments, "--quiet", "--out", tmp_path).exit_code == 2
+
+
+def test_methods_of_the_scene_and_of_the_command_line(tmp_path):
+    scene = gi.load_scene("sphere-n3").changed(
+        drift={"methods": ["gauss-8", "gauss-4:0.2"], "quantities": ["energy"], "t_end": 2.0}
+    )
+    path, out = tmp_path / "scene.toml", tmp_path / "report"
+    path.write_text(scene.toml(), encoding="utf-8")
+    told = invoke("check", path, "--for-drift").stdout
+    assert "0.2 in t" in told
+    assert told.count("representation") == 2
+    assert invoke("check", path).stdout.count("representation") == 1
+    assert invoke("drift", path, "--quiet", "--out", out).exit_code == 0
+    record = json.loads((out / "drift.json").read_text(encoding="utf-8"))
+    assert set(record["kinds"]) == {"energy"}
+    assert invoke("drift", path, "--method", "gauss-8", "--quiet", "--out", out).exit_code == 0
+    assert "quantities" in json.loads((out / "drift.json").read_text(encoding="utf-8"))
+
+
+def test_check_of_several_methods():
+    told = invoke("check", "hamiltonized-n3", "--methods", "gauss-8,cf-4,euler-wrong")
+    assert told.exit_code == 2
+    told = invoke("check", "ball-3d", "--methods", "cf-4,rattle-4").stdout
+    assert "not possible: no representation" in told
+    told = invoke("check", "hamiltonized-n3", "--methods", "gauss-8,cf-4").stdout
+    assert "about t = 8818" in told
+    assert "estimated by the rate at the start" in " ".join(told.split())
+
+
+def test_a_representation_can_be_forced_and_quantities_changed():
+    arguments = ("check", "ball-3d", "--for-drift", "--observe", "energy, K")
+    assert "classical: k (3)" in invoke(*arguments).stdout
+    assert "classical-attitude: k (3)" in invoke(*arguments, "--representation", "own").stdout
+    assert "ball-attitude: k (3)" in invoke(*arguments, "--representation", "ball-attitude").stdout
+
+
 def test_options_change_the_scene(tmp_path):
     result = invoke(
         *("drift", "sphere-n3", "--method", "rk-4", "--step", 0.01, "--t-end", 2, "--quiet"),
@@ -112,6 +166,12 @@ def test_projections_are_said(tmp_path):
         (["check", "ball-3d", "--tau-end", "2"], "tau_end = 2.0"),
         (["check", "ball-3d", "--method", "rattle-4"], "no form 'hamiltonian'"),
         (["check", "nothing.toml"], "does not exist"),
+        (["check", "ball-3d", "--representation", "bal"], "Did you mean 'ball'?"),
+        (["check", "ball-3d", "--observe", "enrgy"], "Did you mean 'energy'?"),
+        (["drift", "ball-3d", "--methods", "cf-4,cf4"], "Did you mean 'cf-4'?"),
+        (["drift", "ball-3d", "--methods", "cf-4:fast"], "the step of 'cf-4' = 'fast'"),
+        (["drift", "ball-3d", "--methods", ","], "at least one method"),
+        (["drift", "ball-3d", "--methods", "cf-4", "--step", "1"], "write NAME:STEP"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )

@@ -59,6 +59,19 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     assert samples == {record["provenance"]["steps"]}
 
 
+def test_interrupted_methods_leave_a_report(warm, tmp_path):
+    arguments = ["drift", "sphere-n3", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
+    code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
+    assert code == 130
+    assert "Traceback" not in stderr
+    record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
+    assert record["status"] == record["methods"]["gauss-8"]["status"] == "interrupted"
+    assert record["methods"]["gauss-8"]["run"]["steps"] > 1000
+    assert record["methods"]["rk-4"]["status"] == "not run"
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "gauss-8: interrupted." in page
+
+
 def test_an_interrupted_run_leaves_its_states(warm, tmp_path):
     out = tmp_path / "run.nc"
     code, _ = interrupted(["run", "sphere-n3", "--t-end", LONG], out, warm + 2.0)

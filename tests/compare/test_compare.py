@@ -130,3 +130,18 @@ def test_a_point_that_would_take_too_long_says_so(model, monkeypatch):
     assert result.points[0].status == "ok"
     assert result.points[1].status.startswith("not run: would take")
     assert result.points[1].error is None
+
+
+def test_adaptive_methods_run_at_tolerances(model):
+    """Also where others are given steps: smaller tolerance, smaller error, its own drifts."""
+    names = ["dop853-adaptive", "rkmk-dop853-adaptive", "rk-4"]
+    result = compare(model, {"tau_end": 10.0}, names, steps=[0.01], repeats=1)
+    points = {name: [p for p in result.points if p.method == name] for name in names}
+    assert [len(points[name]) for name in names] == [5, 5, 1]
+    assert points["rk-4"][0].rtol is None
+    for name in names[:2]:
+        assert [p.rtol for p in points[name]] == [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
+        assert all(p.status == "ok" and p.step > 0.0 for p in points[name])
+        errors = [p.error for p in points[name]]
+        assert errors[0] > 100.0 * errors[2] > 1e4 * errors[4]
+    assert [label for label, _ in result.drifts] == names

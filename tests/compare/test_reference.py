@@ -63,7 +63,7 @@ def test_second_time_comes_from_disk(forget, monkeypatch):
     y0 = np.array([1.0, 0.0])
     first = reference_solution(problem, y0, 3.0)
     assert forget.exists()
-    monkeypatch.setattr(reference, "_integrate", lambda *a: pytest.fail("integrated again"))
+    monkeypatch.setattr(reference, "integrate_extended", lambda *a: pytest.fail("integrated again"))
     second = reference_solution(problem, y0, 3.0)
     np.testing.assert_array_equal(first.y, second.y)
     assert second.steps == first.steps

@@ -1,6 +1,8 @@
-"""Exponentials, actions and brackets of SO(3) and SO(n), against 40 digits and each other."""
+"""Groups SO(3) and SO(n): actions, brackets, coordinates, against 40 digits and each other."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -15,7 +17,9 @@ from geomint.kernels import signatures
 from geomint.kernels.blocks import Block, LaneBlock
 from geomint.kernels.compile import LANE, SCALAR, compile_function
 from geomint.kernels.lanes import LANES
+from geomint.kernels.recorded import Recorded
 from geomint.kernels.so3 import SMALL
+from geomint.methods.rkmk import coordinates_of
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52
@@ -36,15 +40,19 @@ def skew(flat: np.ndarray, n: int) -> np.ndarray:
 
 def act(group: Group, xi: np.ndarray, y: np.ndarray) -> np.ndarray:
     """The increment, by plain Python."""
-    out = np.zeros(len(y))
-    group.act(Block(group.layout), Block(xi), Block(y), Block(out), Block(np.zeros(group.work)))
+    return call(group.act, group, xi, y)
+
+
+def call(function: Recorded, group: Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Any function of a group, by plain Python."""
+    out, work = np.zeros(len(y)), Block(np.zeros(group.work + 2 * group.algebra_rows))
+    with np.errstate(invalid="ignore", over="ignore"):
+        function(Block(group.layout), Block(x), Block(y), Block(out), work)
     return out
 
 
 def bracket(group: Group, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    out = np.zeros(group.algebra_rows)
-    group.bracket(Block(group.layout), Block(x), Block(y), Block(out), Block(np.zeros(group.work)))
-    return out
+    return call(group.bracket, group, x, y)
 
 
 def exact_exponential(x: np.ndarray) -> np.ndarray:
@@ -54,10 +62,23 @@ def exact_exponential(x: np.ndarray) -> np.ndarray:
         return np.array(e.tolist(), dtype=object).reshape(x.shape)
 
 
-def exact_action(n: int, pieces: tuple[str, ...], xi: np.ndarray, y: np.ndarray) -> np.ndarray:
+def exact_cayley(x: np.ndarray) -> np.ndarray:
+    """(1 − x/2)⁻¹ (1 + x/2) of a float64 matrix in 80 digits."""
+    with mp.workdps(80):
+        half, one = mp.matrix(x.tolist()) / 2, mp.eye(len(x))
+        e = mp.inverse(one - half) * (one + half)
+        return np.array(e.tolist(), dtype=object).reshape(x.shape)
+
+
+EXACT = {"act": exact_exponential, "cayley": exact_cayley}
+
+
+def exact_action(
+    n: int, pieces: tuple[str, ...], xi: np.ndarray, y: np.ndarray, chart: str = "act"
+) -> np.ndarray:
     """The increments of all pieces in 40 digits."""
     with mp.workdps(80):
-        e = exact_exponential(skew(xi, n))
+        e = EXACT[chart](skew(xi, n))
         result, at = [], 0
         for piece in pieces:
             rows = {"vector": n, "adjoint": n * (n - 1) // 2, "frame": n * n}[piece]
@@ -139,20 +160,159 @@ def test_so3_and_so_n_are_the_same_group(rng: np.random.Generator) -> None:
     )
 
 
-@pytest.mark.parametrize("n", [0, 3, 4])
-def test_lanes_are_eight_actions(n: int) -> None:
+# --- coordinates ----------------------------------------------------------------------------------
+
+inside = st.one_of(
+    st.floats(-20.0, 0.0).map(lambda e: 10.0**e),
+    st.floats(1e-3, 5.99),
+    st.sampled_from([0.0, np.sqrt(SMALL), np.sqrt(SMALL) * (1 + 1e-15), 3.0, np.pi, 5.99]),
+)
+
+
+def scaled(rng: np.random.Generator, rows: int, size: float) -> np.ndarray:
+    """A random vector of a given length."""
+    x = rng.standard_normal(rows)
+    return x * (size / np.linalg.norm(x))
+
+
+@given(n=st.integers(2, 6), size=inside, rng=directions)
+def test_cayley_acts_on_all_pieces(n: int, size: float, rng: np.random.Generator) -> None:
+    """Right to rounding, relative to the increment, on SO(n) and on SO(3) by its own formula."""
+    group = so_n(n, *PIECES)
+    xi = scaled(rng, group.algebra_rows, size)
+    y = rng.standard_normal(sizes(group, n, PIECES))
+    found = call(group.cayley, group, xi, y)
+    exact = exact_action(n, PIECES, xi, y, "cayley")
+    allowed = 16 * n * EPSILON * min(size, 2.0) * (1.0 + size) * np.max(np.abs(y)) + 1e-300
+    assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
+    if n == 3:
+        vectors = rng.standard_normal(6)
+        found = call(so3(2).cayley, so3(2), from_triangle(xi), vectors)
+        exact = exact_action(3, ("vector", "vector"), xi, vectors, "cayley")
+        assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
+
+
+@given(n=st.integers(2, 9), size=st.floats(0.0, 7.99), rng=directions)
+def test_cayley_is_orthogonal(n: int, size: float, rng: np.random.Generator) -> None:
+    """EᵀE = 1 to roundings, as far as the coordinates go."""
+    group = so_n(n, "frame")
+    one = np.eye(n)
+    m = call(group.cayley, group, scaled(rng, group.algebra_rows, size), one.ravel())
+    e = one + m.reshape(n, n)
+    np.testing.assert_allclose(e.T @ e, one, rtol=0, atol=8 * n * EPSILON * (1.0 + size))
+
+
+def from_triangle(x: np.ndarray) -> np.ndarray:
+    """The vector whose hat is the skew matrix of a flat triangle of n = 3."""
+    return np.array([-x[2], x[1], -x[0]])
+
+
+def differential(chart: str, n: int, u: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """``dψ_u(w)`` as a flat triangle: (ψ(u + ε w) − ψ(u)) ψ(u)⁻¹ / ε in 80 digits, ψ = exp or cay."""
+    with mp.workdps(80):
+        small = mp.mpf(10) ** -40
+        exact = [np.array([mp.mpf(float(v)) for v in x], dtype=object) for x in (u, w)]
+        there = EXACT[chart](skew(exact[0] + small * exact[1], n))
+        here = EXACT[chart](skew(exact[0], n))
+        return ((there - here) @ here.T / small)[np.triu_indices(n, 1)].astype(float)
+
+
+@given(n=st.integers(2, 5), size=inside, rng=directions)
+def test_inverse_differential_of_cayley(n: int, size: float, rng: np.random.Generator) -> None:
+    """dcay_u(dcay_u⁻¹ v) = v, for left actions: (d/dt) cay(u) = dcay_u(u̇) cay(u)."""
+    group = so_n(n)
+    u, v = scaled(rng, group.algebra_rows, size), rng.standard_normal(group.algebra_rows)
+    w = call(group.dcayinv, group, u, v)
+    atol = 64 * EPSILON * (1.0 + size) ** 2 * np.max(np.abs(v))
+    np.testing.assert_allclose(differential("cayley", n, u, w), v, rtol=0, atol=atol)
+    if n == 3:
+        other = call(so3(1).dcayinv, so3(1), from_triangle(u), from_triangle(v))
+        np.testing.assert_allclose(other, from_triangle(w), rtol=0, atol=atol)
+
+
+@given(size=inside, rng=directions)
+def test_inverse_differential_of_rotations(size: float, rng: np.random.Generator) -> None:
+    """dexp_u(dexp_u⁻¹ v) = v by the closed form, beyond π too; the pole at 2π magnifies rounding."""
+    group = so_n(3)
+    u, v = scaled(rng, 3, size), rng.standard_normal(3)
+    w = call(group.dexpinv, group, u, v)
+    atol = 64 * EPSILON / (1.0 - size / (2 * np.pi)) * np.max(np.abs(v))
+    np.testing.assert_allclose(differential("act", 3, u, w), v, rtol=0, atol=atol)
+    other = call(so3(1).dexpinv, so3(1), from_triangle(u), from_triangle(v))
+    np.testing.assert_allclose(other, from_triangle(w), rtol=0, atol=atol)
+
+
+def series(group: Group, order: int) -> Recorded:
+    """The truncated series of dexp⁻¹, whatever closed form there may be."""
+    return coordinates_of(replace(group, dexpinv=None), "exp", order)[1]
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_the_series_of_the_inverse_differential(n: int) -> None:
+    """Kept up to ad^(p−2): what is left out is of size (|ad_u|/2π)^(p−1), to machine precision."""
+    group, rng = so_n(n), np.random.default_rng(n)
+    u, v = scaled(rng, group.algebra_rows, 0.5), scaled(rng, group.algebra_rows, 1.0)
+    for order in (2, 3, 4, 8, 24):
+        w = call(series(group, order), group, u, v)
+        error = np.max(np.abs(differential("act", n, u, w) - v))
+        left = order - 1 + (order > 2 and order % 2 == 0)  # B_3 = B_5 = … = 0
+        assert error <= 4.0 * (np.sqrt(2) * 0.5 / (2 * np.pi)) ** left + 16 * EPSILON
+    if n == 3:
+        closed = call(group.dexpinv, group, u, v)
+        np.testing.assert_allclose(w, closed, rtol=0, atol=16 * EPSILON)
+
+
+def test_translations_are_their_own_coordinates() -> None:
+    """In R^m beside SO(n), every map is the identity."""
+    for n in (2, 3, 4):
+        group = so_n(n, "vector", translations=2)
+        rng = np.random.default_rng(n)
+        u, v = rng.standard_normal((2, group.algebra_rows))
+        y = rng.standard_normal(n + 2)
+        for chart in ("act", "cayley"):
+            np.testing.assert_array_equal(call(getattr(group, chart), group, u, y)[n:], u[-2:])
+        inverses = [group.dcayinv, series(group, 8), *([group.dexpinv] if n == 3 else [])]
+        for inverse in inverses:
+            np.testing.assert_array_equal(call(inverse, group, u, v)[-2:], v[-2:])
+
+
+@pytest.mark.parametrize("size", [6.01, 2 * np.pi, 10.0, 1e200, np.nan])
+def test_coordinates_end(size: float) -> None:
+    """Where they do, NaN is written: never a number that means nothing."""
+    u, v = np.array([0.6, 0.0, 0.8]) * size, np.array([0.3, -0.2, 0.5])
+    assert np.isnan(call(so3(1).dexpinv, so3(1), u, v)).all()
+    assert np.isnan(call(so_n(3).dexpinv, so_n(3), u, v)).all()
+    if not size < 8.0:
+        assert np.isnan(call(so_n(3).cayley, so_n(3, "vector"), u, v)).all()
+
+
+LANED = [
+    *((0, function) for function in ("act", "cayley", "dexpinv", "dcayinv")),
+    *((3, function) for function in ("act", "dexpinv")),
+    *((4, function) for function in ("act", "cayley", "dexpinv", "dcayinv")),
+]
+
+
+@pytest.mark.parametrize(("n", "function"), LANED)
+def test_lanes_are_eight_actions(n: int, function: str) -> None:
     """Bit for bit, also where the lanes need different series and different scalings."""
     pieces = PIECES if n else ()
     group = so_n(n, *pieces) if n else so3(2)
+    recorded = getattr(group, function)
+    if recorded is None:
+        recorded = series(group, 8)
     rows = sizes(group, n, pieces) if n else 6
+    if function not in ("act", "cayley"):
+        rows = group.algebra_rows
     rng = np.random.default_rng(n)
     xi = rng.standard_normal((group.algebra_rows, LANES))
     xi *= np.array([0.0, 1e-200, 1e-9, 0.02, 0.04, 0.3, 3.0, 25.0])
     y = rng.standard_normal((rows, LANES))
-    single = compile_function(group.act, signatures.action(SCALAR))
-    several = compile_function(group.act, signatures.action(LANE))
+    single = compile_function(recorded, signatures.action(SCALAR))
+    several = compile_function(recorded, signatures.action(LANE))
     out = LaneBlock(np.zeros((rows, LANES)))
-    work = LaneBlock(np.zeros((group.work, LANES)))
+    scratch = group.work + 2 * group.algebra_rows
+    work = LaneBlock(np.zeros((scratch, LANES)))
     several(Block(group.layout), LaneBlock(xi), LaneBlock(y), out, work)
     for k in range(LANES):
         one = Block(np.zeros(rows))
@@ -161,10 +321,11 @@ def test_lanes_are_eight_actions(n: int) -> None:
             Block(xi[:, k].copy()),
             Block(y[:, k].copy()),
             one,
-            Block(np.zeros(group.work)),
+            Block(np.zeros(scratch)),
         )
         np.testing.assert_array_equal(out.data[:, k], one.data)
-        np.testing.assert_array_equal(one.data, act(group, xi[:, k].copy(), y[:, k].copy()))
+        plain = call(recorded, group, xi[:, k].copy(), y[:, k].copy())
+        np.testing.assert_array_equal(one.data, plain)
 
 
 def test_groups_refuse_nonsense() -> None:

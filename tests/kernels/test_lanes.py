@@ -132,6 +132,7 @@ OPERATIONS = {
     "np.sqrt": lambda x, y, z: np.sqrt(x),
     "sin": lambda x, y, z: gi.sin(x),
     "cos": lambda x, y, z: gi.cos(x),
+    "log": lambda x, y, z: gi.log(x),
     "fma": lambda x, y, z: gi.fma(x, y, z),
     "maximum": lambda x, y, z: gi.maximum(x, y),
     "<": lambda x, y, z: gi.select(x < y, x, z),
@@ -266,7 +267,11 @@ def test_functions_of_plain_numbers() -> None:
     assert math.isnan(gi.sin(math.inf))
     assert gi.sin(0.5) == math.sin(0.5)
     third = np.longdouble(1) / 3
-    for function in (gi.sqrt, gi.sin, gi.cos):
+    assert gi.log(0.5) == math.log(0.5)
+    assert gi.log(0.0) == -math.inf
+    assert math.isnan(gi.log(-1.0))
+    assert gi.log(math.inf) == math.inf
+    for function in (gi.sqrt, gi.sin, gi.cos, gi.log):
         value = function(third)
         assert value.dtype == np.longdouble
         assert function(Lanes([third, third]))[1] == value

@@ -17,16 +17,19 @@ from geomint.kernels.lanes import LANES
 from geomint.methods import Start, find_method
 from geomint.methods.stepper import Stepper
 from geomint.testproblems import (
+    abc_flow,
     double_pendulum,
+    frame_in_field,
     henon_heiles,
     lotka_volterra,
+    neumann,
     pulsating_body,
     so_n_flow,
     sphere_metric,
     spherical_pendulum,
 )
 
-METRIC = sphere_metric.problem()
+METRIC, FRAME = sphere_metric.problem(), frame_in_field.problem()
 PROBLEMS = {
     "lotka-volterra": (lotka_volterra.problem(), lotka_volterra.INITIAL),
     "henon-heiles": (henon_heiles.problem(), henon_heiles.INITIAL),
@@ -36,6 +39,9 @@ PROBLEMS = {
     "sphere-metric": (METRIC, sphere_metric.initial(METRIC)),
     "double-pendulum": (double_pendulum.problem(), double_pendulum.INITIAL),
     "spherical-pendulum": (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
+    "frame-in-field": (FRAME, frame_in_field.initial(FRAME)),
+    "abc-flow": (abc_flow.problem(), abc_flow.INITIAL),
+    "neumann": (neumann.problem((2.0, 0.3, 1.1, 2.7), 0.4), neumann.initial(4)),
 }
 FAMILIES = [
     ("rk-4", "lotka-volterra"),
@@ -48,8 +54,16 @@ FAMILIES = [
     ("cf-3", "so-3-frame"),
     ("rkmk-4", "pulsating-body"),
     ("rkmk-dormand-prince-5", "so-4"),
+    ("rkmk-cayley-4", "so-3-frame"),
+    ("dormand-prince-5-adaptive", "lotka-volterra"),
+    ("dop853-adaptive", "sphere-metric"),
+    ("rkmk-dormand-prince-5-adaptive", "pulsating-body"),
+    ("rkmk-cayley-dop853-adaptive", "so-4"),
     ("rattle-2", "sphere-metric"),
     ("rattle-4", "double-pendulum"),
+    ("rattle-2", "frame-in-field"),
+    ("verlet-2", "neumann"),
+    ("verlet-4", "abc-flow"),
 ]
 families = pytest.mark.parametrize(("name", "problem"), FAMILIES)
 H = 0.05
@@ -88,6 +102,7 @@ def test_compiled_is_plain(name: str, problem: str) -> None:
         ("cf-4", "pulsating-body"),
         ("rkmk-4", "pulsating-body"),
         ("rattle-2", "spherical-pendulum"),
+        ("verlet-2", "neumann"),
     ],
 )
 def test_compiled_is_plain_for_a_thousand_steps(name: str, problem: str) -> None:
@@ -153,8 +168,12 @@ def tangent_state(p: gi.Problem, y: np.ndarray) -> np.ndarray:
         ("cf-3", "so-4"),
         ("rkmk-4", "pulsating-body"),
         ("rkmk-dop853", "so-4"),
+        ("rkmk-cayley-4", "so-4"),
         ("rattle-2", "sphere-metric"),
         ("rattle-6", "spherical-pendulum"),
+        ("rattle-2", "neumann"),
+        ("verlet-4", "neumann"),
+        ("verlet-2", "abc-flow"),
     ],
 )
 def test_lanes_are_eight_runs(name: str, problem: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import warnings
 
@@ -96,15 +97,60 @@ def test_a_nan_in_one_row_is_not_a_result(method: str) -> None:
     assert (caught.value.t, caught.value.step) == (0.0, 0)
 
 
-@pytest.mark.parametrize("method", ["cf-4", "cf-3", "rkmk-4", "rkmk-dop853"])
+@pytest.mark.parametrize("method", ["cf-4", "cf-3", "rkmk-4", "rkmk-dop853", "rkmk-cayley-4"])
 def test_a_generator_that_fails(method: str) -> None:
-    """At the pole, or where the square root ends."""
+    """At the pole, or where the square root ends, or where a step turns too far."""
     y0 = [1.0, 0.0, 0.0, 0.0, 0.6, 0.8]
-    with pytest.raises(gi.NonFiniteError) as caught:
+    with pytest.raises((gi.NonFiniteError, gi.StepSizeError)) as caught:
         gi.solve(RUNAWAY, y0, t_end=2.0, step=0.05, method=method, save_every=1)
     assert 0.9 <= caught.value.t <= 1.05
     partial = caught.value.partial
     np.testing.assert_allclose(np.linalg.norm(partial.y[:, 3:], axis=1), 1.0, atol=1e-13)
+
+
+@gi.field
+def spinning(params, t, y, out, work):
+    out[0] = 1.0 + 0.0 * y[0]
+    out[1] = 0.1 * y[1]
+    out[2] = 0.1 * y[2]
+
+
+SPINNING = gi.Problem("spinning", (("v", 3),), action=gi.GroupAction(spinning, gi.so3(1)))
+SPINNING_4 = gi.Problem(
+    "spinning-4", (("v", 3),), action=gi.GroupAction(spinning, gi.so_n(3, "vector"))
+)
+
+
+@pytest.mark.parametrize("problem", [SPINNING, SPINNING_4], ids=["so3", "so_n"])
+def test_a_step_that_turns_too_far(problem: gi.Problem) -> None:
+    """Near a full turn dexp is singular: a typed error with the step, not a number."""
+    for h, fine in ((5.5, True), (6.2, False), (2 * math.pi, False), (50.0, False)):
+        if fine:
+            sol = gi.solve(problem, [0.6, 0.0, 0.8], t_end=h, step=h, method="rkmk-4")
+            assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-15
+            continue
+        with pytest.raises(gi.StepSizeError, match="coordinates end") as caught:
+            gi.solve(problem, [0.6, 0.0, 0.8], t_end=h, step=h, method="rkmk-4")
+        assert (caught.value.t, caught.value.step, caught.value.h) == (0.0, 0, h)
+
+
+def test_a_cayley_step_that_turns_too_far() -> None:
+    """SO(n) refuses coordinates in which its elimination would lose digits."""
+    kwargs = {"t_end": 50.0, "step": 50.0, "method": "rkmk-cayley-4"}
+    with pytest.raises(gi.StepSizeError, match="h = 50 turns so far"):
+        gi.solve(SPINNING_4, [0.6, 0.0, 0.8], **kwargs)
+    sol = gi.solve(SPINNING, [0.6, 0.0, 0.8], **kwargs)
+    assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-15
+
+
+def test_a_group_without_a_cayley_map() -> None:
+    """Is refused with advice."""
+    group = dataclasses.replace(gi.so3(1), cayley=None)
+    problem = gi.Problem("plain", (("v", 3),), action=gi.GroupAction(spinning, group))
+    with pytest.raises(gi.FormError, match="no Cayley map.*coordinates='exp'"):
+        gi.solve(problem, [0.6, 0.0, 0.8], t_end=1.0, method="rkmk-cayley-4")
+    with pytest.raises(gi.DomainError, match="coordinates = 'cayly'"):
+        gi.RKMK(coordinates="cayly")
 
 
 @pytest.mark.parametrize(

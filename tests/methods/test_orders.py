@@ -23,7 +23,7 @@ from mpmath import mp
 import geomint as gi
 from geomint.kernels.blocks import Block
 from geomint.kernels.gauss import aligned
-from geomint.methods import Method, Start, find_method, methods
+from geomint.methods import Method, Start, find_method, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
 from geomint.methods.stepper import Stepper
 from geomint.tableaux import (
@@ -34,16 +34,19 @@ from geomint.tableaux import (
     gauss_legendre,
 )
 from geomint.testproblems import (
+    abc_flow,
     double_pendulum,
+    frame_in_field,
     lotka_volterra,
+    neumann,
     pulsating_body,
     so_n_flow,
     sphere_metric,
 )
 
 T_END = 2.0
-COMPOSED = [f"gauss-1-{name}" for name in COMPOSITIONS] + ["rattle-kahan-li-6"]
-NAMES = [*methods(), *COMPOSED]
+COMPOSED = [f"gauss-1-{name}" for name in COMPOSITIONS] + ["rattle-kahan-li-6", "verlet-yoshida-6"]
+NAMES = [name for name in (*methods(), *COMPOSED) if not find_method(name).adaptive]
 
 # Steps of the three runs, by order: errors between 1e-14 and 1e-2.
 COUNTS = {
@@ -62,7 +65,7 @@ PLATEAU = 5e-15
 @cache
 def cases(form: str) -> list[tuple[gi.Problem, np.ndarray]]:
     """Return the problems of a form."""
-    metric = sphere_metric.problem()
+    metric, frame = sphere_metric.problem(), frame_in_field.problem()
     return {
         "field": [(lotka_volterra.problem(), lotka_volterra.INITIAL)],
         "action": [
@@ -72,6 +75,11 @@ def cases(form: str) -> list[tuple[gi.Problem, np.ndarray]]:
         "hamiltonian": [
             (metric, sphere_metric.initial(metric)),
             (double_pendulum.problem(), double_pendulum.INITIAL),
+            (frame, frame_in_field.initial(frame)),
+        ],
+        "splitting": [
+            (abc_flow.problem(), abc_flow.INITIAL),
+            (neumann.problem(season=0.4), neumann.initial()),
         ],
     }[form]
 
@@ -159,25 +167,32 @@ IN_LONGDOUBLE = [name for name in NAMES if find_method(name).order == 10 and nam
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="longdouble is float64 here")
 @pytest.mark.parametrize("name", IN_LONGDOUBLE)
 def test_order_in_extended_precision(name: str) -> None:
-    """Compositions of order 10, whose asymptotics begin where float64 ends."""
+    """Compositions of order 10, whose asymptotics begin where float64 ends.
+
+    Those of splittings begin where longdouble ends.
+    """
     method = find_method(name)
+    number = mp.mpf if method.needs == "splitting" else np.longdouble
     table = COMPOSITIONS["sofroniou-spaletta-10"]
-    fractions = np.concatenate([table.gamma, table.starts]).astype(np.longdouble)
-    fractions += np.concatenate(
-        [table.gamma_residual, [float(x - Fraction(float(x))) for x in table.starts_exact]]
-    )
-    base = gi.Rattle(tolerance=0.0) if method.needs == "hamiltonian" else gi.Gauss(1, tolerance=0.0)
+    fractions = [number(x) for x in (*table.gamma, *table.starts)]
+    rest = [*table.gamma_residual, *(float(x - Fraction(float(x))) for x in table.starts_exact)]
+    base = {"hamiltonian": gi.Rattle(), "splitting": gi.Verlet(), "field": gi.Gauss(1)}[method.needs]
     problem, y0 = cases(method.needs)[0]
-    counts = (16, 20, 25) if method.needs == "hamiltonian" else (10, 12, 15)
+    *counts, many = {
+        "field": (10, 12, 15, 48),
+        "hamiltonian": (16, 20, 25, 48),
+        "splitting": (22, 25, 29, 58),
+    }[method.needs]
     ends = []
-    for n in (*counts, 48):
+    for n in (*counts, many):
         plain = plain_start(gi.Compose(base, table.name), problem, y0)
-        stepper = extended(plain, np.longdouble, np.longdouble(T_END) / n)
-        stepper.fractions.data[:] = fractions
-        ends.append(np.array(end_of(stepper, n)))
-    # The reference is the method itself at half the step: its error is a thousandth of the last one's.
+        with mp.workdps(28):
+            stepper = extended(plain, number, number(T_END) / n)
+            stepper.fractions.data[:] = [x + number(r) for x, r in zip(fractions, rest, strict=True)]
+            ends.append(np.array(end_of(stepper, n)))
+    # The reference is the method itself at half the step: its error is a thousandth of the last.
     errors = [np.max(np.abs(end - ends[-1])) for end in ends[:-1]]
-    assert errors[-1] > 3e-18
+    assert errors[-1] > (0.0 if number is mp.mpf else 3e-18)
     found = slopes(counts, errors)
     assert found == pytest.approx([10] * 2, abs=0.2), (name, found)
     assert np.max(np.abs(ends[-1] - reference(0, method.needs))) < 1e-14
@@ -273,8 +288,41 @@ def test_order_in_many_digits(stages: int) -> None:
     assert found == pytest.approx([2 * stages] * 2, abs=0.2), found
 
 
+def rkmk_end(coordinates: str, index: int, steps: int) -> list[Any]:
+    """The end of a run of the RKMK method of order 8 in mpmath numbers, coefficients and all."""
+    problem, y0 = cases("action")[index]
+    table = RUNGE_KUTTA["dop853"]
+    plain = plain_start(gi.RKMK(table, coordinates=coordinates), problem, y0)
+    stepper = extended(plain, mp.mpf, mp.mpf(T_END) / steps)
+    numbers = [x for row in (*table.A, table.b, table.c) for x in row]
+    exact = [mp.mpf(x.numerator) / x.denominator for x in numbers]
+    data = stepper.coefficients.data
+    assert np.allclose(data[-len(exact) :].astype(float), np.array(exact, dtype=float))
+    data[-len(exact) :] = exact
+    return end_of(stepper, steps)
+
+
+@pytest.mark.parametrize(
+    "index", [pytest.param(0, id="SO(3)"), pytest.param(1, id="SO(4)", marks=pytest.mark.slow)]
+)
+def test_rkmk_of_order_8_in_many_digits(index: int) -> None:
+    """Both coordinates, closed form and series; the Cayley map is rational, exact to all digits.
+
+    The truth is the method in the other coordinates at half the step.
+    """
+    counts = (12, 14, 17)
+    with mp.workdps(30):
+        truth = rkmk_end("cayley", index, 34)
+        for coordinates in ("exp", "cayley"):
+            ends = [rkmk_end(coordinates, index, n) for n in counts]
+            errors = [max(abs(x - y) for x, y in zip(e, truth, strict=True)) for e in ends]
+            found = slopes(counts, errors)
+            assert found == pytest.approx([8] * 2, abs=0.2), (coordinates, found)
+        assert np.max(np.abs(np.array(truth, dtype=float) - reference(index, "action"))) < 1e-11
+
+
 def test_every_method_is_measured() -> None:
-    """Nothing in the registry is left out."""
+    """Nothing in the registry is left out: adaptive methods are measured in test_adaptive."""
     in_digits = [f"gauss-{s}" for s in range(5, 17)]
     assert set(NAMES) == {*IN_FLOAT64, *IN_LONGDOUBLE, *in_digits}
 
@@ -318,13 +366,50 @@ def test_a_spoiled_exponential_is_noticed() -> None:
 
 def test_a_truncated_bracket_series_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """RKMK without its commutators."""
-    from geomint.methods import rkmk
-
     monkeypatch.setattr(rkmk, "dexpinv_weights", lambda terms: [Fraction(1)])
-    for index in range(2):
-        found = measured(gi.RKMK("rk-4"), "action", index, COUNTS[4], floor=0.0)
-        assert found != pytest.approx([4] * 2, abs=0.2)
+    found = measured(gi.RKMK("rk-4"), "action", 1, COUNTS[4], floor=0.0)
+    assert found != pytest.approx([4] * 2, abs=0.2)
 
+
+@pytest.mark.parametrize("tableau", ["bogacki-shampine-3", "rk-4", "dormand-prince-5", "dop853"])
+def test_the_series_is_as_long_as_the_order_needs(
+    tableau: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With one term less, the order is lost; SO(4) has no closed form."""
+    order = RUNGE_KUTTA[tableau].order
+    weights = rkmk.dexpinv_weights
+    counts = COUNTS[order] if order < 8 else (16, 23, 32)
+
+    def shorter(terms: int) -> list[Fraction]:
+        complete = weights(terms)
+        return complete[: max(k for k, w in enumerate(complete) if w)]
+
+    monkeypatch.setattr(rkmk, "dexpinv_weights", shorter)
+    found = measured(gi.RKMK(tableau), "action", 1, counts, floor=0.0)
+    assert max(found) < order - 0.3, found
+
+
+@gi.helper
+def backwards(layout, u, v, out, work):
+    """dexp⁻¹ of SO(3) with B_1 = +1/2: that of right actions."""
+    out[0] = v[0] + 0.5 * (u[1] * v[2] - u[2] * v[1])
+    out[1] = v[1] + 0.5 * (u[2] * v[0] - u[0] * v[2])
+    out[2] = v[2] + 0.5 * (u[0] * v[1] - u[1] * v[0])
+
+
+@pytest.mark.parametrize("coordinates", ["exp", "cayley"])
+def test_the_wrong_side_is_noticed(coordinates: str) -> None:
+    """With the sign of the bracket changed, all orders above 1 are lost."""
+    problem, y0 = cases("action")[0]
+    group = replace(problem.action.group, dexpinv=backwards, dcayinv=backwards)
+    wrong = replace(problem, action=replace(problem.action, group=group))
+    exact = reference(0, "action")
+    ends = [
+        gi.solve(wrong, y0, t_end=T_END, step=T_END / n, method=gi.RKMK(coordinates=coordinates))
+        for n in (64, 128)
+    ]
+    errors = [np.max(np.abs(end.y[-1] - exact)) for end in ends]
+    assert slopes((64, 128), errors)[0] < 2.5
 
 def test_a_spoiled_composition_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ten-thousandth of one fraction."""

@@ -12,7 +12,7 @@ from geomint.testproblems import examples
 
 pytestmark = pytest.mark.nojit
 
-COMPOSED = [f"{base}-{name}" for base in ("gauss-1", "rattle") for name in COMPOSITIONS]
+COMPOSED = [f"{base}-{name}" for base in ("gauss-1", "rattle", "verlet") for name in COMPOSITIONS]
 each_name = pytest.mark.parametrize("name", [*methods(), *COMPOSED])
 
 
@@ -31,12 +31,12 @@ def test_names_lead_back(name: str) -> None:
 def test_what_a_method_states(name: str) -> None:
     """Form, order, default step, words for tables."""
     method = find_method(name)
-    assert method.needs in ("field", "action", "hamiltonian")
+    assert method.needs in ("field", "action", "hamiltonian", "splitting")
     assert 1 <= method.order <= 32
     assert 0.0 < method.step_fraction <= 1.0
     assert method.summary
     assert method.reference
-    assert method.symplectic is (name.startswith(("gauss", "rattle")))
+    assert method.symplectic is (name.startswith(("gauss", "rattle", "verlet")))
     assert method.symmetric is method.symplectic
 
 
@@ -45,7 +45,9 @@ def test_all_tableaux_have_methods() -> None:
     names = method_names()
     assert set(RUNGE_KUTTA) <= set(names)
     assert set(COMMUTATOR_FREE) <= set(names)
-    assert len([n for n in names if n.startswith("rkmk-")]) == len(RUNGE_KUTTA)
+    for prefix in ("rkmk", "rkmk-cayley"):
+        made = {f"{prefix}-{name}".replace("-rk-", "-") for name in RUNGE_KUTTA}
+        assert made <= set(names)
     assert [n for n in names if n.startswith("gauss-")] == [f"gauss-{s}" for s in range(1, 17)]
     assert len(set(names)) == len(names)
 
@@ -92,6 +94,7 @@ def test_compositions_know_their_base() -> None:
     """An order of the base that the scheme was not made for is refused; others compose."""
     assert gi.Compose(gi.Gauss(1), 6).order == 6
     assert gi.Compose(gi.Rattle(), "suzuki-4").order == 4
+    assert gi.Compose(gi.Verlet(), 8).order == 8
     with pytest.raises(gi.MethodError, match="base of order 2"):
         gi.Compose(gi.Gauss(2), 6)
     with pytest.raises(gi.MethodError, match="symmetric are"):

@@ -20,7 +20,9 @@ from geomint.methods.stepper import Stepper
 from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
 from geomint.testproblems import (
     double_pendulum,
+    frame_in_field,
     lotka_volterra,
+    neumann,
     pulsating_body,
     so_n_flow,
     sphere_metric,
@@ -106,7 +108,7 @@ def test_group_methods_keep_orbits(name: str) -> None:
         assert_no_drift(drift, 2.0)
 
 
-@pytest.mark.parametrize("name", ["cf-4", "cf-3", "cg-3", "rkmk-4"])
+@pytest.mark.parametrize("name", ["cf-4", "cf-3", "cg-3", "rkmk-4", "rkmk-cayley-4"])
 def test_group_methods_keep_spectra_and_frames(name: str) -> None:
     """The spectrum of k, gᵀg, and what g carries into space: gγ and gkgᵀ."""
     problem, y0 = so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)
@@ -129,13 +131,15 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
 @pytest.mark.parametrize(("name", "h"), [("rattle-2", 0.02), ("rattle-4", 0.05), ("rattle-6", 0.1)])
 def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     """Constraints to a few roundings over 10⁵ steps; a quadratic momentum map as a random walk."""
-    metric = sphere_metric.problem(5, pulse=0.0)
+    metric, frame = sphere_metric.problem(5, pulse=0.0), frame_in_field.problem(season=0.0)
     for problem, y0 in (
+        (frame, frame_in_field.initial(frame)),
         (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
         (double_pendulum.problem(), double_pendulum.INITIAL),
         (metric, sphere_metric.initial(metric)),
     ):
-        sol = gi.solve(problem, y0, t_end=h * STEPS, step=h, method=name, observe="all")
+        names = [*problem.invariants, *problem.constraints]
+        sol = gi.solve(problem, y0, t_end=h * STEPS, step=h, method=name, observe=names)
         for quantity in problem.constraints:
             assert sol.drift[quantity].max_abs_error <= 8 * EPSILON, sol.drift[quantity]
         if "angular-momentum" in problem.invariants:
@@ -168,7 +172,10 @@ PLANE = gi.Problem(
 ANGLE = gi.Problem("angle", (("angle", 1),), [0.7, -0.4], field=turning_angle)
 
 
-@pytest.mark.parametrize("name", ACTION_METHODS)
+EXPONENTIAL = [n for n in ACTION_METHODS if "cayley" not in n and not find_method(n).adaptive]
+
+
+@pytest.mark.parametrize("name", EXPONENTIAL)
 def test_on_an_abelian_group_they_are_runge_kutta_methods(name: str) -> None:
     """SO(2): all commutators vanish, exponents add; the angle is what the tableau makes of it."""
     if name in COMMUTATOR_FREE:
@@ -190,6 +197,7 @@ SYMMETRIC = [
     "gauss-1-kahan-li-6",
     "gauss-1-triple-jump-4",
     "rattle-yoshida-6",
+    "verlet-yoshida-6",
 ]
 
 
@@ -199,6 +207,7 @@ def symmetric_problem(form: str) -> tuple[gi.Problem, np.ndarray]:
     return {
         "field": (lotka_volterra.problem(), lotka_volterra.INITIAL),
         "hamiltonian": (metric, sphere_metric.initial(metric)),
+        "splitting": (neumann.problem(season=0.4), neumann.initial()),
     }[form]
 
 
@@ -332,20 +341,29 @@ def metric(n: int) -> tuple[gi.Problem, np.ndarray]:
     return problem, sphere_metric.initial(problem)
 
 
+def frame(problem: gi.Problem) -> tuple[gi.Problem, np.ndarray]:
+    return problem, frame_in_field.initial(problem)
+
+
 ON_MANIFOLDS = {
     "sphere-metric-3": lambda: metric(3),
     "sphere-metric-5": lambda: metric(5),
     "hamiltonized-3": lambda: hamiltonized(3),
     "hamiltonized-5": lambda: hamiltonized(5),
     "double-pendulum": lambda: (double_pendulum.problem(), double_pendulum.INITIAL),
+    "frame-in-field": lambda: frame(frame_in_field.problem()),
+    "neumann-3": lambda: (neumann.problem(season=0.4), neumann.initial()),
+    "neumann-5": lambda: (neumann.problem((2.0, 0.3, 1.1, 2.7, 0.8)), neumann.initial(5)),
 }
 
 
-@pytest.mark.parametrize("name", ["rattle-2", "rattle-4", "rattle-6"])
+@pytest.mark.parametrize("name", ["rattle-2", "rattle-4", "rattle-6", "verlet-2", "verlet-6"])
 @pytest.mark.parametrize("case", ON_MANIFOLDS)
-def test_rattle_is_symplectic_on_the_manifold(case: str, name: str) -> None:
+def test_methods_are_symplectic_on_the_manifold(case: str, name: str) -> None:
     """Five steps, on the tangent space of T*S^(n−1), also with a metric that changes in time."""
     problem, y0 = ON_MANIFOLDS[case]()
+    if find_method(name).needs not in problem.forms:
+        pytest.skip("has no such form")
     h = 0.1
     stepper = find_method(name).start(Start(problem, y0, 0.0, h))
     assert symplectic_defect(problem, y0, stepper, h, 5) <= 1e-12

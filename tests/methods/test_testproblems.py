@@ -10,10 +10,13 @@ import pytest
 import geomint as gi
 from geomint.evaluate import value
 from geomint.testproblems import (
+    abc_flow,
     double_pendulum,
     examples,
+    frame_in_field,
     henon_heiles,
     lotka_volterra,
+    neumann,
     pulsating_body,
     so_n_flow,
     sphere_metric,
@@ -24,6 +27,11 @@ from geomint.testproblems import (
 def metric(n: int, **options: float) -> tuple[gi.Problem, np.ndarray]:
     problem = sphere_metric.problem(n, **options)
     return problem, sphere_metric.initial(problem)
+
+
+def frame(**options: float) -> tuple[gi.Problem, np.ndarray]:
+    problem = frame_in_field.problem(**options)
+    return problem, frame_in_field.initial(problem, (1.1, 0.7, -0.5))
 
 
 CASES = {
@@ -37,6 +45,11 @@ CASES = {
         pulsating_body.problem((2.0, 1.0, 0.7), (0.1, 0.5, -0.3), (2.0, 0.5, 1.0), (1.0, 0.3, 0.0)),
         pulsating_body.INITIAL,
     ),
+    "abc": (abc_flow.problem(0.7, -1.2, 0.9, -0.3), abc_flow.INITIAL),
+    "frame": frame(first=0.7, second=1.9, weight=-1.1, stiffness=0.6, season=0.0),
+    "frame-seasons": frame(season=-0.7, separable=False),
+    **{f"neumann-{n}": (neumann.problem(np.linspace(2, 0.3, n)), neumann.initial(n)) for n in (2, 5)},
+    "neumann-seasons": (neumann.problem((1.0, 3.0, 2.2, 0.4), -0.6), neumann.initial(4)),
     "weak": (henon_heiles.problem(0.3), henon_heiles.INITIAL),
     "seasons": (lotka_volterra.problem(0.8, 3.0), lotka_volterra.INITIAL),
 }
@@ -69,6 +82,7 @@ def test_forms_describe_one_flow(name: str) -> None:
     for form, method, steps in (
         ("action", "rkmk-dormand-prince-5", 80),
         ("hamiltonian", "rattle-6", 40),
+        ("splitting", "verlet-8", 20),
     ):
         if form in problem.forms:
             only = dataclasses.replace(problem, field=None)

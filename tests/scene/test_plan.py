@@ -104,7 +104,7 @@ def test_a_plan_does_not_change_the_answer(content, save):
         step=scene.content.integrate.step,
         save_every=save.get("every"),
         t_eval=save.get("t_eval"),
-        observe="all",
+        observe=["invariants", "constraints"],
         clock=True if scene.problem.time == "tau" else None,
         progress=False,
     )
@@ -135,3 +135,26 @@ def test_representations_agree_at_the_same_physical_time():
 def test_purposes_are_checked():
     with pytest.raises(gi.DomainError, match="purpose"):
         gi.make_plan(gi.Scene(**REDUCED), "dance")
+
+
+def test_an_adaptive_method_says_what_decides_its_steps():
+    integrate = {"method": "dop853-adaptive", "rtol": 1e-9, "max_step": 0.5}
+    told = choices(gi.Scene(**REDUCED, integrate=integrate))
+    assert told["step"].value.startswith("adaptive, rtol 1e-09, atol 1e-12, none above 0.5; the")
+    assert "an estimate at the initial state" in told["step"].reason
+    assert "as many as" in told["steps"].value
+    assert "end at t = 2," in told["steps"].reason
+    assert "12 a step" in told["field evaluations"].value
+    given = choices(gi.Scene(**REDUCED, integrate={**integrate, "step": 0.25}))
+    assert "the first 0.25 in t" in given["step"].value
+    assert "[integrate] step" in given["step"].reason
+    physical = gi.Scene(**{**HAMILTONIZED, "time": {"t_end": 1.0}, "integrate": integrate})
+    assert "end at t = 1," in choices(physical)["steps"].reason
+
+
+def test_an_adaptive_plan_gives_what_solve_gives():
+    scene = gi.Scene(**REDUCED, integrate={"method": "dop853-adaptive", "rtol": 1e-10})
+    planned = gi.make_plan(scene).solve(progress=False)
+    method = gi.RungeKutta("dop853", adaptive=True, rtol=1e-10)
+    plain = gi.solve(scene.problem, scene.state, t_end=2.0, method=method)
+    np.testing.assert_array_equal(planned.y[-1], plain.y[-1])

@@ -31,10 +31,12 @@ def test_order_is_the_declared_one(method: Tableau) -> None:
 
 @pytest.mark.parametrize("method", [m for m in METHODS if m.b_hat], ids=attrgetter("name"))
 def test_embedded_order_is_the_declared_one(method: Tableau) -> None:
-    """The embedded weights have their own order."""
-    assert method.order_hat is not None
-    assert runge_kutta_defect(method, method.order_hat, method.b_hat) == 0
-    assert runge_kutta_defect(method, method.order_hat + 1, method.b_hat) > Fraction(1, 10**5)
+    """The embedded weights, one set or two, have their own orders."""
+    for order, weights in ((method.order_hat, method.b_hat), (method.order_low, method.b_low)):
+        if weights is not None:
+            assert order is not None
+            assert runge_kutta_defect(method, order, weights) <= method.tolerance
+            assert runge_kutta_defect(method, order + 1, weights) > Fraction(1, 10**5)
 
 
 @each_method
@@ -123,6 +125,31 @@ def test_error_weights() -> None:
     assert method.error_float is not None
     np.testing.assert_array_equal(method.error_float, [-5 / 72, 1 / 12, 1 / 9, -1 / 8])
     assert RUNGE_KUTTA["rk-4"].error_float is None
+    estimates = {name: table.estimate_order for name, table in RUNGE_KUTTA.items()}
+    assert {name: order for name, order in estimates.items() if order} == {
+        "bogacki-shampine-3": 3,
+        "dormand-prince-5": 5,
+        "dop853": 8,
+    }
+
+
+def test_error_weights_of_dop853() -> None:
+    """Those of another implementation; both sets sum to zero."""
+    from scipy.integrate import DOP853
+
+    found = RUNGE_KUTTA["dop853"].error_float
+    assert found is not None
+    e, low = found[:12], found[12:]
+    np.testing.assert_allclose(e, DOP853.E5[:12], rtol=0, atol=1e-15)
+    np.testing.assert_allclose(low, DOP853.E3[:12], rtol=0, atol=1e-15)
+    assert abs(sum(e)) < 1e-15
+    assert abs(sum(low)) < 1e-15
+
+
+@pytest.mark.parametrize(("name", "used"), [("dormand-prince-5", 6), ("rk-4", 4), ("dop853", 12)])
+def test_stages_that_only_estimate(name: str, used: int) -> None:
+    """Are not needed at fixed step."""
+    assert RUNGE_KUTTA[name].used_stages == used
 
 
 @pytest.mark.parametrize(
@@ -135,6 +162,8 @@ def test_error_weights() -> None:
         ({"c": row("0")}, "of length 2"),
         ({"b_hat": row("1 0")}, "go together"),
         ({"b_hat": row("1 1"), "order_hat": 1}, "b_hat does not sum to 1"),
+        ({"b_hat": row("1 0"), "order_hat": 1, "b_low": row("0 1")}, "b_low and order_low go"),
+        ({"b_low": row("1 0"), "order_low": 1}, "b_low comes beside b_hat"),
     ],
 )
 def test_construction_is_validated(change: dict[str, object], message: str) -> None:

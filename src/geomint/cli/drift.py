@@ -3,16 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from .options import chosen_scene, exit_code, reproducing_command, scene_options, tell_notes
+from .options import (
+    chosen_scene,
+    exit_code,
+    methods_option,
+    reproducing_command,
+    scene_options,
+    several_methods,
+    tell_notes,
+)
+
+if TYPE_CHECKING:
+    from ..plan import MethodRun
+    from ..scene import Scene
 
 __all__ = ["command"]
 
 
 @click.command("drift")
 @scene_options
+@methods_option
 @click.option(
     "--out",
     default="report",
@@ -27,18 +41,30 @@ def command(
     step: float | None,
     t_end: float | None,
     tau_end: float | None,
+    representation: str | None,
+    observe: str | None,
+    methods: str | None,
     out: Path,
     quiet: bool,
 ) -> int:
-    """Integrate a scene for long and report how its invariants drift."""
+    """Integrate a scene for long and report how its invariants drift.
+
+    With --methods, or methods in the scene's [drift] section, each method runs in the
+    representation that suits it, and one report shows them all.
+    """
+    chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe, drift=True)
+    several = several_methods(chosen, methods, method, step)
+    if several is not None:
+        return _several(chosen, several, out, quiet)
+    return _one(chosen, out, quiet)
+
+
+def _one(scene: Scene, out: Path, quiet: bool) -> int:
     from ..errors import StepError
-
-    chosen = chosen_scene(scene, method, step, t_end, tau_end, drift=True)
-
     from ..plan import make_plan
 
-    plan = make_plan(chosen, "drift")
-    tell_notes(chosen)
+    plan = make_plan(scene, "drift")
+    tell_notes(scene)
     out.mkdir(parents=True, exist_ok=True)
     failure: StepError | None = None
     try:
@@ -48,12 +74,35 @@ def command(
 
     from ..report import write_drift_report
 
-    page = write_drift_report(solution, chosen, out, plan, reproducing_command())
+    page = write_drift_report(solution, scene, out, plan, reproducing_command())
     if not quiet:
         from ..report.summary import print_summary
 
-        print_summary(solution, chosen)
+        print_summary(solution, scene)
         click.echo(f"report: {page}")
     if failure is not None:
         raise failure
-    return exit_code(solution)
+    return exit_code(solution.status)
+
+
+def _several(scene: Scene, methods: list[str], out: Path, quiet: bool) -> int:
+    from ..plan import run_methods
+
+    tell_notes(scene)
+    out.mkdir(parents=True, exist_ok=True)
+    result = run_methods(scene, methods, not quiet, _tell_failure)
+
+    from ..report import write_several_report
+
+    page = write_several_report(result, out, reproducing_command())
+    if not quiet:
+        from ..report.summary import print_several
+
+        print_several(result)
+        click.echo(f"report: {page}")
+    return exit_code(result.status)
+
+
+def _tell_failure(run: MethodRun) -> None:
+    if run.status != "success":
+        click.echo(f"geomint: {run.label}: {run.status}: {run.message}".rstrip(": "), err=True)

@@ -28,6 +28,7 @@ COMMANDS = {
     "run": "Integrate a scene and write states and drifts to a NetCDF file.",
     "drift": "Integrate a scene for long and report how its invariants drift.",
     "compare": "Run many methods on one scene: run time against error.",
+    "stress": "Drive every method on every system to where it stops working.",
 }
 
 

@@ -12,9 +12,16 @@ import click
 
 if TYPE_CHECKING:
     from ..scene import Scene
-    from ..solution import Solution
 
-__all__ = ["chosen_scene", "exit_code", "reproducing_command", "scene_options", "tell_notes"]
+__all__ = [
+    "chosen_scene",
+    "exit_code",
+    "methods_option",
+    "reproducing_command",
+    "scene_options",
+    "several_methods",
+    "tell_notes",
+]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -24,7 +31,24 @@ _SCENE_OPTIONS = (
     click.option("--step", type=float, help="Step in the time that the method works in."),
     click.option("--t-end", type=float, help="End in physical time."),
     click.option("--tau-end", type=float, help="End in the reparametrised time of the problem."),
+    click.option(
+        "--representation",
+        metavar="NAME",
+        help="Force a representation of the system; `own` is the scene's own.",
+    ),
+    click.option(
+        "--observe",
+        metavar="LIST",
+        help="Other quantities to watch: names and groups with commas between.",
+    ),
     click.option("--debug", is_flag=True, hidden=True, expose_value=False),
+)
+
+
+methods_option = click.option(
+    "--methods",
+    metavar="LIST",
+    help="Several methods for one report, as NAME or NAME:STEP with commas between.",
 )
 
 
@@ -41,6 +65,8 @@ def chosen_scene(
     step: float | None,
     t_end: float | None,
     tau_end: float | None,
+    representation: str | None = None,
+    observe: str | None = None,
     drift: bool = False,
 ) -> Scene:
     """Return the scene with what the command line changes in it, and print its notes."""
@@ -56,7 +82,31 @@ def chosen_scene(
         result = result.for_drift()
     if t_end is not None or tau_end is not None:
         result = result.changed(time={"t_end": t_end, "tau_end": tau_end})
-    return result.changed_integration(method, step)
+    if observe is not None:
+        from ..scene.entries import split_list
+
+        result = result.changed_observation(split_list(observe))
+    return result.changed_integration(method, step, representation)
+
+
+def several_methods(
+    scene: Scene, methods: str | None, method: str | None, step: float | None
+) -> list[str] | None:
+    """Return the methods of a report on several, or None for the scene's one method.
+
+    The command line comes before the scene: --methods, or else --method or --step for one.
+    """
+    from ..errors import SceneError
+    from ..scene.entries import methods_and_steps, split_list
+
+    if methods is None:
+        single = method is not None or step is not None
+        return None if single else scene.content.drift.methods
+    if method is not None or step is not None:
+        raise SceneError("--methods: expected neither --method nor --step; write NAME:STEP")
+    names = split_list(methods)
+    methods_and_steps(names)
+    return names
 
 
 def tell_notes(scene: Scene) -> None:
@@ -70,6 +120,6 @@ def reproducing_command(arguments: list[str] | None = None) -> str:
     return shlex.join(["geomint", *(sys.argv[1:] if arguments is None else arguments)])
 
 
-def exit_code(solution: Solution) -> int:
+def exit_code(status: str) -> int:
     """Return 0, 130 after an interrupt, or 2 after a failure."""
-    return {"success": 0, "interrupted": 130}.get(solution.status, 2)
+    return {"success": 0, "interrupted": 130}.get(status, 2)

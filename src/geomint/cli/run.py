@@ -31,13 +31,15 @@ def command(
     step: float | None,
     t_end: float | None,
     tau_end: float | None,
+    representation: str | None,
+    observe: str | None,
     out: Path | None,
     quiet: bool,
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
     from ..errors import StepError
 
-    chosen = chosen_scene(scene, method, step, t_end, tau_end)
+    chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe)
 
     from ..plan import make_plan
 
@@ -62,4 +64,4 @@ def command(
         click.echo(f"written: {out}")
     if failure is not None:
         raise failure
-    return exit_code(solution)
+    return exit_code(solution.status)

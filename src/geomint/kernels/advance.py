@@ -16,7 +16,7 @@ from typing import Any
 from .recorded import Recorded, helper
 from .status import OK
 
-__all__ = ["stepper"]
+__all__ = ["entry_of", "stepper"]
 
 
 def _loop(step: Recorded) -> Recorded:
@@ -81,12 +81,11 @@ def _loop(step: Recorded) -> Recorded:
     return advance
 
 
-def stepper(step: Recorded, functions: int) -> Recorded:
-    """Return the compiled entry of a method: the loop of its step with `functions` functions.
+def entry_of(advance: Recorded, functions: int, name: str) -> Recorded:
+    """Return a loop as an entry that takes its `functions` functions one by one.
 
-    Its signature is `geomint.kernels.signatures.advance_signature`.
+    `name` is what "compiling …" says.
     """
-    advance = _loop(step)
 
     def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):
         return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
@@ -101,5 +100,13 @@ def stepper(step: Recorded, functions: int) -> Recorded:
         return advance((f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
 
     entry = (none, one, two, three)[functions]
-    entry.__name__ = step.function.__name__  # what "compiling …" says
+    entry.__name__ = name
     return helper(entry)
+
+
+def stepper(step: Recorded, functions: int) -> Recorded:
+    """Return the compiled entry of a method: the loop of its step with `functions` functions.
+
+    Its signature is `geomint.kernels.signatures.advance_signature`.
+    """
+    return entry_of(_loop(step), functions, step.function.__name__)

@@ -23,6 +23,7 @@ __all__ = [
     "fma",
     "lane",
     "like",
+    "log",
     "maximum",
     "select",
     "sin",
@@ -86,7 +87,10 @@ def fma(x: Any, y: Any, z: Any) -> Any:
 def _elementwise(name: str, x: Any) -> Any:
 
     def scalar(value: float) -> float:
-        return float(getattr(math, name)(value)) if math.isfinite(value) else math.nan
+        try:
+            return float(getattr(math, name)(value))
+        except ValueError:  # outside of the domain, where the C library gives −inf or NaN
+            return -math.inf if value == 0.0 else math.nan
 
     if isinstance(x, np.ndarray):
         if x.dtype == np.float64:  # numpy's own sin differs from the C library's in the last bit
@@ -118,6 +122,11 @@ def sin(x: Any) -> Any:
 def cos(x: Any) -> Any:
     """Cosine, of the C library for float64."""
     return _elementwise("cos", x)
+
+
+def log(x: Any) -> Any:
+    """Natural logarithm, of the C library for float64: −inf at 0, NaN below. No double-doubles."""
+    return _elementwise("log", x)
 
 
 def maximum(x: Any, y: Any) -> Any:

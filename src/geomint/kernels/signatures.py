@@ -8,7 +8,7 @@ from numba.core import types
 
 from .compile import SCALAR, Kind
 
-__all__ = ["action", "advance_signature", "constraint", "field", "gradients", "value"]
+__all__ = ["action", "advance_signature", "constraint", "field", "flow", "gradients", "sweep", "value"]
 
 
 def field(kind: Kind) -> Any:
@@ -40,6 +40,12 @@ def constraint(kind: Kind) -> Any:
     return types.void(SCALAR.block, block, block, block, block)
 
 
+def flow(kind: Kind) -> Any:
+    """``f(k, params, t, h, y, out, work)``: the increment of the flow of part k over h."""
+    block, number = kind.block, kind.number
+    return types.void(types.int64, SCALAR.block, number, number, block, block, block)
+
+
 def advance_signature(functions: list[Any], kind: Kind = SCALAR) -> Any:
     """Return the signature of a stepper that takes functions of the given signatures.
 
@@ -60,3 +66,9 @@ def advance_signature(functions: list[Any], kind: Kind = SCALAR) -> Any:
         *numbers,  # rows, t0, h, first, count, every
         block,  # out
     )
+
+
+def sweep(functions: list[Any]) -> Any:
+    """Return the signature of `geomint.kernels.measure`'s sweep with functions of these signatures."""
+    block = SCALAR.block
+    return types.void(*(types.FunctionType(f) for f in functions), *[block] * 11)

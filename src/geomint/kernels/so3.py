@@ -1,19 +1,30 @@
 """SO(3) acting on 3-vectors: the algebra is R³ with the cross product.
 
-The hat map is ``x̂ v = x × v``; exp(x̂) turns by |x| about x. Layout: ``[number of vectors]``.
+The hat map is ``x̂ v = x × v``; exp(x̂) turns by |x| about x, cay(x̂) by 2 arctan(|x|/2). Layout:
+``[number of vectors]``.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from .arithmetic import select, sin, sqrt
+from .arithmetic import cos, select, sin, sqrt
 from .recorded import helper
 
-__all__ = ["so3_act", "so3_bracket"]
+__all__ = [
+    "dexpinv_coefficient",
+    "so3_act",
+    "so3_bracket",
+    "so3_cayley",
+    "so3_dcayinv",
+    "so3_dexpinv",
+]
 
 # Below this |x|² the series are exact to rounding (next terms x⁸/8!·90 and less).
 SMALL = 1e-3
+# dexp is singular at angles 2π, 4π, …; exponential coordinates are refused beyond this angle.
+CHART = 6.0
+NAN = float("nan")
 
 
 @helper
@@ -33,10 +44,9 @@ def rotation_coefficients(s: Any) -> Any:
 
 
 @helper
-def so3_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
-    """Write ``(exp(ξ̂) − 1) v = a ξ×v + b ξ×(ξ×v)`` for each vector v of the state."""
+def turn(a: Any, b: Any, xi: Any, y: Any, out: Any) -> None:
+    """Write ``a ξ×v + b ξ×(ξ×v)`` for each vector v of the state."""
     x0, x1, x2 = xi[0], xi[1], xi[2]
-    a, b = rotation_coefficients(x0 * x0 + x1 * x1 + x2 * x2)
     for i in range(0, len(y), 3):
         v0, v1, v2 = y[i], y[i + 1], y[i + 2]
         c0 = x1 * v2 - x2 * v1
@@ -48,9 +58,56 @@ def so3_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @helper
+def so3_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+    """Write ``(exp(ξ̂) − 1) v`` for each vector v of the state."""
+    a, b = rotation_coefficients(xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2])
+    turn(a, b, xi, y, out)
+
+
+@helper
+def so3_cayley(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+    """Write ``(cay(ξ̂) − 1) v = (ξ×v + ½ ξ×(ξ×v)) / (1 + |ξ|²/4)`` for each vector v."""
+    a = 1.0 / (1.0 + 0.25 * (xi[0] * xi[0] + xi[1] * xi[1] + xi[2] * xi[2]))
+    turn(a, 0.5 * a, xi, y, out)
+
+
+@helper
 def so3_bracket(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
     """Write x × y."""
     x0, x1, x2, y0, y1, y2 = x[0], x[1], x[2], y[0], y[1], y[2]
     out[0] = x1 * y2 - x2 * y1
     out[1] = x2 * y0 - x0 * y2
     out[2] = x0 * y1 - x1 * y0
+
+
+@helper
+def dexpinv_coefficient(s: Any) -> Any:
+    """Return ``c = (1 − (θ/2) cot(θ/2)) / θ²`` for θ² = s; NaN beyond `CHART`.
+
+    ``dexp_u⁻¹ v = v − ½ [u, v] + c [u, [u, v]]`` on SO(3), θ = |u|. Above `SMALL` the error of c θ²
+    is a rounding of 1, so that of dexp_u⁻¹ v is a rounding of v until the pole at 2π magnifies it.
+    """
+    small = s < SMALL
+    half = 0.5 * sqrt(select(small, 1.0 + 0.0 * s, s))
+    c_small = (1.0 + s * (1.0 + s * (1.0 + s * (1.0 + s / 39.6) / 40.0) / 42.0) / 60.0) / 12.0
+    c_large = (1.0 - half * cos(half) / sin(half)) / select(small, 1.0 + 0.0 * s, s)
+    return select(s < CHART * CHART, select(small, c_small, c_large), NAN + 0.0 * s)
+
+
+@helper
+def so3_dexpinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+    """Write ``dexp_u⁻¹ v = v − ½ u×v + c u×(u×v)``; NaN where u turns by more than `CHART`."""
+    c = dexpinv_coefficient(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+    turn(-0.5, c, u, v, out)
+    for i in range(3):
+        out[i] = v[i] + out[i]
+
+
+@helper
+def so3_dcayinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
+    """Write ``dcay_u⁻¹ v = v − ½ u×v + ¼ (u, v) u``."""
+    u0, u1, u2, v0, v1, v2 = u[0], u[1], u[2], v[0], v[1], v[2]
+    along = 0.25 * (u0 * v0 + u1 * v1 + u2 * v2)
+    out[0] = v0 + (along * u0 - 0.5 * (u1 * v2 - u2 * v1))
+    out[1] = v1 + (along * u1 - 0.5 * (u2 * v0 - u0 * v2))
+    out[2] = v2 + (along * u2 - 0.5 * (u0 * v1 - u1 * v0))

@@ -1,8 +1,12 @@
 """SO(n) acting on vectors, on so(n)* and on frames; algebra elements as flat upper triangles.
 
+Beside it R^m may act on m more rows of the state by translation: the group is then SO(n) × R^m, and
+an algebra element is a flat triangle followed by m numbers.
+
 A skew n×n matrix X is stored as ``X_12, X_13, …, X_1n, X_23, …, X_(n−1)n``. Layout:
 ``[n, piece, piece, …]`` with the piece codes `VECTOR` (v ↦ E v, n rows), `ADJOINT` (the flat triangle
-of X ↦ E X Eᵀ) and `FRAME` (an n×n matrix g, row after row, g ↦ g Eᵀ), where E = exp ξ.
+of X ↦ E X Eᵀ), `FRAME` (an n×n matrix g, row after row, g ↦ g Eᵀ), where E = exp ξ, and `SHIFTED`
+(r ↦ r + ξ_r, m rows: the last piece).
 """
 
 from __future__ import annotations
@@ -13,15 +17,26 @@ from .arithmetic import maximum, select, top
 from .blocks import part
 from .recorded import helper
 
-__all__ = ["ADJOINT", "FRAME", "VECTOR", "so_n_act", "so_n_bracket", "so_n_work", "unpack_skew"]
+__all__ = [
+    "ADJOINT",
+    "FRAME",
+    "SHIFTED",
+    "VECTOR",
+    "multiply",
+    "so_n_act",
+    "so_n_bracket",
+    "so_n_move",
+    "so_n_work",
+    "unpack_skew",
+]
 
-VECTOR, ADJOINT, FRAME = 0, 1, 2
+VECTOR, ADJOINT, FRAME, SHIFTED = 0, 1, 2, 3
 REACH = 0.25  # Taylor's polynomial of degree 12 is exact to 2⁻⁵⁶ up to this norm
 MAX_DOUBLINGS = 64
 
 
 def so_n_work(n: int) -> int:
-    """Rows of scratch that `so_n_act` and `so_n_bracket` need."""
+    """Rows of scratch that all functions of SO(n) need."""
     return 6 * n * n
 
 
@@ -106,12 +121,10 @@ def exponential_increment(n: int, xi: Any, result: Any, work: Any) -> None:
 
 
 @helper
-def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
-    """Write ``exp(ξ)·y − y`` for every piece of the state."""
+def so_n_move(layout: Any, xi: Any, m: Any, y: Any, out: Any, work: Any) -> None:
+    """Write ``E·y − y`` for every piece of the state, from m = E − 1; two n×n matrices of scratch."""
     n = int(layout[0])
     size = n * n
-    m = part(work, 0, size)
-    exponential_increment(n, xi, m, part(work, size, 5 * size))
     at = 0
     for piece in range(1, len(layout)):
         code = int(layout[piece])
@@ -124,8 +137,8 @@ def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
             at += n
         elif code == ADJOINT:
             rows = n * (n - 1) // 2
-            k = part(work, size, size)
-            t = part(work, 2 * size, size)
+            k = part(work, 0, size)
+            t = part(work, size, size)
             unpack_skew(n, part(y, at, rows), k)
             multiply(n, m, k, t)
             for i in range(n):
@@ -135,6 +148,10 @@ def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
                         total += t[i * n + q] * m[j * n + q]
                     out[at] = total
                     at += 1
+        elif code == SHIFTED:
+            for row in range(n * (n - 1) // 2, len(xi)):
+                out[at] = xi[row]
+                at += 1
         else:
             for i in range(n):
                 for j in range(n):
@@ -146,8 +163,18 @@ def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @helper
+def so_n_act(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+    """Write ``exp(ξ)·y − y``."""
+    n = int(layout[0])
+    m = part(work, 0, n * n)
+    scratch = part(work, n * n, 5 * n * n)
+    exponential_increment(n, xi, m, scratch)
+    so_n_move(layout, xi, m, y, out, scratch)
+
+
+@helper
 def so_n_bracket(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
-    """Write the commutator ``XY − YX`` of two flat triangles."""
+    """Write the commutator ``XY − YX`` of two flat triangles; translations commute."""
     n = int(layout[0])
     a = part(work, 0, n * n)
     b = part(work, n * n, n * n)
@@ -161,3 +188,5 @@ def so_n_bracket(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
                 total += a[i * n + k] * b[k * n + j] - b[i * n + k] * a[k * n + j]
             out[at] = total
             at += 1
+    for row in range(at, len(x)):
+        out[row] = 0.0 * x[row]

@@ -3,3 +3,5 @@
 OK = 0
 NOT_CONVERGED = 1
 NOT_FINITE = 2
+OUTSIDE_CHART = 3  # a stage lies where the coordinates of the group end
+STEP_TOO_SMALL = 4  # even the smallest step does not meet the tolerance

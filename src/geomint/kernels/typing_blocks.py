@@ -12,6 +12,7 @@ import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.core.imputils import lower_builtin
+from numba.core.ir_utils import _add_alias, alias_func_extensions
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
     NativeValue,
@@ -233,6 +234,15 @@ def _fixed_rows(typingctx, block, rows):
         return args[0]
 
     return result(block, rows), codegen
+
+
+def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -> None:
+    _add_alias(view, arguments[0].name, aliases, of_arguments)
+
+
+# Without this numba takes a store as the last use of a view for dead, and removes it.
+for _maker in ("_part", "_as_lanes", "_as_scalars", "_fixed_rows"):
+    alias_func_extensions[_maker, __name__] = _shares_memory
 
 
 @overload(blocks.as_scalars, inline="always")

@@ -305,6 +305,7 @@ for _name, _vector in (
     ("sqrt", _vector_sqrt),
     ("sin", _lane_by_lane(math.sin)),
     ("cos", _lane_by_lane(math.cos)),
+    ("log", _lane_by_lane(math.log)),
 ):
     _overload_unary(getattr(arithmetic, _name), _vector, getattr(math, _name))
     _overload_unary(getattr(math, _name), _vector)

@@ -23,6 +23,7 @@ from ..kernels.recorded import Recorded
 __all__ = [
     "bind_constraint",
     "bind_field",
+    "bind_flow",
     "bind_gradients",
     "bind_value",
     "compiles_for_lanes",
@@ -93,6 +94,24 @@ def bind_constraint(f: Recorded, params_rows: int, n: int, m: int) -> Recorded:
             fixed_rows(q, n),
             fixed_rows(g, m),
             fixed_rows(G, size),
+            work,
+        )
+
+    return _renamed(bound, f)
+
+
+@functools.cache
+def bind_flow(f: Recorded, params_rows: int, rows: int) -> Recorded:
+    """Bind the flows of a splitting's parts."""
+
+    def bound(k, params, t, h, y, out, work):  # type: ignore[no-untyped-def]
+        f(
+            k,
+            fixed_rows(params, params_rows),
+            t,
+            h,
+            fixed_rows(y, rows),
+            fixed_rows(out, rows),
             work,
         )
 

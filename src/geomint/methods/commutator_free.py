@@ -68,6 +68,7 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
         name=table.name,
         order=table.order,
         needs="action",
+        keeps=("group orbits", "steady motions"),
         start=start,
         step_fraction=step_fraction(table.order),
         summary=f"commutator-free, {table.exponentials} exponentials a step",

@@ -24,7 +24,7 @@ def Compose(base: Method, scheme: str | int) -> Method:  # noqa: N802 - reads as
     if base.compose is None:
         raise MethodError(
             f"method {base.name!r} is not symmetric and cannot be composed; "
-            "symmetric are: gauss-1 … gauss-16, rattle-2"
+            "symmetric are: gauss-1 … gauss-16, rattle-2, verlet-2"
         )
     name = DEFAULT_COMPOSITION.get(scheme, str(scheme)) if isinstance(scheme, int) else scheme
     if name not in COMPOSITIONS:

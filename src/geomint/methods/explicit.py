@@ -1,19 +1,32 @@
-"""Explicit Runge–Kutta methods on the ODE form: the baselines."""
+"""Explicit Runge–Kutta methods on the ODE form: the baselines, at fixed and adaptive step."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from ..errors import MethodError, nearest
 from ..kernels.blocks import scalar_block
-from ..kernels.runge_kutta import runge_kutta_stepper, runge_kutta_work_size
+from ..kernels.runge_kutta import (
+    adaptive_runge_kutta_stepper,
+    adaptive_runge_kutta_work_size,
+    runge_kutta_stepper,
+    runge_kutta_work_size,
+)
 from ..tableaux import RUNGE_KUTTA, Tableau
+from .adaptive import adaptive_stepper, made_adaptive, tolerances
 from .forms import field_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
-__all__ = ["RungeKutta", "explicit_tableau", "step_fraction", "tableau_of"]
+__all__ = [
+    "RungeKutta",
+    "explicit_tableau",
+    "fixed_step_numbers",
+    "step_fraction",
+    "tableau_of",
+]
 
 T = TypeVar("T")
 
@@ -43,19 +56,51 @@ def explicit_tableau(tableau: str | Tableau) -> Tableau:
     return table
 
 
-def RungeKutta(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads as the method it is
-    """Explicit Runge–Kutta method of a tableau, at fixed step.
+def fixed_step_numbers(table: Tableau) -> tuple[int, tuple[Any, ...]]:
+    """Return the number of stages that the new value needs, and their A, b, c."""
+    s = table.used_stages
+    return s, (table.A_float[:s, :s], table.b_float[:s], table.c_float[:s])
+
+
+def RungeKutta(  # noqa: N802 - reads as the method it is
+    tableau: str | Tableau = "rk-4",
+    *,
+    adaptive: bool = False,
+    rtol: float | None = None,
+    atol: float | None = None,
+    max_step: float | None = None,
+) -> Method:
+    """Explicit Runge–Kutta method of a tableau, at fixed or adaptive step.
 
     Parameters
     ----------
     tableau : str or Tableau
         A name from `geomint.tableaux.RUNGE_KUTTA` or an explicit tableau.
+    adaptive : bool
+        Choose every step by the error that the tableau's embedded weights estimate.
+    rtol, atol : float
+        With ``adaptive``: a step is accepted if its estimated error is at most
+        ``atol + rtol max |y_i|`` in every piece of the state. Defaults 1e-8 and 1e-12.
+    max_step : float
+        With ``adaptive``: no step is longer. Default: no bound.
+
+    Raises
+    ------
+    DomainError
+        For tolerances that make no sense.
+    MethodError
+        If the tableau is implicit or, with ``adaptive``, has no embedded method.
 
     Notes
     -----
     The state is a compensated sum. Nothing else is preserved: energy and constraints drift.
+    Adaptive steps use local extrapolation and a PI controller (`geomint.kernels.step_control`); a
+    last stage that is the new value serves the next step. A clock beside a problem in τ is one more
+    piece of the state.
     """
     table = explicit_tableau(tableau)
+    allowed = tolerances(table, adaptive, rtol, atol, max_step)
+    stages, numbers = fixed_step_numbers(table)
 
     def start(s: Start) -> Stepper:
         field, rows, y0, work = field_of(s)
@@ -66,25 +111,43 @@ def RungeKutta(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads
             signatures=("field",),
             functions=(field,),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(
-                rows, table.stages, table.A_float, table.b_float, table.c_float
-            ),
+            coefficients=filled_block(rows, stages, *numbers),
             fractions=substeps(),
             memory=memory,
-            work=scalar_block(runge_kutta_work_size(rows, table.stages, work)),
+            work=scalar_block(runge_kutta_work_size(rows, stages, work)),
             rows=rows,
             t0=s.t0,
             h=s.h,
-            evaluations=table.stages,
+            evaluations=stages,
             compiled=s.compiled,
         )
 
-    return Method(
+    def start_adaptive(s: Start) -> Stepper:
+        assert allowed is not None
+        _, rows, y0, work = field_of(s)
+        return adaptive_stepper(
+            s,
+            table,
+            allowed,
+            start(s),
+            kernel=adaptive_runge_kutta_stepper(),
+            y0=y0,
+            derivative_rows=rows,
+            header=(rows, table.stages),
+            work_rows=adaptive_runge_kutta_work_size(rows, table.stages, work),
+        )
+
+    method = Method(
         name=table.name,
         order=table.order,
         needs="field",
         start=start,
         step_fraction=step_fraction(table.order),
-        summary=f"explicit Runge–Kutta, {table.stages} stages",
+        summary=f"explicit Runge–Kutta, {stages} stages",
         reference=table.reference,
+    )
+    if allowed is None:
+        return method
+    return made_adaptive(
+        method, table, allowed, start_adaptive, functools.partial(RungeKutta, table, adaptive=True)
     )

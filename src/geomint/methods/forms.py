@@ -13,7 +13,14 @@ from . import binding
 from .method import Start
 from .stepper import filled_block
 
-__all__ = ["action_of", "field_of", "hamiltonian_of", "piece_numbers", "substeps"]
+__all__ = [
+    "action_of",
+    "field_of",
+    "hamiltonian_of",
+    "piece_numbers",
+    "splitting_of",
+    "substeps",
+]
 
 Array = npt.NDArray[np.float64]
 
@@ -63,3 +70,14 @@ def hamiltonian_of(s: Start) -> tuple[tuple[Recorded, Recorded, Recorded], int, 
         binding.bind_value(clock, m, 2 * n),
     )
     return functions, n, form.constraints
+
+
+def splitting_of(s: Start) -> tuple[tuple[Recorded, Recorded], int]:
+    """Return (flow, clock) and the number of parts."""
+    problem = s.problem
+    form = problem.splitting
+    assert form is not None
+    n, m = problem.rows, len(problem.params)
+    clock = problem.clock if s.clock and problem.clock is not None else binding.no_clock
+    functions = (binding.bind_flow(form.flow, m, n), binding.bind_value(clock, m, n))
+    return functions, form.parts

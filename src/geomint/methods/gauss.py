@@ -12,11 +12,17 @@ import numpy.typing as npt
 from ..errors import DomainError
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.gauss_trajectories import (
+    gauss_trajectories_memory_size,
+    gauss_trajectories_stepper,
+    gauss_trajectories_work_size,
+)
 from ..kernels.lanes import LANES
 from ..kernels.recorded import Recorded
 from ..tableaux import gauss_legendre
 from . import binding
 from .forms import field_of, piece_numbers, substeps
+from .lane_stepper import LaneStepper
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
@@ -76,6 +82,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
         step_fraction=_step_fraction(stages),
         symmetric=True,
         symplectic=True,
+        keeps=("quadratic invariants",),
         summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
         reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3",
         options={"tolerance": tolerance, "max_iterations": max_iterations, "fused": fused},
@@ -103,6 +110,7 @@ def _start(
     memory.data[:rows] = y0
     unrolled = rows if rows <= MAX_UNROLLED_ROWS else 0
     numbers = _lane_coefficients(stages, groups, tuple(lengths))
+    table = gauss_legendre(stages)
     return Stepper(
         kernel=gauss_stepper(groups, unrolled, function if fused else None),
         signatures=() if fused else (signature,),
@@ -117,6 +125,16 @@ def _start(
         h=s.h,
         evaluations=stages,
         compiled=s.compiled,
+        lane_stepper=LaneStepper(
+            kernel=gauss_trajectories_stepper(),
+            signatures=(signature,),
+            functions=(function,),
+            coefficients=filled_block(
+                rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+            ),
+            memory_rows=gauss_trajectories_memory_size(rows, stages, len(lengths)),
+            work_rows=gauss_trajectories_work_size(rows, scratch),
+        ),
     )
 
 

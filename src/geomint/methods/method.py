@@ -28,6 +28,8 @@ class Start:
         Whether physical time is integrated beside the state, as one more row.
     compiled : bool
         Whether kernels are compiled; plain Python otherwise, with the same bits.
+    end : float or None
+        Where an adaptive method stops, in the problem's own time; None if that is not known.
     """
 
     problem: Problem
@@ -36,6 +38,7 @@ class Start:
     h: float
     clock: bool = False
     compiled: bool = True
+    end: float | None = None
 
 
 @dataclass(frozen=True)
@@ -48,11 +51,17 @@ class Method:
         Lower case with hyphens; `geomint.methods.find_method` parses it back.
     order : int
     needs : str
-        The form of the problem: ``field``, ``action`` or ``hamiltonian``.
+        The form of the problem: ``field``, ``action``, ``hamiltonian`` or ``splitting``.
     symmetric, symplectic : bool
         Structure of the method itself, in exact arithmetic.
+    keeps : tuple of str
+        What every step keeps to round-off, however long it is; `geomint.stress` holds the method to
+        it. Some of ``"group orbits"``, ``"quadratic invariants"``, ``"constraints"``, and ``"steady
+        motions"``: those whose generator is constant are followed exactly.
     step_fraction : float
         Default step, as a fraction of the state's shortest characteristic time.
+    first_step : callable or None
+        For adaptive methods: ``first_step(problem, y0, end) -> float``, the default first step.
     start : callable
         ``start(Start) -> Stepper``.
     compose : callable or None
@@ -71,6 +80,7 @@ class Method:
     step_fraction: float
     symmetric: bool = False
     symplectic: bool = False
+    keeps: tuple[str, ...] = ()
     summary: str = ""
     reference: str = ""
     compose: Callable[..., Callable[[Start], Stepper]] | None = field(
@@ -78,6 +88,12 @@ class Method:
     )
     options: dict[str, Any] = field(default_factory=dict, compare=False)
     remake: Callable[..., Method] | None = field(default=None, repr=False, compare=False)
+    first_step: Callable[..., float] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def adaptive(self) -> bool:
+        """Whether the method chooses its steps itself."""
+        return self.first_step is not None
 
     def with_options(self, **changes: Any) -> Method:
         """Return the method with other options, such as its tolerance."""
@@ -121,6 +137,7 @@ _FITTING = {
     "field": "gauss-8, dop853, rk-4",
     "action": "cf-4, rkmk-4",
     "hamiltonian": "rattle-2, rattle-4, rattle-6",
+    "splitting": "verlet-2, verlet-4, verlet-6",
 }
 
 

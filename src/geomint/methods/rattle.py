@@ -9,11 +9,19 @@ from typing import Any
 from ..errors import DomainError
 from ..kernels.blocks import scalar_block
 from ..kernels.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
+from ..kernels.rattle_separable import (
+    separable_rattle_memory_size,
+    separable_rattle_stepper,
+    separable_rattle_work_size,
+)
 from .forms import hamiltonian_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
 __all__ = ["Rattle"]
+
+MAX_UNROLLED_ROWS = 9
+MAX_UNROLLED_CONSTRAINTS = 3
 
 
 def Rattle(  # noqa: N802 - reads as the method it is
@@ -21,13 +29,15 @@ def Rattle(  # noqa: N802 - reads as the method it is
 ) -> Method:
     """RATTLE for any Hamiltonian H(t, q, p) with holonomic constraints g(q) = 0, order 2.
 
-    H need not be separable: both half steps are then implicit. Symmetric, so that
-    `geomint.Compose` raises its order; symplectic on the constraint manifold.
+    H need not be separable: both half steps are then implicit, and solved by fixed point. Where
+    the form says `separable`, only the multipliers are unknown, and found by Newton's method: the
+    same map at a third to a half of the cost. Symmetric, so that `geomint.Compose` raises its order;
+    symplectic on the constraint manifold.
 
     Parameters
     ----------
     tolerance, max_iterations
-        As for `geomint.Gauss`.
+        As for `geomint.Gauss`; the unknowns are measured relative to the size of q and of p.
     """
     if not 0.0 <= tolerance < 1e-2:
         raise DomainError("tolerance", tolerance, "a number in [0, 0.01)")
@@ -46,7 +56,8 @@ def Rattle(  # noqa: N802 - reads as the method it is
         step_fraction=0.02,
         symmetric=True,
         symplectic=True,
-        summary="RATTLE, implicit in p and q",
+        keeps=("constraints",),
+        summary="RATTLE, implicit; only in the multipliers if H is separable",
         reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4",
         options={"tolerance": tolerance, "max_iterations": max_iterations},
         remake=Rattle,
@@ -54,19 +65,25 @@ def Rattle(  # noqa: N802 - reads as the method it is
 
 
 def _start(tolerance: float, cap: int, lengths: Any, starts: Any, s: Start) -> Stepper:
+    assert s.problem.hamiltonian is not None
+    separable = s.problem.hamiltonian.separable
     functions, n, m = hamiltonian_of(s)
     rows = 2 * n + s.clock
-    memory = scalar_block(rattle_memory_size(n, m, s.clock))
+    sizes = separable_rattle_memory_size if separable else rattle_memory_size
+    scratch = separable_rattle_work_size if separable else rattle_work_size
+    stepper = separable_rattle_stepper if separable else rattle_stepper
+    unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
+    memory = scalar_block(sizes(n, m, s.clock))
     memory.data[: 2 * n] = s.y0
     return Stepper(
-        kernel=rattle_stepper(),
+        kernel=stepper(*unrolled),
         signatures=("gradients", "constraint", "value"),
         functions=functions,
         params=filled_block(s.problem.params),
         coefficients=filled_block(n, m, cap, tolerance, float(s.clock)),
         fractions=substeps(lengths, starts),
         memory=memory,
-        work=scalar_block(rattle_work_size(n, m, s.problem.work)),
+        work=scalar_block(scratch(n, m, s.problem.work)),
         rows=rows,
         t0=s.t0,
         h=s.h,

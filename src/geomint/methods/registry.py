@@ -14,25 +14,34 @@ from .gauss import Gauss
 from .method import Method
 from .rattle import Rattle
 from .rkmk import RKMK
+from .splitting import Verlet
 
 __all__ = ["find_method", "method_names", "methods"]
+
+_FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
 
 
 @functools.cache
 def methods() -> dict[str, Method]:
-    """Return all named methods: the tableaux', Gauss, RATTLE, and those of entry points.
+    """Return all named methods: the tableaux', Gauss, RATTLE, Verlet, and those of entry points.
 
     Any symmetric method with the name of a composition appended, such as
     ``gauss-1-suzuki-4``, is a method too.
     """
     named = [RungeKutta(name) for name in RUNGE_KUTTA]
     named += [RKMK(name) for name in RUNGE_KUTTA]
+    named += [RKMK(name, coordinates="cayley") for name in RUNGE_KUTTA]
+    for name in (name for name, table in RUNGE_KUTTA.items() if table.b_hat is not None):
+        named += [RungeKutta(name, adaptive=True), RKMK(name, adaptive=True)]
+        named += [RKMK(name, coordinates="cayley", adaptive=True)]
     named += [CommutatorFree(name) for name in COMMUTATOR_FREE]
     named += [Gauss(s) for s in range(1, 17)]
-    named += [Rattle()]
+    named += [Rattle(), Verlet()]
     found = {method.name: method for method in named}
-    for order in (4, 6, 8, 10):
-        found[f"rattle-{order}"] = _named(Compose(Rattle(), order), f"rattle-{order}")
+    for family in _FAMILIES:
+        for order in (4, 6, 8, 10):
+            name = f"{family}-{order}"
+            found[name] = _named(Compose(found[f"{family}-2"], order), name)
     for point in entry_points(group="geomint.methods"):
         found[point.name] = _named(point.load(), point.name)
     return found
@@ -61,7 +70,5 @@ def find_method(name: str | Method) -> Method:
     for composition in COMPOSITIONS:
         base = name.removesuffix(f"-{composition}")
         if base != name:
-            return Compose(
-                known["rattle-2"] if base == "rattle" else find_method(base), composition
-            )
+            return Compose(find_method(f"{base}-2" if base in _FAMILIES else base), composition)
     raise MethodError(f"method = {name!r}: no such method.{nearest(name, known)}")

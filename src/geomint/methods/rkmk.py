@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+import functools
 from fractions import Fraction
 from math import comb, factorial
 
+from ..errors import DomainError, FormError
+from ..forms import Group
 from ..kernels.blocks import scalar_block
-from ..kernels.rkmk import rkmk_stepper, rkmk_work_size
+from ..kernels.recorded import Recorded
+from ..kernels.rkmk import (
+    adaptive_rkmk_stepper,
+    adaptive_rkmk_work_size,
+    dexpinv_series,
+    rkmk_stepper,
+    rkmk_work_size,
+)
 from ..tableaux import Tableau
-from .explicit import explicit_tableau, step_fraction
+from .adaptive import adaptive_stepper, made_adaptive, tolerances
+from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
 from .forms import action_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
-__all__ = ["RKMK", "dexpinv_weights"]
+__all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
+
+COORDINATES = ("exp", "cayley")
+MAPS = {"exp": "exponentials", "cayley": "Cayley maps"}
 
 
 def dexpinv_weights(terms: int) -> list[Fraction]:
@@ -25,41 +39,89 @@ def dexpinv_weights(terms: int) -> list[Fraction]:
     return [b / factorial(k) for k, b in enumerate(bernoulli)]
 
 
-def RKMK(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads as the method it is
-    """Runge–Kutta–Munthe-Kaas method of an explicit tableau, at fixed step.
+def coordinates_of(group: Group, coordinates: str, order: int) -> tuple[Recorded, Recorded, int]:
+    """Return (map, inverse of its differential, rows of scratch) for a method of some order.
+
+    Raises
+    ------
+    FormError
+        If the group has no Cayley map.
+    """
+    if coordinates == "exp":
+        if group.dexpinv is not None:
+            return group.act, group.dexpinv, group.work
+        weights = dexpinv_weights(max(order - 1, 1))
+        numerators = tuple(float(w.numerator) for w in weights)
+        denominators = tuple(float(w.denominator) for w in weights)
+        series = dexpinv_series(group.bracket, numerators, denominators)
+        return group.act, series, group.work + 2 * group.algebra_rows
+    if group.cayley is None or group.dcayinv is None:
+        raise FormError(
+            f"the group {group.name} has no Cayley map: give its cayley and dcayinv, or take "
+            "coordinates='exp'"
+        )
+    return group.cayley, group.dcayinv, group.work
+
+
+def RKMK(  # noqa: N802 - reads as the method it is
+    tableau: str | Tableau = "rk-4",
+    *,
+    coordinates: str = "exp",
+    adaptive: bool = False,
+    rtol: float | None = None,
+    atol: float | None = None,
+    max_step: float | None = None,
+) -> Method:
+    """Runge–Kutta–Munthe-Kaas method of an explicit tableau, at fixed or adaptive step.
 
     Parameters
     ----------
     tableau : str or Tableau
         A name from `geomint.tableaux.RUNGE_KUTTA` or an explicit tableau.
+    coordinates : ``"exp"`` or ``"cayley"``
+        The map ψ from the algebra to the group: the exponential, or on quadratic groups
+        ``cay(u) = (1 − u/2)⁻¹ (1 + u/2)``.
+    adaptive, rtol, atol, max_step
+        As for `geomint.RungeKutta`. The error is that of the exponent, e = u₁ − û₁ in the algebra,
+        measured by what it does to the state, ψ(e)·y − y: so the tolerances mean the same for all
+        groups and states.
+
+    Raises
+    ------
+    DomainError, MethodError
+        As `geomint.RungeKutta`.
 
     Notes
     -----
-    The equation ``u̇ = dexp_u⁻¹ ξ`` is solved in the algebra by the tableau. The series of dexp⁻¹
-    keeps the terms up to ad^(p−2) that order p needs, H. Munthe-Kaas, Appl. Numer. Math. 29 (1999)
-    115. What the group's orbits keep is kept to rounding.
+    The state is ψ(u)·y, and ``u̇ = dψ_u⁻¹ ξ`` is solved in the algebra by the tableau. dexp⁻¹ has a
+    closed form on SO(3); elsewhere its series keeps the terms up to ad^(p−2) that order p needs,
+    H. Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115. dcay⁻¹ is a polynomial of degree 2 and exact,
+    so the Cayley map gives any order without series or brackets. What the group's orbits keep is
+    kept to rounding. A step that turns so far that the coordinates end (2π, for cay π) is rejected,
+    or at fixed step a `StepSizeError`.
     """
+    if coordinates not in COORDINATES:
+        raise DomainError("coordinates", coordinates, f"one of {list(COORDINATES)}")
     table = explicit_tableau(tableau)
-    weights = [float(w) for w in dexpinv_weights(max(table.order - 1, 1))]
+    allowed = tolerances(table, adaptive, rtol, atol, max_step)
+    stages, numbers = fixed_step_numbers(table)
 
     def start(s: Start) -> Stepper:
         generator, group = action_of(s)
-        rows, stages = s.problem.rows, table.stages
+        chart, inverse, group_work = coordinates_of(group, coordinates, table.order)
+        rows, m = s.problem.rows, group.algebra_rows
         memory = scalar_block(2 * rows)
         memory.data[:rows] = s.y0
-        header = (rows, group.algebra_rows, stages, len(group.layout), s.problem.work, len(weights))
-        numbers = (group.layout, weights, table.A_float, table.b_float, table.c_float)
+        header = (rows, m, stages, len(group.layout), s.problem.work)
         return Stepper(
             kernel=rkmk_stepper(),
             signatures=("field", "action", "action"),
-            functions=(generator, group.act, group.bracket),
+            functions=(generator, chart, inverse),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(*header, *numbers),
+            coefficients=filled_block(*header, group.layout, *numbers),
             fractions=substeps(),
             memory=memory,
-            work=scalar_block(
-                rkmk_work_size(rows, group.algebra_rows, stages, s.problem.work, group.work)
-            ),
+            work=scalar_block(rkmk_work_size(rows, m, stages, s.problem.work, group_work)),
             rows=rows,
             t0=s.t0,
             h=s.h,
@@ -67,12 +129,40 @@ def RKMK(tableau: str | Tableau = "rk-4") -> Method:  # noqa: N802 - reads as th
             compiled=s.compiled,
         )
 
-    return Method(
-        name=f"rkmk-{table.order}" if table.name in ("rk-4",) else f"rkmk-{table.name}",
+    def start_adaptive(s: Start) -> Stepper:
+        assert allowed is not None
+        _, group = action_of(s)
+        *_, group_work = coordinates_of(group, coordinates, table.order)
+        rows, m, work = s.problem.rows, group.algebra_rows, s.problem.work
+        return adaptive_stepper(
+            s,
+            table,
+            allowed,
+            start(s),
+            kernel=adaptive_rkmk_stepper(),
+            y0=s.y0,
+            derivative_rows=m,
+            header=(rows, m, table.stages, len(group.layout), work, group.layout),
+            work_rows=adaptive_rkmk_work_size(rows, m, table.stages, work, group_work),
+        )
+
+    method = Method(
+        name=rkmk_name(table, coordinates),
         order=table.order,
         needs="action",
+        keeps=("group orbits", *(("steady motions",) if coordinates == "exp" else ())),
         start=start,
         step_fraction=step_fraction(table.order),
-        summary=f"Runge–Kutta–Munthe-Kaas, {table.stages} exponentials a step",
+        summary=f"Runge–Kutta–Munthe-Kaas, {stages} {MAPS[coordinates]} a step",
         reference="H. Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115",
     )
+    if allowed is None:
+        return method
+    remake = functools.partial(RKMK, table, coordinates=coordinates, adaptive=True)
+    return made_adaptive(method, table, allowed, start_adaptive, remake)
+
+
+def rkmk_name(table: Tableau, coordinates: str) -> str:
+    """Return ``rkmk-4`` for rk-4, ``rkmk-dop853``, ``rkmk-cayley-4`` and so on."""
+    prefix = "rkmk" if coordinates == "exp" else f"rkmk-{coordinates}"
+    return f"{prefix}-{table.order}" if table.name == "rk-4" else f"{prefix}-{table.name}"

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ConvergenceError, GeomintWarning, NonFiniteError, StepError
+from ..errors import ConvergenceError, GeomintWarning, NonFiniteError, StepError, StepSizeError
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
-from ..kernels.status import NOT_CONVERGED, OK
+from ..kernels.status import NOT_CONVERGED, OK, OUTSIDE_CHART
+from .lane_stepper import LaneStepper
 
 __all__ = ["Advance", "Stepper", "filled_block"]
 
@@ -48,9 +49,11 @@ class Stepper:
         All that the next step depends on: first the state, then the carries of its compensated
         sum, then what the method remembers. Saved and restored whole it continues bit for bit.
     rows : int
-        Rows of the state, the clock's row included where there is one.
+        Rows of the states that are handed out, the clock's row included where there is one.
     evaluations : float
         Evaluations of the problem's functions an iteration.
+    lane_stepper : LaneStepper, optional
+        Where the kernel's own lanes are something else, such as stages: another kernel for lanes.
     """
 
     kernel: Recorded
@@ -66,6 +69,7 @@ class Stepper:
     h: float
     evaluations: float
     compiled: bool = True
+    lane_stepper: LaneStepper | None = None
 
     def __post_init__(self) -> None:
         self._entry: Any = None
@@ -97,6 +101,29 @@ class Stepper:
                 GeomintWarning,
                 stacklevel=2,
             )
+
+    def lanes(self) -> LaneStepper:
+        """Return the same step for eight trajectories at once.
+
+        Kernels are written for any kind of number, so that by default it is the same kernel.
+        """
+        return self.lane_stepper or LaneStepper(
+            self.kernel,
+            self.signatures,
+            self.functions,
+            self.coefficients,
+            len(self.memory),
+            len(self.work),
+        )
+
+    @property
+    def finished(self) -> bool:
+        """Whether the stepper has found the end of the run by itself."""
+        return False
+
+    def evaluations_in(self, steps: int, iterations: int) -> int:
+        """Return the evaluations of the problem's functions in so many steps and iterations."""
+        return round(iterations * self.evaluations)
 
     @property
     def state(self) -> Array:
@@ -155,8 +182,11 @@ class Stepper:
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
         """Return the typed error of an advance that failed after step `first`."""
         step = first + result.steps
-        kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
-        hint = f"h = {self.h:.6g} is probably too large for this method and state"
         t = self.t0 + step * self.h
         residual = result.residual if result.residual == result.residual else float("inf")
-        return kind(t, before + step, residual, result.iterations, hint)
+        numbers = (t, before + step, residual, result.iterations)
+        if result.status == OUTSIDE_CHART:
+            hint = f"h = {self.h:.6g} turns so far that the group's coordinates end"
+            return StepSizeError(*numbers, hint, h=self.h)
+        kind = ConvergenceError if result.status == NOT_CONVERGED else NonFiniteError
+        return kind(*numbers, f"h = {self.h:.6g} is probably too large for this method and state")

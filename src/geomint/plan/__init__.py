@@ -2,10 +2,22 @@
 
 A plan is made by an ordered list of small pure rules, ``rule(context) -> Choice or None``; each
 sees the scene and the choices made before it. A plan never changes the answer: it only leaves out
-what the scene does not need.
+what the scene does not need. `run_methods` plans and runs one scene for each of several methods.
 """
 
 from .context import Choice, Context
 from .plan import Plan, make_plan, run_scene
+from .several import MethodRun, SeveralRuns, labelled_scenes, plan_method, run_methods
 
-__all__ = ["Choice", "Context", "Plan", "make_plan", "run_scene"]
+__all__ = [
+    "Choice",
+    "Context",
+    "MethodRun",
+    "Plan",
+    "SeveralRuns",
+    "labelled_scenes",
+    "make_plan",
+    "plan_method",
+    "run_methods",
+    "run_scene",
+]

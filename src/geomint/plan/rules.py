@@ -2,72 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
-from ..errors import FormError, StepError
+from ..errors import StepError
 from ..evaluate import value
 from ..methods.method import Start
-from ..observe import choose_observables
-from ..problem import Problem
-from ..scene.scene import Scene
+from ..observe import quantities_of
 from ..timeline import characteristic_time
 from .context import Choice, Context
+from .representation import choose_representation, missing_quantities, wanted_quantities
 
 __all__ = ["COST_RULES", "RULES"]
 
 _PROBE_STEPS = 4
 _PROBE_ROWS = 64
-_TIME = {"t": "physical time t", "tau": "its own time τ"}
-_FITTING = {"field": "gauss-8, dop853, rk-4", "action": "cf-4, rkmk-4", "hamiltonian": "rattle-4"}
-
-
-def choose_representation(c: Context) -> Choice:
-    """Take the scene's own representation unless the method needs a form only another offers."""
-    problems, method = c.scene.model.problems, c.scene.method
-    own = next(iter(problems))
-    obstacles = {name: _obstacle(c.scene, problem) for name, problem in problems.items()}
-    fitting = [name for name, obstacle in obstacles.items() if not obstacle]
-    if own in fitting:
-        reason = f"the scene's own; it offers the form {method.needs!r} that {method.name} needs"
-        return Choice("representation", _described(own, problems[own]), reason, own)
-    if not fitting:
-        told = "; ".join(
-            f"{', '.join(name for name in problems if obstacles[name] == obstacle)}: {obstacle}"
-            for obstacle in dict.fromkeys(obstacles.values())
-        )
-        raise FormError(
-            f"no representation of {c.scene.content.system.name!r} fits method {method.name!r} "
-            f"({told}). Methods that fit {own!r}: {_fitting_methods(problems[own])}"
-        )
-    other = fitting[0]
-    reason = f"{own}: {obstacles[own]}; the same motion from the same initial state"
-    return Choice("representation", _described(other, problems[other]), reason, other)
-
-
-def _obstacle(scene: Scene, problem: Problem) -> str:
-    """Return why a representation cannot serve, or an empty string."""
-    method, content = scene.method, scene.content
-    if method.needs not in problem.forms:
-        return f"no form {method.needs!r}"
-    if problem.time == "t" and content.time.tau_end is not None:
-        return "in physical time, so tau_end says nothing: give t_end"
-    if problem.time == "tau" and method.needs == "action" and content.time.t_end is not None:
-        return f"{method.name} cannot integrate physical time beside it: give tau_end"
-    missing = [
-        name
-        for name in choose_observables(scene.problem, content.observe.quantities)
-        if name not in problem.diagnostics and name not in scene.problem.constraints
-    ]
-    return f"has no {', '.join(missing)}" if missing else ""
-
-
-def _described(name: str, problem: Problem) -> str:
-    pieces = ", ".join(f"{piece} ({rows})" for piece, rows in problem.pieces)
-    return f"{name}: {pieces}; {problem.rows} numbers in {_TIME[problem.time]}"
-
-
-def _fitting_methods(problem: Problem) -> str:
-    return ", ".join(_FITTING[form] for form in problem.forms)
 
 
 def choose_method(c: Context) -> Choice:
@@ -121,26 +70,43 @@ def choose_quantities(c: Context) -> Choice:
     A constraint that only the scene's own representation has is replaced by the constraints of
     the one that is integrated.
     """
-    observe, own = c.scene.content.observe, c.scene.problem
-    wanted = list(choose_observables(own, observe.quantities))
-    names = [name for name in wanted if name in c.problem.diagnostics]
-    gone = [name for name in wanted if name not in names]
+    has, wanted = quantities_of(c.problem), wanted_quantities(c)
+    names = [name for name in wanted if name in has]
+    gone = [name for name in wanted if name not in has and name in c.scene.problem.constraints]
     if gone:
         names += [name for name in c.problem.constraints if name not in names]
     if not names:
         return Choice("watched", "nothing", "[observe] quantities is empty", [])
-    every = "after every step" if observe.every == 1 else f"every {observe.every} steps"
-    rest = len(c.problem.diagnostics) - len(names)
+    every = c.scene.content.observe.every
+    often = "after every step" if every == 1 else f"every {every} steps"
+    rest = len(has) - len(names)
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
     instead = f"; {', '.join(gone)} is no constraint of this representation" if gone else ""
-    reason = f"[observe], {every}, reduced to windows on the way{left}{instead}"
+    reason = f"[observe], {often}, reduced to windows on the way{left}{instead}"
     return Choice("watched", ", ".join(names), reason, names)
+
+
+def choose_missing(c: Context) -> Choice | None:
+    """Say what is asked for and cannot be watched in the representation that is integrated."""
+    missing = missing_quantities(c, c.representation)
+    if not missing:
+        return None
+    where = [
+        name
+        for name, problem in c.scene.model.problems.items()
+        if set(missing) <= set(quantities_of(problem))
+    ]
+    there = f"; only in {', '.join(where)}" if where else ""
+    reason = f"{c.representation} has no such quantity{there}"
+    return Choice("not watched", ", ".join(missing), reason, missing)
 
 
 def choose_step(c: Context) -> Choice:
     """State the step and where it came from."""
     given, method, h = c.scene.content.integrate.step, c.scene.method, abs(c.timeline.h)
     unit = "τ" if c.problem.time == "tau" else "t"
+    if method.adaptive:
+        return _adaptive_step(c, f"{h:.4g} in {unit}")
     if given is not None:
         reason = "[integrate] step"
         if h != given:
@@ -154,9 +120,26 @@ def choose_step(c: Context) -> Choice:
     return Choice("step", f"{h:.10g} in {unit}", reason, h)
 
 
+def _adaptive_step(c: Context, first: str) -> Choice:
+    options, given = c.scene.method.options, c.scene.content.integrate.step
+    longest = f", none above {options['max_step']:g}" if options["max_step"] < math.inf else ""
+    origin = "[integrate] step" if given is not None else "an estimate at the initial state"
+    reason = (
+        "every step is as long as the estimated error allows: rtol of each piece of the state, and "
+        f"atol; the first by {origin}"
+    )
+    tolerances = f"rtol {options['rtol']:g}, atol {options['atol']:g}"
+    return Choice("step", f"adaptive, {tolerances}{longest}; the first {first}", reason)
+
+
 def choose_steps(c: Context) -> Choice:
     """State how many steps that makes."""
     timeline = c.timeline
+    if c.scene.method.adaptive:
+        unit = "t" if timeline.own_end is None else c.problem.time.replace("tau", "τ")
+        end = timeline.physical_end if timeline.own_end is None else timeline.own_end
+        reason = f"end at {unit} = {end:g}, met exactly by the last step"
+        return Choice("steps", "as many as the tolerances need", reason)
     if timeline.steps is not None:
         end = timeline.own_end or 0.0
         last = f" and a last one of {abs(timeline.remainder):.4g}" if timeline.remainder else ""
@@ -183,6 +166,9 @@ def estimate_evaluations(c: Context) -> Choice | None:
 
     start = Start(c.problem, c.state, 0.0, c.timeline.h, clock=c.clock, compiled=False)
     stepper = method.start(start)
+    if method.adaptive:
+        few = stepper.evaluations_in(1000, 1000) / 1000
+        return Choice("field evaluations", f"{few:.3g} a step", "rejected steps count as well")
     if not implicit:
         total = steps * stepper.evaluations
         return Choice("field evaluations", f"{total:.4g}", f"{stepper.evaluations:g} a step", total)
@@ -205,6 +191,7 @@ RULES: tuple[Callable[[Context], Choice | None], ...] = (
     choose_clock,
     choose_states,
     choose_quantities,
+    choose_missing,
     choose_step,
     choose_steps,
 )

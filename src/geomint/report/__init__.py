@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .drift_page import drift_report, write_drift_report
+    from .several_page import write_several_report
 
-__all__ = ["drift_report", "write_drift_report"]
+__all__ = ["drift_report", "write_drift_report", "write_several_report"]
 
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(importlib.import_module(f"{__name__}.drift_page"), name)
+    module = "several_page" if name == "write_several_report" else "drift_page"
+    return getattr(importlib.import_module(f"{__name__}.{module}"), name)

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from ..drift import Drift
-from .provenance import finite_json
+from ..plan.several import MethodRun, SeveralRuns
+from ..quantities import kind_of
+from .provenance import finite_json, run_record
 
-__all__ = ["drift_record", "write_drift_json"]
+__all__ = ["drift_record", "several_record", "write_drift_json"]
 
 
 def drift_record(drifts: Mapping[str, Drift], provenance: Mapping[str, Any]) -> dict[str, Any]:
@@ -23,6 +25,37 @@ def drift_record(drifts: Mapping[str, Drift], provenance: Mapping[str, Any]) -> 
     return {
         "quantities": {name: finite_json(drift.as_json()) for name, drift in drifts.items()},
         "provenance": finite_json(provenance),
+    }
+
+
+def several_record(result: SeveralRuns, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of ``drift.json`` for several methods.
+
+    Under `methods`, every one has its `quantities` as in the record of a single method, `missing`
+    (quantities that its representation does not have, and why), `representation`, `status` and
+    `message`, and all about its `run`: null if nothing was computed. All slopes are per unit of
+    `time`, the time in which the scene's end is given.
+    """
+    problems = [run.plan.problem for run in result if run.plan is not None]
+    names = dict.fromkeys(name for run in result for name in (*run.drift, *run.missing))
+    return {
+        "methods": {run.label: _method_entry(run) for run in result},
+        "kinds": {name: kind_of(name, result.scene.problem, *problems) for name in names},
+        "time": result.time,
+        "physical_end": result.physical_end,
+        "status": result.status,
+        "provenance": finite_json(provenance),
+    }
+
+
+def _method_entry(run: MethodRun) -> dict[str, Any]:
+    return {
+        "status": run.status,
+        "message": run.message,
+        "representation": None if run.plan is None else run.plan.context.representation,
+        "quantities": {name: finite_json(drift.as_json()) for name, drift in run.drift.items()},
+        "missing": run.missing,
+        "run": None if run.solution is None else finite_json(run_record(run.solution)),
     }
 
 

@@ -2,31 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
-from ..drift import ROUNDOFF
+from ..drift import ROUNDOFF, Drift
+from ..errors import DomainError
 from ..growth import RULE
-from ..plan import Plan, make_plan
+from ..plan import Plan, SeveralRuns, make_plan, run_methods
+from ..quantities import KINDS, kind_of
 from ..scene import Scene, load_scene
 from ..solution import Solution
 from .drift_json import drift_record, write_drift_json
 from .pages import render
 from .plots import drift_figure, panel_figure
 from .provenance import run_provenance
+from .several_page import write_several_report
 from .style import data_uri, save_figure
-from .text import number, verdict, with_error
+from .text import number, rule_details, step_of, verdict, with_error
 
 __all__ = ["drift_report", "write_drift_report"]
 
+AnyScene = str | PathLike[str] | Mapping[str, Any] | Scene
 
+
+@overload
 def drift_report(
-    scene: str | PathLike[str] | Mapping[str, Any] | Scene,
+    scene: AnyScene,
     out: str | PathLike[str],
     progress: bool | None = None,
-) -> Solution:
+    *,
+    methods: Iterable[str],
+) -> SeveralRuns: ...
+
+
+@overload
+def drift_report(
+    scene: AnyScene, out: str | PathLike[str], progress: bool | None = None, *, methods: None = None
+) -> Solution | SeveralRuns: ...
+
+
+def drift_report(
+    scene: AnyScene,
+    out: str | PathLike[str],
+    progress: bool | None = None,
+    *,
+    methods: Iterable[str] | None = None,
+) -> Solution | SeveralRuns:
     """Integrate a scene and write its drift report, as ``geomint drift`` does.
 
     Parameters
@@ -36,13 +59,32 @@ def drift_report(
         A folder; made if it is not there. Files of an earlier report are replaced.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
+    methods : iterable of str, optional
+        Names, or ``"NAME:STEP"``, for one report on all of them, each in the representation that
+        suits it. Default: the methods of the scene's ``[drift]`` section, or else its one method.
 
     Returns
     -------
-    Solution
+    Solution or SeveralRuns
         With the drifts in ``drift``; after Ctrl-C what was computed, reported as interrupted.
+        `SeveralRuns`, if `methods` or the scene's ``[drift] methods`` are given, is a sequence of
+        runs, each with its ``label``, ``status``, ``drift`` and ``solution``.
+
+    Raises
+    ------
+    SceneError, MethodError, DomainError
+        Before anything is computed.
+    FormError, ConvergenceError, NonFiniteError
+        For a single method. One of several that fails is reported as failed.
     """
     chosen = load_scene(scene).for_drift()
+    if isinstance(methods, str):
+        raise DomainError("methods", methods, "a list of names")
+    names = chosen.content.drift.methods if methods is None else methods
+    if names is not None:
+        result = run_methods(chosen, names, progress)
+        write_several_report(result, Path(out))
+        return result
     plan = make_plan(chosen, "drift")
     solution = plan.solve(progress)
     write_drift_report(solution, chosen, Path(out), plan)
@@ -61,7 +103,8 @@ def write_drift_report(
     provenance = run_provenance(solution, scene, command)
     record = drift_record(solution.drift, provenance)
     write_drift_json(folder / "drift.json", record)
-    figure = drift_figure([(solution.method.name, solution.drift)], solution.drift_time)
+    drifts = dict(_by_kind(solution))
+    figure = drift_figure([(solution.method.name, drifts)], solution.drift_time)
     save_figure(figure, folder, "drift")
     page = folder / "report.html"
     page.write_text(drift_page(solution, scene, plan, record["provenance"]), encoding="utf-8")
@@ -79,7 +122,7 @@ def drift_page(solution: Solution, scene: Scene, plan: Plan, provenance: Mapping
         facts=_facts(solution, scene),
         rows=_rows(solution),
         rule=RULE,
-        rule_details=_rule_details(),
+        rule_details=rule_details(),
         kinds=[kind for kind in RULE if any(d.kind == kind for d in solution.drift.values())],
         panels=_panels(solution),
         unit="τ" if solution.drift_time == "tau" else "t",
@@ -104,7 +147,7 @@ def _facts(solution: Solution, scene: Scene) -> list[tuple[str, str]]:
         ("system", scene.content.system.name),
         ("state", f"{problem.name}: {pieces}"),
         ("method", f"{method.name}, order {method.order}{', ' + structure if structure else ''}"),
-        ("step", f"{abs(solution.step):.10g} in {own}"),
+        ("step", f"{step_of(solution, 10)} in {own}"),
         ("steps", f"{solution.steps:,}".replace(",", "\u202f")),
         ("end", f"{asked} = {end:g}"),
         ("field evaluations", f"{solution.evaluations:,}".replace(",", "\u202f")),
@@ -114,10 +157,22 @@ def _facts(solution: Solution, scene: Scene) -> list[tuple[str, str]]:
     ]
 
 
+def _by_kind(solution: Solution) -> list[tuple[str, Drift]]:
+    """Return the drifts in the order of their kinds: energy, other integrals, and so on."""
+    order = list(KINDS)
+    drifts = solution.drift.items()
+    return sorted(drifts, key=lambda item: order.index(kind_of(item[0], solution.problem)))
+
+
+def _kind_name(solution: Solution, name: str) -> str:
+    kind = KINDS[kind_of(name, solution.problem)].one
+    return "" if kind == name else kind
+
+
 def _rows(solution: Solution) -> list[dict[str, str]]:
     """Return the table of quantities as text."""
     rows = []
-    for name, drift in solution.drift.items():
+    for name, drift in _by_kind(solution):
         vanishing = abs(drift.initial) <= ROUNDOFF * drift.scale  # 0, or what rounding left of it
         relative = number(drift.max_rel_error)
         if vanishing:
@@ -125,6 +180,7 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
         rows.append(
             {
                 "name": name,
+                "sort": _kind_name(solution, name),
                 "initial": number(drift.initial, 3 if vanishing else 8),
                 "max_abs": number(drift.max_abs_error),
                 "max_rel": relative,
@@ -139,7 +195,7 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
 def _panels(solution: Solution) -> list[dict[str, str]]:
     """Return the plots of each quantity as data URIs, with texts for those who cannot see them."""
     panels = []
-    for name, drift in solution.drift.items():
+    for name, drift in _by_kind(solution):
         sizes, means = (
             data_uri(panel_figure(kind, name, drift, solution.drift_time))
             for kind in ("sizes", "means")
@@ -150,12 +206,3 @@ def _panels(solution: Solution) -> list[dict[str, str]]:
         )
         panels.append({"name": name, "sizes": sizes, "means": means, "told": told})
     return panels
-
-
-def _rule_details() -> str:
-    """Return the statistical rule as its module states it, without the markup."""
-    from .. import growth
-
-    text = (growth.__doc__ or "").split("The window means", 1)[1]
-    plain = text.replace("``", "").replace("\\|", "|").replace("`", "")
-    return "The window means" + plain.split("\nMeasured on", 1)[0].rstrip()

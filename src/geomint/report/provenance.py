@@ -18,7 +18,14 @@ from ..methods.method import Method
 from ..scene import Scene
 from ..solution import Solution
 
-__all__ = ["environment", "finite_json", "method_record", "run_provenance"]
+__all__ = [
+    "environment",
+    "finite_json",
+    "method_record",
+    "run_provenance",
+    "run_record",
+    "scene_record",
+]
 
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "matplotlib")
 
@@ -56,9 +63,14 @@ def run_provenance(
     seed : int, optional
         Of the random numbers, where there are any.
     """
-    problem = solution.problem
+    return {**environment(), **scene_record(scene, command, seed), **run_record(solution)}
+
+
+def scene_record(
+    scene: Scene | None, command: str | None = None, seed: int | None = None
+) -> dict[str, Any]:
+    """Return what was asked for, and by which command."""
     return {
-        **environment(),
         "scene": None if scene is None else scene.sections,
         "scene_name": None if scene is None else scene.name,
         "scene_toml": None if scene is None else scene.toml(),
@@ -66,6 +78,13 @@ def run_provenance(
         "notes": [] if scene is None else list(scene.notes),
         "command": command,
         "seed": seed,
+    }
+
+
+def run_record(solution: Solution) -> dict[str, Any]:
+    """Return what was integrated, how, and at what cost."""
+    problem = solution.problem
+    return {
         "problem": problem.name,
         "pieces": [[name, rows] for name, rows in problem.pieces],
         "parameters": finite_json(dict(problem.parameters)),
@@ -74,7 +93,9 @@ def run_provenance(
         "end": finite_json(float(solution.tau[-1])) if len(solution.tau) else None,
         **method_record(solution.method),
         "step": solution.step,
+        "step_sizes": solution.step_sizes._asdict(),
         "steps": solution.steps,
+        "rejected": solution.rejected,
         "iterations": solution.iterations,
         "field_evaluations": solution.evaluations,
         "compile_seconds": round(solution.compile_seconds, 6),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -66,12 +66,15 @@ def series_style(i: int) -> dict[str, Any]:
     }
 
 
-def save_figure(figure: Figure, folder: Path, name: str) -> None:
-    """Write ``name.png`` and ``name.svg`` into the folder."""
+def save_figure(
+    figure: Figure, folder: Path, name: str, kinds: Sequence[str] = ("png", "svg")
+) -> None:
+    """Write ``name.png`` and ``name.svg``, or one of them, into the folder."""
     with figure_style():
-        figure.savefig(folder / f"{name}.png")
-        figure.set_layout_engine("none")  # laid out already: do not do it again
-        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+        for kind in kinds:
+            metadata = {"Date": None} if kind == "svg" else None
+            figure.savefig(folder / f"{name}.{kind}", metadata=metadata)
+            figure.set_layout_engine("none")  # laid out already: do not do it again
 
 
 def data_uri(figure: Figure) -> str:

@@ -6,11 +6,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ..drift import Drift
+from ..plan import SeveralRuns
 from ..scene import Scene
 from ..solution import Solution
-from .text import number, verdict, with_error
+from .kinds import kinds_in_words, names_by_kind
+from .text import duration, number, step_of, verdict, with_error
 
-__all__ = ["print_summary"]
+__all__ = ["print_several", "print_summary"]
 
 _COLOURS = {
     "roundoff": "green",
@@ -22,6 +25,34 @@ _COLOURS = {
 }
 
 
+def print_several(result: SeveralRuns) -> None:
+    """Print a row for each method: largest error and class of each quantity, time per step."""
+    console = Console()
+    console.print(Text(result.scene.title, style="bold"))
+    names = [name for group in names_by_kind(result).values() for name in group]
+    table = Table(box=None, header_style="bold")
+    table.add_column("method", no_wrap=True)
+    for name in names:
+        table.add_column(name, justify="right")
+    table.add_column("per step", justify="right")
+    table.add_column("run time", justify="right")
+    for run in result:
+        each = total = "–"
+        if run.solution is not None and run.solution.steps:
+            each = duration(run.solution.run_seconds / run.solution.steps)
+            total = duration(run.solution.run_seconds)
+        table.add_row(run.title, *(_cell(run.drift.get(name)) for name in names), each, total)
+    console.print(table)
+    for kind, outcome in kinds_in_words(result):
+        console.print(Text(f"{kind} – {outcome}"))
+
+
+def _cell(drift: Drift | None) -> Text:
+    if drift is None:
+        return Text("–")
+    return Text(f"{number(drift.max_abs_error, 2)} {drift.kind}", style=_COLOURS[drift.kind])
+
+
 def print_summary(solution: Solution, scene: Scene) -> None:
     """Print what was run and a row for each quantity."""
     console = Console()
@@ -29,7 +60,7 @@ def print_summary(solution: Solution, scene: Scene) -> None:
     rate = solution.steps / solution.run_seconds if solution.run_seconds > 0.0 else 0.0
     console.print(
         Text(
-            f"{solution.method.name}, step {abs(solution.step):g}, {solution.steps} steps in "
+            f"{solution.method.name}, step {step_of(solution)}, {solution.steps} steps in "
             f"{solution.run_seconds:.3g} s ({rate:.3g} a second), "
             f"{solution.evaluations:.4g} field evaluations"
         )

@@ -6,7 +6,16 @@ import math
 
 from ..solution import Solution
 
-__all__ = ["number", "verdict", "with_error"]
+__all__ = [
+    "OUTCOMES",
+    "duration",
+    "number",
+    "rule_details",
+    "short_slope",
+    "step_of",
+    "verdict",
+    "with_error",
+]
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -17,6 +26,14 @@ def number(value: float | None, digits: int = 3) -> str:
         return "not finite"
     text = f"{value:.{digits}g}"
     return f"−{text[1:]}" if text.startswith("-") else text
+
+
+def step_of(solution: Solution, digits: int = 6) -> str:
+    """Return the step of a run; of an adaptive one mean, smallest and largest step."""
+    if not solution.method.adaptive:
+        return f"{abs(solution.step):.{digits}g}"
+    sizes = solution.step_sizes
+    return f"{sizes.mean:.4g} on average ({sizes.min:.3g} to {sizes.max:.3g})"
 
 
 def with_error(value: float | None, error: float | None) -> str:
@@ -34,7 +51,15 @@ def with_error(value: float | None, error: float | None) -> str:
     return f"({sign}{abs(scaled):.{digits}f} ± {spread:.{digits}f})e{power:+03d}"
 
 
-_OUTCOMES = {
+def short_slope(value: float | None, error: float | None) -> str:
+    """Return a slope for a narrow table: without its error where that is below 1 %."""
+    if value is not None and error is not None and abs(value) > 100.0 * abs(error) > 0.0:
+        return number(value)
+    return with_error(value, error)
+
+
+# What the classes mean in a sentence, the worst first.
+OUTCOMES = {
     "faster": "growing faster than in proportion to time",
     "linear": "drifting in proportion to time",
     "sqrt": "wandering like a random walk",
@@ -44,12 +69,31 @@ _OUTCOMES = {
 }
 
 
+def duration(seconds: float) -> str:
+    """Return a duration with a unit: ``1.2 µs``, ``34 ms``, ``5.6 s``; ``–`` for none."""
+    if seconds <= 0.0:
+        return "–"
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if seconds >= size:
+            return f"{seconds / size:.3g}\u202f{unit}"
+    return f"{seconds / 1e-9:.3g}\u202fns"
+
+
+def rule_details() -> str:
+    """Return the statistical rule as its module states it, without the markup."""
+    from .. import growth
+
+    text = (growth.__doc__ or "").split("The window means", 1)[1]
+    plain = text.replace("``", "").replace("\\|", "|").replace("`", "")
+    return "The window means" + plain.split("\nMeasured on", 1)[0].rstrip()
+
+
 def verdict(solution: Solution) -> str:
     """Return the outcome of a run in a sentence, the worst first."""
-    named: dict[str, list[str]] = {kind: [] for kind in _OUTCOMES}
+    named: dict[str, list[str]] = {kind: [] for kind in OUTCOMES}
     for name, drift in solution.drift.items():
         named[drift.kind].append(name)
-    told = [f"{_OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
+    told = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
     if not told:
         return "No quantity was watched."
     if set(solution.drift) == {*named["roundoff"], *named["bounded"]}:

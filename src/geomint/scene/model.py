@@ -58,12 +58,16 @@ class TimeSection(Section):
 
 
 class IntegrateSection(Section):
-    """``[integrate]``: the method, its step in the problem's own time, and the method's options."""
+    """``[integrate]``: the method, its step in the problem's own time, and the method's options.
+
+    `representation` forces a representation of the system, by its name or as ``"own"``.
+    """
 
     model_config = ConfigDict(extra="allow")
 
     method: Name = Field(default="gauss-8", description="the name of a method")
     step: Positive | None = Field(default=None, description="a step > 0")
+    representation: Name | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -107,11 +111,24 @@ class OtherEnd(Section):
 
 
 class DriftSection(OtherEnd):
-    """``[drift]``: what ``geomint drift`` does otherwise than ``geomint run``."""
+    """``[drift]``: what ``geomint drift`` does otherwise than ``geomint run``.
+
+    `methods`, as ``"NAME"`` or ``"NAME:STEP"``, are run one after the other for one report.
+    """
 
     method: Name | None = None
+    methods: Annotated[list[Name], Field(min_length=1)] | None = None
     step: Positive | None = None
+    quantities: list[Name] | None = None
     every: Count | None = None
+
+    @model_validator(mode="after")
+    def _one_or_several(self) -> DriftSection:
+        if self.methods is not None and (self.method is not None or self.step is not None):
+            raise ValueError(
+                'expected methods, or method and step; a step in methods is written "NAME:STEP"'
+            )
+        return self
 
 
 class CompareSection(OtherEnd):

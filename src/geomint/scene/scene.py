@@ -6,7 +6,7 @@ import copy
 import hashlib
 import json
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -129,8 +129,9 @@ class Scene:
     def for_drift(self) -> Scene:
         """Return the scene as ``geomint drift`` runs it: changed by its ``[drift]`` section."""
         other = self.content.drift
-        return self._with_end(other.t_end, other.tau_end).changed_integration(
-            other.method, other.step, other.every
+        scene = self._with_end(other.t_end, other.tau_end)
+        return scene.changed_observation(other.quantities, other.every).changed_integration(
+            other.method, other.step
         )
 
     def for_compare(self) -> Scene:
@@ -143,9 +144,12 @@ class Scene:
         return self.changed(time={"t_end": t_end, "tau_end": tau_end})
 
     def changed_integration(
-        self, method: str | None = None, step: float | None = None, every: int | None = None
+        self,
+        method: str | None = None,
+        step: float | None = None,
+        representation: str | None = None,
     ) -> Scene:
-        """Return a scene with another method, step or interval of observation.
+        """Return a scene with another method, step or representation.
 
         Options of the former method go; its step goes too, unless one is given.
         """
@@ -153,11 +157,17 @@ class Scene:
         if method is not None and method != self.content.integrate.method:
             gone = dict.fromkeys((*self.content.integrate.options, "step"))
             scene = scene.changed(integrate={**gone, "method": method})
-        if step is not None:
-            scene = scene.changed(integrate={"step": step})
-        if every is not None:
-            scene = scene.changed(observe={"every": every})
-        return scene
+        changes = {"step": step, "representation": representation}
+        given = {key: value for key, value in changes.items() if value is not None}
+        return scene.changed(integrate=given) if given else scene
+
+    def changed_observation(
+        self, quantities: Iterable[str] | None = None, every: int | None = None
+    ) -> Scene:
+        """Return a scene that watches other quantities, or every so many steps."""
+        changes = {"quantities": None if quantities is None else list(quantities), "every": every}
+        given = {key: value for key, value in changes.items() if value is not None}
+        return self.changed(observe=given) if given else self
 
     @property
     def sections(self) -> dict[str, Any]:

@@ -11,8 +11,9 @@ from pydantic import BaseModel, ValidationError
 from ..errors import DomainError, GeomintWarning, MethodError, SceneError, nearest
 from ..methods.method import Method
 from ..methods.registry import find_method
-from ..observe import GROUPS
+from ..observe import GROUPS, quantities_of
 from ..systems import Model, System, find_system
+from .entries import method_and_step
 from .explain import explained, shown
 from .model import Content
 
@@ -45,7 +46,11 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
         model, notes = _build(system, parameters, initial)
     except DomainError as error:
         raise _error(name, [f"{_section_of(error.name, content)} {error}"]) from error
-    flaws = [*_quantities(model, content), *_ends(model, content)]
+    flaws = [
+        *_representation(model, content),
+        *_quantities(model, content),
+        *_ends(model, content),
+    ]
     if flaws:
         raise _error(name, flaws)
     return Checked(content, parameters, initial, model, method, notes)
@@ -96,7 +101,8 @@ def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
 def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | None, list[str]]:
     section = _section(raw, "integrate")
     name = section.pop("method", "gauss-8")
-    section.pop("step", None)
+    for key in ("step", "representation"):
+        section.pop(key, None)
     if not isinstance(name, str) or not name:
         return None, []
     flaws = list(_other_methods(content)) if content is not None else []
@@ -106,7 +112,7 @@ def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | N
         return None, [f"[integrate] {error}", *flaws]
     for key in section:
         if key not in method.options:
-            known = ["method", "step", *method.options]
+            known = ["method", "step", "representation", *method.options]
             flaws.append(
                 f"[integrate] {key} = {shown(section[key])}: no such key, nor an option of "
                 f"{name!r}.{nearest(key, known)}"
@@ -128,6 +134,11 @@ def _other_methods(content: Content) -> Iterator[str]:
                 find_method(name)
             except (MethodError, DomainError) as error:
                 yield f"{where}{error}"
+    for entry in content.drift.methods or []:
+        try:
+            method_and_step(entry)
+        except (MethodError, DomainError) as error:
+            yield f"[drift] methods: {error}"
 
 
 def _parameters(content: Content) -> dict[str, Any]:
@@ -157,12 +168,29 @@ def _build(system: System, parameters: Any, initial: Any) -> tuple[Model, tuple[
     return model, tuple(dict.fromkeys(notes))
 
 
+def _representation(model: Model, content: Content) -> Iterator[str]:
+    name, known = content.integrate.representation, ["own", *model.problems]
+    if name is not None and name not in known:
+        yield (
+            f"[integrate] representation = {name!r}: no such representation of "
+            f"{content.system.name!r} from this initial state.{nearest(name, known)}"
+        )
+
+
 def _quantities(model: Model, content: Content) -> Iterator[str]:
-    problem = next(iter(model.problems.values()))
-    known = [*problem.diagnostics, *GROUPS]
-    for i, name in enumerate(content.observe.quantities):
-        if name not in known:
-            yield f"[observe] quantities[{i}] = {name!r}: no such quantity.{nearest(name, known)}"
+    """Any representation may have what is observed: the planner finds the one that does."""
+    names = (name for problem in model.problems.values() for name in quantities_of(problem))
+    known = [*dict.fromkeys(names), *GROUPS]
+    for section, quantities in (
+        ("observe", content.observe.quantities),
+        ("drift", content.drift.quantities or []),
+    ):
+        for i, name in enumerate(quantities):
+            if name not in known:
+                yield (
+                    f"[{section}] quantities[{i}] = {name!r}: no such quantity."
+                    f"{nearest(name, known)}"
+                )
 
 
 def _ends(model: Model, content: Content) -> Iterator[str]:

@@ -47,6 +47,8 @@ class Tableau:
         Weights of the embedded method.
     order_hat : int, optional
         Order of the embedded method.
+    b_low, order_low : optional
+        Weights and order of a second embedded method of still lower order, see `estimate_order`.
     tolerance : Fraction
         Largest defect of ``c_i = sum_j a_ij`` and ``sum_j b_j = 1`` that the rounding of published
         decimals explains; zero, the default, for rational methods.
@@ -67,22 +69,29 @@ class Tableau:
     reference: str
     b_hat: Row | None = None
     order_hat: int | None = None
+    b_low: Row | None = None
+    order_low: int | None = None
     tolerance: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:
         """Check types, shapes and sums."""
         s = self.stages
-        vectors = (self.b, self.c, *self.A, *(() if self.b_hat is None else (self.b_hat,)))
+        embedded = [weights for weights in (self.b_hat, self.b_low) if weights is not None]
+        vectors = (self.b, self.c, *self.A, *embedded)
         if not all(isinstance(x, Fraction) for x in chain.from_iterable(vectors)):
             raise TypeError(f"{self.name}: coefficients must be Fractions; read text with row()")
         if s == 0 or len(self.A) != s or any(len(vector) != s for vector in vectors):
             raise ValueError(f"{self.name}: A must be {s} x {s}, and b, c, b_hat of length {s}")
         if (self.b_hat is None) != (self.order_hat is None):
             raise ValueError(f"{self.name}: b_hat and order_hat go together")
+        if (self.b_low is None) != (self.order_low is None):
+            raise ValueError(f"{self.name}: b_low and order_low go together")
+        if self.b_low is not None and self.b_hat is None:
+            raise ValueError(f"{self.name}: b_low comes beside b_hat")
         for i, (a, c) in enumerate(zip(self.A, self.c, strict=True), start=1):
             if abs(sum(a, -c)) > self.tolerance:
                 raise ValueError(f"{self.name}: row {i} of A does not sum to c_{i}")
-        for label, weights in (("b", self.b), ("b_hat", self.b_hat)):
+        for label, weights in (("b", self.b), ("b_hat", self.b_hat), ("b_low", self.b_low)):
             if weights is not None and abs(sum(weights, Fraction(-1))) > self.tolerance:
                 raise ValueError(f"{self.name}: {label} does not sum to 1")
 
@@ -100,6 +109,11 @@ class Tableau:
     def first_same_as_last(self) -> bool:
         """Whether the last stage is the new value, so that its derivative serves the next step."""
         return self.c[-1] == 1 and self.A[-1] == self.b
+
+    @property
+    def used_stages(self) -> int:
+        """Stages up to the last one that the new value needs; others serve the error estimate."""
+        return max(i for i, weight in enumerate(self.b, start=1) if weight)
 
     @property
     def symmetric(self) -> bool:
@@ -148,12 +162,28 @@ class Tableau:
         """Rounded ``c - c_float``, shape (s,)."""
         return remainder(self.c)
 
+    @property
+    def estimate_order(self) -> int | None:
+        """The power of h with which the error estimate falls; None if there is none.
+
+        With one embedded method it is ``‖y_1 − ŷ_1‖``. With two, e of order h^(p̂+1) and e_low of order
+        h^(p_low+1), it is ``‖e‖² / (‖e‖² + 0.01 ‖e_low‖²)^½``, as in DOP853 [HNW, Section II.10].
+        """
+        if self.order_hat is None:
+            return None
+        order = min(self.order, self.order_hat) + 1
+        return order if self.order_low is None else 2 * order - (self.order_low + 1)
+
     @cached_property
     def error_float(self) -> Array | None:
-        """Weights ``b - b_hat`` of the error estimate, rounded once, shape (s,); None if none."""
-        if self.b_hat is None:
+        """Weights ``b − b_hat`` and then ``b − b_low`` of the error estimate, rounded once; or None.
+
+        The shape is (s,) or (2 s,).
+        """
+        embedded = [weights for weights in (self.b_hat, self.b_low) if weights is not None]
+        if not embedded:
             return None
-        return nearest(x - y for x, y in zip(self.b, self.b_hat, strict=True))
+        return nearest(x - y for weights in embedded for x, y in zip(self.b, weights, strict=True))
 
     def _matrix(self, rounded: Callable[[Iterable[Fraction]], Array]) -> Array:
         """Apply `rounded` to A and keep the shape."""

@@ -11,9 +11,12 @@ import numpy.typing as npt
 
 from ..problem import Problem
 from . import (
+    abc_flow,
     double_pendulum,
+    frame_in_field,
     henon_heiles,
     lotka_volterra,
+    neumann,
     pulsating_body,
     so_n_flow,
     sphere_metric,
@@ -25,7 +28,7 @@ __all__ = ["examples"]
 
 def examples() -> list[tuple[Problem, npt.NDArray[np.float64]]]:
     """Return all problems, at default parameters, each with an initial state."""
-    metric = sphere_metric.problem()
+    metric, frame = sphere_metric.problem(), frame_in_field.problem()
     return [
         (lotka_volterra.problem(), lotka_volterra.INITIAL),
         (henon_heiles.problem(), henon_heiles.INITIAL),
@@ -34,5 +37,8 @@ def examples() -> list[tuple[Problem, npt.NDArray[np.float64]]]:
         (pulsating_body.problem(), pulsating_body.INITIAL),
         (so_n_flow.problem(4), so_n_flow.initial(4)),
         (so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)),
+        (abc_flow.problem(), abc_flow.INITIAL),
+        (neumann.problem(), neumann.initial()),
+        (frame, frame_in_field.initial(frame)),
         (metric, sphere_metric.initial(metric)),
     ]

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..forms import Hamiltonian
+from ..forms import Hamiltonian, Measure
+from ..kernels.arithmetic import log
 from ..kernels.recorded import field, helper
 from ..problem import Problem
 
@@ -108,6 +109,33 @@ def lower_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total
 
 
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """log det(G M⁻¹ Gᵀ): the symplectic volume is det{c_i, c_j}^½ δ(c) dq dp, c = (g, G M⁻¹ p)."""
+    m, M = params[0], params[1]
+    xx, dd, xd = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
+    for i in range(3):
+        d = y[3 + i] - y[i]
+        xx += y[i] * y[i]
+        xd += y[i] * d
+        dd += d * d
+    return log(xx * dd * (1.0 / m + 1.0 / M) / m - xd * xd / (m * m))
+
+
+@field
+def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """½(|x|² − 1), ½(|w − x|² − 1) and their rates."""
+    first, second = 0.0 * y[0], 0.0 * y[0]
+    for i in range(3):
+        velocity = y[6 + i] / params[0]
+        first += y[i] * velocity
+        second += (y[3 + i] - y[i]) * (y[9 + i] / params[1] - velocity)
+    out[0] = 0.5 * upper_rod(params, t, y, work)
+    out[1] = 0.5 * lower_rod(params, t, y, work)
+    out[2] = first
+    out[3] = second
+
+
 def problem(upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0) -> Problem:
     """Return two points x, w with |x| = |w − x| = 1 and masses m, M in constant gravity.
 
@@ -124,9 +152,10 @@ def problem(upper: float = 1.0, lower: float = 0.5, gravity: float = 1.0) -> Pro
         pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
         params=np.array([upper, lower, gravity]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, rods, 2),
+        hamiltonian=Hamiltonian(gradients, rods, 2, separable=True),
         work=12,
         invariants={"energy": energy, "angular-momentum": angular_momentum},
         constraints={"upper-rod": upper_rod, "lower-rod": lower_rod},
+        measure=Measure(log_density, manifold, 4),
         parameters={"upper": upper, "lower": lower, "gravity": gravity},
     )

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.arithmetic import cos
+from ..forms import Measure
+from ..kernels.arithmetic import cos, log, sin
 from ..kernels.recorded import field
 from ..problem import Problem
 
@@ -24,6 +25,13 @@ def rates(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = v * ((u - 1.0) - 0.125 * v)
 
 
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """log μ = (t + ε sin(ωt)/ω)/8 − 9/8 log u − log v: crowding dissipates, so μ depends on time."""
+    seasons = t + params[0] * sin(params[1] * t) / params[1]
+    return 0.125 * seasons - 1.125 * log(y[0]) - log(y[1])
+
+
 def problem(amplitude: float = 0.4, frequency: float = 1.5) -> Problem:
     """Return the equations of Lotka and Volterra with a seasonal growth of the prey.
 
@@ -31,7 +39,7 @@ def problem(amplitude: float = 0.4, frequency: float = 1.5) -> Problem:
 
         u̇ = u (1 + ε cos ωt − v),        v̇ = v (u − 1 − v/8)
 
-    with crowding of the predators; nothing is conserved. Parameters: ε, ω.
+    with crowding of the predators; nothing is conserved but a measure. Parameters: ε, ω.
 
     References
     ----------
@@ -43,5 +51,6 @@ def problem(amplitude: float = 0.4, frequency: float = 1.5) -> Problem:
         pieces=(("u", 1), ("v", 1)),
         params=np.array([amplitude, frequency]),
         field=rates,
+        measure=Measure(log_density),
         parameters={"amplitude": amplitude, "frequency": frequency},
     )

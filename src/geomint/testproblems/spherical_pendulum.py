@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..forms import Hamiltonian
+from ..forms import Hamiltonian, Measure
 from ..kernels.recorded import field
+from ..natural import natural_on_sphere
 from ..problem import Problem
 
 __all__ = ["INITIAL", "problem", "unit_sphere"]
@@ -34,6 +35,14 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
         dq[i] = 0.0 * q[i]
         dp[i] = 1.0 * p[i]
     dq[2] = dq[2] + params[0]
+
+
+@field
+def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+    """∂V/∂q = g e₃."""
+    out[0] = 0.0 * q[0]
+    out[1] = 0.0 * q[0]
+    out[2] = params[0] + 0.0 * q[0]
 
 
 @field
@@ -71,11 +80,24 @@ def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """0: δ(½|q|² − ½) δ((q, p)) dq dp is the symplectic volume of T*S²."""
+    return 0.0 * y[0]
+
+
+@field
+def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """½((q, q) − 1) and (q, p)."""
+    out[0] = 0.5 * sphere(params, t, y, work)
+    out[1] = tangency(params, t, y, work)
+
+
 def problem(gravity: float = 1.0) -> Problem:
     """Return the spherical pendulum, H = ½(p, p) + g q₃ on |q| = 1, unit mass and length.
 
     Conserved: the energy and the angular momentum about the vertical, which is quadratic. Forms:
-    ODE and Hamiltonian.
+    ODE, Hamiltonian (separable) and splitting.
 
     References
     ----------
@@ -86,8 +108,10 @@ def problem(gravity: float = 1.0) -> Problem:
         pieces=(("q", 3), ("p", 3)),
         params=np.array([gravity]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, unit_sphere, 1),
+        hamiltonian=Hamiltonian(gradients, unit_sphere, 1, separable=True),
+        splitting=natural_on_sphere(potential_gradient),
         invariants={"energy": energy, "angular-momentum": angular_momentum},
         constraints={"sphere": sphere, "tangency": tangency},
+        measure=Measure(log_density, manifold, 2),
         parameters={"gravity": gravity},
     )

@@ -1,0 +1,205 @@
+"""Claims and their verdicts.
+
+A claim's function returns the two sides of what is printed, at a point: ``(left, right)`` or
+``(left, right, size)``. The residual is max|left − right| divided by the largest of |left|, |right|
+and `size`, the size of the terms where both sides vanish, and at least by LEAST. With ``amended``
+true the function returns the corrected or restricted statement instead.
+
+The rule. With HOLDS and FAILS the two thresholds, and residuals the largest over all points and n:
+
+====================================================  ============================
+printed ≤ HOLDS (off the manifold too, if claimed)    holds
+printed ≤ HOLDS on the manifold, ≥ FAILS off it       holds on the manifold only
+printed ≥ FAILS, restricted ≤ HOLDS                   needs a restriction
+printed ≥ FAILS, corrected ≤ HOLDS                    misprint
+no function, but a reason                             not checkable numerically
+anything else                                         unexplained: the audit has failed
+====================================================  ============================
+
+A *negative* claim says that two things differ: it holds if its residual is ≥ FAILS. A correction of
+something that holds as printed is `unexplained` as well, and so is a residual between the
+thresholds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .points import Point
+
+__all__ = [
+    "FAILS",
+    "HOLDS",
+    "ON_MANIFOLD",
+    "VERDICTS",
+    "Claim",
+    "Result",
+    "Section",
+    "evaluate",
+    "residual",
+]
+
+HOLDS = 1e-12
+FAILS = 1e-3
+LEAST = 1e-3  # sizes below it count as this: the numbers of a random point are of order 1
+
+TRUE, ON_MANIFOLD, RESTRICTED = "holds", "holds on the manifold only", "needs a restriction"
+MISPRINT, UNCHECKED = "misprint", "not checkable numerically"
+UNEXPLAINED = "unexplained"
+VERDICTS = (TRUE, ON_MANIFOLD, RESTRICTED, MISPRINT, UNCHECKED)
+
+Sides = tuple[Any, ...]
+Check = Callable[..., Sides]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One statement of the paper.
+
+    Attributes
+    ----------
+    label : str
+        The source's own, or a descriptive one: ``remark:…``, ``proof:…``, ``text:…``.
+    statement, section, lines : str
+        What is said in a few words, under which heading, and where in the source.
+    check : callable or None
+        ``check(point)``, or ``check(point, amended)`` if there is an amendment.
+    dimensions : sequence of int
+    everywhere : bool
+        The statement is made off T*S^(n−1) (or |γ| = 1) too.
+    negative : bool
+    kind : str or None
+        The verdict if the printed form fails and the amended one holds.
+    amendment, reason : str
+        The amended form, or why nothing can be evaluated.
+    """
+
+    label: str
+    statement: str
+    section: str = ""
+    lines: str = ""
+    check: Check | None = None
+    dimensions: Sequence[int] = range(2, 8)
+    everywhere: bool = False
+    negative: bool = False
+    kind: str | None = None
+    amendment: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Result:
+    """A claim with its verdict; residuals are the largest over the points, None if not evaluated."""
+
+    claim: Claim
+    verdict: str
+    residual: float | None = None
+    off_manifold: float | None = None
+    amended: float | None = None
+    points: int = 0
+    dimensions: tuple[int, ...] = ()
+
+    @property
+    def reason(self) -> str:
+        """Why nothing was evaluated, or an empty string."""
+        if self.claim.reason or self.verdict != UNCHECKED:
+            return self.claim.reason
+        return f"speaks of n = {', '.join(map(str, self.claim.dimensions))} only"
+
+
+class Section:
+    """The claims of one part of the paper, in its order."""
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self.claims: list[Claim] = []
+
+    def __call__(
+        self,
+        label: str,
+        statement: str,
+        lines: str,
+        *,
+        n: Sequence[int] = range(2, 8),
+        everywhere: bool = False,
+        negative: bool = False,
+        misprint: str = "",
+        restriction: str = "",
+        off_manifold: str = "",
+    ) -> Callable[[Check], Check]:
+        """Register a function as a claim; at most one amendment, told by the argument's name.
+
+        `off_manifold` is the form that holds off the manifold as well.
+        """
+        kinds = {MISPRINT: misprint, RESTRICTED: restriction, ON_MANIFOLD: off_manifold}
+        given = [(kind, text) for kind, text in kinds.items() if text]
+        kind, text = given[0] if given else (None, "")
+
+        def register(check: Check) -> Check:
+            claim = Claim(
+                label, statement, self.title, lines, check, n, everywhere, negative, kind, text
+            )
+            self.claims.append(claim)
+            return check
+
+        return register
+
+    def unchecked(self, label: str, statement: str, lines: str, reason: str) -> None:
+        """Register a statement that cannot be evaluated, with the reason."""
+        self.claims.append(Claim(label, statement, self.title, lines, reason=reason))
+
+
+def residual(sides: Sides) -> float:
+    """Return the relative difference of two sides; infinite if anything is not finite."""
+    left, right = np.asarray(sides[0]), np.asarray(sides[1])
+    sizes = [np.max(np.abs(part), initial=0.0) for part in (left, right, *sides[2:])]
+    if not np.isfinite(sizes).all():
+        return float("inf")
+    return float(np.max(np.abs(left - right), initial=0.0) / max(LEAST, *sizes))
+
+
+def evaluate(claim: Claim, points: Sequence[Point]) -> Result:
+    """Return the verdict on a claim at those of the points whose dimension it speaks of."""
+    if claim.check is None:
+        return Result(claim, UNCHECKED)
+    chosen = [point for point in points if point.n in claim.dimensions]
+    if not chosen:
+        return Result(claim, UNCHECKED)
+    on, off, amended = _residuals(claim, claim.check, chosen)
+    dimensions = tuple(sorted({point.n for point in chosen}))
+    return Result(
+        claim, _verdict(claim, on, off, amended), on, off, amended, len(chosen), dimensions
+    )
+
+
+def _residuals(
+    claim: Claim, check: Check, points: Sequence[Point]
+) -> tuple[float, float | None, float | None]:
+    """Return the residuals on the manifold, off it if claimed, and of the amended form."""
+
+    def largest(places: Sequence[Point], *amended: bool) -> float:
+        return max(residual(check(point, *amended)) for point in places)
+
+    beyond = [point.off for point in points] if claim.everywhere else []
+    printed = [False] if claim.kind else []
+    on = largest(points, *printed)
+    off = largest(beyond, *printed) if beyond else None
+    return on, off, largest([*points, *beyond], True) if claim.kind else None
+
+
+def _verdict(claim: Claim, on: float, off: float | None, amended: float | None) -> str:
+    if claim.negative:
+        return TRUE if on >= FAILS else UNEXPLAINED
+    explained = amended is None or amended <= HOLDS
+    if on <= HOLDS:
+        if off is None or off <= HOLDS:
+            return TRUE if claim.kind is None else UNEXPLAINED
+        fits = off >= FAILS and explained and claim.kind in (None, ON_MANIFOLD)
+        return ON_MANIFOLD if fits else UNEXPLAINED
+    if on >= FAILS and claim.kind in (MISPRINT, RESTRICTED) and explained:
+        return str(claim.kind)
+    return UNEXPLAINED

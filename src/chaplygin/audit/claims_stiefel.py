@@ -1,0 +1,300 @@
+"""Section 5.2, the Veselova problem on SO(n) and its reduction to the Stiefel variety V(n, r)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .algebra import Array, apply, bracket, coordinates, inner, null_space, rank, wedge
+from .calculus import derivative
+from .claim import Section, Sides
+from .motion import constrained_rotation
+from .points import Point
+
+__all__ = ["claim", "stiefel_rates"]
+
+claim = Section("5.2 Veselova problem on SO(n)")
+FRAMES = range(3, 7)
+
+
+def rank_of(point: Point) -> int:
+    """Return r = 1 … n − 2, by turns of the points; the constraints are those of so(n − r)."""
+    return 1 + point.seed[-1] % (point.n - 2)
+
+
+def span(point: Point) -> list[Array]:
+    """Return 𝔡 = span{E_i∧E_j, i ≤ r}."""
+    E, r = np.eye(point.n), rank_of(point)
+    return [wedge(E[i], E[j]) for i in range(r) for j in range(point.n) if i < j]
+
+
+def constraint_forms(point: Point, printed: bool = False) -> list[Array]:
+    """Return E_i∧E_j, r + 1 ≤ i < j ≤ n; as printed, n − r + 1 ≤ i < j ≤ n."""
+    n, r = point.n, rank_of(point)
+    E, start = np.eye(n), n - r if printed else r
+    return [wedge(E[i], E[j]) for i in range(start, n) for j in range(i + 1, n)]
+
+
+def admissible(point: Point) -> Array:
+    """Return a random w with Ad_g w in 𝔡."""
+    Omega = sum(
+        c * X for c, X in zip(point.normal("w", len(span(point))), span(point), strict=True)
+    )
+    return np.asarray(point.g.T @ Omega @ point.g)
+
+
+def veselova_motion(point: Point) -> tuple[Array, Array]:
+    """Return w and ẇ of the LR system with a general operator, from d'Alembert's principle."""
+    w = admissible(point)
+    return w, constrained_rotation(point, point.general, w, constraint_forms(point))[0]
+
+
+@claim("text:LR-lagrangian", "L = ½⟨𝓘w, w⟩ = −¼ tr(𝓘w w)", "1228–1232", n=FRAMES)
+def lr_lagrangian(point: Point) -> Sides:
+    w = point.omega
+    moment = apply(point.general, w)
+    return 0.5 * coordinates(moment) @ coordinates(w), -0.25 * np.trace(moment @ w)
+
+
+@claim(
+    "VC",
+    "𝒟_r, 𝔡 = span{E_i∧E_j, i ≤ r}, is ⟨w, e_i∧e_j⟩ = 0, n − r + 1 ≤ i < j ≤ n",
+    "1232–1241",
+    n=FRAMES,
+    misprint="r + 1 ≤ i < j ≤ n",
+)
+def vc(point: Point, corrected: bool) -> Sides:
+    """Return the projections onto what the constraints leave, and onto 𝔡."""
+    size = point.n * (point.n - 1) // 2
+
+    def projection(rows: list[Array]) -> Array:
+        flat = np.array([coordinates(X) for X in rows]).reshape(-1, size)
+        return np.asarray(flat.T @ flat)
+
+    body = [point.g.T @ X @ point.g for X in constraint_forms(point, printed=not corrected)]
+    space = [point.g @ X @ point.g.T for X in body]
+    return np.eye(size) - projection(space), projection(span(point))
+
+
+@claim("text:w", "w(t) = g⁻¹·g(t) ∈ so(n)", "1243", n=FRAMES, misprint="w(t) = g⁻¹·ġ(t)")
+def angular_velocity(point: Point, corrected: bool) -> Sides:
+    g_dot = point.g @ point.omega
+    w = point.g.T @ (g_dot if corrected else point.g)
+    return w, -w.T
+
+
+@claim(
+    "text:frame",
+    "e_i = g⁻¹E_i is an orthonormal frame, Ad_{g⁻¹}(E_i∧E_j) = e_i∧e_j",
+    "1238–1249",
+    n=FRAMES,
+)
+def frame(point: Point) -> Sides:
+    E, e = np.eye(point.n), point.g.T
+    left = [point.g.T @ wedge(E[0], E[1]) @ point.g, e.T @ e]
+    return left, [wedge(e[:, 0], e[:, 1]), E]
+
+
+@claim("PoissonV", "ė_i = −w e_i", "1251–1254", n=FRAMES)
+def poisson(point: Point) -> Sides:
+    w = admissible(point)
+    return (point.g @ w).T, -w @ point.g.T
+
+
+@claim(
+    "VFK",
+    "d/dt(𝓘w) = [𝓘w, w] + Σ λ_pq e_p∧e_q, n − r + 1 ≤ p < q ≤ n",
+    "1256–1261",
+    n=FRAMES,
+    misprint="r + 1 ≤ p < q ≤ n",
+)
+def vfk(point: Point, corrected: bool) -> Sides:
+    """Return what is left of the motion after the best λ_pq."""
+    w, rate = veselova_motion(point)
+    torque = apply(point.general, rate) - bracket(apply(point.general, w), w)
+    forms = [point.g.T @ X @ point.g for X in constraint_forms(point, printed=not corrected)]
+    return torque, sum((inner(torque, X) * X for X in forms), 0.0 * torque)
+
+
+@claim(
+    "text:n3",
+    "n = 3, r = 2 is the Veselova problem (w⃗, γ⃗) = 0",
+    "1263–1266",
+    n=(3,),
+    misprint="n = 3, r = 1, with γ⃗ = e_1",
+)
+def classical_case(point: Point, corrected: bool) -> Sides:
+    """Return dim 𝔡 and (w⃗, e_1) for w in it; w⃗ = (w_32, w_13, w_21)."""
+    r = 1 if corrected else 2
+    E = np.eye(3)
+    rows = [wedge(E[i], E[j]) for i in range(r) for j in range(3) if i < j]
+    Omega = sum(c * X for c, X in zip(point.normal("c", len(rows)), rows, strict=True))
+    return [len(rows), Omega[2, 1]], [2, 0.0]
+
+
+@claim(
+    "text:invariance",
+    "L and 𝒟_r are invariant under the left action of SO(n−r)",
+    "1268–1271",
+    n=FRAMES,
+)
+def invariance(point: Point) -> Sides:
+    n, r = point.n, rank_of(point)
+    h = np.eye(n)
+    h[r:, r:] = np.linalg.qr(point.normal("h", n - r, n - r))[0]
+    Omega = point.g @ admissible(point) @ point.g.T
+    turned = h @ Omega @ h.T
+    left = [inner(turned, X) for X in constraint_forms(point)]
+    w = (h @ point.g).T @ turned @ (h @ point.g)
+    energies = [inner(apply(point.general, x), x) for x in (w, admissible(point))]
+    return [*left, energies[0]], [*np.zeros(len(left)), energies[1]]
+
+
+@claim(
+    "bundle",
+    "𝒟_r is a principal connection of SO(n−r) → SO(n) → V(n, r): so(n) = 𝔡 ⊕ so(n−r)",
+    "1271–1281",
+    n=FRAMES,
+)
+def connection(point: Point) -> Sides:
+    n, r = point.n, rank_of(point)
+    rows = [coordinates(X) for X in span(point)]
+    fibre = [coordinates(X) for X in constraint_forms(point)]
+    ranks = [rank(rows), rank([*rows, *fibre])]
+    return ranks, [n * r - r * (r + 1) // 2, n * (n - 1) // 2]
+
+
+def stiefel(point: Point) -> tuple[Array, Array, Array]:
+    """Return X = (e_1, …, e_r), Ẋ and w at a random admissible state."""
+    w = admissible(point)
+    X = point.g.T[:, : rank_of(point)]
+    return X, -w @ X, w
+
+
+@claim("cond_X", "TV(n, r): XᵀX = 1, XᵀẊ + ẊᵀX = 0", "1282–1290", n=FRAMES)
+def cond_x(point: Point) -> Sides:
+    X, X_dot, _ = stiefel(point)
+    r = rank_of(point)
+    symmetric = X.T @ X_dot + X_dot.T @ X
+    return [X.T @ X, symmetric], [np.eye(r), np.zeros((r, r))], np.abs(X_dot)
+
+
+def phi_r(X: Array, X_dot: Array) -> Array:
+    """Return Φ_r(X, Ẋ), first form printed."""
+    inside = X.T @ X_dot - X_dot.T @ X
+    return np.asarray(X @ X_dot.T - X_dot @ X.T + 0.5 * X @ inside @ X.T)
+
+
+@claim(
+    "text:Phi_r",
+    "Φ_r(X, Ẋ) = w, both forms: XẊᵀ − ẊXᵀ + ½X[XᵀẊ − ẊᵀX]Xᵀ and the sum of wedges",
+    "1292–1305",
+    n=FRAMES,
+)
+def momentum(point: Point) -> Sides:
+    X, X_dot, w = stiefel(point)
+    r = rank_of(point)
+    total = sum(wedge(X[:, a], X_dot[:, a]) for a in range(r))
+    for a in range(r):
+        for b in range(a + 1, r):
+            factor = 0.5 * (X[:, a] @ X_dot[:, b] - X_dot[:, a] @ X[:, b])
+            total = total + factor * wedge(X[:, a], X[:, b])
+    return [phi_r(X, X_dot), total], [w, w]
+
+
+@claim("text:L_red", "L_red = −¼ tr(𝓘Φ_r Φ_r) is the energy", "1292–1297", n=FRAMES)
+def reduced_lagrangian(point: Point) -> Sides:
+    X, X_dot, w = stiefel(point)
+    phi = phi_r(X, X_dot)
+    left = -0.25 * np.trace(apply(point.general, phi) @ phi)
+    return left, 0.5 * inner(apply(point.general, w), w)
+
+
+def momentum_matrix(point: Point, X: Array, X_dot: Array) -> Array:
+    """Return P = ∂L_red/∂Ẋ, eq. (dotX->P)."""
+
+    def lagrangian(v: Array) -> Any:
+        phi = phi_r(X, v.reshape(X.shape))
+        return 0.5 * inner(apply(point.general, phi), phi)
+
+    return np.asarray(bilinear_gradient(lagrangian, np.ravel(X_dot)).reshape(X.shape))
+
+
+def bilinear_gradient(f: Any, v: Array) -> Array:
+    """Return the gradient of a quadratic form, exact for complex v too."""
+    return np.array([0.5 * (f(v + e) - f(v - e)) for e in np.eye(len(v))])
+
+
+@claim(
+    "dotX->P",
+    "P = ∂L_red/∂Ẋ; L_red is degenerate in the redundant velocities",
+    "1307–1315",
+    n=FRAMES,
+)
+def degenerate(point: Point) -> Sides:
+    X, _, _ = stiefel(point)
+    n, r = X.shape
+    rows = [np.ravel(momentum_matrix(point, X, e.reshape(n, r))) for e in np.eye(n * r)]
+    return rank(rows), n * r - r * (r + 1) // 2
+
+
+@claim(
+    "condX",
+    "T*V(n, r): XᵀX = 1, XᵀP + PᵀX = 0, and Ẋ is uniquely determined by (X, P)",
+    "1315–1325",
+    n=FRAMES,
+)
+def cond_p(point: Point) -> Sides:
+    X, X_dot, _ = stiefel(point)
+    n, r = X.shape
+    P = momentum_matrix(point, X, X_dot)
+    rows = [
+        (X.T @ e.reshape(n, r) + e.reshape(n, r).T @ X)[np.triu_indices(r)] for e in np.eye(n * r)
+    ]
+    tangents = null_space(np.array(rows).T)
+    images = [np.ravel(momentum_matrix(point, X, v.reshape(n, r))) for v in tangents]
+    symmetric = X.T @ P + P.T @ X
+    left = [*np.ravel(symmetric), rank(images)]
+    return left, [*np.zeros(r * r), len(tangents)], np.max(np.abs(P))
+
+
+@claim(
+    "rest_St",
+    "Theorem 7: the reduction of (VC), (PoissonV), (VFK) to T*V(n, r) is (dot_P)",
+    "1327–1338",
+    n=FRAMES,
+)
+def theorem_stiefel(point: Point) -> Sides:
+    return stiefel_rates(point)
+
+
+@claim("dot_P", "Ẋ = −Φ_r X, Ṗ = −Φ_r P", "1330–1335", n=FRAMES)
+def dot_p(point: Point) -> Sides:
+    return stiefel_rates(point)
+
+
+def stiefel_rates(point: Point) -> Sides:
+    """Return the printed (Ẋ, Ṗ), and the motion's: P differentiated along Ẋ = −wX and ẇ."""
+    X, X_dot, _ = stiefel(point)
+    w, rate = veselova_motion(point)
+    acceleration = -rate @ X - w @ X_dot
+    shape = (2, *X.shape)
+
+    def momenta(z: Array) -> Array:
+        place, velocity = z.reshape(shape)
+        return momentum_matrix(point, place, velocity)
+
+    here, moving = np.ravel([X, X_dot]), np.ravel([X_dot, acceleration])
+    P, P_dot = momentum_matrix(point, X, X_dot), derivative(momenta, here, moving)
+    phi = phi_r(X, X_dot)
+    return [-phi @ X, -phi @ P], [(point.g @ w).T[:, : X.shape[1]], P_dot]
+
+
+@claim("remark:FeJo", "Φ* = 𝓘ω|_{𝒟_r} = XPᵀ − PXᵀ", "1340–1347", n=FRAMES)
+def momentum_correction(point: Point) -> Sides:
+    X, X_dot, w = stiefel(point)
+    P = momentum_matrix(point, X, X_dot)
+    moment = point.g @ apply(point.general, w) @ point.g.T
+    inside = sum(inner(moment, Y) * Y for Y in span(point))
+    return X @ P.T - P @ X.T, point.g.T @ inside @ point.g

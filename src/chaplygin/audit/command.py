@@ -1,0 +1,93 @@
+"""``geomint audit``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+import geomint as gi
+
+__all__ = ["audit"]
+
+DIMENSIONS = "2,3,4,5,6,7"
+
+
+def _dimensions(text: str) -> tuple[int, ...]:
+    try:
+        values = sorted({int(part) for part in text.split(",")})
+    except ValueError:
+        values = []
+    if not values or values[0] < 2 or values[-1] > 7:
+        raise gi.DomainError("--n", text, "dimensions between 2 and 7, with commas between")
+    return tuple(values)
+
+
+@click.command("audit")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for audit.json.",
+)
+@click.option(
+    "--n", "dimensions", metavar="N,N,…", default=DIMENSIONS, show_default=True, help="Dimensions."
+)
+@click.option(
+    "--points",
+    type=click.IntRange(min=1),
+    default=3,
+    show_default=True,
+    help="Random points in each dimension.",
+)
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the points."
+)
+@click.option(
+    "--markdown",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File for the table of the docs page.",
+)
+@click.option("--brief", is_flag=True, help="Print only what does not hold as printed.")
+@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+def audit(
+    out: Path | None,
+    dimensions: str,
+    points: int,
+    seed: int,
+    markdown: Path | None,
+    brief: bool,
+    quiet: bool,
+) -> int:
+    """Check the paper line by line: every statement, as printed, at random points.
+
+    Exit code 1 if something holds neither as printed nor as corrected.
+    """
+    chosen = _dimensions(dimensions)
+
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from .report import markdown as table
+    from .report import print_audit, write_json
+    from .run import audit as evaluate_all
+
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=quiet or not screen.is_terminal) as bar:
+        task = bar.add_task("claims", total=None)
+        found = evaluate_all(
+            chosen,
+            points,
+            seed,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )
+    if not quiet:
+        print_audit(found, everything=not brief)
+    if out is not None:
+        click.echo(f"report: {write_json(found, out)}")
+    if markdown is not None:
+        markdown.write_text(table(found), encoding="utf-8")
+        click.echo(f"table: {markdown}")
+    for result in found.unexplained:
+        click.echo(f"geomint: unexplained: {result.claim.label}", err=True)
+    return 1 if found.unexplained else 0

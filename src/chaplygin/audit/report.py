@@ -1,0 +1,200 @@
+"""What an audit writes: ``audit.json``, the table of the docs page, and the terminal's table."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import platform
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+import geomint as gi
+
+from .claim import (
+    FAILS,
+    HOLDS,
+    MISPRINT,
+    ON_MANIFOLD,
+    RESTRICTED,
+    TRUE,
+    UNCHECKED,
+    UNEXPLAINED,
+    Result,
+)
+from .run import Audit
+
+__all__ = ["as_json", "counts", "markdown", "print_audit", "write_json"]
+
+COLOURS = {
+    TRUE: "green",
+    ON_MANIFOLD: "cyan",
+    RESTRICTED: "yellow",
+    MISPRINT: "magenta",
+    UNCHECKED: "dim",
+    UNEXPLAINED: "bold red",
+}
+
+
+def counts(audit: Audit) -> dict[str, int]:
+    """Return how often each verdict occurs among the claims of the paper."""
+    verdicts = [result.verdict for result in audit.paper]
+    return {verdict: verdicts.count(verdict) for verdict in COLOURS if verdict in verdicts}
+
+
+def _row(result: Result) -> dict[str, Any]:
+    claim = result.claim
+    return {
+        "label": claim.label,
+        "statement": claim.statement,
+        "residual": _finite(result.residual),
+        "verdict": result.verdict,
+        "corrected": claim.amendment or None,
+        "corrected_residual": _finite(result.amended),
+        "off_manifold_residual": _finite(result.off_manifold),
+        "negative": claim.negative,
+        "reason": result.reason or None,
+        "section": claim.section,
+        "lines": claim.lines or None,
+        "n": list(result.dimensions),
+        "points": result.points,
+    }
+
+
+def _finite(x: float | None) -> float | str | None:
+    return x if x is None or np.isfinite(x) else repr(x)
+
+
+def as_json(audit: Audit) -> dict[str, Any]:
+    """Return what `write_json` writes."""
+    below, above = audit.gap
+    return {
+        "claims": [_row(result) for result in audit.paper],
+        "package": [_row(result) for result in audit.package],
+        "counts": counts(audit),
+        "thresholds": {"holds": HOLDS, "fails": FAILS},
+        "gap": {"largest_that_holds": below, "least_that_fails": _finite(above)},
+        "n": list(audit.dimensions),
+        "points": audit.points,
+        "seed": audit.seed,
+        "seconds": round(audit.seconds, 3),
+        "provenance": {
+            "paper": "B. Jovanović, Hamiltonization and integrability of the Chaplygin sphere in R^n",
+            "geomint": gi.__version__,
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+            "platform": platform.platform(),
+            "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        },
+    }
+
+
+def write_json(audit: Audit, folder: Path) -> Path:
+    """Write ``audit.json`` into a folder, which is made if need be, and return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "audit.json"
+    text = json.dumps(as_json(audit), ensure_ascii=False, indent=1, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+    return path
+
+
+def _number(x: float | None) -> str:
+    if x is None:
+        return ""
+    return "0" if x == 0.0 else f"{x:.1e}"
+
+
+def _residuals(result: Result) -> str:
+    """Return the residual; for a statement about all (γ, p) also the one off the manifold."""
+    text = _number(result.residual)
+    if result.off_manifold is None:
+        return text
+    return f"{text}, off: {_number(result.off_manifold)}"
+
+
+def _explanation(result: Result) -> str:
+    """Return what holds instead with its residual, or why nothing was evaluated."""
+    if result.claim.amendment:
+        return f"{result.claim.amendment} ({_number(result.amended)})"
+    return "they differ" if result.claim.negative else result.reason
+
+
+def _summary(audit: Audit) -> str:
+    below, above = audit.gap
+    found = ", ".join(f"{number} {verdict}" for verdict, number in counts(audit).items())
+    return (
+        f"{len(audit.paper)} claims: {found}. Residuals of what holds are ≤ {below:.1e}, "
+        f"of what fails ≥ {above:.1e}; n = {', '.join(map(str, audit.dimensions))}, "
+        f"{audit.points} points each, seed {audit.seed}."
+    )
+
+
+def print_audit(audit: Audit, console: Console | None = None, everything: bool = True) -> None:
+    """Print a table of all claims, or of those that do not simply hold."""
+    screen = console or Console()
+    for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
+        chosen = [r for r in group if everything or r.verdict not in (TRUE, UNCHECKED)]
+        if not chosen:
+            continue
+        table = Table(box=None, header_style="bold", title=section, title_justify="left")
+        table.add_column("label", max_width=30, overflow="fold")
+        table.add_column("residual", justify="right", no_wrap=True)
+        table.add_column("verdict", width=14)
+        table.add_column("statement → what holds (its residual), or why not")
+        for result in chosen:
+            statement, explanation = Text(result.claim.statement), _explanation(result)
+            if explanation:
+                statement.append(f"\n→ {explanation}", style=COLOURS[result.verdict])
+            residual = "\n".join(_residuals(result).split(", "))
+            verdict = Text(result.verdict, style=COLOURS[result.verdict])
+            table.add_row(Text(result.claim.label), Text(residual), verdict, statement)
+        screen.print(table)
+        screen.print()
+    screen.print(Text(_summary(audit)))
+    for result in audit.unexplained:
+        screen.print(Text(f"unexplained: {result.claim.label}", style=COLOURS[UNEXPLAINED]))
+
+
+def markdown(audit: Audit) -> str:
+    """Return the table of the docs page: what differs first, then all claims by section."""
+    lines = [_summary(audit), ""]
+    found = [r for r in audit.paper if r.verdict in (MISPRINT, RESTRICTED, ON_MANIFOLD)]
+    lines += ["### What does not hold as printed", ""]
+    lines += ["| label, lines | verdict | printed | what holds |", "|---|---|---|---|"]
+    for r in found:
+        printed = _number(r.off_manifold if r.verdict == ON_MANIFOLD else r.residual)
+        cells = (
+            f"{r.claim.statement}<br>({printed})",
+            f"{r.claim.amendment}<br>({_number(r.amended)})",
+        )
+        lines.append(_line(_place(r), r.verdict, *cells))
+    for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
+        lines += ["", f"### {section}", ""]
+        lines += ["| label, lines | statement | residual | verdict |", "|---|---|---|---|"]
+        for r in group:
+            remark = f": {r.reason}" if r.reason else ""
+            remark = " (they differ)" if r.claim.negative else remark
+            lines.append(_line(_place(r), r.claim.statement, _residuals(r), r.verdict + remark))
+    return "\n".join(lines) + "\n"
+
+
+def _place(result: Result) -> str:
+    """Return label and lines as a cell."""
+    place = f"`{result.claim.label}`"
+    return f"{place}<br>{result.claim.lines}" if result.claim.lines else place
+
+
+def _line(*cells: str) -> str:
+    """Return a row of a Markdown table; what Markdown would read as marks is escaped."""
+    escaped = []
+    for cell in cells:
+        text = cell.replace("|", "\\|")
+        if not cell.startswith("`"):
+            text = text.replace("*", "\\*").replace("_", "\\_").replace("[", "\\[")
+        escaped.append(text)
+    return "| " + " | ".join(escaped) + " |"

@@ -1,0 +1,130 @@
+"""Evaluate all claims at random points."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import (
+    claims_ball,
+    claims_classical,
+    claims_equal,
+    claims_integrability,
+    claims_introduction,
+    claims_measure,
+    claims_multiplier,
+    claims_package,
+    claims_reduction,
+    claims_special,
+    claims_stiefel,
+    claims_veselova,
+    claims_veselova_reduced,
+)
+from .claim import FAILS, UNEXPLAINED, Claim, Result, evaluate
+from .points import sample
+
+__all__ = ["CLAIMS", "PACKAGE", "Audit", "audit"]
+
+_PAPER = (
+    claims_introduction,
+    claims_ball,
+    claims_classical,
+    claims_reduction,
+    claims_special,
+    claims_measure,
+    claims_multiplier,
+    claims_veselova,
+    claims_stiefel,
+    claims_veselova_reduced,
+    claims_integrability,
+    claims_equal,
+)
+CLAIMS: tuple[Claim, ...] = tuple(claim for part in _PAPER for claim in part.claim.claims)
+PACKAGE: tuple[Claim, ...] = tuple(claims_package.claim.claims)
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What an audit has found.
+
+    Attributes
+    ----------
+    paper, package : tuple of Result
+    dimensions : tuple of int
+    points : int
+        Random points in each dimension.
+    seed : int
+    seconds : float
+    """
+
+    paper: tuple[Result, ...]
+    package: tuple[Result, ...]
+    dimensions: tuple[int, ...]
+    points: int
+    seed: int
+    seconds: float
+
+    @property
+    def results(self) -> tuple[Result, ...]:
+        """All results."""
+        return self.paper + self.package
+
+    @property
+    def unexplained(self) -> list[Result]:
+        """The results that make the audit fail."""
+        return [result for result in self.results if result.verdict == UNEXPLAINED]
+
+    @property
+    def gap(self) -> tuple[float, float]:
+        """The largest residual of anything that holds, and the least of anything that fails."""
+        values = [
+            x
+            for r in self.results
+            for x in (r.residual, r.off_manifold, r.amended)
+            if x is not None
+        ]
+        below, above = [x for x in values if x < FAILS], [x for x in values if x >= FAILS]
+        return max(below, default=0.0), min(above, default=float("inf"))
+
+
+def audit(
+    dimensions: Sequence[int] = range(2, 8),
+    points: int = 3,
+    seed: int = 0,
+    paper: Sequence[Claim] = CLAIMS,
+    package: Sequence[Claim] = PACKAGE,
+    progress: Callable[[int, int], None] | None = None,
+) -> Audit:
+    """Evaluate claims at `points` random points in each of the dimensions.
+
+    Parameters
+    ----------
+    dimensions : sequence of int
+        2 … 7 by default; each claim takes those that it speaks of.
+    points : int
+    seed : int
+        The same numbers give the same points, bit for bit, on one machine.
+    paper, package : sequence of Claim
+    progress : callable
+        Called with the number of claims done and their total.
+    """
+    start = time.perf_counter()
+    places = [sample(n, index, seed) for n in dimensions for index in range(points)]
+    results = []
+    with np.errstate(all="ignore"):  # residuals tell what matters
+        for done, claim in enumerate((*paper, *package), 1):
+            results.append(evaluate(claim, places))
+            if progress is not None:
+                progress(done, len(paper) + len(package))
+    split = len(paper)
+    return Audit(
+        tuple(results[:split]),
+        tuple(results[split:]),
+        tuple(dimensions),
+        points,
+        seed,
+        time.perf_counter() - start,
+    )

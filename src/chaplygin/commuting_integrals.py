@@ -1,0 +1,107 @@
+"""Commuting integrals as coefficients of a polynomial: nothing is divided by a_i − a_j.
+
+With P(z) = Π(z − a_l) and m_ij = x_i p_j − x_j p_i, all coefficients of
+
+    Σ_i s_i P(z)/(z − a_i) + Σ_{i<j} m_ij² z^e P(z)/((z − a_i)(z − a_j))
+
+commute for the geodesics of the ellipsoid (s_i = p_i², e = 0) and for geodesic flows on the sphere
+that spheroconical coordinates separate (s_i = −(p, p) x_i², e = 1). Where all a_i differ they are
+combinations of the residues at z = a_i, which are the integrals F_i of Jacobi and Chasles; but those
+have a pole where two a_i are equal. Source: J. Moser, *Geometry of quadrics and spectral theory*
+(1980); for the sphere with λ = z and −4λ_k P(λ_k) μ_k² as the value at the coordinate λ_k.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+
+from .manifold import Array
+
+__all__ = ["chasles_integral", "coefficient_tables", "separation_integral", "table_rows"]
+
+
+def table_rows(n: int) -> int:
+    """Return how many numbers belong to one coefficient."""
+    return n + n * (n - 1) // 2
+
+
+def coefficient_tables(a: Array, degrees: Sequence[int], e: int) -> Array:
+    """Return for each degree k the weights of s_i and of m_ij² in the coefficient of z^k, flat.
+
+    Parameters
+    ----------
+    a : array, shape (n,)
+    degrees : sequence of int
+    e : int
+        Exponent of the factor z^e of the second sum.
+    """
+    n = len(a)
+    singles = [_coefficients(np.delete(a, i)) for i in range(n)]
+    pairs = [_coefficients(np.delete(a, (i, j)), e) for i in range(n) for j in range(i + 1, n)]
+    rows = [[p[k] for p in (*singles, *pairs)] for k in degrees]
+    return np.array(rows, dtype=np.float64).reshape(-1)
+
+
+def _coefficients(roots: Array, e: int = 0) -> list[float]:
+    """Return the coefficients of z^e Π(z − root), ascending, one more than there are."""
+    return [*np.zeros(e), *np.atleast_1d(np.poly(roots))[::-1], 0.0]
+
+
+@gi.helper
+def weighted_minors(n: int, params: Any, at: int, y: Any) -> Any:
+    """Return Σ_{i<j} c_ij m_ij² of a state (x, p), the c_ij being the parameters from `at` on."""
+    total = 0.0 * y[0]
+    for i in range(n):
+        for j in range(i + 1, n):
+            m = y[i] * y[n + j] - y[j] * y[n + i]
+            total += params[at] * (m * m)
+            at += 1
+    return total
+
+
+@functools.cache
+def chasles_integral(n: int, at: int) -> Any:
+    """Return Σ d_i p_i² + Σ c_ij m_ij² with the weights that begin at row `at` of the parameters."""
+
+    def chasles_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return a coefficient of the polynomial with s_i = p_i²."""
+        total = weighted_minors(n, params, at + n, y)
+        for i in range(n):
+            total += params[at + i] * (y[n + i] * y[n + i])
+        return total
+
+    return gi.observable(chasles_coefficient)
+
+
+@functools.cache
+def separation_integral(n: int, at: int, physical: bool) -> Any:
+    """Return r = Σ c_ij m_ij² − (p̃, p̃) Σ d_i γ_i² with the weights that begin at row `at`.
+
+    Parameters
+    ----------
+    n, at : int
+    physical : bool
+        The momentum of the state is p = D√U p̃, with params = [D, 1/a…, …]; else it is p̃.
+    """
+
+    def separation_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return a coefficient of the polynomial with s_i = −(p̃, p̃) γ_i²."""
+        total = weighted_minors(n, params, at + n, y)
+        pp, dgg, u = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
+        for i in range(n):
+            gg = y[i] * y[i]
+            pp += y[n + i] * y[n + i]
+            dgg += params[at + i] * gg
+            u += params[1 + i] * gg
+        total -= pp * dgg
+        if physical:
+            total = total / (params[0] * params[0] * u)
+        return total
+
+    return gi.observable(separation_coefficient)

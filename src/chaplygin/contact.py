@@ -1,0 +1,161 @@
+"""The ball in (k, γ, g, r): attitude and contact point reconstructed from the reduced system.
+
+k̇ = [k, ω], γ̇ = −ωγ, ġ = gω as in `ball`, and ṙ = ρ gωγ, eq. (ch-constr): the constraint holds by
+construction, and no multiplier is integrated. The reaction Λ = mρ gω̇γ follows from (k, γ, g) in
+closed form; see `rolling_forms`. As an action of SO(n) × R^(n−1), with ξ = (−ω, ρ gωγ): rotations
+act on k, γ and g, and r is moved by translations, so that group methods keep the momentum in space.
+
+E_n is the vertical in space, from the plane to the centre of the ball, so γ is the last row of g as
+well; "vertical" tells how far they are apart. Everything is dimensionless.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import part, sqrt
+
+from .ball import (
+    ball_k,
+    ball_momentum,
+    ball_norm,
+    ball_orthogonality,
+    ball_spatial_momentum,
+    ball_trace_k4,
+)
+from .ball_fields import ball_forms, turn
+from .inertia import GeneralInertia, SpecialInertia, parameters_of
+from .manifold import Array, admit_frame, admit_unit, skew_components
+from .rolling_forms import contact_observables, rolled, rolling_parameters, rolling_work
+from .rolling_states import (
+    admit_vertical,
+    initial_attitude,
+    initial_position,
+    initial_rolling,
+    rolling_scale,
+)
+
+__all__ = ["contact_problem"]
+
+
+@functools.cache
+def contact_forms(omega: Any, n: int, at: int) -> dict[str, Any]:
+    """Return field, generator, defect of the vertical, and where things lie; y = (k, γ, g, r)."""
+    size, square = n * (n - 1) // 2, n * n
+    turning = size + n + square  # rows that turn; r comes after them
+
+    def locate(params: Any, y: Any, work: Any) -> Any:
+        """Return blocks (γ, g, ω, r, scratch)."""
+        gamma, w = part(y, size, n), part(work, 0, size)
+        rest = part(work, size, len(work) - size)
+        omega(n, params, part(y, 0, size), gamma, w, rest)
+        return gamma, part(y, size + n, square), w, part(y, turning, n - 1), rest
+
+    located = gi.helper(locate)
+
+    def contact_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """Eqs. (ch-red), (PE), (ch-red2) and (ch-constr)."""
+        gamma, g, w, _, rest = located(params, y, work)
+        turn(n, w, part(y, 0, turning), part(out, 0, turning), rest)
+        rolled(n, params[at], g, gamma, w, part(out, turning, n - 1), rest)
+
+    def contact_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = (−ω, ρ gωγ)."""
+        gamma, g, w, _, rest = located(params, y, work)
+        for i in range(size):
+            out[i] = -w[i]
+        rolled(n, params[at], g, gamma, w, part(out, size, n - 1), rest)
+
+    def contact_vertical(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """|γ − g⁻¹E_n|."""
+        total = 0.0 * y[0]
+        for i in range(n):
+            entry = y[size + i] - y[turning - n + i]
+            total += entry * entry
+        return sqrt(total)
+
+    return {
+        "field": gi.field(contact_field),
+        "generator": gi.field(contact_generator),
+        "locate": located,
+        "vertical": gi.observable(contact_vertical),
+    }
+
+
+def contact_problem(
+    inertia: SpecialInertia | GeneralInertia, m: Any, rho: Any, k0: Any = None
+) -> gi.Problem:
+    """Return the ball in (k, γ, g, r), with attitude and contact point.
+
+    State: ``k`` (n(n−1)/2,), the flat triangle, and ``gamma`` (n,), both in the body; ``g`` (n·n,),
+    the rotation from body to space, row after row; ``r`` (n−1,), the contact point in the plane.
+    Time t. Forms: ODE and action of SO(n) × R^(n−1).
+    ``state(gamma=…, k=…)``: instead of gamma (or with it) g; where g is not given, it is the
+    smallest rotation that takes γ to E_n. Instead of k also omega, or p or p_tilde; r = 0 unless
+    given.
+
+    Parameters
+    ----------
+    inertia : SpecialInertia or GeneralInertia
+    m, rho : float
+        Mass and radius, > 0; mρ² = D.
+    k0 : array_like, flat or (n, n), optional
+        The spatial momentum Ad_g k: gives "spatial-momentum" |Ad_g k − k_0|.
+
+    Raises
+    ------
+    geomint.DomainError
+        For an mρ² that is not the D of a special operator; from ``state`` and ``canonical`` for a
+        g that is no rotation, or a gamma that is not g⁻¹E_n.
+    """
+    n = inertia.n
+    size, square = n * (n - 1) // 2, n * n
+    D = rolling_scale(inertia, m, rho)
+    m, rho = float(m), float(rho)
+    omega, params, at = rolling_parameters(inertia, D, m, rho)
+    forms = contact_forms(omega, n, at)
+    invariants = {"energy": ball_forms(omega, n).energy, "K": ball_k}
+    if n > 2:
+        invariants["momentum"] = ball_momentum
+    if n > 3:
+        invariants["trace-k4"] = ball_trace_k4
+    constraints = {
+        "norm": ball_norm,
+        "orthogonality": ball_orthogonality,
+        "vertical": forms["vertical"],
+    }
+    if k0 is not None:
+        params = np.concatenate([params, skew_components("k0", k0, n)])
+        constraints["spatial-momentum"] = ball_spatial_momentum
+
+    def make_state(gamma: Any = None, g: Any = None, r: Any = None, **components: Any) -> Array:
+        vertical, attitude = initial_attitude(gamma, g, n)
+        k, _ = initial_rolling(inertia, D, vertical, **components)
+        return np.concatenate([k, vertical, attitude, initial_position(r, n)])
+
+    def admit(y: Array) -> Array:
+        g = admit_frame(y[size + n : size + n + square], n)
+        gamma = admit_vertical(admit_unit(y[size : size + n]), g)
+        return np.concatenate([y[:size], gamma, g, y[size + n + square :]])
+
+    return gi.Problem(
+        name="ball-with-contact",
+        pieces=(("k", size), ("gamma", n), ("g", square), ("r", n - 1)),
+        params=params,
+        field=forms["field"],
+        action=gi.GroupAction(
+            forms["generator"], gi.so_n(n, "adjoint", "vector", "frame", translations=n - 1)
+        ),
+        work=rolling_work(omega, n),
+        invariants=invariants,
+        constraints=constraints,
+        observables=contact_observables(omega, n, at, forms["locate"]),
+        make_state=make_state,
+        admit=admit,
+        physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
+        parameters={**parameters_of(inertia, D), "m": m, "rho": rho},
+    )

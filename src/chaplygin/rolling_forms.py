@@ -1,0 +1,197 @@
+"""What the two forms of the rolling ball share: acceleration, reaction, speed of the contact point.
+
+With γ = g⁻¹E_n the motion with the reaction Λ ∈ R^(n−1) of the plane, Λ ⟂ E_n, is
+
+    Iω̇ = [Iω, ω] − ρ (g⁻¹Λ)∧γ,   m v̇ = Λ,   ġ = gω,   ṙ = v,
+
+eqs. (c1)–(c4) in the body frame (the torque of a force F at x is F∧x; here x = −ρE_n), under
+v = ρ gωγ, eq. (ch-constr). Its derivative, v̇ = ρ gω̇γ, gives
+
+    Λ = mρ gω̇γ,   Iω̇ + D(ω̇γγᵀ + γγᵀω̇) = [Iω, ω],   D = mρ²:
+
+the equation that `angular_velocity` solves, with [Iω, ω] for k. No other linear system is needed.
+
+Parameters: those of `angular_velocity`, then (from `at` on) ρ, m and I, as n(n−1)/2 diagonal
+entries or as a matrix row after row; k_0 last, where it is given. The functions are made for each
+n; see `ball_fields`.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import part, sqrt
+
+from .angular_velocity import apply_to_gamma, full_omega, omega_for, omega_work
+from .ball_fields import turn
+from .inertia import GeneralInertia, SpecialInertia
+from .manifold import Array
+
+__all__ = [
+    "acceleration",
+    "contact_observables",
+    "inertia_applied",
+    "rolled",
+    "rolling_parameters",
+    "rolling_work",
+]
+
+
+def rolling_parameters(
+    inertia: SpecialInertia | GeneralInertia, D: float, m: float, rho: float
+) -> tuple[Any, Array, int]:
+    """Return the function that writes ω, the flat parameters, and where ρ stands in them."""
+    omega, params = omega_for(inertia, D)
+    entries = inertia.diagonal
+    if entries is None:
+        assert isinstance(inertia, GeneralInertia)
+        entries = inertia.matrix.reshape(-1)
+    return omega, np.concatenate([params, [rho, m], entries]), len(params)
+
+
+def rolling_work(omega: Any, n: int) -> int:
+    """Rows of scratch that the functions of both forms need."""
+    size = n * (n - 1) // 2
+    return 4 * size + 2 * n + n * n + max(2 * n * n, omega_work(omega, n))
+
+
+@gi.helper
+def rolled(n: int, rho: Any, g: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
+    """Write the n−1 horizontal components of ρ gwγ: v for w = ω, v̇ for w = ω̇."""
+    u = part(work, 0, n)
+    apply_to_gamma(n, w, gamma, u)
+    for i in range(n - 1):
+        total = g[i * n] * u[0]
+        for j in range(1, n):
+            total += g[i * n + j] * u[j]
+        out[i] = rho * total
+
+
+@functools.cache
+def inertia_applied(full: bool, n: int, at: int) -> Any:
+    """Return ``f(params, w, out)``, which writes Iw; `full` if I is stored as a matrix."""
+    size = n * (n - 1) // 2
+
+    def diagonal_inertia(params: Any, w: Any, out: Any) -> None:
+        for i in range(size):
+            out[i] = params[at + 2 + i] * w[i]
+
+    def full_inertia(params: Any, w: Any, out: Any) -> None:
+        for r in range(size):
+            first = at + 2 + r * size
+            total = params[first] * w[0]
+            for c in range(1, size):
+                total += params[first + c] * w[c]
+            out[r] = total
+
+    return gi.helper(full_inertia if full else diagonal_inertia)
+
+
+@functools.cache
+def acceleration(omega: Any, n: int, at: int) -> Any:
+    """Return ``f(params, gamma, w, out, work)``, which writes ω̇ from ω = w."""
+    size = n * (n - 1) // 2
+    apply_inertia = inertia_applied(omega is full_omega, n, at)
+
+    def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
+        momentum, torque = part(work, 0, size), part(work, size, size)
+        rest = part(work, 2 * size, len(work) - 2 * size)
+        apply_inertia(params, w, momentum)
+        turn(n, w, momentum, torque, rest)
+        omega(n, params, torque, gamma, out, rest)
+
+    return gi.helper(accelerate)
+
+
+@functools.cache
+def contact_observables(omega: Any, n: int, at: int, locate: Any) -> dict[str, Any]:
+    r"""Return the observables that both forms have, by name.
+
+    * ``contact-i``, i = 1 … n−1: the component r_i of the contact point;
+    * ``reaction-i``: the component Λ_i of the reaction, in space; ``reaction``: \|Λ\|;
+    * ``power``: (Λ, v), at which energy goes from turning to travelling: the whole reaction does no
+      work, because the point where it acts is at rest;
+    * ``speed``: \|v\| = ρ\|ωγ\|;
+    * ``pivoting``, n > 2: the length of the part of ω that fixes γ, \|(ω⃗, γ⃗)\| at n = 3.
+
+    Parameters
+    ----------
+    omega, n, at
+        See `rolling_parameters`.
+    locate : recorded ``f(params, y, work) -> (gamma, g, w, r, rest)``
+        Where these lie, w being ω and `rest` what is left of the scratch.
+    """
+    size = n * (n - 1) // 2
+    accelerate = acceleration(omega, n, at)
+
+    def react(params: Any, y: Any, work: Any) -> Any:
+        gamma, g, w, _, rest = locate(params, y, work)
+        dw, force = part(rest, 0, size), part(rest, size, n - 1)
+        left = part(rest, size + n, len(rest) - size - n)
+        accelerate(params, gamma, w, dw, left)
+        rolled(n, params[at + 1] * params[at], g, gamma, dw, force, left)
+        return gamma, g, w, force, left
+
+    reaction_of = gi.helper(react)
+
+    def component(i: int) -> Any:
+        def reaction(params: Any, t: Any, y: Any, work: Any) -> Any:
+            _, _, _, force, _ = reaction_of(params, y, work)
+            return force[i]
+
+        return gi.observable(reaction)
+
+    def position(i: int) -> Any:
+        def contact(params: Any, t: Any, y: Any, work: Any) -> Any:
+            _, _, _, r, _ = locate(params, y, work)
+            return r[i]
+
+        return gi.observable(contact)
+
+    def reaction_size(params: Any, t: Any, y: Any, work: Any) -> Any:
+        _, _, _, force, _ = reaction_of(params, y, work)
+        total = force[0] * force[0]
+        for i in range(1, n - 1):
+            total += force[i] * force[i]
+        return sqrt(total)
+
+    def power(params: Any, t: Any, y: Any, work: Any) -> Any:
+        gamma, g, w, force, rest = reaction_of(params, y, work)
+        v = part(rest, n, n)
+        rolled(n, params[at], g, gamma, w, v, rest)
+        total = force[0] * v[0]
+        for i in range(1, n - 1):
+            total += force[i] * v[i]
+        return total
+
+    def speed(params: Any, t: Any, y: Any, work: Any) -> Any:
+        gamma, _, w, _, rest = locate(params, y, work)
+        apply_to_gamma(n, w, gamma, rest)
+        total = rest[0] * rest[0]
+        for i in range(1, n):
+            total += rest[i] * rest[i]
+        return params[at] * sqrt(total)
+
+    def pivoting(params: Any, t: Any, y: Any, work: Any) -> Any:
+        gamma, _, w, _, rest = locate(params, y, work)
+        apply_to_gamma(n, w, gamma, rest)
+        total = 0.0 * y[0]
+        pair = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                entry = w[pair] - (rest[i] * gamma[j] - gamma[i] * rest[j])
+                total += entry * entry
+                pair += 1
+        return sqrt(total)
+
+    found = {f"contact-{i + 1}": position(i) for i in range(n - 1)}
+    found |= {f"reaction-{i + 1}": component(i) for i in range(n - 1)}
+    found |= {"reaction": gi.observable(reaction_size), "power": gi.observable(power)}
+    found["speed"] = gi.observable(speed)
+    if n > 2:
+        found["pivoting"] = gi.observable(pivoting)
+    return found

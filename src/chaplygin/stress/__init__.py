@@ -1,0 +1,15 @@
+"""Where the balls are hard to integrate: cases for ``geomint stress``, one file a kind of them."""
+
+from __future__ import annotations
+
+import geomint as gi
+
+__all__ = ["cases"]
+
+
+def cases() -> list[gi.StressCase]:
+    """Return all cases of this package."""
+    from . import dimensions, parameters, rotations, states
+
+    parts = (parameters, states, rotations, dimensions)
+    return [case for part in parts for case in part.cases()]

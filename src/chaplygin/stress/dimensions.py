@@ -1,0 +1,53 @@
+"""Motions in many dimensions."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import geomint as gi
+
+from .standard import MOTIONS, D, Motion, a_values, direction, momentum
+
+__all__ = ["DIMENSION", "cases"]
+
+DIMENSION = gi.StressAxis("dimension", "dimensions", "n")
+
+_SMALL = (2, 3, 4, 5)
+_LARGE = (7, 10, 16, 32, 64, 100)
+_SHORT = 0.2  # characteristic times, for large n
+
+
+def cases() -> list[gi.StressCase]:
+    """Return motions in growing dimension.
+
+    From n = 7 on the ball has no attitude, and its reference comes from the reduced system, whose
+    field takes O(n) operations.
+    """
+    found = [
+        gi.StressCase(name, DIMENSION, n, n, partial(_standard, MOTIONS[name], n))
+        for name in MOTIONS
+        for n in _SMALL
+    ]
+    found += [
+        gi.StressCase(
+            "sphere",
+            DIMENSION,
+            n,
+            n,
+            partial(_standard, MOTIONS["sphere"], n),
+            representations=("reduced", "hamiltonized", "ball"),
+            span=_SHORT,
+            reference="reduced",
+        )
+        for n in _LARGE
+    ]
+    return found + [
+        gi.StressCase(name, DIMENSION, n, n, partial(_standard, MOTIONS[name], n), span=_SHORT)
+        for name in ("veselova", "ellipsoid")
+        for n in _LARGE
+    ]
+
+
+def _standard(motion: Motion, n: int) -> gi.Model:
+    gamma = direction(n)
+    return motion(a_values(n), D, gamma, momentum(gamma))

@@ -1,0 +1,77 @@
+"""Rotations by nearly π and 2π in one step: where logarithms and closed forms of exp have trouble."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+import geomint as gi
+
+from ..inertia import GeneralInertia
+from ..sphere import ChaplyginSphere
+from ..systems.models import ball_model
+from .standard import direction
+
+__all__ = ["ROTATION", "cases"]
+
+ROTATION = gi.StressAxis("rotation", "rotations by nearly π and 2π in a step", "angle/π")
+
+_OFF = (1e-1, 1e-4, 1e-8, 1e-12, 1e-15)
+STEPS = 4
+
+
+def cases() -> list[gi.StressCase]:
+    """Return steady rotations, which Lie group methods follow exactly, and others."""
+    angles = [(1.0 - off, f"1−{off:.0e}") for off in _OFF] + [(1.0, "1")]
+    angles += [(1.0 + off, f"1+{off:.0e}") for off in reversed(_OFF)]
+    angles += [(2.0 - 1e-9, "2−1e-09"), (2.0, "2"), (2.0 + 1e-9, "2+1e-09")]
+    return [
+        gi.StressCase(
+            f"{name}-n{n}",
+            ROTATION,
+            angle,
+            n,
+            partial(build, n),
+            label=label,
+            representations=("ball-attitude", *(("classical-attitude",) if n == 3 else ())),
+            step=angle * np.pi,
+            steps=STEPS,
+            steady=build is steady,
+            quick=("classical-attitude",) if label in ("1", "1−1e-15") and n == 3 else (),
+        )
+        for name, build, dimensions in (
+            ("steady", steady, (3, 5)),
+            ("tumbling", tumbling, (3, 4)),
+        )
+        for n in dimensions
+        for angle, label in angles
+    ]
+
+
+def _moments(n: int) -> GeneralInertia:
+    return GeneralInertia(1.0 + 0.5 * np.cos(np.arange(n * (n - 1) // 2)))
+
+
+def steady(n: int) -> gi.Model:
+    """Return rotations about the vertical, at angular velocity 1 in the first plane: ω is constant.
+
+    At n = 5 the second plane turns as well, at an incommensurate velocity.
+    """
+    inertia = _moments(n)
+    omega = np.zeros((n, n))
+    omega[0, 1] = 1.0
+    if n > 4:
+        omega[2, 3] = np.sqrt(0.5)
+    omega = omega - omega.T
+    gamma = np.zeros(n)
+    gamma[-1] = 1.0
+    return ball_model(ChaplyginSphere(inertia=inertia, D=1.0), gamma, attitude=True, omega=omega)
+
+
+def tumbling(n: int) -> gi.Model:
+    """Return a general motion at an angular velocity of about 1."""
+    omega = np.triu(np.sin(2.0 + np.arange(n * n)).reshape(n, n), 1)
+    omega = omega / np.linalg.norm(omega, 2)
+    sphere = ChaplyginSphere(inertia=_moments(n), D=1.0)
+    return ball_model(sphere, direction(n), attitude=True, omega=omega - omega.T)

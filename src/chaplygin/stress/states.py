@@ -1,0 +1,108 @@
+"""States at the edge: momenta of any size, γ on coordinate planes and axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+import geomint as gi
+
+from ..manifold import Array
+from .standard import MOTIONS, QUICK, D, Motion, a_values, direction, momentum, representations
+
+__all__ = ["MOMENTUM", "PLANES", "cases"]
+
+MOMENTUM = gi.StressAxis("momentum", "small and large momenta", "|p|²")
+PLANES = gi.StressAxis("planes", "γ on coordinate axes and planes", "distance")
+
+GammaAt = Callable[[int, float], Array]
+
+_POWERS = (-500, -250, -125, -25, 0, 25, 125, 250, 500)  # of 2, for |p|/2; |p|² is 1e-300 … 1e300
+_DISTANCES = (1e-1, 1e-8, 1e-15, 1e-300, 0.0)
+_MOMENTA = ("p", "p_tilde", "k", "omega", "v")  # pieces that are proportional to a velocity
+_PLANE_MOTIONS = ("sphere", "veselova")
+
+
+def cases() -> list[gi.StressCase]:
+    """Return the cases of both axes."""
+    found = [
+        case
+        for name in MOTIONS
+        for case in (_at_rest(name, 3), *(_scaled(name, 3, power) for power in _POWERS))
+    ]
+    for name in _PLANE_MOTIONS:
+        for place, gamma_at, sizes in (
+            ("axis", near_an_axis, (3, 4)),
+            ("plane", near_a_plane, (3,)),
+        ):
+            found += [
+                gi.StressCase(
+                    f"{name}-at-{place}-n{n}",
+                    PLANES,
+                    distance,
+                    n,
+                    partial(_placed, MOTIONS[name], gamma_at, n, distance),
+                    representations=representations(name, n),
+                    quick=QUICK if (name, n, distance) == ("sphere", 3, 0.0) else (),
+                )
+                for n in sizes
+                for distance in _DISTANCES
+            ]
+    return found
+
+
+def _scaled(name: str, n: int, power: int) -> gi.StressCase:
+    """Return p times a power of two: the same motion in another unit of time, to the last bit."""
+    size = 2.0**power
+    motion = MOTIONS[name]
+    return gi.StressCase(
+        f"{name}-n{n}",
+        MOMENTUM,
+        4.0 * size * size,
+        n,
+        partial(_moving, motion, n, size),
+        label=f"{4.0 * size * size:.0e}",
+        rescaled=gi.Rescaled(
+            partial(_moving, motion, n, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size)
+        ),
+        representations=representations(name, n),
+        quick=QUICK if (name, n) == ("sphere", 3) and abs(power) == 250 else (),
+    )
+
+
+def _moving(motion: Motion, n: int, size: float) -> gi.Model:
+    gamma = direction(n)
+    return motion(a_values(n), D, gamma, size * momentum(gamma))
+
+
+def _at_rest(name: str, n: int) -> gi.StressCase:
+    build = partial(_moving, MOTIONS[name], n, 0.0)
+    chosen = representations(name, n)
+    return gi.StressCase(f"{name}-n{n}", MOMENTUM, 0.0, n, build, representations=chosen)
+
+
+def _placed(motion: Motion, gamma_at: GammaAt, n: int, distance: float) -> gi.Model:
+    """Return γ at that place and a p ⟂ γ, in the plane of the first axes as far as γ lets it."""
+    gamma = gamma_at(n, distance)
+    gamma = gamma / np.linalg.norm(gamma)
+    p = np.zeros(n)
+    p[:2] = np.array([1.3, -0.7])
+    for _ in range(2):
+        p = p - (gamma @ p) / (gamma @ gamma) * gamma
+    return motion(a_values(n), D, gamma, p)
+
+
+def near_an_axis(n: int, distance: float) -> Array:
+    """Return a vector along the last axis, but for components of that size."""
+    gamma = np.full(n, distance)
+    gamma[-1] = 1.0
+    return gamma
+
+
+def near_a_plane(n: int, distance: float) -> Array:
+    """Return a vector in the plane of the first two axes, but for components of that size."""
+    gamma = np.full(n, distance)
+    gamma[:2] = 0.6, 0.8
+    return gamma

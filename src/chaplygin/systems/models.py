@@ -1,0 +1,96 @@
+"""All representations of a ball from one initial state: what the systems of balls share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+
+from ..manifold import Array, vector_of_triangle, wedge
+from ..sphere import ChaplyginSphere
+from ..states import initial_momentum, initial_tangent, momentum_free
+
+__all__ = ["ball_model", "sphere_model"]
+
+Problems = dict[str, gi.Problem]
+TANGENT = ("reduced", "hamiltonized")  # on T*S^(n−1)
+
+
+def sphere_model(sphere: ChaplyginSphere, first: str, gamma: Any, **components: Any) -> gi.Model:
+    """Return all representations of a ball without SO(n−1)-momentum, `first` before the others.
+
+    Parameters
+    ----------
+    sphere : ChaplyginSphere
+    first : ``"reduced"`` or ``"hamiltonized"``
+    gamma : array_like, shape (n,)
+    **components
+        One of p, p_tilde, k, omega.
+    """
+    vertical, p = initial_tangent(sphere.inertia, sphere.D, gamma, **components)
+    k = wedge(vertical, p)
+    tangent = _tangent_problems(sphere)
+    # Vectors cost a fifth of triangles where both will do.
+    plain, carrying = _ball_problems(sphere, k, "classical" if sphere.n == 3 else "ball")
+    problems = {first: tangent[first], **tangent, **plain, **carrying}
+    return _model(problems, vertical, k, p)
+
+
+def ball_model(
+    sphere: ChaplyginSphere,
+    gamma: Any,
+    vector: bool = False,
+    attitude: bool = False,
+    **components: Any,
+) -> gi.Model:
+    """Return all representations of a ball with any momentum.
+
+    Parameters
+    ----------
+    sphere : ChaplyginSphere
+    gamma : array_like, shape (n,)
+    vector : bool
+        k and omega are 3-vectors, and the classical form is the scene's own.
+    attitude : bool
+        The scene's own form carries g.
+    **components
+        One of p, p_tilde, k, omega.
+    """
+    vertical, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **components)
+    plain, carrying = _ball_problems(sphere, k, "classical" if vector else "ball")
+    p = momentum_free(vertical, k)
+    tangent = {} if p is None else _tangent_problems(sphere)
+    parts = (carrying, plain, tangent) if attitude else (plain, tangent, carrying)
+    return _model({name: q for part in parts for name, q in part.items()}, vertical, k, p)
+
+
+def _tangent_problems(sphere: ChaplyginSphere) -> Problems:
+    problems = {"reduced": sphere.reduced()}
+    if sphere.special:
+        problems["hamiltonized"] = sphere.hamiltonized()
+    return problems
+
+
+def _ball_problems(sphere: ChaplyginSphere, k: Array, first: str) -> tuple[Problems, Problems]:
+    """Return the problems without and with the attitude, `first` before the other."""
+    makers: dict[str, Any] = {"ball": (sphere.ball, k)}
+    if sphere.n == 3:
+        makers["classical"] = (sphere.classical, vector_of_triangle(k))
+    makers = {first: makers[first], **makers}
+    plain = {name: make() for name, (make, _) in makers.items()}
+    carrying = {f"{name}-attitude": make(True, k0) for name, (make, k0) in makers.items()}
+    return plain, carrying
+
+
+def _model(problems: Problems, gamma: Array, k: Array, p: Array | None) -> gi.Model:
+    """Return the model whose every problem starts from the same state."""
+    states = {}
+    for name, problem in problems.items():
+        if name.startswith("ball"):
+            states[name] = problem.state(gamma=gamma, k=k)
+        elif name.startswith("classical"):
+            states[name] = problem.state(gamma=gamma, k=vector_of_triangle(k))
+        else:
+            states[name] = problem.state(gamma=gamma, p=p)
+    conditions = {name: "no SO(n−1)-momentum" for name in problems if name in TANGENT}
+    return gi.Model(problems, states, conditions)

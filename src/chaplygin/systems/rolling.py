@@ -1,0 +1,76 @@
+"""The ball that rolls on a plane, with attitude, contact point and the reaction of the plane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+
+from ..manifold import flat_triangle, skew_components, skew_matrix
+from ..rolling_states import initial_attitude, initial_rolling
+from .ball import AnyBall
+from .models import ball_model
+from .parameters import Matrix, Numbers, Strict
+
+__all__ = ["ROLLING"]
+
+
+class RollingParameters(AnyBall):
+    """A ball; without `multipliers` the scene's own problem is (k, γ, g, r), not (g, r, ω, v)."""
+
+    multipliers: bool = True
+
+
+class RollingInitial(Strict):
+    """One of p, p_tilde, k, omega, and where the ball is: gamma or the attitude g (or both), r, v.
+
+    Where g is not given, it is the smallest rotation that takes gamma to E_n; r = 0 and the v of
+    rolling unless given. A v with which the ball slips is an error.
+    """
+
+    gamma: Numbers | None = None
+    g: Matrix | None = None
+    r: Numbers | None = None
+    v: Numbers | None = None
+    p: Numbers | None = None
+    p_tilde: Numbers | None = None
+    k: Numbers | Matrix | None = None
+    omega: Numbers | Matrix | None = None
+
+    def momentum(self, n: int, vector: bool) -> dict[str, Any]:
+        """Return the momentum that was given, k and omega as flat triangles."""
+        plain = {"p": self.p, "p_tilde": self.p_tilde}
+        found: dict[str, Any] = {name: value for name, value in plain.items() if value is not None}
+        for name, value in (("k", self.k), ("omega", self.omega)):
+            if value is not None:
+                found[name] = skew_components(name, value, n, vector)
+        return found
+
+
+def _build(parameters: RollingParameters, initial: RollingInitial) -> gi.Model:
+    sphere, vector = parameters.sphere(), parameters.moments is not None
+    n, scale = sphere.n, parameters.mass_and_radius()
+    gamma, g = initial_attitude(initial.gamma, initial.g, n)
+    k, omega = initial_rolling(sphere.inertia, sphere.D, gamma, **initial.momentum(n, vector))
+    attitude = g.reshape(n, n)
+    k0 = flat_triangle(attitude @ skew_matrix(k, n) @ attitude.T)
+    rolling, contact = sphere.rolling(*scale, k0), sphere.contact(*scale, k0)
+    states = {
+        "rolling": rolling.state(g=g, r=initial.r, omega=omega, v=initial.v),
+        "contact": contact.state(gamma=gamma, g=g, r=initial.r, k=k),
+    }
+    problems = {"rolling": rolling, "contact": contact}
+    if not parameters.multipliers:
+        problems = {"contact": contact, "rolling": rolling}
+    others = ball_model(sphere, gamma, vector, k=skew_matrix(k, n))
+    states = {**states, **others.states}
+    return gi.Model({**problems, **others.problems}, states, others.conditions)
+
+
+ROLLING = gi.System(
+    name="rolling-ball",
+    summary="the ball rolling on a plane, with attitude, contact point and reaction: (g, r, ω, v)",
+    parameters=RollingParameters,
+    initial=RollingInitial,
+    build=_build,
+)

@@ -1,0 +1,77 @@
+"""The Veselova problem, r = 1: its parameters, and the problems that describe its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+
+from .inertia import positive_number, positive_vector
+from .manifold import Array
+from .veselova_classical import veselova_classical_problem
+from .veselova_hamiltonized import veselova_hamiltonized_problem
+from .veselova_reduced import veselova_reduced_problem
+
+__all__ = ["Veselova"]
+
+
+@dataclass(frozen=True, init=False, eq=False)
+class Veselova:
+    """A rigid body in R^n about a fixed point whose angular velocity w lies in γ∧R^n.
+
+    γ = e_1 is fixed in space and seen from the body, eq. (VC) with r = 1; at n = 3 the condition is
+    (w⃗, γ⃗) = 0, eq. (classical).
+
+    Parameters
+    ----------
+    a : array_like, shape (n,)
+        The inertia operator 𝓘(E_i∧E_j) = a_i⁻¹a_j⁻¹ E_i∧E_j, eq. (inertia_tensor); a_i > 0, n ≥ 2.
+    D : float
+        Only the unit of the time τ and of p̃, eqs. (CM), (mapping). With the a and D of a Chaplygin
+        sphere, (γ, p̃) has the same invariant tori as the sphere, and τ is the same.
+
+    Raises
+    ------
+    geomint.DomainError
+        For parameters outside of these domains, naming the value.
+
+    Examples
+    --------
+    >>> problem = Veselova(a=[0.8, 1.1, 1.5]).reduced()
+    >>> problem.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
+    array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])
+    """
+
+    a: Array
+    D: float
+
+    def __init__(self, a: Any, D: Any = 1.0) -> None:
+        object.__setattr__(self, "a", positive_vector("a", a))
+        object.__setattr__(self, "D", positive_number("D", D))
+
+    @classmethod
+    def from_moments(cls, moments: Any, D: Any = 1.0) -> Veselova:
+        """Return the body in R³ with principal moments 𝓘_1, 𝓘_2, 𝓘_3: a_i = √(𝓘_1𝓘_2𝓘_3)⁻¹ 𝓘_i."""
+        values = gi.as_vector("moments", positive_vector("moments", moments), 3)
+        root = np.sqrt(values)
+        return cls(values / root[0] / root[1] / root[2], D)
+
+    @property
+    def n(self) -> int:
+        """The dimension."""
+        return len(self.a)
+
+    def reduced(self) -> gi.Problem:
+        """Return the reduced system on T*S^(n−1) in time t; see `veselova_reduced_problem`."""
+        return veselova_reduced_problem(self.a, self.D)
+
+    def hamiltonized(self) -> gi.Problem:
+        """Return the flow on T*S^(n−1) in time τ; see `veselova_hamiltonized_problem`."""
+        return veselova_hamiltonized_problem(self.a, self.D)
+
+    def classical(self, f1: Any = 0.0) -> gi.Problem:
+        """Return the body in R³ in vectors, (w⃗, γ⃗) = f₁; see `veselova_classical_problem`."""
+        return veselova_classical_problem(self.a, self.D, f1)

@@ -1,0 +1,153 @@
+"""The classical Veselova problem, n = 3, in vectors, at any value of f₁ = (w⃗, γ⃗).
+
+A rigid body with principal moments 𝓘 turns about a fixed point, and its angular velocity has a given
+component along a direction γ⃗ that is fixed in space, eqs. (3.1), (la). With k⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗,
+𝓘⁰ = 𝓘 − 1 (the paper's K⃗),
+
+    dk⃗/dt = k⃗ × w⃗,   dγ⃗/dt = γ⃗ × w⃗,   (k⃗, γ⃗) = (w⃗, γ⃗) = f₁,
+
+eq. (3.2), and no solve is needed: with B = 𝓘⁻¹,
+
+    w⃗ = B(k⃗ + m γ⃗),   m = ((k⃗, γ⃗) − (γ⃗, Bk⃗))/(γ⃗, Bγ⃗).
+
+w⃗ depends on the direction of γ⃗ alone: the energy is kept wherever γ⃗ ≠ 0. The equations are those of
+the classical ball (`classical`) with another w⃗, so SO(3) acts on (k⃗, γ⃗) by exp(−hw⃗).
+
+The density of the measure is (γ⃗, Bγ⃗)^(−1/2) in (k⃗, γ⃗); it is (γ⃗, Bγ⃗)^(1/2) in (w⃗, γ⃗), as det ∂k⃗/∂w⃗ is
+det 𝓘 (γ⃗, Bγ⃗) where |γ⃗| = 1.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import log
+
+from .classical import classical_area, classical_k, classical_norm, turn
+from .manifold import (
+    Array,
+    admit_unit,
+    skew_components,
+    triangle_of_vector,
+    unit,
+    vector_of_triangle,
+)
+from .states import one_of
+from .veselova_states import KEYS, admit_on_level, on_level, veselova_tangent
+
+__all__ = ["veselova_classical_problem"]
+
+
+@gi.helper
+def angular_velocity(params: Any, y: Any) -> Any:
+    """Return w⃗ and m; params = [1/𝓘_1, 1/𝓘_2, 1/𝓘_3, f₁], y = (k⃗, γ⃗)."""
+    b0, b1, b2 = params[0], params[1], params[2]
+    k0, k1, k2, g0, g1, g2 = y[0], y[1], y[2], y[3], y[4], y[5]
+    kg = k0 * g0 + k1 * g1 + k2 * g2
+    gbk = b0 * (g0 * k0) + b1 * (g1 * k1) + b2 * (g2 * k2)
+    m = (kg - gbk) / (b0 * (g0 * g0) + b1 * (g1 * g1) + b2 * (g2 * g2))
+    return b0 * (k0 + m * g0), b1 * (k1 + m * g1), b2 * (k2 + m * g2), m
+
+
+@gi.field
+def veselova_vectors_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Eq. (3.2)."""
+    w0, w1, w2, _ = angular_velocity(params, y)
+    turn(w0, w1, w2, y, out)
+
+
+@gi.field
+def veselova_vectors_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ = −w⃗: both vectors of the state have v̇ = ξ × v."""
+    w0, w1, w2, _ = angular_velocity(params, y)
+    out[0] = -w0
+    out[1] = -w1
+    out[2] = -w2
+
+
+@gi.observable
+def veselova_vectors_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """f_3 = ½(k⃗, w⃗) − ½(k⃗, γ⃗)(𝓘⁰w⃗, γ⃗), eq. (ints); ½(𝓘w⃗, w⃗) at f₁ = 0."""
+    w0, w1, w2, m = angular_velocity(params, y)
+    area = y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
+    return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2 - area * m)
+
+
+@gi.observable
+def veselova_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(w⃗, γ⃗) − f₁ = (k⃗, γ⃗) − f₁, eq. (classical)."""
+    return classical_area(params, t, y, work) - params[3]
+
+
+@gi.observable
+def veselova_vectors_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Return −½ log(γ⃗, Bγ⃗)."""
+    w = params[0] * y[3] * y[3] + params[1] * y[4] * y[4] + params[2] * y[5] * y[5]
+    return -0.5 * log(w)
+
+
+@gi.field
+def level_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """(γ⃗, γ⃗) − 1 and (k⃗, γ⃗) − f₁."""
+    out[0] = classical_norm(params, t, y, work)
+    out[1] = veselova_constraint(params, t, y, work)
+
+
+def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
+    """Return the classical Veselova problem; n = 3.
+
+    State: ``k`` (3,) and ``gamma`` (3,), vectors, with (k⃗, γ⃗) = f₁. Time t. Forms: ODE and action of
+    SO(3). ``state(gamma=…, k=…)``; instead of k also w with (w⃗, γ⃗) = f₁, or p or p_tilde for
+    k⃗ = p⃗ × γ⃗ + f₁γ⃗.
+
+    Parameters
+    ----------
+    a, D
+        See `Veselova`; 𝓘_1 = 1/(a_2 a_3), 𝓘_2 = 1/(a_1 a_3), 𝓘_3 = 1/(a_1 a_2).
+    f1 : float
+        The value of the constraint (w⃗, γ⃗); Veselova's own problem has 0, and is the reduced one.
+
+    Raises
+    ------
+    geomint.DomainError
+        If n is not 3; from ``state`` and ``canonical`` for what describes no state.
+    """
+    if len(a) != 3:
+        raise gi.DomainError("n", len(a), "dimension 3, where so(n) is R³")
+    level = float(gi.as_vector("f1", f1, 1)[0])
+    inverse = np.array([a[1] * a[2], a[0] * a[2], a[0] * a[1]])
+
+    def make_state(gamma: Any = None, **components: Any) -> Array:
+        name = one_of(components, KEYS)
+        if name in ("p", "p_tilde"):
+            vertical, p = veselova_tangent(a, D, gamma, **components)
+            return np.concatenate([np.cross(p, vertical) + level * vertical, vertical])
+        vertical = unit(gamma, 3)
+        triangle = skew_components(name, components[name], 3, vector=True)
+        v = on_level(vertical, vector_of_triangle(triangle), level, name)
+        if name == "w":
+            momentum = v / inverse
+            v = momentum + (level - vertical @ momentum) * vertical
+        return np.concatenate([v, vertical])
+
+    def admit(y: Array) -> Array:
+        vertical = admit_unit(y[3:])
+        return np.concatenate([admit_on_level(vertical, y[:3], level), vertical])
+
+    return gi.Problem(
+        name="veselova-classical",
+        pieces=(("k", 3), ("gamma", 3)),
+        params=np.concatenate([inverse, [level]]),
+        field=veselova_vectors_field,
+        action=gi.GroupAction(veselova_vectors_generator, gi.so3(2)),
+        invariants={"energy": veselova_vectors_energy, "K": classical_k},
+        constraints={"norm": classical_norm, "constraint": veselova_constraint},
+        measure=gi.Measure(veselova_vectors_log_density, level_conditions, 2),
+        make_state=make_state,
+        admit=admit,
+        physical=lambda y: {"gamma": np.array(y[3:]), "k": triangle_of_vector(y[:3])},
+        parameters={"a": a.tolist(), "D": D, "f1": level},
+    )

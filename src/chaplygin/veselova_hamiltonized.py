@@ -1,0 +1,136 @@
+"""The Hamiltonised Veselova problem: a geodesic flow on T*S^(n−1) in time τ.
+
+dτ = dt/(D√U), p̃ = p/(D√U), U = (γ, A⁻¹γ): eqs. (CM), (mapping), the same as for the Chaplygin sphere.
+The Hamiltonian is 𝓗 = ½D² (p̃, Ap̃), eq. (ham:ves), which is the energy. The field is the extended one,
+
+    γ′ = D² Ap̃ − μγ,                 μ = D² (γ, Ap̃)/(γ, γ),
+    p̃′ = −D² (p̃, Ap̃) γ/(γ, γ) + μp̃.
+
+With the factors 1/(γ, γ) it keeps (γ, γ), (γ, p̃) and 𝓗 wherever γ ≠ 0. All three are quadratic: a
+Gauss method keeps them to round-off at any step.
+
+The Hamiltonian form is that of 𝓗̃ = 𝓗 − D² (γ, p̃)(γ, Ap̃), which agrees with 𝓗 on T*S^(n−1): as
+(γ, ∂𝓗̃/∂p̃) is −D² (γ, Aγ)(γ, p̃) where |γ| = 1, the hidden constraint of the method is (γ, p̃) = 0.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import fma
+
+from .hamiltonized import hamiltonized_clock, hamiltonized_k, sphere_constraint
+from .manifold import Array, admit_tangent, admit_unit, wedge
+from .measures import constant_density, norm, on_tangent_bundle, tangency
+from .states import multiplier
+from .veselova_reduced import veselova_integrals, veselova_parameters
+from .veselova_states import veselova_tangent
+
+__all__ = ["veselova_hamiltonized_problem"]
+
+
+@gi.field
+def geodesic_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """Write the flow of 𝓗; params = [D, 1/a…, a…, …], y = (γ, p̃)."""
+    n = len(y) // 2
+    d2 = params[0] * params[0]
+    g, p = y[0], y[n]
+    ap = params[1 + n] * p
+    rest, gap, pap = fma(-g, g, 1.0), g * ap, p * ap
+    for i in range(1, n):
+        g, p = y[i], y[n + i]
+        ap = params[1 + n + i] * p
+        rest = fma(-g, g, rest)
+        gap += g * ap
+        pap += p * ap
+    # 1/(γ, γ) = 1 + excess, without the biased rounding of (γ, γ) and its inverse near 1.
+    excess = rest / (1.0 - rest)
+    mu = d2 * gap
+    mu += mu * excess
+    lam = d2 * pap
+    lam += lam * excess
+    for i in range(n):
+        g, p = y[i], y[n + i]
+        out[i] = (d2 * params[1 + n + i]) * p - mu * g
+        out[n + i] = mu * p - lam * g
+
+
+@gi.observable
+def geodesic_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """𝓗 = ½D² (p̃, Ap̃), eq. (ham:ves)."""
+    n = len(y) // 2
+    pap = params[1 + n] * y[n] * y[n]
+    for i in range(1, n):
+        pap += params[1 + n + i] * y[n + i] * y[n + i]
+    return 0.5 * params[0] * params[0] * pap
+
+
+@gi.field
+def geodesic_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    """Both gradients of 𝓗̃ = 𝓗 − D² (γ, p̃)(γ, Ap̃)."""
+    n = len(q)
+    d2 = params[0] * params[0]
+    gp, gap = q[0] * p[0], params[1 + n] * q[0] * p[0]
+    for i in range(1, n):
+        gp += q[i] * p[i]
+        gap += params[1 + n + i] * q[i] * p[i]
+    for i in range(n):
+        x, z, a = q[i], p[i], params[1 + n + i]
+        dq[i] = -d2 * (gap + gp * a) * z
+        dp[i] = d2 * (a * z - (gap + gp * a) * x)
+
+
+def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
+    """Return the Hamiltonised flow of the Veselova problem with r = 1.
+
+    State: ``gamma`` (n,) and ``p_tilde`` (n,) ⟂ γ. Time τ, with the clock dt/dτ = D√U. Forms:
+    ODE and Hamiltonian with the constraint |γ| = 1.
+    ``state(gamma=…, p_tilde=…)``; instead of p_tilde also p, k or w.
+
+    Parameters
+    ----------
+    a, D
+        See `Veselova`.
+
+    Raises
+    ------
+    geomint.DomainError
+        From ``state`` and ``canonical``: a γ or p̃ that describes no state; see `manifold`.
+    """
+    n = len(a)
+
+    def make_state(gamma: Any = None, **components: Any) -> Array:
+        vertical, p = veselova_tangent(a, D, gamma, **components)
+        return np.concatenate([vertical, p / multiplier(a, D, vertical)])
+
+    def admit(y: Array) -> Array:
+        gamma = admit_unit(y[:n])
+        return np.concatenate([gamma, admit_tangent(gamma, y[n:], "p_tilde")])
+
+    def physical(y: Array) -> dict[str, Array]:
+        gamma = np.array(y[:n])
+        return {"gamma": gamma, "k": wedge(gamma, multiplier(a, D, gamma) * y[n:])}
+
+    return gi.Problem(
+        name="veselova-hamiltonized",
+        pieces=(("gamma", n), ("p_tilde", n)),
+        params=veselova_parameters(a, D),
+        field=geodesic_field,
+        hamiltonian=gi.Hamiltonian(geodesic_gradients, sphere_constraint, 1),
+        time="tau",
+        clock=hamiltonized_clock,
+        invariants={
+            "energy": geodesic_energy,
+            "K": hamiltonized_k,
+            **veselova_integrals(n, False),
+        },
+        constraints={"norm": norm, "tangency": tangency},
+        measure=on_tangent_bundle(constant_density),
+        make_state=make_state,
+        admit=admit,
+        physical=physical,
+        parameters={"a": a.tolist(), "D": D},
+    )

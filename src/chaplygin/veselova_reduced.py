@@ -1,0 +1,145 @@
+"""The reduced Veselova problem on T*S^(n−1), r = 1, in time t.
+
+A rigid body in R^n with the inertia operator 𝓘(E_i∧E_j) = a_i⁻¹a_j⁻¹ E_i∧E_j, eq. (inertia_tensor),
+turns about a fixed point so that its angular velocity w lies in γ∧R^n, eq. (VC) with γ = e_1. The
+momentum is k = γ∧p, the part of 𝓘w in γ∧R^n, and
+
+    γ̇ = −wγ,  ṗ = −wp,  w = γ∧Aq/U,  U = (γ, A⁻¹γ),  q = (γ, γ) p − (γ, p) γ,
+
+where q is p itself on T*S^(n−1). This is
+
+    γ̇ = ((γ, γ) Aq − (γ, Aq) γ)/U,   ṗ = ((γ, p) Aq − (p, Aq) γ)/U,
+
+eqs. (extended1), (extended2) on T*S^(n−1), but for the sign of ṗ, which is misprinted. As for the
+Chaplygin sphere (`reduced`), only q makes w a function of k and the direction of γ, so that not only
+(γ, γ), (γ, p), (p, p) but the energy ½⟨k, w⟩ too is kept wherever γ ≠ 0.
+
+The measure has the density U^(−(n−2)/2), as that of the Chaplygin sphere.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+
+from .commuting_integrals import coefficient_tables, separation_integral, table_rows
+from .manifold import Array, admit_tangent, admit_unit, wedge
+from .measures import norm, on_tangent_bundle, tangency
+from .reduced import reduced_k, reduced_log_density
+from .veselova_states import veselova_tangent
+
+__all__ = ["veselova_integrals", "veselova_parameters", "veselova_reduced_problem"]
+
+
+@gi.field
+def veselova_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """γ̇ = −wγ, ṗ = −wp; params = [D, 1/a…, a…, …], y = (γ, p)."""
+    n = len(y) // 2
+    g, p, a = y[0], y[n], params[1 + n]
+    g2, gp, u = g * g, g * p, params[1] * g * g
+    gag, gap, pap = a * g * g, a * g * p, a * p * p
+    for i in range(1, n):
+        g, p, a = y[i], y[n + i], params[1 + n + i]
+        g2 += g * g
+        gp += g * p
+        u += params[1 + i] * g * g
+        gag += a * g * g
+        gap += a * g * p
+        pap += a * p * p
+    r = 1.0 / u
+    gaq, paq = r * (g2 * gap - gp * gag), r * (g2 * pap - gp * gap)
+    rg2, rgp = r * g2, r * gp
+    for i in range(n):
+        g, p = y[i], y[n + i]
+        aq = params[1 + n + i] * (g2 * p - gp * g)
+        out[i] = rg2 * aq - gaq * g
+        out[n + i] = rgp * aq - paq * g
+
+
+@gi.observable
+def veselova_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """½⟨𝓘w, w⟩ = ½⟨k, w⟩ = (q, Aq)/(2U), which is (p, Ap)/(2U) on T*S^(n−1)."""
+    n = len(y) // 2
+    g, p, a = y[0], y[n], params[1 + n]
+    g2, gp, u = g * g, g * p, params[1] * g * g
+    gag, gap, pap = a * g * g, a * g * p, a * p * p
+    for i in range(1, n):
+        g, p, a = y[i], y[n + i], params[1 + n + i]
+        g2 += g * g
+        gp += g * p
+        u += params[1 + i] * g * g
+        gag += a * g * g
+        gap += a * g * p
+        pap += a * p * p
+    return 0.5 * (g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)) / u
+
+
+def _degrees(n: int) -> range:
+    """Return the degrees of R(λ) whose coefficients are integrals beside K and the energy."""
+    return range(1, n - 2)
+
+
+def veselova_parameters(a: Array, D: float) -> Array:
+    """Return D, 1/a, a, and the weights of the integrals r_1, …, r_(n−3)."""
+    return np.concatenate([[D], 1.0 / a, a, coefficient_tables(a, _degrees(len(a)), 1)])
+
+
+def veselova_integrals(n: int, physical: bool) -> dict[str, Any]:
+    """Return r_1, …, r_(n−3) by name, for states (γ, p) if `physical`, else (γ, p̃).
+
+    r_k is the coefficient of λ^k in the polynomial R of degree n − 2 for which the spheroconical
+    coordinates have −4λ_k P(λ_k) μ_k² = R(λ_k), P(λ) = Π(λ − a_i):
+
+        R(λ) = Σ_{i<j} (γ_i p̃_j − γ_j p̃_i)² λP(λ)/((λ − a_i)(λ − a_j)) − (p̃, p̃) Σ_i γ_i² P(λ)/(λ − a_i).
+
+    r_0 = (−1)ⁿ K Πa/D² and r_(n−2) = (p̃, Ap̃) = 2𝓗/D². All of them commute, and with the flow of the
+    Chaplygin sphere with the same a too.
+    """
+    first, rows = 1 + 2 * n, table_rows(n)
+    return {
+        f"r{k}": separation_integral(n, first + at * rows, physical)
+        for at, k in enumerate(_degrees(n))
+    }
+
+
+def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
+    """Return the reduced Veselova problem with r = 1.
+
+    State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Form: ODE.
+    ``state(gamma=…, p=…)``; instead of p also p_tilde, k or w.
+
+    Parameters
+    ----------
+    a, D
+        See `Veselova`.
+
+    Raises
+    ------
+    geomint.DomainError
+        From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
+    """
+    n = len(a)
+
+    def make_state(gamma: Any = None, **components: Any) -> Array:
+        return np.concatenate(veselova_tangent(a, D, gamma, **components))
+
+    def admit(y: Array) -> Array:
+        gamma = admit_unit(y[:n])
+        return np.concatenate([gamma, admit_tangent(gamma, y[n:])])
+
+    return gi.Problem(
+        name="veselova-reduced",
+        pieces=(("gamma", n), ("p", n)),
+        params=veselova_parameters(a, D),
+        field=veselova_field,
+        invariants={"energy": veselova_energy, "K": reduced_k, **veselova_integrals(n, True)},
+        constraints={"norm": norm, "tangency": tangency},
+        measure=on_tangent_bundle(reduced_log_density),
+        make_state=make_state,
+        admit=admit,
+        physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
+        parameters={"a": a.tolist(), "D": D},
+    )

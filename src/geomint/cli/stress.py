@@ -1,0 +1,69 @@
+"""``geomint stress``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .options import reproducing_command
+
+__all__ = ["command"]
+
+FORBIDDEN, INTERRUPTED = 1, 130
+
+
+@click.command("stress")
+@click.option(
+    "--out",
+    default="stress",
+    show_default=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for stress.html, stress.json, stress.png and stress.svg.",
+)
+@click.option("--methods", help="Names with commas between; default: all.")
+@click.option("--systems", help="Names with commas between; default: all.")
+@click.option("--axis", help="Names with commas between; default: all.")
+@click.option("--quick", is_flag=True, help="A small part, in less than a minute.")
+@click.option("--seconds", type=float, default=60.0, show_default=True, help="Cap of a cell.")
+@click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
+@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+def command(
+    out: Path,
+    methods: str | None,
+    systems: str | None,
+    axis: str | None,
+    quick: bool,
+    seconds: float,
+    workers: int,
+    quiet: bool,
+) -> int:
+    """Drive every method on every system to where it stops working, and map that.
+
+    The exit code is 1 if anything forbidden happened: a number that is not finite, an accuracy or a
+    kept quantity lost without a word, an error without a type, a hang.
+    """
+    from ..stress.page import forbidden, stress_record, write_stress_report
+    from ..stress.sweep import Selection, run_selection
+    from ..stress.terminal import Watch
+
+    selection = Selection(_names(methods), _names(systems), _names(axis), quick)
+    out.mkdir(parents=True, exist_ok=True)
+    with Watch(not quiet) as watch:
+        result = run_selection(selection, watch, seconds=seconds, workers=workers)
+    record = stress_record(
+        result.cells, result.axes, result.seconds, reproducing_command(), result.interrupted
+    )
+    page = write_stress_report(record, result.methods, out)
+    bad = forbidden(result.cells)
+    if not quiet:
+        watch.summary(result.cells)
+        click.echo(f"report: {page}")
+    if result.interrupted:
+        return INTERRUPTED
+    return FORBIDDEN if bad else 0
+
+
+def _names(text: str | None) -> tuple[str, ...]:
+    return tuple(name.strip() for name in (text or "").split(",") if name.strip())

@@ -1,0 +1,34 @@
+"""A method's step for eight trajectories at once: one lane each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..kernels.blocks import Block
+from ..kernels.recorded import Recorded
+
+__all__ = ["LaneStepper"]
+
+
+@dataclass(frozen=True)
+class LaneStepper:
+    """What `Stepper.lanes` returns: the loop of `geomint.kernels.advance`, to compile for lanes.
+
+    Attributes
+    ----------
+    kernel : Recorded
+        Its memory and work are blocks of lane values; params, coefficients and fractions are not.
+        The first rows of memory are the states, the next the carries; what follows may hold
+        anything finite, such as what steps from other states have left there.
+    signatures : tuple of str
+        Of the functions, as in `Stepper`, all for lanes.
+    memory_rows, work_rows : int
+        Lane values, one a row.
+    """
+
+    kernel: Recorded
+    signatures: tuple[str, ...]
+    functions: tuple[Recorded, ...]
+    coefficients: Block
+    memory_rows: int
+    work_rows: int

@@ -1,0 +1,169 @@
+"""What an evaluation of a problem costs, counted: arithmetic operations in plain Python.
+
+The functions of a problem do not branch on numbers, so that one evaluation with numbers that count
+what is done to them tells the cost of all. It does not depend on the machine, and takes no time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..kernels.blocks import Block
+from ..problem import Problem
+
+__all__ = ["Cost", "cost_of"]
+
+Array = npt.NDArray[np.float64]
+
+
+class Cost(NamedTuple):
+    """Numbers of the state, and operations of one evaluation of the form that a method needs."""
+
+    rows: int
+    operations: int
+
+    def below(self, other: Cost) -> bool:
+        """Tell whether this has a fifth fewer numbers or better, and takes no more operations."""
+        return 5 * self.rows <= 4 * other.rows and self.operations <= other.operations
+
+
+class _Tally:
+    """Numbers that count the operations between them."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def block(self, values: Array) -> Block:
+        """Return a block of counting numbers."""
+        numbers = [_Number(float(v), self) for v in values]
+        return Block(np.array(numbers, dtype=object))
+
+
+class _Number:
+    """A float that tells its tally of every operation."""
+
+    __slots__ = ("tally", "value")
+    __array_ufunc__ = None  # a numpy number on the left leaves the operation to this class
+
+    def __init__(self, value: float, tally: _Tally) -> None:
+        self.value, self.tally = value, tally
+
+    def __float__(self) -> float:
+        return self.value
+
+    def _after(self, value: float) -> _Number:
+        self.tally.count += 1
+        return _Number(value, self.tally)
+
+    def __add__(self, other: Any) -> _Number:
+        return self._after(self.value + float(other))
+
+    def __sub__(self, other: Any) -> _Number:
+        return self._after(self.value - float(other))
+
+    def __rsub__(self, other: Any) -> _Number:
+        return self._after(float(other) - self.value)
+
+    def __mul__(self, other: Any) -> _Number:
+        return self._after(self.value * float(other))
+
+    def __truediv__(self, other: Any) -> _Number:
+        return self._after(self.value / float(other) if float(other) else math.nan)
+
+    def __rtruediv__(self, other: Any) -> _Number:
+        return self._after(float(other) / self.value if self.value else math.nan)
+
+    def __neg__(self) -> _Number:
+        return _Number(-self.value, self.tally)  # free: a sign in the next operation
+
+    def __abs__(self) -> _Number:
+        return _Number(abs(self.value), self.tally)
+
+    def __lt__(self, other: Any) -> bool:
+        return self.value < float(other)
+
+    def __le__(self, other: Any) -> bool:
+        return self.value <= float(other)
+
+    def __gt__(self, other: Any) -> bool:
+        return self.value > float(other)
+
+    def __ge__(self, other: Any) -> bool:
+        return self.value >= float(other)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    @property
+    def context(self) -> SimpleNamespace:
+        """Elementary functions, as `geomint.kernels.arithmetic` asks numbers for them."""
+        return SimpleNamespace(
+            sqrt=lambda x: x._after(math.sqrt(max(x.value, 0.0))),
+            sin=lambda x: x._after(math.sin(x.value)),
+            cos=lambda x: x._after(math.cos(x.value)),
+            log=lambda x: x._after(math.log(x.value) if x.value > 0.0 else math.nan),
+        )
+
+
+def cost_of(problem: Problem, form: str, y: Array) -> Cost:
+    """Return the cost of a problem in one of its forms, at the state y.
+
+    Operations are those of the field; of the generator and one action of the group; of the
+    gradients and the constraint; or of all flows of a splitting. A sign or a comparison is free.
+    """
+    tally = _Tally()
+    _EVALUATIONS[form](problem, tally, y)
+    return Cost(problem.rows, tally.count)
+
+
+def _field(problem: Problem, tally: _Tally, y: Array) -> None:
+    assert problem.field is not None
+    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
+    problem.field(params, 0.0, tally.block(y), tally.block(0.0 * y), work)
+
+
+def _action(problem: Problem, tally: _Tally, y: Array) -> None:
+    assert problem.action is not None
+    group = problem.action.group
+    params, state = Block(problem.params), tally.block(y)
+    xi = tally.block(np.zeros(group.algebra_rows))
+    problem.action.generator(params, 0.0, state, xi, tally.block(np.zeros(problem.work)))
+    for i in range(len(xi)):  # of the size of a small step: larger ones are scaled and squared
+        xi.data[i] = _Number(1e-2 * float(xi[i]), tally)
+    scratch = tally.block(np.zeros(group.work))
+    group.act(Block(group.layout), xi, state, tally.block(0.0 * y), scratch)
+
+
+def _hamiltonian(problem: Problem, tally: _Tally, y: Array) -> None:
+    form = problem.hamiltonian
+    assert form is not None
+    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
+    q, p = np.split(y, 2)
+    at = tally.block(q)
+    form.gradients(
+        params, 0.0, at, tally.block(p), tally.block(0.0 * q), tally.block(0.0 * p), work
+    )
+    count = form.constraints
+    g, jacobian = tally.block(np.zeros(count)), tally.block(np.zeros(count * len(q)))
+    form.constraint(params, at, g, jacobian, work)
+
+
+def _splitting(problem: Problem, tally: _Tally, y: Array) -> None:
+    form = problem.splitting
+    assert form is not None
+    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
+    for k in range(form.parts):
+        form.flow(k, params, 0.0, 1e-2, tally.block(y), tally.block(0.0 * y), work)
+
+
+_EVALUATIONS: dict[str, Callable[[Problem, _Tally, Array], None]] = {
+    "field": _field,
+    "action": _action,
+    "hamiltonian": _hamiltonian,
+    "splitting": _splitting,
+}

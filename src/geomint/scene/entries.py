@@ -1,0 +1,45 @@
+"""Lists of methods, each with a step of its own if it has one: ``cf-4,rk-4:0.01``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..errors import DomainError
+from ..methods.registry import find_method
+from ..timeline import positive
+
+__all__ = ["method_and_step", "methods_and_steps", "split_list"]
+
+
+def method_and_step(entry: str) -> tuple[str, float | None]:
+    """Return the name and the step of an entry ``NAME`` or ``NAME:STEP``.
+
+    Raises
+    ------
+    MethodError
+        If there is no such method.
+    DomainError
+        If the step is no positive number.
+    """
+    name, colon, step = (part.strip() for part in entry.partition(":"))
+    find_method(name)
+    if not colon:
+        return name, None
+    try:
+        number = float(step)
+    except ValueError:
+        raise DomainError(f"the step of {name!r}", step, "a positive number") from None
+    return name, positive(f"the step of {name!r}", number)
+
+
+def methods_and_steps(entries: Iterable[str]) -> list[tuple[str, float | None]]:
+    """Return name and step of every entry, each once, or raise `DomainError` if there is none."""
+    found = list(dict.fromkeys(method_and_step(entry) for entry in entries))
+    if not found:
+        raise DomainError("methods", list(entries), "at least one method")
+    return found
+
+
+def split_list(text: str) -> list[str]:
+    """Return the entries of a list with commas between."""
+    return [part.strip() for part in text.split(",") if part.strip()]

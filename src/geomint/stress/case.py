@@ -1,0 +1,127 @@
+"""Stress cases: motions at the edge of what methods can do, given by any package.
+
+A package registers under ``[project.entry-points."geomint.stress"]`` a function that returns a list
+of `StressCase`. Every method that fits is run on every representation of every case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import entry_points
+
+from ..errors import DomainError
+from ..systems import Model
+
+__all__ = ["Rescaled", "StressAxis", "StressCase", "stress_cases"]
+
+
+@dataclass(frozen=True)
+class StressAxis:
+    """A direction in which methods are driven until they stop working.
+
+    Parameters
+    ----------
+    name : str
+        For ``--axis``: lower case with hyphens.
+    title : str
+        What is stressed.
+    quantity : str
+        What the values of the axis are.
+    """
+
+    name: str
+    title: str
+    quantity: str
+
+
+@dataclass(frozen=True)
+class Rescaled:
+    """The same motion in other units of time and momentum: a reference where digits run out.
+
+    Parameters
+    ----------
+    build : callable
+        Returns the model in those units, with the same representations.
+    time : float
+        The case's own times are the model's, times this.
+    pieces : mapping of name to float
+        The case's pieces of the state are the model's, times this; 1 where not named.
+    """
+
+    build: Callable[[], Model]
+    time: float
+    pieces: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class StressCase:
+    """One motion, at one value of one axis, in all its representations.
+
+    Parameters
+    ----------
+    system : str
+        Which family of motions; cases of one axis and system differ in `value` alone.
+    axis : StressAxis
+    value : float
+        Where on the axis.
+    n : int
+        Dimension; 0 where there is none to tell.
+    build : callable
+        Returns the `Model`. What it raises is judged as well.
+    label : str
+        The value for readers; by default its three leading digits.
+    representations : tuple of str, optional
+        Only these of the model.
+    span : float
+        Length of a run, in characteristic times of the representation.
+    fraction : float, optional
+        Step, in characteristic times. Default: each method's own.
+    step : float, optional
+        Step, in the problem's own time, instead of `fraction`.
+    steps : int
+        How many, where `fraction` or `step` is given; `span` is then not used.
+    steady : bool
+        Whether the generators of the action forms are constant along this motion.
+    rescaled : Rescaled, optional
+        Gives the reference solution. Default: that of the problem itself, in double-double numbers.
+    reference : str, optional
+        The representation whose reference solution serves all others, compared in physical
+        quantities: where their own would take too long.
+    quick : tuple of str
+        The representations that are part of the quick run.
+    """
+
+    system: str
+    axis: StressAxis
+    value: float
+    n: int
+    build: Callable[[], Model] = field(repr=False, compare=False)
+    label: str = ""
+    representations: tuple[str, ...] | None = None
+    span: float = 2.0
+    fraction: float | None = None
+    step: float | None = None
+    steps: int = 1
+    steady: bool = False
+    rescaled: Rescaled | None = field(default=None, repr=False, compare=False)
+    reference: str | None = None
+    quick: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """The value for readers."""
+        return self.label or f"{self.value:.3g}"
+
+
+def stress_cases() -> list[StressCase]:
+    """Return the cases of all packages, axis by axis."""
+    found: list[StressCase] = []
+    for point in sorted(entry_points(group="geomint.stress"), key=lambda p: p.name):
+        cases = point.load()()
+        for case in cases:
+            if not isinstance(case, StressCase):
+                raise DomainError(f"entry point {point.value}", case, "geomint.StressCase objects")
+        found.extend(cases)
+    axes = list(dict.fromkeys(case.axis.name for case in found))
+    return sorted(found, key=lambda case: axes.index(case.axis.name))

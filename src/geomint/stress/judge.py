@@ -1,0 +1,321 @@
+"""One method on one problem: run it, and hold it to what it states.
+
+The rules are `geomint.stress.rules.RULES`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..drift import ROUNDOFF
+from ..errors import GeomintError, GeomintWarning, StepError
+from ..integrate import solve
+from ..methods import Method
+from ..problem import Problem
+from ..solution import Solution
+from ..timeline import characteristic_time
+from .promises import Quantities
+from .truth import (
+    Truth,
+    condition_of,
+    parting_time,
+    pieces_of,
+    relative_error,
+    truth_of,
+)
+
+__all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "judge"]
+
+Array = npt.NDArray[np.float64]
+ALLOWED = ("ok", "unresolved", "failed", "refused")
+FORBIDDEN = ("wrong", "untyped", "hung")
+VERDICTS = ALLOWED + FORBIDDEN
+
+RESOLVED = 0.1  # an error of this size is none of an order
+FULL_ORDER = 8  # beyond it, the order need not show at steps of the size that is useful
+SPARSE = 64  # steps of adaptive methods between looks
+LOOKS = 8  # how often in a run the promised quantities are looked at
+PARTED = 10.0  # in most motions this times the time of parting is the characteristic time, or more
+LONGEST = 10.0  # characteristic times: no reference is computed for longer steps
+
+
+@dataclasses.dataclass(frozen=True)
+class Cell:
+    """A verdict, and the numbers that it rests on.
+
+    Attributes
+    ----------
+    system, axis, label, method : str
+    value : float
+        On the axis.
+    verdict : str
+        One of `VERDICTS`.
+    quantity : str
+        What `error` is of: ``"state"``, or the promised quantity that is worst off.
+    error, allowed : float or None
+        `error` is relative for the state; of promised quantities relative to their scale.
+    h : float or None
+        Step, in characteristic times.
+    seconds : float
+        Of the computation, compilations included.
+    """
+
+    system: str
+    axis: str
+    value: float
+    label: str
+    n: int
+    method: str
+    verdict: str
+    message: str = ""
+    quantity: str = "state"
+    error: float | None = None
+    allowed: float | None = None
+    h: float | None = None
+    steps: int | None = None
+    seconds: float = 0.0
+
+
+class Trial:
+    """A problem, an initial state and the runs to make of it; shared by all methods.
+
+    Parameters
+    ----------
+    problem : Problem
+    y0 : array
+    span, fraction, step, steps, steady
+        See `geomint.StressCase`.
+    truth : callable, optional
+        ``truth(end) -> Truth or None``; by default that of the problem itself.
+    physical : bool
+        Whether that is in physical quantities.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        y0: Array,
+        *,
+        span: float = 2.0,
+        fraction: float | None = None,
+        step: float | None = None,
+        steps: int = 1,
+        steady: bool = False,
+        truth: Callable[[float], Truth | None] | None = None,
+        physical: bool = False,
+    ) -> None:
+        self.problem, self.y0, self.steady, self.physical = problem, y0, steady, physical
+        self.quantities = Quantities(problem)
+        self.time = characteristic_time(problem, y0)
+        self._span, self._steps = span, steps
+        self._step = fraction * self.time if fraction is not None else step
+        self._truth = truth or (lambda end: truth_of(problem, y0, end))
+        self._truths: dict[float, Truth | None] = {}
+        self._scales: dict[str, float] = {}
+
+    def plan(self, method: Method) -> tuple[float, int]:
+        """Return the end in the problem's own time and the number of steps."""
+        if self._step is not None:
+            return self._step * self._steps, self._steps
+        end = self._span * self.time
+        return end, max(1, int(np.ceil(self._span / method.step_fraction)))
+
+    def truth(self, end: float, steps: int) -> Truth | None:
+        """Return the truth at `end`, or None where it is not known."""
+        if abs(end) / steps > LONGEST * self.time:
+            return None
+        if end not in self._truths:
+            self._truths[end] = self._truth(end)
+        return self._truths[end]
+
+    def run(
+        self,
+        end: float,
+        method: Method,
+        steps: int,
+        problem: Problem | None = None,
+        y0: Array | None = None,
+    ) -> Solution:
+        """Integrate; a warning that geomint does not give on purpose is an error.
+
+        An adaptive method takes the step as its first one, if the case says what it is.
+        """
+        ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
+        free = method.adaptive and self._step is None
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            warnings.simplefilter("ignore", GeomintWarning)
+            return solve(
+                self.problem if problem is None else problem,
+                self.y0 if y0 is None else y0,
+                method=method,
+                step=None if free else abs(end) / steps,
+                save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
+                progress=False,
+                **ends,
+            )
+
+    def end_state(self, end: float, method: Method, steps: int) -> Array:
+        """Return the last state of a run."""
+        return np.asarray(self.run(end, method, steps).y[-1])
+
+    def own_condition(self, method: Method, end: float, steps: int) -> float:
+        """Return what a relative change grows to along the method's own run."""
+
+        def from_other(problem: Problem, y0: Array) -> Array:
+            return np.asarray(self.run(end, method, steps, problem, y0).y[-1])
+
+        return condition_of(self.problem, self.y0, from_other, self.named)
+
+    def shortest_time(self, states: Array) -> float:
+        """Return the shortest time of the motion at those states, see the module's docstring."""
+        times = [characteristic_time(self.problem, y) for y in states]
+        return min(*times, PARTED * parting_time(self.problem, self.y0))
+
+    def named(self, y: Array) -> dict[str, Array]:
+        """Return what states are compared by."""
+        return self.problem.physical_state(y) if self.physical else pieces_of(self.problem, y)
+
+    def scale(self, name: str) -> float:
+        """Return what a rounding error of a quantity is measured against, at the initial state."""
+        if name not in self._scales:
+            self._scales[name] = self.quantities.scale(name, 0.0, self.y0)
+        return self._scales[name]
+
+
+def judge(trial: Trial, method: Method) -> dict[str, Any]:
+    """Return what `Cell` says of a method on a trial, from `verdict` on."""
+    begun = time.perf_counter()
+    found = _judged(trial, method)
+    return {**found, "seconds": time.perf_counter() - begun}
+
+
+def _judged(trial: Trial, method: Method) -> dict[str, Any]:
+    try:
+        end, steps = trial.plan(method)
+        common = {"h": abs(end) / steps / trial.time, "steps": steps}
+    except Exception as error:
+        return _told("untyped", error)
+    try:
+        solution = trial.run(end, method, steps)
+    except StepError as error:
+        return {**common, **_failed(error)}
+    except GeomintError as error:
+        return {**common, **_told("refused", error)}
+    except Exception as error:
+        return {**common, **_told("untyped", error)}
+    if method.adaptive:
+        common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
+    if not np.isfinite(solution.y).all() or not np.isfinite(solution.tau).all():
+        return {
+            **common,
+            "verdict": "wrong",
+            "message": "success, with numbers that are not finite",
+        }
+    lost = _lost(trial, method, solution, abs(end) / trial.time)
+    if lost is not None:
+        return {**common, **lost}
+    return {**common, **_accuracy(trial, method, solution, end, steps)}
+
+
+def _told(verdict: str, error: Exception) -> dict[str, Any]:
+    return {"verdict": verdict, "message": f"{type(error).__name__}: {error}"[:500]}
+
+
+def _failed(error: StepError) -> dict[str, Any]:
+    """Hold a typed error of a step to what it promises: where, what is left, a finite partial."""
+    found = {**_told("failed", error), "quantity": "residual", "error": error.residual}
+    partial = error.partial
+    if not (np.isfinite(error.t) and error.step >= 0) or partial is None:
+        return {**found, "verdict": "wrong", "message": f"an error without its place: {error!r}"}
+    if not np.isfinite(partial.y).all():
+        return {**found, "verdict": "wrong", "message": f"a partial that is not finite: {error}"}
+    return found
+
+
+def _lost(trial: Trial, method: Method, solution: Solution, turns: float) -> dict[str, Any] | None:
+    """Return the verdict on the worst promised quantity if it is lost, else None."""
+    worst: tuple[float, str] = (0.0, "")
+    for name in trial.quantities.promised(method.keeps):
+        first = trial.quantities.value(name, 0.0, trial.y0)
+        values = [
+            trial.quantities.value(name, t, y)
+            for t, y in zip(solution.tau, solution.y, strict=True)
+        ]
+        off = float(np.max(np.abs(np.array(values) - first)))
+        scale = max(
+            trial.scale(name), trial.quantities.scale(name, solution.tau[-1], solution.y[-1])
+        )
+        if off > 0.0 or off != off:
+            worst = max(worst, (off / scale if off < np.inf and scale > 0.0 else np.inf, name))
+    allowed = ROUNDOFF * max(1.0, turns)
+    if worst[0] <= allowed:
+        return None
+    message = f"{worst[1]} is promised to be kept"
+    return {
+        "verdict": "wrong",
+        "message": message,
+        "quantity": worst[1],
+        "error": worst[0],
+        "allowed": allowed,
+    }
+
+
+def _accuracy(
+    trial: Trial, method: Method, solution: Solution, end: float, steps: int
+) -> dict[str, Any]:
+    """Return the verdict on the state at the end."""
+    truth = trial.truth(end, steps)
+    notes = [] if truth else ["no reference: compared with a finer run"]
+
+    def error_of(y: Array, finer: tuple[Method, int]) -> float:
+        right = truth.pieces if truth else trial.named(trial.end_state(end, *finer))
+        return relative_error(trial.named(y), right)
+
+    found: dict[str, Any] = {}
+    once, twice = _finer(method, steps, 1), _finer(method, steps, 2)
+    exact = trial.steady and "steady motions" in method.keeps
+    try:
+        condition = truth.condition if truth else trial.own_condition(method, end, steps)
+        floor = ROUNDOFF * condition * max(1.0, abs(end) / trial.time)
+        if method.adaptive:
+            floor = max(floor, condition * _tolerance(trial, method) * solution.steps)
+        error = error_of(solution.y[-1], once)
+        found = {"error": error, "allowed": floor}
+        if error <= min(floor, RESOLVED):
+            return {**found, "verdict": "ok", "message": "; ".join(notes)}
+        if error <= RESOLVED and not exact and not method.adaptive:
+            finer = error_of(trial.end_state(end, *once), twice)
+            notes.append(f"{finer:.3g} at half the step")
+            if finer <= max(floor, error / 2.0 ** (0.5 * min(method.order, FULL_ORDER))):
+                return {**found, "verdict": "ok", "message": "; ".join(notes)}
+        hopeless = floor > RESOLVED
+    except StepError as failure:
+        hopeless = False
+        notes.append(f"a finer run: {failure}")
+    default = method.step_fraction * trial.shortest_time(solution.y)
+    long = not method.adaptive and abs(end) / steps > default * (1.0 + 1e-9)
+    verdict = "unresolved" if hopeless or (long and not exact) else "wrong"
+    return {**found, "verdict": verdict, "message": "; ".join(notes)}
+
+
+def _finer(method: Method, steps: int, times: int) -> tuple[Method, int]:
+    """Return the method and number of steps of a run at half the step, or at 1/16 the tolerance."""
+    if not method.adaptive:
+        return method, steps * 2**times
+    options = {name: method.options[name] / 16.0**times for name in ("rtol", "atol")}
+    return method.with_options(**options), steps
+
+
+def _tolerance(trial: Trial, method: Method) -> float:
+    """Return what an adaptive method lets a step err, relative to the smallest piece."""
+    sizes = [float(np.max(np.abs(piece))) for piece in pieces_of(trial.problem, trial.y0).values()]
+    smallest = min((size for size in sizes if size > 0.0), default=1.0)
+    return float(method.options["rtol"] + method.options["atol"] / smallest)

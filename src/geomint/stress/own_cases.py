@@ -1,0 +1,72 @@
+"""geomint's own cases: steps of all sizes, on all built-in scenes and on all test problems."""
+
+from __future__ import annotations
+
+import functools
+import warnings
+from collections.abc import Callable
+from functools import partial
+
+from ..errors import GeomintWarning
+from ..scene.load import load_scene, scene_names
+from ..systems import Model
+from ..testproblems import examples
+from .case import StressAxis, StressCase
+
+__all__ = ["STEP", "cases"]
+
+STEP = StressAxis("step", "steps too small and too large", "step/characteristic time")
+
+_FRACTIONS = (1e-12, 1e-6, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)
+_QUICK = (1e-12, 1000.0)
+_QUICK_PROBLEMS = ("seasonal-lotka-volterra", "spherical-pendulum", "pulsating-body")
+_FEW, _MANY = 4, 20
+
+
+def cases() -> list[StressCase]:
+    """Return steps of every size for every scene and every test problem.
+
+    A representation that an earlier scene has, with as many numbers, is not stressed again.
+    """
+    found: list[StressCase] = []
+    seen: set[tuple[str, int]] = set()
+    for name in scene_names():
+        model = _scene(name)
+        new = [r for r, p in model.problems.items() if (p.name, p.rows) not in seen]
+        seen.update((problem.name, problem.rows) for problem in model.problems.values())
+        found += _at_all_steps(f"scene:{name}", partial(_scene, name), tuple(new))
+    for i, (problem, _) in enumerate(examples()):
+        found += _at_all_steps(f"test:{problem.name}", partial(_example, i), (problem.name,))
+    return found
+
+
+def _at_all_steps(
+    name: str, build: Callable[[], Model], representations: tuple[str, ...]
+) -> list[StressCase]:
+    return [
+        StressCase(
+            name,
+            STEP,
+            fraction,
+            0,
+            build,
+            representations=representations,
+            fraction=fraction,
+            steps=_MANY if fraction < 1.0 else _FEW,
+            quick=_QUICK_PROBLEMS if fraction in _QUICK else (),
+        )
+        for fraction in _FRACTIONS
+    ]
+
+
+@functools.cache
+def _scene(name: str) -> Model:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GeomintWarning)
+        return load_scene(name).model
+
+
+@functools.cache
+def _example(i: int) -> Model:
+    problem, y0 = examples()[i]
+    return Model({problem.name: problem}, {problem.name: y0})

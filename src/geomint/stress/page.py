@@ -1,0 +1,109 @@
+"""The stress report: a page that opens from disk, the picture, and the numbers as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from ..methods import find_method
+from ..report.pages import render
+from ..report.provenance import environment, finite_json
+from ..report.style import data_uri, save_figure
+from .case import StressAxis
+from .judge import FORBIDDEN, VERDICTS, Cell
+from .picture import SYMBOLS, stress_figure
+from .rules import RULES
+from .sweep import family_of
+
+__all__ = ["forbidden", "stress_record", "write_stress_report"]
+
+
+def forbidden(cells: Iterable[Cell]) -> list[Cell]:
+    """Return the cells with a forbidden verdict."""
+    return [cell for cell in cells if cell.verdict in FORBIDDEN]
+
+
+def stress_record(
+    cells: Sequence[Cell],
+    axes: Sequence[StressAxis],
+    seconds: float,
+    command: str | None = None,
+    interrupted: bool = False,
+) -> dict[str, Any]:
+    """Return the content of ``stress.json``: `cells`, `axes`, `counts` and `provenance`."""
+    counts = Counter(cell.verdict for cell in cells)
+    record: dict[str, Any] = finite_json(
+        {
+            "cells": [asdict(cell) for cell in cells],
+            "axes": [asdict(axis) for axis in axes],
+            "counts": {verdict: counts[verdict] for verdict in VERDICTS},
+            "provenance": {
+                **environment(),
+                "command": command,
+                "seconds": round(seconds, 3),
+                "interrupted": interrupted,
+            },
+        }
+    )
+    return record
+
+
+def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: Path) -> Path:
+    """Write ``stress.html``, ``stress.json``, ``stress.png`` and ``stress.svg``; return the page.
+
+    Parameters
+    ----------
+    record : mapping
+        Of `stress_record`.
+    methods : sequence of str
+        In the order of the rows of the picture; those without a cell are left out.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
+    (out / "stress.json").write_text(text + "\n", encoding="utf-8")
+    cells = record["cells"]
+    used = {cell["method"] for cell in cells}
+    rows = [name for name in methods if name in used]
+    families = {name: family_of(find_method(name)) for name in rows}
+    axes = [a for a in record["axes"] if any(cell["axis"] == a["name"] for cell in cells)]
+    picture = stress_figure(cells, rows, families, axes)
+    save_figure(picture, out, "stress")
+    page = render(
+        "stress.html.j2",
+        verdict=_sentence(record),
+        record=record,
+        methods=rows,
+        axes=axes,
+        verdicts=VERDICTS,
+        symbols=SYMBOLS,
+        tables={axis["name"]: _table(cells, axis["name"]) for axis in axes},
+        forbidden=[cell for cell in cells if cell["verdict"] in FORBIDDEN],
+        picture=data_uri(picture),
+        rules=RULES,
+    )
+    path = out / "stress.html"
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+def _sentence(record: Mapping[str, Any]) -> str:
+    counts, total = record["counts"], len(record["cells"])
+    bad = sum(counts[verdict] for verdict in FORBIDDEN)
+    told = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
+    start = "Nothing forbidden" if not bad else f"{bad} forbidden verdicts"
+    return f"{start} in {total} cells: {told}." if total else "No cells."
+
+
+def _table(cells: Iterable[Mapping[str, Any]], axis: str) -> list[dict[str, Any]]:
+    """Return for each system the number of each verdict, and the largest error that is ok."""
+    rows: dict[str, dict[str, Any]] = {}
+    for cell in cells:
+        if cell["axis"] != axis:
+            continue
+        row = rows.setdefault(cell["system"], {"system": cell["system"], "counts": Counter()})
+        row["counts"][cell["verdict"]] += 1
+    return list(rows.values())

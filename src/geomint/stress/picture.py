@@ -1,0 +1,254 @@
+"""The picture: a panel for each axis, methods by values, coloured by verdict."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..report.style import WIDTH, figure_style
+from .judge import FORBIDDEN, VERDICTS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["stress_figure"]
+
+Cells = Sequence[Mapping[str, Any]]
+Place = tuple[str, str]  # a method, the label of a value
+
+# Okabe and Ito's orange and black; blues for what works, as dark as the error is large.
+COLOURS = {
+    "unresolved": "#c9c9c9",
+    "failed": "#e69f00",
+    "refused": "#ffffff",
+    **dict.fromkeys(FORBIDDEN, "#000000"),
+}
+SYMBOLS = {
+    "unresolved": "~",
+    "failed": "∘",
+    "refused": "–",
+    "wrong": "×",
+    "untyped": "!",
+    "hung": "∞",
+}
+LIGHT, DARK = (0.87, 0.93, 0.97), (0.19, 0.51, 0.74)
+EXPONENTS = (-16.0, -1.0)  # of the errors at the ends of the blues
+ROW, HEAD, LABELS = 0.088, 0.95, 1.25  # inches: a method, a panel's title and ticks, the names
+TINY = 5.2
+FULL = 46  # columns that a line has room for
+GAP = 0.14
+NARROWEST = 0.62  # inches of a panel: what its title needs
+
+
+def stress_figure(
+    cells: Cells,
+    methods: Sequence[str],
+    families: Mapping[str, str],
+    axes: Sequence[Mapping[str, str]],
+) -> Figure:
+    """Return the figure, for print 6.5 inches wide.
+
+    Parameters
+    ----------
+    cells : sequence of mappings
+        As in ``stress.json``.
+    methods : sequence of str
+        In the order of the rows.
+    families : mapping of method to family
+        Families are set apart by lines.
+    axes : sequence of mappings
+        With ``name``, ``title`` and ``quantity``.
+
+    Notes
+    -----
+    A square of one colour: the verdict on all systems, with the largest error. Else its upper left
+    half is the best verdict, the lower right half the worst.
+    """
+    from matplotlib.figure import Figure
+
+    panels = {axis["name"]: _columns(cells, axis["name"]) for axis in axes}
+    lines = _lines(panels)
+    with figure_style():
+        height = len(lines) * (HEAD + ROW * len(methods)) + 0.55
+        figure = Figure(figsize=(WIDTH, height))
+        for number, line in enumerate(lines):
+            top = 1.0 - number * (HEAD + ROW * len(methods)) / height
+            _draw_line(figure, line, top, height, cells, methods, families, panels, axes)
+        _legend(figure, height)
+    return figure
+
+
+def _columns(cells: Cells, axis: str) -> list[str]:
+    """Return the labels of an axis in the order of their values."""
+    values = {cell["label"]: cell["value"] for cell in cells if cell["axis"] == axis}
+    return sorted(values, key=lambda label: values[label])
+
+
+def _lines(panels: Mapping[str, Sequence[str]]) -> list[list[str]]:
+    """Return the names of the panels, line by line, lines of about the same number of columns."""
+    total = sum(len(columns) + 2 for columns in panels.values())
+    count = max(1, round(total / FULL))
+    lines: list[list[str]] = [[]]
+    used = 0.0
+    for name, columns in panels.items():
+        if lines[-1] and used + 0.5 * len(columns) > len(lines) * total / count:
+            lines.append([])
+        lines[-1].append(name)
+        used += len(columns) + 2
+    return lines
+
+
+def _draw_line(
+    figure: Figure,
+    line: Sequence[str],
+    top: float,
+    height: float,
+    cells: Cells,
+    methods: Sequence[str],
+    families: Mapping[str, str],
+    panels: Mapping[str, Sequence[str]],
+    axes: Sequence[Mapping[str, str]],
+) -> None:
+    """Draw panels side by side, as wide as their numbers of columns want."""
+    described = {axis["name"]: axis for axis in axes}
+    widths = _widths([len(panels[name]) for name in line])
+    left = LABELS
+    for i, name in enumerate(line):
+        columns = panels[name]
+        width = widths[i]
+        box = (
+            left / WIDTH,
+            top - (0.42 + ROW * len(methods)) / height,
+            width / WIDTH,
+            ROW * len(methods) / height,
+        )
+        panel = figure.add_axes(box)
+        _draw_panel(panel, [c for c in cells if c["axis"] == name], methods, families, columns)
+        panel.set_title(_wrapped(described[name]["title"], width, 6.5), fontsize=6.5, pad=4)
+        panel.set_xlabel(
+            _wrapped(described[name]["quantity"], width, TINY), fontsize=TINY, labelpad=1.5
+        )
+        if i > 0:
+            panel.set_yticklabels([])
+        left += width + GAP
+
+
+def _widths(columns: Sequence[int]) -> list[float]:
+    """Return the widths of panels of so many columns: alike, but not too narrow for a title."""
+    room = WIDTH - LABELS - 0.05 - GAP * (len(columns) - 1)
+    wide = sum(columns)
+    for count in sorted(columns):
+        if count * room / wide < NARROWEST:
+            room, wide = room - NARROWEST, wide - count
+    unit = min(room / wide, 2.0 * ROW) if wide else 0.0
+    return [max(NARROWEST, unit * count) for count in columns]
+
+
+def _wrapped(text: str, width: float, size: float) -> str:
+    letters = int(width * 130.0 / size)
+    return "\n".join(textwrap.wrap(text, max(6, letters), break_long_words=False))
+
+
+def _draw_panel(
+    panel: Axes,
+    cells: Cells,
+    methods: Sequence[str],
+    families: Mapping[str, str],
+    columns: Sequence[str],
+) -> None:
+    from matplotlib.collections import PolyCollection
+
+    places: dict[Place, list[Mapping[str, Any]]] = defaultdict(list)
+    for cell in cells:
+        places[cell["method"], cell["label"]].append(cell)
+    squares, colours = [], []
+    for (method, label), found in places.items():
+        if method not in methods:
+            continue
+        x, y = columns.index(label), methods.index(method)
+        ranked = sorted(found, key=_rank)
+        worst = ranked[-1]["verdict"]
+        squares.append([(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)])
+        colours.append(colour_of(ranked[-1]))
+        if ranked[0]["verdict"] != worst:
+            squares.append([(x, y), (x + 1, y), (x, y + 1)])
+            colours.append(colour_of(ranked[0]))
+        if worst in SYMBOLS:
+            ink = "white" if worst in FORBIDDEN else "black"
+            panel.text(
+                x + 0.68,
+                y + 0.66,
+                SYMBOLS[worst],
+                fontsize=4.2,
+                color=ink,
+                ha="center",
+                va="center",
+            )
+    panel.add_collection(PolyCollection(squares, facecolors=colours, linewidths=0))
+    panel.set_xlim(0, len(columns))
+    panel.set_ylim(len(methods), 0)
+    panel.set_xticks([i + 0.5 for i in range(len(columns))], columns, rotation=90, fontsize=TINY)
+    panel.set_yticks([i + 0.5 for i in range(len(methods))], methods, fontsize=TINY)
+    panel.tick_params(length=0, pad=1.5)
+    panel.set_axisbelow(False)
+    panel.grid(visible=False)
+    for i in range(1, len(columns)):
+        panel.axvline(i, color="white", linewidth=0.3)
+    for i in range(1, len(methods)):
+        new = families[methods[i]] != families[methods[i - 1]]
+        panel.axhline(i, color="0.25" if new else "white", linewidth=0.5 if new else 0.3)
+    for spine in panel.spines.values():
+        spine.set_visible(True)
+        spine.set_linewidth(0.5)
+
+
+def _rank(cell: Mapping[str, Any]) -> tuple[int, float]:
+    """Order cells from best to worst; among the same verdicts, by the error."""
+    return VERDICTS.index(cell["verdict"]), cell["error"] or 0.0
+
+
+def colour_of(cell: Mapping[str, Any]) -> Any:
+    """Return the colour of a cell."""
+    if cell["verdict"] != "ok":
+        return COLOURS[cell["verdict"]]
+    return shade(cell["error"] or 0.0)
+
+
+def shade(error: float) -> tuple[float, float, float]:
+    """Return the shade of an error."""
+    low, high = EXPONENTS
+    at = (math.log10(max(error, 1e-300)) - low) / (high - low)
+    at = min(max(at, 0.0), 1.0)
+    red, green, blue = (a + at * (b - a) for a, b in zip(LIGHT, DARK, strict=True))
+    return red, green, blue
+
+
+def _legend(figure: Figure, height: float) -> None:
+    from matplotlib.patches import Patch
+
+    low, high = EXPONENTS
+    handles = [
+        Patch(facecolor=shade(10.0**exponent), label=f"ok, error 1e{exponent:.0f}")
+        for exponent in (low, 0.5 * (low + high) - 0.5, high)
+    ]
+    for verdict in ("unresolved", "failed", "refused"):
+        label = f"{SYMBOLS[verdict]}  {verdict}"
+        handles.append(
+            Patch(facecolor=COLOURS[verdict], edgecolor="0.4", linewidth=0.4, label=label)
+        )
+    told = ", ".join(f"{SYMBOLS[verdict]} {verdict}" for verdict in FORBIDDEN)
+    handles.append(Patch(facecolor="#000000", label=f"forbidden: {told}"))
+    figure.legend(
+        handles=handles,
+        loc="lower center",
+        ncols=4,
+        fontsize=6.0,
+        handlelength=1.2,
+        columnspacing=1.2,
+        bbox_to_anchor=(0.5, 0.0),
+        borderaxespad=0.3,
+    )

@@ -1,0 +1,170 @@
+"""What a method promises to keep to round-off on a problem, and whether it did.
+
+A method states kinds of quantities (`Method.keeps`); which quantities of a problem are of that kind
+is found by evaluating them, at random states off the manifold, so that no problem has to say it:
+
+* ``"group orbits"``: f(exp(ξ)·y) = f(y) for every ξ;
+* ``"quadratic invariants"``: f is a polynomial of degree ≤ 2, and ∇f·ẏ = 0 wherever ẏ is defined;
+* ``"constraints"``: the constraints of the problem.
+
+``"steady motions"`` is a promise about motions, not about quantities: `geomint.stress.judge`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..evaluate import value
+from ..kernels.blocks import Block, scalar_block
+from ..kernels.recorded import Recorded
+from ..methods.binding import bind_field, bind_value
+from ..problem import Problem
+
+__all__ = ["Quantities"]
+
+Array = npt.NDArray[np.float64]
+SAMPLES = 3
+FEW = 40  # numbers in a state up to which its functions run in plain Python
+MANY = 300  # numbers in a state from which on their effects are sampled, not summed
+EXACT = 1e-9  # relative: what holds identically holds to rounding, what does not fails by O(1)
+
+
+class Quantities:
+    """The diagnostics of a problem, and the kinds that they are of.
+
+    They are evaluated in plain Python where that is cheaper than a compilation.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self._compiled = problem.rows > FEW
+        self._params, self._work = Block(np.array(problem.params)), scalar_block(problem.work)
+        self._entries: dict[str, Callable[..., float]] = {}
+        self._kinds: dict[str, tuple[str, ...]] = {}
+
+    def value(self, name: str, t: float, y: Array) -> float:
+        """Return a diagnostic at a state."""
+        f = self._problem.diagnostics[name]
+        if not self._compiled:
+            return value(self._problem, f, y, t)
+        if name not in self._entries:
+            bound = bind_value(f, len(self._problem.params), self._problem.rows)
+            self._entries[name] = self._entry("value", bound)
+        return float(self._entries[name](self._params, float(t), Block(y), self._work))
+
+    def _entry(self, signature: str, f: Recorded) -> Any:
+        if not self._compiled:
+            return f
+        from ..kernels import signatures
+        from ..kernels.compile import SCALAR, compile_function
+
+        return compile_function(f, getattr(signatures, signature)(SCALAR))
+
+    def scale(self, name: str, t: float, y: Array) -> float:
+        """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
+
+        Numbers that are 0 count with the size of their piece: the next step rounds what they become.
+        """
+        f = self.value(name, t, y)
+        if len(y) > MANY:
+            return max(abs(f), self._sampled_scale(name, t, y))
+        total = 0.0
+        for rows in self._problem.slices.values():
+            largest = float(np.max(np.abs(y[rows]))) if rows.stop > rows.start else 0.0
+            for i in range(rows.start, rows.stop):
+                size = 1e-5 * (abs(y[i]) or largest)
+                above, below = y.copy(), y.copy()
+                above[i] += size
+                below[i] -= size
+                up, down = self.value(name, t, above) - f, self.value(name, t, below) - f
+                # A norm has a kink where it is 0: there the two sides' difference misses the slope.
+                if size > 0.0:
+                    total += 1e5 * 0.5 * max(abs(up - down), abs(up + down))
+        return max(abs(f), total)
+
+    def _sampled_scale(self, name: str, t: float, y: Array) -> float:
+        """Return the root of Σ (y_i ∂f/∂y_i)², from changes of random signs: a lower bound."""
+        rng = np.random.default_rng(4)
+        signs = rng.choice([-1.0, 1.0], (2 * SAMPLES, len(y)))
+        ends = [
+            (self.value(name, t, y + 1e-5 * s * y), self.value(name, t, y - 1e-5 * s * y))
+            for s in signs
+        ]
+        return 1e5 * 0.5 * float(np.sqrt(np.mean([(up - down) ** 2 for up, down in ends])))
+
+    def promised(self, keeps: tuple[str, ...]) -> list[str]:
+        """Return the names of the diagnostics that are of one of those kinds."""
+        kinds = [kind for kind in keeps if kind in _TESTS]
+        return list(dict.fromkeys(name for kind in kinds for name in self.of_kind(kind)))
+
+    def of_kind(self, kind: str) -> tuple[str, ...]:
+        """Return the names of the diagnostics of a kind that `Method.keeps` may name."""
+        if kind not in self._kinds:
+            self._kinds[kind] = tuple(n for n in self._candidates(kind) if _TESTS[kind](self, n))
+        return self._kinds[kind]
+
+    def _candidates(self, kind: str) -> Mapping[str, Recorded]:
+        problem = self._problem
+        if kind == "constraints":
+            return problem.constraints
+        form = problem.action if kind == "group orbits" else problem.field
+        return {} if form is None else {**problem.invariants, **problem.constraints}
+
+    def _states(self) -> list[tuple[float, Array]]:
+        rng = np.random.default_rng(20100)
+        return [(rng.uniform(0, 3), rng.normal(size=self._problem.rows)) for _ in range(SAMPLES)]
+
+    def same_on_orbits(self, name: str) -> bool:
+        """Tell whether exp(ξ)·y has the same value as y."""
+        group = self._problem.action.group  # type: ignore[union-attr]
+        rng = np.random.default_rng(569)
+        for t, y in self._states():
+            xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
+            moved = y + self._written("action", group.act, group.layout, xi, y, group.work)
+            if not self._equal(self.value(name, t, y), self.value(name, t, moved)):
+                return False
+        return True
+
+    def quadratic_and_kept(self, name: str) -> bool:
+        """Tell whether third differences along a line vanish, and the slope along the field."""
+        rng = np.random.default_rng(2)
+        problem = self._problem
+        assert problem.field is not None
+        field = bind_field(problem.field, len(problem.params), problem.rows, problem.rows)
+        for t, y in self._states():
+            d = rng.normal(size=len(y))
+            line = [self.value(name, t, y + k * d) for k in range(4)]
+            if not self._equal(line[3] + 3.0 * line[1], line[0] + 3.0 * line[2]):
+                return False
+            v = self._written("field", field, t, y)
+            v = v / (np.max(np.abs(v)) or 1.0)
+            if not self._equal(self.value(name, t, y + v), self.value(name, t, y - v)):
+                return False
+        return True
+
+    def _equal(self, x: float, y: float) -> bool:
+        return bool(abs(x - y) <= EXACT * max(abs(x), abs(y), 1.0))
+
+    @np.errstate(all="ignore")
+    def _written(self, signature: str, f: Recorded, *arguments: Any) -> Array:
+        """Return what a field or action writes."""
+        entry = self._entry(signature, f)
+        out = np.zeros(self._problem.rows)
+        if signature == "field":
+            t, y = arguments
+            entry(self._params, float(t), Block(y), Block(out), self._work)
+        else:
+            layout, xi, y, work = arguments
+            entry(Block(layout.copy()), Block(xi), Block(y), Block(out), scalar_block(work))
+        return out
+
+
+_TESTS: dict[str, Callable[[Quantities, str], bool]] = {
+    "constraints": lambda quantities, name: True,
+    "group orbits": Quantities.same_on_orbits,
+    "quadratic invariants": Quantities.quadratic_and_kept,
+}

@@ -1,0 +1,270 @@
+"""All cells: every case, in every representation, by every method that fits."""
+
+from __future__ import annotations
+
+import functools
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from ..errors import FormError, GeomintError, GeomintWarning, nearest
+from ..methods import Method, find_method, method_names
+from ..problem import Problem
+from ..systems import Model
+from .case import StressAxis, StressCase, stress_cases
+from .guard import Outcome, guarded
+from .judge import Cell, Trial, judge
+from .truth import Truth, truth_of
+
+__all__ = [
+    "Item",
+    "Result",
+    "Selection",
+    "family_of",
+    "items_of",
+    "run_item",
+    "run_selection",
+    "selected",
+    "sweep",
+]
+
+SECONDS = 60.0  # of a cell, compilations apart
+MEMORY = 12 << 30  # bytes of address space of a process
+WORKERS = 2
+
+
+@dataclass(frozen=True)
+class Item:
+    """One cell to compute: a case by its number, one of its representations, a method's name."""
+
+    case: int
+    representation: str
+    method: str
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What to run; empty means all."""
+
+    methods: tuple[str, ...] = ()
+    systems: tuple[str, ...] = ()
+    axes: tuple[str, ...] = ()
+    quick: bool = False
+
+
+@functools.cache
+def _cases() -> tuple[StressCase, ...]:
+    return tuple(stress_cases())
+
+
+def selected(selection: Selection) -> tuple[list[int], list[Method]]:
+    """Return the numbers of the cases and the methods of a selection.
+
+    Raises
+    ------
+    GeomintError
+        For a name that is none.
+    """
+    axes = list(dict.fromkeys(case.axis.name for case in _cases()))
+    systems = list(dict.fromkeys(case.system for case in _cases()))
+    for chosen, known, what in (
+        (selection.axes, axes, "axis"),
+        (selection.systems, systems, "system"),
+    ):
+        for name in chosen:
+            if name not in known:
+                raise GeomintError(f"--{what} {name!r}: no such {what}.{nearest(name, known)}")
+    numbers = [
+        i
+        for i, case in enumerate(_cases())
+        if (not selection.axes or case.axis.name in selection.axes)
+        and (not selection.systems or case.system in selection.systems)
+        and (case.quick or not selection.quick)
+    ]
+    names = selection.methods or tuple(method_names())
+    methods = [find_method(name) for name in names]
+    if selection.quick and not selection.methods:
+        methods = _lowest_and_highest(methods)
+    return numbers, methods
+
+
+def family_of(method: Method) -> str:
+    """Return the module that starts the method: methods of one kernel share it."""
+    start = method.start
+    return str(getattr(start, "func", start).__module__)
+
+
+def _lowest_and_highest(methods: Iterable[Method]) -> list[Method]:
+    """Return the methods of lowest and highest order of each family."""
+    families: dict[tuple[str, bool], list[Method]] = {}
+    for method in methods:
+        families.setdefault((family_of(method), method.adaptive), []).append(method)
+    ends = [sorted(family, key=lambda m: m.order) for family in families.values()]
+    return list(dict.fromkeys(m for family in ends for m in (family[0], family[-1])))
+
+
+def _built(case: StressCase) -> Model:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", GeomintWarning)
+        return case.build()
+
+
+def _fits(method: Method, problem: Problem) -> bool:
+    try:
+        method.check_fits(problem, problem.time == "tau" and method.needs != "action")
+    except FormError:
+        return False
+    return True
+
+
+def items_of(
+    numbers: Sequence[int], methods: Sequence[Method], quick: bool = False
+) -> tuple[list[list[Item]], list[Cell]]:
+    """Return the cells to compute, a group for each problem, and those that are judged already.
+
+    These are the cases whose problem cannot be built: with a typed error they are refused.
+    """
+    groups: list[list[Item]] = []
+    judged: list[Cell] = []
+    for number in numbers:
+        case = _cases()[number]
+        try:
+            model = _built(case)
+        except Exception as error:
+            verdict = "refused" if isinstance(error, GeomintError) else "untyped"
+            message = f"{type(error).__name__}: {error}"
+            judged += [
+                _cell(case, "", m.name, {"verdict": verdict, "message": message}) for m in methods
+            ]
+            continue
+        for name, problem in model.problems.items():
+            chosen = case.quick if quick else case.representations
+            if chosen is None or name in chosen:
+                groups.append([Item(number, name, m.name) for m in methods if _fits(m, problem)])
+    return [group for group in groups if group], judged
+
+
+def _cell(case: StressCase, representation: str, method: str, found: dict[str, Any]) -> Cell:
+    system = f"{case.system}/{representation}" if representation else case.system
+    return Cell(system, case.axis.name, case.value, case.text, case.n, method, **found)
+
+
+@functools.lru_cache(maxsize=1)
+def _trial(number: int, representation: str) -> Trial:
+    case = _cases()[number]
+    model = _built(case)
+    problem, y0 = model.problems[representation], model.states[representation]
+    truth, physical = _truth(case, model, representation)
+    return Trial(
+        problem,
+        y0,
+        span=case.span,
+        fraction=case.fraction,
+        step=case.step,
+        steps=case.steps,
+        steady=case.steady,
+        truth=truth,
+        physical=physical,
+    )
+
+
+def _truth(
+    case: StressCase, model: Model, representation: str
+) -> tuple[Callable[[float], Truth | None] | None, bool]:
+    """Return what the reference solution comes from, if not from the problem itself."""
+    units = case.rescaled
+    if units is not None:
+        other = units.build()
+        problem, y0 = other.problems[representation], other.states[representation]
+
+        def in_units(end: float) -> Truth | None:
+            found = truth_of(problem, y0, end / units.time)
+            return found and found.scaled(units.pieces)
+
+        return in_units, False
+    name = case.reference
+    if name is None or model.problems[name].time != model.problems[representation].time:
+        return None, False
+    source, start = model.problems[name], model.states[name]
+    return (lambda end: truth_of(source, start, end, physical=True)), True
+
+
+def run_item(item: Item) -> Cell:
+    """Compute one cell."""
+    case = _cases()[item.case]
+    try:
+        found = judge(_trial(item.case, item.representation), find_method(item.method))
+    except Exception as error:
+        found = {"verdict": "untyped", "message": f"{type(error).__name__}: {error}"}
+    return _cell(case, item.representation, item.method, found)
+
+
+def cell_of(outcome: Outcome) -> Cell:
+    """Return the cell of an item, also of one that hung or whose process died."""
+    if outcome.kind == "done":
+        cell: Cell = outcome.value
+        return cell
+    item: Item = outcome.item
+    verdict = "hung" if outcome.kind == "hung" else "untyped"
+    found = {"verdict": verdict, "message": outcome.message, "seconds": outcome.seconds}
+    return _cell(_cases()[item.case], item.representation, item.method, found)
+
+
+def sweep(
+    groups: Sequence[Sequence[Item]], *, seconds: float = SECONDS, workers: int = WORKERS
+) -> Iterator[Cell]:
+    """Compute cells in processes of their own and yield them as they come."""
+    for outcome in guarded(run_item, groups, seconds=seconds, workers=workers, memory=MEMORY):
+        yield cell_of(outcome)
+
+
+@dataclass
+class Result:
+    """What a sweep has found.
+
+    Attributes
+    ----------
+    methods : list of str
+        In the order of the registry.
+    """
+
+    cells: list[Cell]
+    axes: list[StressAxis]
+    methods: list[str]
+    seconds: float
+    interrupted: bool
+
+
+class Listener(Protocol):
+    """Who is told how a sweep goes."""
+
+    def begin(self, total: int) -> None:
+        """Hear the number of cells."""
+
+    def tell(self, cell: Cell) -> None:
+        """Hear of a cell."""
+
+
+def run_selection(
+    selection: Selection, listener: Listener, *, seconds: float = SECONDS, workers: int = WORKERS
+) -> Result:
+    """Compute the cells of a selection; after Ctrl-C return those that there are."""
+    begun = time.perf_counter()
+    numbers, methods = selected(selection)
+    groups, cells = items_of(numbers, methods, selection.quick)
+    listener.begin(len(cells) + sum(len(group) for group in groups))
+    for cell in cells:
+        listener.tell(cell)
+    interrupted = False
+    try:
+        for cell in sweep(groups, seconds=seconds, workers=workers):
+            cells.append(cell)
+            listener.tell(cell)
+    except KeyboardInterrupt:
+        interrupted = True
+    axes = list(dict.fromkeys(_cases()[number].axis for number in numbers))
+    names = [method.name for method in methods]
+    return Result(cells, axes, names, time.perf_counter() - begun, interrupted)

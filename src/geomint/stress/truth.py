@@ -1,0 +1,148 @@
+"""Where a run should end, and how much of a difference rounding alone explains.
+
+The reference solution is that of `geomint.reference`, in double-double numbers. How far a problem
+magnifies roundings is measured: the reference is computed again from states and parameters that are
+off by 2⁻²⁶, relative to their piece, and the differences at the end are divided by that.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import itertools
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ConvergenceError, FormError, NonFiniteError, StepError
+from ..evaluate import derivative
+from ..methods import Gauss
+from ..problem import Problem
+from ..reference import integrate_extended, reference_solution
+from ..timeline import default_step
+
+__all__ = ["Truth", "condition_of", "parting_time", "pieces_of", "relative_error", "truth_of"]
+
+Array = npt.NDArray[np.float64]
+Named = dict[str, Array]
+SHIFT = 2.0**-26
+SAMPLES = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class Truth:
+    """The end of a run.
+
+    Attributes
+    ----------
+    pieces : dict of name to array
+        The state there, piece by piece, or physical quantities.
+    condition : float
+        At least 1: what a relative change of state and parameters grows to, relative, at the end.
+    """
+
+    pieces: Named
+    condition: float
+
+    def scaled(self, factors: Mapping[str, float]) -> Truth:
+        """Return the same in other units."""
+        pieces = {name: factors.get(name, 1.0) * v for name, v in self.pieces.items()}
+        return Truth(pieces, self.condition)
+
+
+def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) -> Truth | None:
+    """Return the truth at the problem's own time `end`, or None where it cannot be computed.
+
+    Parameters
+    ----------
+    physical : bool
+        In physical quantities instead of pieces of the state.
+    """
+
+    def named(y: Array) -> Named:
+        return problem.physical_state(y) if physical else pieces_of(problem, y)
+
+    try:
+        reference = reference_solution(problem, y0, end)
+    except (ConvergenceError, NonFiniteError, FormError):
+        return None
+    if not np.isfinite(reference.y).all() or not reference.error < 2.0**-52:
+        return None
+    h = 0.75 * default_step(problem, Gauss(8), y0)
+
+    def from_other(shifted: Problem, y: Array) -> Array:
+        return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)
+
+    return Truth(named(reference.y), condition_of(problem, y0, from_other, named))
+
+
+def condition_of(
+    problem: Problem,
+    y0: Array,
+    end_from: Callable[[Problem, Array], Array],
+    named: Callable[[Array], Named],
+) -> float:
+    """Return what a relative change of state and parameters grows to at the end, at least 1.
+
+    Parameters
+    ----------
+    end_from : callable
+        Returns the state at the end, from a problem with other parameters and another state.
+    named : callable
+        Returns what of a state is compared.
+    """
+    ends = []
+    for seed in range(SAMPLES):
+        with contextlib.suppress(StepError):
+            ends.append(named(end_from(*_shifted(problem, y0, seed))))
+    # Two ends that are both shifted: what a shift of the first one would be is that of the others.
+    errors = [relative_error(x, y) for x, y in itertools.combinations(ends, 2)]
+    return max([1.0, *(error / SHIFT for error in errors if np.isfinite(error))])
+
+
+def parting_time(problem: Problem, y0: Array) -> float:
+    """Return the time in which states next to y0 part by a factor e, at most.
+
+    The inverse of the norm of the derivative of the field, each piece in its own unit: the largest
+    number of it.
+    """
+    n, sizes = problem.rows, np.ones(problem.rows)
+    for rows in problem.slices.values():
+        sizes[rows] = float(np.max(np.abs(y0[rows]))) or 1.0
+    center = derivative(problem, y0)
+    columns = [
+        (derivative(problem, y0 + SHIFT * sizes * np.eye(1, n, i)[0]) - center) / (SHIFT * sizes)
+        for i in range(n)
+    ]
+    norm = float(np.linalg.norm(np.array(columns), np.inf))
+    return 1.0 / norm if norm > 0.0 else np.inf
+
+
+def _shifted(problem: Problem, y0: Array, seed: int) -> tuple[Problem, Array]:
+    """Return parameters and state off by `SHIFT`; parameters upwards, as some are counts."""
+    rng = np.random.default_rng(seed)
+    y = y0.copy()
+    for rows in problem.slices.values():
+        size = float(np.max(np.abs(y[rows])))
+        y[rows] += SHIFT * size * rng.choice([-1.0, 1.0], rows.stop - rows.start)
+    params = problem.params * (1.0 + SHIFT * rng.choice([0.0, 1.0], len(problem.params)))
+    return dataclasses.replace(problem, params=params), y
+
+
+def pieces_of(problem: Problem, y: Array) -> Named:
+    """Return the pieces of a flat state by name."""
+    return {name: y[rows] for name, rows in problem.slices.items()}
+
+
+def relative_error(found: Named, right: Named) -> float:
+    """Return the largest difference of a piece, relative to the largest number of that piece."""
+    return max(_relative(found[name], value) for name, value in right.items())
+
+
+def _relative(found: Array, right: Array) -> float:
+    off, size = float(np.max(np.abs(found - right))), float(np.max(np.abs(right)))
+    if off == 0.0:
+        return 0.0
+    ratio = off / size if size > 0.0 else np.inf
+    return ratio if ratio == ratio else np.inf

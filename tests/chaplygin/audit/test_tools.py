@@ -1,0 +1,116 @@
+"""Derivatives, the sampler, and the motion from d'Alembert's principle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from chaplygin.audit.algebra import apply, bracket, inner, wedge
+from chaplygin.audit.calculus import derivative, gradient, nested, nested_gradient
+from chaplygin.audit.forms import canonical, dirac_brackets, divergence, symplectic_divergence
+from chaplygin.audit.motion import ball_motion, constrained_rotation, general_motion
+from chaplygin.audit.particles import Particles
+from chaplygin.audit.points import sample
+
+DIMENSIONS = (2, 3, 5, 7)
+
+
+def test_derivatives_to_round_off():
+    def f(x):
+        return np.exp(x[0]) / np.sqrt(x[0] ** 2 + x[1] ** 4)
+
+    x, v = np.array([0.7, 1.3]), np.array([0.4, -2.0])
+    r = x[0] ** 2 + x[1] ** 4
+    exact = np.array([1.0 - x[0] / r, -2.0 * x[1] ** 3 / r]) * f(x)
+    assert gradient(f, x) == pytest.approx(exact, rel=1e-15)
+    assert derivative(f, x, v) == pytest.approx(exact @ v, rel=1e-15)
+    assert nested(f, x, v) == pytest.approx(exact @ v, rel=3e-15)
+
+
+def test_derivatives_of_derivatives():
+    x = np.array([0.7, 1.3])
+    hessian = nested_gradient(lambda y: nested_gradient(lambda z: np.sin(z[0] * z[1]), y), x)
+    s, c, t = np.sin(x[0] * x[1]), np.cos(x[0] * x[1]), x[0] * x[1]
+    exact = np.array([[-(x[1] ** 2) * s, c - t * s], [c - t * s, -(x[0] ** 2) * s]])
+    assert hessian == pytest.approx(exact, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", DIMENSIONS)
+def test_points_are_admissible_and_reproducible(n):
+    point, again = sample(n, 1, 5), sample(n, 1, 5)
+    assert (point.gamma == again.gamma).all()
+    assert (point.normal("x", 3) == again.normal("x", 3)).all()
+    assert (point.gamma != sample(n, 2, 5).gamma).any()
+    assert point.gamma @ point.gamma == pytest.approx(1.0, abs=1e-15)
+    assert point.gamma @ point.p == pytest.approx(0.0, abs=1e-14)
+    assert point.g.T @ point.Gamma == pytest.approx(point.gamma, abs=1e-14)
+    assert np.linalg.det(point.g) == pytest.approx(1.0)
+    i, j = point.pairs
+    assert (point.a[i] * point.a[j] < point.D).all()
+    assert (np.diff(point.a) > 0).all()
+    off = point.off
+    assert abs(off.gamma @ off.gamma - 1.0) > 0.1
+    assert abs(off.gamma @ off.p) > 0.1
+
+
+@pytest.mark.parametrize("n", DIMENSIONS)
+def test_without_constraints_the_body_turns_as_euler_says(n):
+    point = sample(n, 0)
+    rate = constrained_rotation(point, point.general, point.omega, [])[0]
+    momentum = apply(point.general, point.omega)
+    exact = bracket(momentum, point.omega)
+    assert apply(point.general, rate) == pytest.approx(exact, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", DIMENSIONS)
+def test_the_ball_rolls_and_keeps_its_energy(n):
+    point = sample(n, 0)
+    moving = general_motion(point)
+    g_dot = point.g @ moving.omega
+    Omega_dot = g_dot @ moving.omega @ point.g.T + point.g @ moving.omega @ g_dot.T
+    Omega_dot = Omega_dot + point.g @ moving.omega_dot @ point.g.T
+    assert moving.V_dot == pytest.approx(point.rho * Omega_dot @ point.Gamma, abs=1e-12)
+    power = inner(apply(point.general, moving.omega), moving.omega_dot)
+    assert power + point.m * moving.V @ moving.V_dot == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_reaction_matters():
+    """A ball that slides freely moves otherwise: the constraint is felt."""
+    point = sample(4, 0)
+    heavy = ball_motion(point.with_(m=100.0), point.general, point.omega)
+    light = ball_motion(point.with_(m=1e-9), point.general, point.omega)
+    free = constrained_rotation(point, point.general, point.omega, [])[0]
+    assert light.omega_dot == pytest.approx(free, abs=1e-6)
+    assert np.max(np.abs(heavy.omega_dot - free)) > 0.1
+
+
+def test_particles_satisfy_their_constraints():
+    system = Particles(sample(4, 0))
+    rate, _ = system.newton()
+    assert system.constraints(system.q) @ system.v == pytest.approx(0.0, abs=1e-13)
+    turning = derivative(lambda q: system.constraints(q) @ system.v, system.q, system.v)
+    assert system.constraints(system.q) @ rate + turning == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", DIMENSIONS)
+def test_the_canonical_divergence_of_a_dilation(n):
+    """(γ, p) ↦ (γ, eᵗp) multiplies ω by eᵗ, and ω^(n−1) by e^((n−1)t)."""
+    y = sample(n, 0).state
+
+    def dilate(z):
+        return np.concatenate([0.0 * z[:n], z[n:]])
+
+    assert symplectic_divergence(dilate, y)[0] == pytest.approx(n - 1.0, rel=1e-13)
+    assert divergence(dilate, y)[0] == pytest.approx(n)
+
+
+def test_brackets_of_coordinates():
+    """On T*S^(n−1): {γ_i, γ_j} = 0, {γ_i, p_j} = δ_ij − γ_iγ_j, {p_i, p_j} = p_iγ_j − p_jγ_i."""
+    point = sample(4, 0)
+    gamma, p = point.gamma, point.p
+    found = dirac_brackets(lambda y: y, point.state)[0]
+    free = np.eye(4) - np.outer(gamma, gamma)
+    exact = np.block([[np.zeros((4, 4)), free], [-free, wedge(p, gamma)]])
+    assert found == pytest.approx(exact, abs=1e-14)
+    one = np.eye(8)
+    assert canonical(point.state, one[4], one[0]) == 1.0

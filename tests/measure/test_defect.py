@@ -1,0 +1,160 @@
+"""The defect of single steps, against the definition in 50 digits, and its order."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from exact_maps import PROBLEMS, exact_defect
+
+import geomint as gi
+from geomint.testproblems import spherical_pendulum
+
+
+def observed(problem: gi.Problem, name: str, y0, h: float, steps: int = 1, **options):
+    """The drift of the measure after some steps."""
+    sol = gi.solve(
+        problem, y0, t_end=steps * h, step=abs(h), method=name, observe=["measure"], **options
+    )
+    assert sol.steps == steps
+    return sol.drift["measure"]
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize(
+    ("name", "problem", "h"),
+    [
+        ("rk-4", "lotka-volterra", 0.1),  # a density that depends on time
+        ("rk-4", "lotka-volterra", -0.1),
+        ("rk-4", "spherical-pendulum", 0.1),  # leaves the manifold
+        ("rk-4", "double-pendulum", 0.05),  # pieces of different sizes, four conditions
+        ("gauss-2", "spherical-pendulum", 0.1),
+        ("gauss-3", "lotka-volterra", 0.3),
+        ("gauss-1-suzuki-4", "lotka-volterra", 0.1),
+        ("cf-4", "pulsating-body", 0.2),
+        ("rkmk-4", "pulsating-body", 0.2),
+        ("rattle-2", "double-pendulum", 0.05),
+        ("rattle-4", "spherical-pendulum", 0.1),
+    ],
+)
+def test_defect_is_the_definition(name: str, problem: str, h: float) -> None:
+    """To the noise that the instrument states, in plain Python."""
+    p, y0 = PROBLEMS[problem]
+    expected = exact_defect(p, name, 0.0, y0, h)
+    drift = observed(p, name, y0, h, compiled=False)
+    noise = drift.scale * 2.0**-47
+    assert abs(drift.final_error - expected) <= noise < 1e-12
+    assert (drift.initial, drift.max_rel_error) == (0.0, None)
+
+
+@pytest.mark.nojit
+def test_defects_are_summed() -> None:
+    """Over three steps, from the states between them and at their times."""
+    p, y0 = PROBLEMS["lotka-volterra"]
+    h = 0.1
+    sol = gi.solve(
+        p, y0, t_end=3 * h, step=h, method="rk-4", observe=["measure"], save_every=1, compiled=False
+    )
+    parts = [exact_defect(p, "rk-4", sol.t[k], sol.y[k], h) for k in range(3)]
+    assert sol.drift["measure"].final_error == pytest.approx(sum(parts), rel=1e-9)
+    assert abs(sum(parts)) > 2 * abs(parts[0])
+
+
+@pytest.mark.nojit
+def test_large_steps() -> None:
+    """Determinants far from 1, elimination with pivots, normals that turn by a radian."""
+    p, y0 = PROBLEMS["spherical-pendulum"]
+    expected = exact_defect(p, "rk-4", 0.0, y0, 1.1)
+    assert abs(expected) > 0.01
+    drift = observed(p, "rk-4", y0, 1.1, compiled=False)
+    assert drift.final_error == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "h"),
+    [
+        ("rk-4", "lotka-volterra", 0.1),
+        ("gauss-2", "spherical-pendulum", 0.1),
+        ("cf-4", "pulsating-body", 0.1),
+        ("rattle-2", "spherical-pendulum", 0.1),
+    ],
+)
+def test_compiled_is_plain(name: str, problem: str, h: float) -> None:
+    """Bit for bit, over some steps that try other spacings."""
+    p, y0 = PROBLEMS[problem]
+    plain = observed(p, name, y0, h, 3, compiled=False)
+    fast = observed(p, name, y0, h, 3)
+    assert (fast.final_error, fast.scale) == (plain.final_error, plain.scale)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "order", "h"),
+    [
+        ("rk-4", "lotka-volterra", 4, 0.1),
+        ("dormand-prince-5", "lotka-volterra", 5, 0.2),
+        ("gauss-2", "lotka-volterra", 4, 0.2),
+        ("rk-4", "spherical-pendulum", 4, 0.1),
+        ("cf-4", "pulsating-body", 4, 0.2),
+        ("cf-3", "pulsating-body", 3, 0.1),
+        ("cf-1", "pulsating-body", 1, 0.01),
+    ],
+)
+def test_order_of_the_defect(name: str, problem: str, order: int, h: float) -> None:
+    """One step of a method of order p has a defect of order p + 1, on both sides."""
+    p, y0 = PROBLEMS[problem]
+    sizes = np.array([abs(observed(p, name, y0, h * 2.0**-k, 1).final_error) for k in range(5)])
+    slopes = np.log2(sizes[:-1] / sizes[1:])
+    above = sizes[1:] > 1e-13
+    assert above.sum() >= 2
+    np.testing.assert_allclose(slopes[above][-2:], order + 1, atol=0.3)
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-7, 1e5, 1e150])
+def test_momenta_of_any_size(size: float) -> None:
+    """Momenta, and time against them, scale without a change of the defects."""
+    p = spherical_pendulum.problem(gravity=0.0)
+    q, momentum = np.split(spherical_pendulum.INITIAL, 2)
+    h, steps = 0.1, 20
+    expected = observed(p, "rk-4", np.concatenate([q, momentum]), h, steps)
+    found = observed(p, "rk-4", np.concatenate([q, size * momentum]), h / size, steps)
+    assert abs(expected.final_error) > 1e-9
+    noise = expected.scale * 2.0**-47
+    assert abs(found.final_error - expected.final_error) <= noise
+    assert found.scale == pytest.approx(expected.scale, rel=1.0)
+
+
+def test_wrong_density_is_found() -> None:
+    """The Lebesgue measure is not kept by predators and prey: a linear drift from the first step."""
+    p, y0 = PROBLEMS["lotka-volterra"]
+
+    @gi.observable
+    def wrong(params, t, y, work):
+        return 0.0 * y[0]
+
+    right = observed(p, "gauss-8", y0, 0.1, 100)
+    lebesgue = dataclasses.replace(p, measure=gi.Measure(wrong))
+    drift = observed(lebesgue, "gauss-8", y0, 0.1, 100)
+    assert right.kind == "roundoff"
+    assert drift.max_abs_error > 0.1
+
+
+def test_pieces_that_begin_at_zero() -> None:
+    """A pendulum that starts at the bottom, and one at rest."""
+
+    @gi.field
+    def pendulum(params, t, y, out, work):
+        out[0] = y[1]
+        out[1] = -gi.sin(y[0])
+
+    @gi.observable
+    def volume(params, t, y, work):
+        return 0.0 * y[0]
+
+    p = gi.Problem(
+        name="pendulum", pieces=(("q", 1), ("p", 1)), field=pendulum, measure=gi.Measure(volume)
+    )
+    for y0 in ([0.0, 1.2], [1.2, 0.0], [1e-20, 1.2], [0.0, 0.0]):
+        drift = observed(p, "gauss-2", y0, 0.1, 300)
+        assert drift.kind == "roundoff"
+        assert drift.scale * 2.0**-47 < 1e-12

@@ -1,0 +1,209 @@
+"""The planner's rule for representations: what it chooses, says, and that it changes no answer."""
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.evaluate import value
+from geomint.plan.cost import Cost, cost_of
+
+FREE = {  # no SO(n−1)-momentum: the ball has a reduction to T*S^(n−1)
+    "system": {"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.4], "D": 4.0, "attitude": True},
+    "initial": {"gamma": [0.5, 0.5, -0.5, 0.5], "p": [1.0, -0.5, 0.25, -0.25]},
+    "time": {"t_end": 20.0},
+    "integrate": {"method": "gauss-8", "step": 0.25},
+    "observe": {"quantities": ["energy", "K"]},
+}
+SPINNING = {
+    **FREE,
+    "initial": {"gamma": [0.5, 0.5, -0.5, 0.5], "k": [1.0, 0.4, -0.3, 0.8, 0.2, -0.6]},
+}
+
+
+def choice(scene, purpose="drift"):
+    return gi.make_plan(scene, purpose).context.choices["representation"]
+
+
+def changed(content, **sections):
+    return gi.Scene(**{**content, **sections})
+
+
+def test_no_momentum_leads_to_the_sphere():
+    chosen = choice(gi.Scene(**FREE))
+    assert chosen.detail == "reduced"
+    assert chosen.reason.startswith(
+        "ball-attitude → reduced: no SO(n−1)-momentum, nothing observed"
+    )
+    assert "needs k or g: 8 numbers instead of 26" in chosen.reason
+
+
+def test_the_attitude_is_left_out():
+    chosen = choice(gi.Scene(**SPINNING))
+    assert chosen.detail == "ball"
+    assert "nothing observed needs g: 10 numbers instead of 26" in chosen.reason
+    assert "momentum," not in chosen.reason
+    group = changed(FREE, integrate={"method": "cf-4", "step": 0.25})
+    assert choice(group).detail == "ball"  # T*S^(n−1) has no group
+
+
+@pytest.mark.parametrize("quantity", ["spatial-momentum", "orthogonality", "momentum", "measure"])
+def test_what_is_observed_keeps_what_it_needs(quantity):
+    scene = changed(FREE, observe={"quantities": ["energy", quantity]})
+    chosen = choice(scene)
+    assert chosen.detail == ("ball" if quantity == "momentum" else "ball-attitude")
+    assert f"{quantity} keeps it: else" in chosen.reason or quantity == "momentum"
+    assert quantity in gi.make_plan(scene, "drift").context.choices["watched"].detail
+
+
+def test_a_quantity_of_a_larger_representation_is_a_reason_for_it():
+    scene = changed(
+        SPINNING,
+        system={**SPINNING["system"], "attitude": False},
+        observe={"quantities": ["energy", "orthogonality"]},
+    )
+    for purpose in ("run", "drift"):
+        chosen = choice(scene, purpose)
+        assert chosen.detail == "ball-attitude"
+        assert "ball: has no orthogonality" in chosen.reason
+
+
+def test_the_group_of_constraints_is_that_of_what_is_integrated():
+    scene = changed(FREE, observe={"quantities": ["energy", "constraints"]})
+    plan = gi.make_plan(scene, "drift")
+    assert plan.context.representation == "reduced"
+    assert plan.context.choices["watched"].detail == ["energy", "norm", "tangency"]
+    # Invariants are none of a representation, but of the motion: none may get lost.
+    assert choice(changed(FREE, observe={"quantities": ["invariants"]})).detail == "ball"
+
+
+def test_a_run_keeps_the_representation_in_which_its_states_are_wanted():
+    plan = gi.make_plan(gi.Scene(**FREE), "run")
+    assert plan.context.representation == "ball-attitude"
+    assert plan.solve(progress=False).y.shape[1] == 26
+
+
+def test_the_time_is_never_changed():
+    """The Hamiltonised sphere is the cheapest of all, but another flow: symplectic in τ."""
+    scenes = [gi.load_scene(name) for name in ("hamiltonized-n3", "sphere-n5")]
+    for scene in (*scenes, gi.Scene(**FREE)):
+        plan = gi.make_plan(scene.changed(observe={"quantities": ["energy"]}), "drift")
+        assert plan.problem.time == scene.problem.time
+
+
+def test_forcing_a_representation():
+    scene = gi.Scene(**FREE)
+    own = scene.changed_integration(representation="own")
+    assert choice(own).detail == "ball-attitude"
+    assert choice(own).reason == "[integrate] representation = 'own'"
+    assert choice(scene.changed_integration(representation="hamiltonized"), "run").detail == (
+        "hamiltonized"
+    )
+    assert scene.hash != own.hash
+    with pytest.raises(gi.FormError, match=r"'reduced'.*no form 'action'.*gauss-8"):
+        choice(scene.changed_integration("cf-4", representation="reduced"))
+    with pytest.raises(gi.SceneError, match="Did you mean 'reduced'"):
+        scene.changed_integration(representation="redused")
+    missing = changed(FREE, observe={"quantities": ["momentum"]})
+    with pytest.raises(gi.FormError, match="has no momentum"):
+        choice(missing.changed_integration(representation="reduced"), "run")
+
+
+def test_a_drift_report_does_without_what_no_representation_has():
+    scene = changed(
+        FREE,
+        observe={"quantities": ["energy", "momentum", "spatial-momentum"]},
+        integrate={"method": "rattle-4", "step": 0.05},
+    )
+    with pytest.raises(gi.FormError, match="has no momentum"):
+        gi.make_plan(scene, "run")
+    choices = gi.make_plan(scene, "drift").context.choices
+    assert choices["representation"].detail == "hamiltonized"
+    assert choices["not watched"].detail == ["momentum"]
+    assert "only in ball-attitude, ball" in choices["not watched"].reason
+    assert choices["watched"].detail == ["energy", "norm", "tangency"]
+
+
+@pytest.mark.parametrize("content", [FREE, SPINNING], ids=["reduced", "without g"])
+@pytest.mark.parametrize("method", ["gauss-8", "cf-4"])
+def test_the_plain_way_gives_the_same(content, method):
+    step = 0.25 if method == "gauss-8" else 0.01
+    scene = changed(content, integrate={"method": method, "step": step})
+    short = gi.make_plan(scene, "drift")
+    plain = gi.make_plan(scene.changed_integration(representation="own"), "drift")
+    assert short.problem.rows < plain.problem.rows
+    one, other = short.solve(progress=False), plain.solve(progress=False)
+    states = [s.problem.physical_state(s.y[-1]) for s in (one, other)]
+    for name in ("gamma", "k"):
+        np.testing.assert_allclose(states[0][name], states[1][name], atol=1e-12)
+    for name, drift in one.drift.items():
+        same = other.drift[name]
+        assert drift.initial == pytest.approx(same.initial, rel=1e-14)
+        assert abs(drift.final_error - same.final_error) <= 1e-13 * drift.scale
+        assert drift.kind == same.kind
+
+
+def test_leaving_the_attitude_out_changes_no_bit_of_the_rest():
+    scene = changed(SPINNING, integrate={"method": "cf-4", "step": 0.25})
+    short = gi.make_plan(scene, "drift").solve(progress=False)
+    own = scene.changed_integration(representation="own")
+    plain = gi.make_plan(own, "drift").solve(progress=False)
+    np.testing.assert_array_equal(short.y[-1], plain.y[-1][: short.problem.rows])
+    assert short.drift["energy"].max_abs_error == plain.drift["energy"].max_abs_error
+
+
+@pytest.mark.parametrize("name", gi.scene_names())
+def test_quantities_of_the_same_name_are_the_same(name):
+    """The same number in all representations; constraints vanish in all of them."""
+    model = gi.load_scene(name).model
+    first: dict[str, float] = {}
+    for key, problem in model.problems.items():
+        y = model.states[key]
+        for quantity, f in problem.invariants.items():
+            found = value(problem, f, y)
+            expected = first.setdefault(quantity, found)
+            assert found == pytest.approx(expected, rel=1e-12, abs=1e-13), (key, quantity)
+        for quantity, f in problem.constraints.items():
+            assert abs(value(problem, f, y)) < 1e-12, (key, quantity)
+
+
+@pytest.mark.parametrize("name", gi.scene_names())
+def test_built_in_scenes_are_planned_as_they_are_written(name):
+    """Each observes what its own representation is for, and so keeps it."""
+    scene = gi.load_scene(name)
+    assert choice(scene.for_drift()).detail == next(iter(scene.model.problems))
+
+
+def test_costs_are_counted():
+    @gi.field
+    def oscillator(params, t, y, out, work):
+        out[0] = 2.0 * y[1] + 1.0
+        out[1] = -params[0] * gi.sin(y[0]) / y[1]
+
+    problem = gi.Problem(name="some", pieces=(("q", 1), ("v", 1)), params=[3.0], field=oscillator)
+    assert cost_of(problem, "field", np.array([0.5, 2.0])) == Cost(2, 5)
+    assert cost_of(problem, "field", np.zeros(2)) == Cost(2, 5)
+
+
+def test_costs_do_not_depend_on_the_state_and_grow_with_the_dimension():
+    def cost(n, form):
+        rng = np.random.default_rng(n)
+        gamma, p = rng.normal(size=(2, n))
+        gamma /= np.linalg.norm(gamma)
+        p -= gamma * (gamma @ p)
+        scene = gi.Scene(
+            system={"name": "chaplygin-ball", "a": list(rng.uniform(0.5, 1.5, n)), "D": 4.0},
+            initial={"gamma": gamma, "p": p},
+            time={"t_end": 1.0},
+        )
+        name = "reduced" if form == "field" else "ball"
+        return cost_of(scene.model.problems[name], form, scene.model.states[name])
+
+    fields = [cost(n, "field").operations for n in (4, 5, 6, 7)]
+    assert len(set(np.diff(fields))) == 1  # O(n)
+    assert cost(6, "action").operations > cost(5, "action").operations
+
+
+def test_a_small_gain_is_not_worth_another_formulation():
+    assert Cost(8, 100).below(Cost(10, 100))
+    assert not Cost(9, 100).below(Cost(10, 100))
+    assert not Cost(8, 101).below(Cost(10, 100))

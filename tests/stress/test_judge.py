@@ -1,0 +1,194 @@
+"""The rules: every way of going wrong is caught, and under its own name."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.stress import judge as judging
+from geomint.stress.judge import Trial, judge
+from geomint.stress.truth import Truth
+
+
+@gi.field
+def turning(params, t, y, out, work):
+    """A point on a circle, at angular velocity 1."""
+    out[0] = -y[1]
+    out[1] = 1.0 * y[0]
+
+
+@gi.observable
+def radius_squared(params, t, y, work):
+    """x² + y²."""
+    return y[0] * y[0] + y[1] * y[1]
+
+
+PROBLEM = gi.Problem(
+    name="circle",
+    pieces=(("x", 2),),
+    field=turning,
+    invariants={"radius-squared": radius_squared},
+)
+METHOD = gi.find_method("rk-4")
+KEEPING = dataclasses.replace(METHOD, keeps=("quadratic invariants",))
+HALF = 0.5 * METHOD.step_fraction
+
+
+def exact(end):
+    return np.array([np.cos(end), np.sin(end)])
+
+
+@pytest.fixture
+def verdict_on(monkeypatch):
+    """Return a function that judges runs that were tampered with."""
+
+    def verdict(tamper=None, method=METHOD, raises=None, **options):
+        def fake(*arguments, **keywords):
+            solution = gi.solve(*arguments, **{**keywords, "compiled": False})
+            if raises is not None:
+                raises(solution)
+            if tamper is not None:
+                for i, t in enumerate(solution.tau):
+                    solution.y[i] = tamper(solution.y[i], t, solution.step)
+            return solution
+
+        monkeypatch.setattr(judging, "solve", fake)
+        options = {"fraction": HALF, "steps": 20, **options}
+        truth = options.pop("truth", lambda end: Truth({"x": exact(end)}, 1.0))
+        trial = Trial(PROBLEM, np.array([1.0, 0.0]), truth=truth, **options)
+        return judge(trial, method)
+
+    return verdict
+
+
+def test_good(verdict_on):
+    found = verdict_on()
+    assert found["verdict"] == "ok"
+    assert 0.0 < found["error"] < 1e-7
+    assert found["seconds"] > 0.0
+    assert (found["h"], found["steps"]) == (pytest.approx(HALF), 20)
+
+
+def test_round_off_is_ok_without_a_second_run(verdict_on):
+    found = verdict_on(lambda y, t, h: exact(t))
+    assert found["verdict"] == "ok"
+    assert found["message"] == ""
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_not_finite(verdict_on, number):
+    found = verdict_on(lambda y, t, h: np.array([number, 0.0]))
+    assert found["verdict"] == "wrong"
+    assert "not finite" in found["message"]
+
+
+def raise_value_error(solution):
+    raise ValueError("something")
+
+
+def warn(solution):
+    warnings.warn("overflow", RuntimeWarning, stacklevel=1)
+
+
+@pytest.mark.parametrize("raises", [raise_value_error, warn])
+def test_untyped(verdict_on, raises):
+    found = verdict_on(raises=raises)
+    assert found["verdict"] == "untyped"
+    assert type(found["message"]) is str
+
+
+def failing(change):
+    def fail(solution):
+        error = gi.ConvergenceError(0.3, 4, 1e-3, 100)
+        error.partial = solution
+        change(error)
+        raise error
+
+    return fail
+
+
+def spoil(error):
+    error.partial.y[0] = np.nan
+
+
+def test_failed(verdict_on):
+    found = verdict_on(raises=failing(lambda error: None))
+    assert (found["verdict"], found["quantity"]) == ("failed", "residual")
+    assert found["error"] == 1e-3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        spoil,
+        lambda error: setattr(error, "partial", None),
+        lambda error: setattr(error, "t", np.nan),
+    ],
+)
+def test_failed_without_what_a_failure_promises(verdict_on, change):
+    assert verdict_on(raises=failing(change))["verdict"] == "wrong"
+
+
+def refuse(solution):
+    raise gi.DomainError("D", -1.0, "a positive number")
+
+
+def test_refused(verdict_on):
+    assert verdict_on(raises=refuse)["verdict"] == "refused"
+
+
+def test_a_promised_invariant_that_is_lost(verdict_on):
+    def grown(y, t, h):
+        return exact(t) * (1.0 + 1e-13 * (t > 0.0))
+
+    assert verdict_on(grown, truth=lambda end: Truth({"x": exact(end)}, 1e6))["verdict"] == "ok"
+    found = verdict_on(grown, KEEPING, truth=lambda end: Truth({"x": exact(end)}, 1e6))
+    assert (found["verdict"], found["quantity"]) == ("wrong", "radius-squared")
+    assert found["error"] > found["allowed"]
+
+
+def test_a_promised_invariant_that_is_kept(verdict_on):
+    assert verdict_on(lambda y, t, h: exact(t), KEEPING)["verdict"] == "ok"
+
+
+@pytest.mark.parametrize(
+    ("error", "fraction", "verdict"),
+    [
+        (lambda h: 1e-4, HALF, "wrong"),  # does not fall with the step
+        (lambda h: 1e-4 * (h / HALF), HALF, "wrong"),  # falls with order 1, not 4
+        (lambda h: 1e-4 * (h / HALF) ** 4, HALF, "ok"),
+        (lambda h: 0.3, HALF, "wrong"),
+        (lambda h: 0.3, 2 * METHOD.step_fraction, "unresolved"),
+        (lambda h: 1e-4, 2 * METHOD.step_fraction, "unresolved"),
+    ],
+)
+def test_accuracy(verdict_on, error, fraction, verdict):
+    def tamper(y, t, h):
+        return exact(t) + error(h)
+
+    assert verdict_on(tamper, fraction=fraction)["verdict"] == verdict
+
+
+def test_a_steady_motion_is_never_unresolved_where_it_is_promised(verdict_on):
+    step = {"fraction": 3.0, "steps": 4}
+    assert verdict_on(**step)["verdict"] == "unresolved"
+    following = dataclasses.replace(METHOD, keeps=("steady motions",))
+    assert verdict_on(**step, steady=True)["verdict"] == "unresolved"
+    assert verdict_on(**step, steady=True, method=following)["verdict"] == "wrong"
+    right = verdict_on(lambda y, t, h: exact(t), **step, steady=True, method=following)
+    assert right["verdict"] == "ok"
+
+
+def test_a_motion_that_magnifies_round_off_to_its_own_size(verdict_on):
+    found = verdict_on(truth=lambda end: Truth({"x": -exact(end)}, 1e15))
+    assert found["verdict"] == "unresolved"
+    assert found["allowed"] > 0.1
+
+
+def test_without_a_reference_half_the_step_is_the_measure(verdict_on):
+    found = verdict_on(truth=lambda end: None)
+    assert found["verdict"] == "ok"
+    assert "half the step" in found["message"]
+    assert verdict_on(lambda y, t, h: y + h, truth=lambda end: None)["verdict"] == "wrong"
