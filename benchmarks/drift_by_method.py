@@ -36,7 +36,9 @@ RUNS = {
     "hamiltonized-n5": Run(500.0, IN_TAU),
     "veselova-n3": Run(500.0, IN_TAU),
     "veselova-n4": Run(500.0, ("gauss-8", "gauss-2", "rattle-4", "dop853", "rk-4")),
-    "ellipsoid-n4": Run(500.0, ("gauss-8:0.2", "gauss-2", "rattle-2", "rattle-4", "dop853", "rk-4")),
+    "ellipsoid-n4": Run(
+        500.0, ("gauss-8:0.2", "gauss-2", "rattle-2", "rattle-4", "dop853", "rk-4")
+    ),
 }
 
 

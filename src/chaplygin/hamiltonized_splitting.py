@@ -45,7 +45,9 @@ def splitting_parameters(inertia: SpecialInertia) -> Array:
     d = D / inertia.a
     f = d + inertia.a
     # The normal equations of least squares for (u, v).
-    matrix = np.array([[n + WEIGHT * (n - 2) ** 2, WEIGHT * (n - 2)], [WEIGHT * (n - 2), n + WEIGHT]])
+    matrix = np.array(
+        [[n + WEIGHT * (n - 2) ** 2, WEIGHT * (n - 2)], [WEIGHT * (n - 2), n + WEIGHT]]
+    )
     right = np.array([d.sum() * (1.0 + WEIGHT * (n - 2)), f.sum() + WEIGHT * d.sum()])
     u, v = np.linalg.solve(matrix, right)
     kappa = d.sum() - (n - 2) * u - v

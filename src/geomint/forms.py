@@ -95,8 +95,9 @@ class Splitting:
     Parameters
     ----------
     flow : recorded ``f(k, params, t, h, y, out, work)``
-        Writes ``φ_k(y) − y``, the increment of the exact flow of part k (a whole number) from time
-        t over h. A part that depends on t takes it as constant, t being the middle of the step.
+        Writes ``φ_k(y) − y``, the increment of the exact flow of part k (a whole number) over h. A
+        part that depends on time is frozen at t, which is the middle of the method's step: with
+        the flows composed symmetrically that keeps the order.
     parts : int
         How many; at least 2.
     symplectic : bool

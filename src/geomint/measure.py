@@ -7,9 +7,10 @@ steps since the start: 0 for a flow, up to what the instrument cannot see for a 
 and by steps of order hᵖ⁺¹ else. Derivatives are differences of eight neighbouring trajectories in
 lanes, see `geomint.kernels.measure`.
 
-The instrument measures its own noise: the variance that rounding gives to the sum, which grows with
-the number of steps. The sum counts as round-off up to four standard deviations of its end, and the
-scale of the quantity is made so that 32 ε × scale is that (plus what rounding the end states does).
+The instrument measures its own noise: the variance that rounding gives to the sum, and a bound of
+its bias, ε/8 ‖E‖² a step with ``DΦ = 1 + E``. Both grow with the number of steps. The sum counts as
+round-off up to four standard deviations and the bias, as they are at the end of the run: the scale of
+the quantity is made so that 32 ε × scale is that (plus what rounding the end states does).
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ class MeasureObserver:
         count = kernel.lane_rows(n, m, *sizes, problem.work)
         self._lane_numbers = scalar_block(8 * count)
         self._work = scalar_block(kernel.work_size(n, m, problem.work))
-        self._variance_at = kernel.VARIANCE
+        self._variance_at, self._bias_at = kernel.VARIANCE, kernel.BIAS
         self._time = stepper.t0
         self._entry: Any = None
         self._arguments: tuple[Any, ...] = ()
@@ -168,7 +169,8 @@ class MeasureObserver:
     @property
     def scale(self) -> float:
         """The scale that makes 32 ε × scale the level below which nothing can be seen."""
-        return float(self._state_scale + DEVIATIONS * self.deviation / ROUNDOFF)
+        noise = DEVIATIONS * self.deviation + self._memory[self._bias_at]
+        return float(self._state_scale + noise / ROUNDOFF)
 
 
 def _sizes(problem: Problem, y0: Array) -> Array:

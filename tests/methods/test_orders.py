@@ -176,7 +176,9 @@ def test_order_in_extended_precision(name: str) -> None:
     table = COMPOSITIONS["sofroniou-spaletta-10"]
     fractions = [number(x) for x in (*table.gamma, *table.starts)]
     rest = [*table.gamma_residual, *(float(x - Fraction(float(x))) for x in table.starts_exact)]
-    base = {"hamiltonian": gi.Rattle(), "splitting": gi.Verlet(), "field": gi.Gauss(1)}[method.needs]
+    base = {"hamiltonian": gi.Rattle(), "splitting": gi.Verlet(), "field": gi.Gauss(1)}[
+        method.needs
+    ]
     problem, y0 = cases(method.needs)[0]
     *counts, many = {
         "field": (10, 12, 15, 48),
@@ -188,7 +190,9 @@ def test_order_in_extended_precision(name: str) -> None:
         plain = plain_start(gi.Compose(base, table.name), problem, y0)
         with mp.workdps(28):
             stepper = extended(plain, number, number(T_END) / n)
-            stepper.fractions.data[:] = [x + number(r) for x, r in zip(fractions, rest, strict=True)]
+            stepper.fractions.data[:] = [
+                x + number(r) for x, r in zip(fractions, rest, strict=True)
+            ]
             ends.append(np.array(end_of(stepper, n)))
     # The reference is the method itself at half the step: its error is a thousandth of the last.
     errors = [np.max(np.abs(end - ends[-1])) for end in ends[:-1]]
@@ -410,6 +414,7 @@ def test_the_wrong_side_is_noticed(coordinates: str) -> None:
     ]
     errors = [np.max(np.abs(end.y[-1] - exact)) for end in ends]
     assert slopes((64, 128), errors)[0] < 2.5
+
 
 def test_a_spoiled_composition_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A ten-thousandth of one fraction."""

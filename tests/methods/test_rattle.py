@@ -38,7 +38,9 @@ def test_the_flag_does_not_change_the_map(case: str, h: float) -> None:
         gi.solve(flagged(problem, flag), y0, t_end=100 * h, step=h, method="rattle-2")
         for flag in (True, False)
     ]
-    np.testing.assert_allclose(runs[0].y[-1], runs[1].y[-1], rtol=0, atol=2e-13 if h > 0.1 else 2e-14)
+    np.testing.assert_allclose(
+        runs[0].y[-1], runs[1].y[-1], rtol=0, atol=2e-13 if h > 0.1 else 2e-14
+    )
     assert runs[0].iterations < 0.8 * runs[1].iterations
     assert np.max(np.abs(runs[0].y[-1] - y0)) > 0.05
 
@@ -102,9 +104,9 @@ def test_any_scale_of_momenta(speed: float) -> None:
     y0 = spherical_pendulum.INITIAL
     scale = np.repeat([1.0, speed], 3)
     slow = gi.solve(problem, y0, t_end=5.0, step=0.05, method="rattle-2").y[-1]
-    fast = gi.solve(
-        problem, y0 * scale, t_end=5.0 / speed, step=0.05 / speed, method="rattle-2"
-    ).y[-1]
+    fast = gi.solve(problem, y0 * scale, t_end=5.0 / speed, step=0.05 / speed, method="rattle-2").y[
+        -1
+    ]
     np.testing.assert_allclose(fast / scale, slow, rtol=0, atol=1e-12)
 
 

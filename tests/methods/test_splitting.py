@@ -72,7 +72,9 @@ def test_great_circles_are_exact(n: int, angle: float) -> None:
         # A state is on the manifold to rounding only: what the flow puts right is part of it.
         tolerance = 4 * EPSILON * max(1.0, angle)
         np.testing.assert_allclose(found[:n], dq.astype(float), rtol=0, atol=tolerance)
-        np.testing.assert_allclose(found[n:] / speed, (dp / speed).astype(float), rtol=0, atol=tolerance)
+        np.testing.assert_allclose(
+            found[n:] / speed, (dp / speed).astype(float), rtol=0, atol=tolerance
+        )
 
 
 @pytest.mark.nojit

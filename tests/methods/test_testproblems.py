@@ -48,7 +48,10 @@ CASES = {
     "abc": (abc_flow.problem(0.7, -1.2, 0.9, -0.3), abc_flow.INITIAL),
     "frame": frame(first=0.7, second=1.9, weight=-1.1, stiffness=0.6, season=0.0),
     "frame-seasons": frame(season=-0.7, separable=False),
-    **{f"neumann-{n}": (neumann.problem(np.linspace(2, 0.3, n)), neumann.initial(n)) for n in (2, 5)},
+    **{
+        f"neumann-{n}": (neumann.problem(np.linspace(2, 0.3, n)), neumann.initial(n))
+        for n in (2, 5)
+    },
     "neumann-seasons": (neumann.problem((1.0, 3.0, 2.2, 0.4), -0.6), neumann.initial(4)),
     "weak": (henon_heiles.problem(0.3), henon_heiles.INITIAL),
     "seasons": (lotka_volterra.problem(0.8, 3.0), lotka_volterra.INITIAL),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import chaplygin as ch
+from chaplygin.stress.parameters import all_near_the_edge
 from geomint.stress.promises import Quantities
 from geomint.testproblems import double_pendulum, pulsating_body, spherical_pendulum
 
@@ -29,7 +30,26 @@ SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
     ids=lambda value: getattr(value, "name", None),
 )
 def test_kinds(problem, kind, names):
-    assert set(Quantities(problem).of_kind(kind)) == names
+    found = Quantities(problem).of_kind(kind)
+    assert set(found) == names
+    assert all(defect <= 1e-13 for defect in found.values())
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-6, 1e-9, 1e-12])
+def test_no_kind_by_mere_size(distance):
+    """A tiny energy, or a moment that outweighs all else, must not hide that a quantity changes."""
+    edge = ch.ChaplyginSphere(*all_near_the_edge(4, distance))
+    assert "energy" not in Quantities(edge.ball()).of_kind("group orbits")
+    heavy = ch.ChaplyginSphere(a=[1.6, 2.5 * (1.0 - distance), 0.4], D=4.0)
+    kept = Quantities(heavy.rolling(4.0, 1.0)).of_kind("quadratic invariants")
+    assert not {"energy", "K"} & set(kept)
+
+
+def test_what_holds_nearly_is_known_by_how_much():
+    ball = ch.ChaplyginSphere(a=1.0 + 1e-13 * np.arange(4), D=4.0).ball()
+    assert 0.0 < Quantities(ball).of_kind("group orbits")["energy"] < 1e-12
+    other = ch.ChaplyginSphere(a=1.0 + 1e-9 * np.arange(4), D=4.0).ball()
+    assert "energy" not in Quantities(other).of_kind("group orbits")
 
 
 def test_scale():

@@ -34,6 +34,7 @@ RTOL, ATOL, MAX_STEP, END, ORDER, ESTIMATES, REUSE, CONTROLS = 0, 1, 2, 3, 4, 5,
 # or largest.
 NEXT, FORMER, SMALLEST, LARGEST, KNOWN, REMEMBERED = 0, 1, 2, 3, 4, 5
 
+HUGE = 1e300
 MAX_REJECTIONS = 60
 SPACINGS = 16.0 * 2.0**-52  # a step shorter than this, relative to t, does not advance it well
 LEAST_FORMER = 1e-4  # an error much below the tolerance shall not weigh on the next step
@@ -62,7 +63,7 @@ def _step(attempt: Recorded) -> Recorded:
         t = states[n]
         remaining = (coefficients[END] - t) - carries[n]
         tries = 0
-        status = OK
+        failure = STEP_TOO_SMALL  # unless a try could not even be judged
         error = 0.0
         while True:
             h = control[NEXT]
@@ -92,10 +93,11 @@ def _step(attempt: Recorded) -> Recorded:
                 )
                 if error <= 1.0 and not tiny:
                     break
+            else:
+                failure = status
             if tiny or tries > MAX_REJECTIONS:
-                return (STEP_TOO_SMALL if status == OK else status), tries, error
-            shorter = retry_factor(order, error) if status == OK else retry_factor(order, 1e300)
-            control[NEXT] = shorter * h
+                return failure, tries, error
+            control[NEXT] = retry_factor(order, error if status == OK else HUGE) * h
         for r in range(n):
             add_compensated(y, carry, r, increment[r])
         if ends:

@@ -16,10 +16,12 @@ lanes are the nodes y + jδq, j = ±1 … ±4, of the central difference of orde
 All is done in units of the pieces of the state: powers of two that no number of the piece has
 exceeded, so that |γ| = 1 beside |p| = 1e-150 loses nothing. Determinants do not depend on them.
 
-The spacing δ of each tangent direction is the largest power of two at which the seventh difference
-of the increments, which comes before what the formula neglects, is not above its rounding. The
-rounding is measured at a spacing where nothing else is left. The seventh differences also give the
-variance of the sum that rounding causes: what the instrument cannot tell from zero.
+The spacing δ of each tangent direction is half the largest power of two at which the seventh
+difference of the increments, which comes before what the formula neglects, is not above its
+rounding. Half, because that makes what is neglected 2⁸ times smaller: it is a bias, which grows with
+the number of steps, and the rounding with its root only. The rounding is measured at a spacing where
+nothing else is left. The seventh differences also give the variance of the sum that rounding causes,
+and E gives a bound of its bias: together, what the instrument cannot tell from zero.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ from .reflections import log_det_near_identity, reflect, reflect_back, reflectio
 from .status import OK
 
 __all__ = [
+    "BIAS",
     "VARIANCE",
     "lane_rows",
     "measure_layout",
@@ -61,17 +64,20 @@ LAYOUT = 24
 HEADER = LAYOUT + 6
 
 # memory: these, then state, scales, scales of the conditions, spacings, roundings, two frames
-SUM, CARRY, VARIANCE, STEPS, BEGUN, ORIGIN, CONDITION_SPACING = range(7)
-OWN = 7
+SUM, CARRY, VARIANCE, BIAS, STEPS, BEGUN, ORIGIN, CONDITION_SPACING = range(8)
+OWN = 8
 
-LARGEST, SMALLEST, ROUNDING_ONLY = 2.0**-4, 2.0**-20, 2.0**-22
+LARGEST, SMALLEST, ROUNDING_ONLY = 2.0**-3, 2.0**-20, 2.0**-22
 CONDITIONS_LARGEST, CONDITIONS_SMALLEST = 2.0**-3, 2.0**-12
-# Seventh differences, in measured roundings: above the first they are tried at half the spacing, above
-# the second that stays so, up to the third they may be the rounding of an iteration that ended badly.
+# Seventh differences, in measured roundings: above the first the spacing is too large; above the second
+# it is so for good; up to the third they may be the rounding of an iteration that ended badly.
 SOME, MANY, UNUSUAL = 4.0, 32.0, 1024.0
+MEASURE, CHECK, SEARCH, USE, DONE = range(5)  # stages of the search for a spacing
 PERIOD = 64  # steps after which a larger spacing is tried and the rounding measured anew
 CONDITIONS_ROUNDINGS = 256.0
 EPSILON = 2.0**-52
+# What a relative error common to all derivatives, ε/8, may add in a step: measured are ε/50 and less.
+SYSTEMATIC = EPSILON / 8.0
 FAILED = 1e300
 NAN = float("nan")
 
@@ -99,7 +105,7 @@ def measure_memory(start: Any, sizes: Any, m: int) -> Any:
     for i in range(n):
         block.data[OWN + rows + i] = 2.0 ** math.ceil(math.log2(min(max(sizes[i], 1e-290), 1e290)))
     block.data[at - m : at] = 1.0
-    block.data[at : at + d] = LARGEST
+    block.data[at : at + d] = 0.5 * LARGEST
     return block
 
 
@@ -322,7 +328,7 @@ def difference(
             return FAILED, 0.0
         passes += 1
     worst = 0.0
-    moved = 0.0
+    moved = zero
     rate = 0.0
     for r in range(n):
         increment = (memory[r] - nodes[r]) + (carry[r] - carries[r])
@@ -331,9 +337,9 @@ def difference(
         D[r] = total(numbers[1] * change) * unit / (UNIT * spacing)
         seventh[r] = total(numbers[2] * change) * unit
         worst = maximum(abs(seventh[r]), worst)
-        moved = maximum(top(abs(increment)) * unit, moved)
+        moved = maximum(abs(increment) * unit, moved)
         rate = maximum(abs(D[r]), rate)
-    return worst, EPSILON * (moved + rate)
+    return worst, EPSILON * (top(moved) + rate)
 
 
 @helper
@@ -365,31 +371,37 @@ def tangent_column(
     at = OWN + rows + n + m
     spacings = part(memory, at, n - m)
     roundings = part(memory, at + n - m, n - m)
-    measuring = memory[BEGUN] == 0.0 or (int(memory[STEPS]) + k) % PERIOD == 0
-    spacing = ROUNDING_ONLY if measuring else spacings[k]
+    periodic = memory[BEGUN] == 0.0 or (int(memory[STEPS]) + k) % PERIOD == 0
+    stage = MEASURE if periodic else CHECK
+    spacing = ROUNDING_ONLY if periodic else spacings[k]
+    lasting = periodic
     before = FAILED
     not_fallen = 0
-    while True:
+    worst = FAILED
+    while stage != DONE:
+        if stage == USE:
+            stage = DONE
         worst, rounded = difference(
             kernel, functions, params, coefficients, fractions, layout, t, h, y, q, scales,
             spacing, lanes, D, seventh,
         )  # fmt: skip
-        if measuring:
-            measuring = False
+        if stage == MEASURE:
             if worst < FAILED:
                 roundings[k] = maximum(maximum(worst, 4.0 * rounded), 0.5 * roundings[k])
-            spacings[k] = min(2.0 * spacings[k], LARGEST)
-            spacing = spacings[k]
-        elif worst <= SOME * roundings[k] or spacing <= SMALLEST:
-            break
-        else:  # what is neglected falls by 2⁷ where the spacing is halved, rounding does not
+            stage = SEARCH
+            spacing = min(4.0 * spacings[k], LARGEST)
+        elif stage == CHECK:
+            stage = DONE if worst <= SOME * roundings[k] else SEARCH
+            lasting = worst > MANY * roundings[k]
+        elif stage == SEARCH:  # what is neglected falls by 2⁷ at half the spacing, rounding does not
             not_fallen += 1 if worst > 0.125 * before and worst < FAILED else 0
-            if not_fallen == 2 or (not_fallen == 1 and before <= UNUSUAL * roundings[k]):
-                break
+            noise = not_fallen == 2 or (not_fallen == 1 and before <= UNUSUAL * roundings[k])
+            if noise or worst <= SOME * roundings[k] or spacing <= SMALLEST:
+                stage = USE
             before = worst
             spacing = 0.5 * spacing
-            if worst > MANY * roundings[k]:
-                spacings[k] = spacing
+    if lasting:
+        spacings[k] = spacing
     for r in range(n):
         error = q[r] * seventh[r] / spacing
         memory[VARIANCE] = memory[VARIANCE] + NOISE * error * error
@@ -467,6 +479,8 @@ def log_stretch(
             reflect(m, old, D)
         for i in range(d):
             E[i * d + k] = D[m + i]
+    for i in range(d * d):
+        memory[BIAS] = memory[BIAS] + SYSTEMATIC * E[i] * E[i]
     stretch = log_det_near_identity(d, E)
     if m > 0:
         stretch -= normals_turned(n, m, old, new, x, Z, G)

@@ -256,7 +256,7 @@ def rattle_stepper(n: int, m: int) -> Recorded:
     """Return the stepper of RATTLE; it takes (gradients, constraint, clock).
 
     The length n of q and the number m of constraints are constants to the compiler, which unrolls,
-    at the price of a compilation for each pair; (0, 0) serves any. Measured at (3, 1): 1.8 times as fast.
+    at the price of a compilation for each pair; (0, 0) serves any. 1.8 times as fast at (3, 1).
     """
 
     @helper

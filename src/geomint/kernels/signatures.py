@@ -8,7 +8,16 @@ from numba.core import types
 
 from .compile import SCALAR, Kind
 
-__all__ = ["action", "advance_signature", "constraint", "field", "flow", "gradients", "sweep", "value"]
+__all__ = [
+    "action",
+    "advance_signature",
+    "constraint",
+    "field",
+    "flow",
+    "gradients",
+    "sweep",
+    "value",
+]
 
 
 def field(kind: Kind) -> Any:

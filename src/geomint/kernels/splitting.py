@@ -62,9 +62,7 @@ def splitting_step(
         end_rate = clock(params, like(t + h, y[0]), y, scratch)
         by = half * (start_rate + end_rate)
         worst = maximum(abs(by), worst)
-        add_compensated(
-            part(memory, rows, 1), part(memory, 2 * rows + clock_rows, 1), 0, by
-        )
+        add_compensated(part(memory, rows, 1), part(memory, 2 * rows + clock_rows, 1), 0, by)
     largest = top(worst)
     if not largest < 1e300:
         return NOT_FINITE, 1, largest

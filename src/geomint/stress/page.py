@@ -60,15 +60,15 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     record : mapping
         Of `stress_record`.
     methods : sequence of str
-        In the order of the rows of the picture; those without a cell are left out.
+        The rows of the picture, put together by family; those without a cell are left out.
     """
     out.mkdir(parents=True, exist_ok=True)
-    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
-    (out / "stress.json").write_text(text + "\n", encoding="utf-8")
+    (out / "stress.json").write_text(_text(record), encoding="utf-8")
     cells = record["cells"]
     used = {cell["method"] for cell in cells}
-    rows = [name for name in methods if name in used]
-    families = {name: family_of(find_method(name)) for name in rows}
+    families = {name: _family(name) for name in methods if name in used}
+    order = list(dict.fromkeys(families.values()))
+    rows = sorted(families, key=lambda name: order.index(families[name]))
     axes = [a for a in record["axes"] if any(cell["axis"] == a["name"] for cell in cells)]
     picture = stress_figure(cells, rows, families, axes)
     save_figure(picture, out, "stress")
@@ -88,6 +88,22 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     path = out / "stress.html"
     path.write_text(page, encoding="utf-8")
     return path
+
+
+def _text(record: Mapping[str, Any]) -> str:
+    """Return strict JSON with a cell a line."""
+
+    def plain(value: Any) -> str:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+    cells = ",\n".join(plain(cell) for cell in record["cells"])
+    rest = ",\n".join(f"{plain(k)}: {plain(v)}" for k, v in record.items() if k != "cells")
+    return f'{{"cells": [\n{cells}\n],\n{rest}}}\n'
+
+
+def _family(name: str) -> str:
+    method = find_method(name)
+    return f"{family_of(method)} {'adaptive' if method.adaptive else ''}"
 
 
 def _sentence(record: Mapping[str, Any]) -> str:

@@ -37,9 +37,9 @@ SYMBOLS = {
 }
 LIGHT, DARK = (0.87, 0.93, 0.97), (0.19, 0.51, 0.74)
 EXPONENTS = (-16.0, -1.0)  # of the errors at the ends of the blues
-ROW, HEAD, LABELS = 0.088, 0.95, 1.25  # inches: a method, a panel's title and ticks, the names
+ROW, HEAD, LABELS = 0.082, 1.05, 1.62  # inches: a method, a panel's title and ticks, the names
 TINY = 5.2
-FULL = 46  # columns that a line has room for
+FULL = 42  # columns that a line has room for
 GAP = 0.14
 NARROWEST = 0.62  # inches of a panel: what its title needs
 
@@ -122,7 +122,7 @@ def _draw_line(
         width = widths[i]
         box = (
             left / WIDTH,
-            top - (0.42 + ROW * len(methods)) / height,
+            top - (0.48 + ROW * len(methods)) / height,
             width / WIDTH,
             ROW * len(methods) / height,
         )

@@ -7,6 +7,10 @@ is found by evaluating them, at random states off the manifold, so that no probl
 * ``"quadratic invariants"``: f is a polynomial of degree ≤ 2, and ∇f·ẏ = 0 wherever ẏ is defined;
 * ``"constraints"``: the constraints of the problem.
 
+What holds identically is found to hold to rounding. So does what holds nearly, such as the energy of
+a ball that is nearly homogeneous on the orbits of rotations: the defect that was found, at most
+1e-12, is then more that a run may be off.
+
 ``"steady motions"`` is a promise about motions, not about quantities: `geomint.stress.judge`.
 """
 
@@ -30,7 +34,8 @@ Array = npt.NDArray[np.float64]
 SAMPLES = 3
 FEW = 40  # numbers in a state up to which its functions run in plain Python
 MANY = 300  # numbers in a state from which on their effects are sampled, not summed
-EXACT = 1e-9  # relative: what holds identically holds to rounding, what does not fails by O(1)
+SEEN = 1e3  # values may be this much larger than the changes that are looked for
+EXACT = 1e-12  # relative: what is off by more does not hold
 
 
 class Quantities:
@@ -44,7 +49,7 @@ class Quantities:
         self._compiled = problem.rows > FEW
         self._params, self._work = Block(np.array(problem.params)), scalar_block(problem.work)
         self._entries: dict[str, Callable[..., float]] = {}
-        self._kinds: dict[str, tuple[str, ...]] = {}
+        self._kinds: dict[str, dict[str, float]] = {}
 
     def value(self, name: str, t: float, y: Array) -> float:
         """Return a diagnostic at a state."""
@@ -96,15 +101,16 @@ class Quantities:
         ]
         return 1e5 * 0.5 * float(np.sqrt(np.mean([(up - down) ** 2 for up, down in ends])))
 
-    def promised(self, keeps: tuple[str, ...]) -> list[str]:
-        """Return the names of the diagnostics that are of one of those kinds."""
-        kinds = [kind for kind in keeps if kind in _TESTS]
-        return list(dict.fromkeys(name for kind in kinds for name in self.of_kind(kind)))
+    def promised(self, keeps: tuple[str, ...]) -> dict[str, float]:
+        """Return the diagnostics that are of one of those kinds, and how nearly, relative."""
+        kinds = [self.of_kind(kind) for kind in keeps if kind in _DEFECTS]
+        return {name: defect for kind in kinds for name, defect in kind.items()}
 
-    def of_kind(self, kind: str) -> tuple[str, ...]:
-        """Return the names of the diagnostics of a kind that `Method.keeps` may name."""
+    def of_kind(self, kind: str) -> dict[str, float]:
+        """Return the diagnostics of a kind that `Method.keeps` may name, and how nearly they are."""
         if kind not in self._kinds:
-            self._kinds[kind] = tuple(n for n in self._candidates(kind) if _TESTS[kind](self, n))
+            defects = {name: _DEFECTS[kind](self, name) for name in self._candidates(kind)}
+            self._kinds[kind] = {name: d for name, d in defects.items() if d <= EXACT}
         return self._kinds[kind]
 
     def _candidates(self, kind: str) -> Mapping[str, Recorded]:
@@ -118,36 +124,45 @@ class Quantities:
         rng = np.random.default_rng(20100)
         return [(rng.uniform(0, 3), rng.normal(size=self._problem.rows)) for _ in range(SAMPLES)]
 
-    def same_on_orbits(self, name: str) -> bool:
-        """Tell whether exp(ξ)·y has the same value as y."""
+    def change_on_orbits(self, name: str) -> float:
+        """Return the largest relative difference of the values at exp(ξ)·y and at y."""
         group = self._problem.action.group  # type: ignore[union-attr]
-        rng = np.random.default_rng(569)
+        rng, worst = np.random.default_rng(569), 0.0
         for t, y in self._states():
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
             moved = y + self._written("action", group.act, group.layout, xi, y, group.work)
-            if not self._equal(self.value(name, t, y), self.value(name, t, moved)):
-                return False
-        return True
+            x, z = self.value(name, t, y), self.value(name, t, moved)
+            worst = max(worst, _relative(x - z, max(abs(x), abs(z))))
+        return worst
 
-    def quadratic_and_kept(self, name: str) -> bool:
-        """Tell whether third differences along a line vanish, and the slope along the field."""
-        rng = np.random.default_rng(2)
+    def change_along_field(self, name: str) -> float:
+        """Return the largest relative third difference along a line, or slope along the field.
+
+        The slope is relative to the sum of the sizes of its terms. Where rounding of the values
+        hides it, nothing is known: that counts as a change.
+        """
+        rng, worst = np.random.default_rng(2), 0.0
         problem = self._problem
         assert problem.field is not None
         field = bind_field(problem.field, len(problem.params), problem.rows, problem.rows)
         for t, y in self._states():
             d = rng.normal(size=len(y))
             line = [self.value(name, t, y + k * d) for k in range(4)]
-            if not self._equal(line[3] + 3.0 * line[1], line[0] + 3.0 * line[2]):
-                return False
+            third = line[3] - 3.0 * line[2] + 3.0 * line[1] - line[0]
+            worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
+            if worst > EXACT:
+                return worst
             v = self._written("field", field, t, y)
             v = v / (np.max(np.abs(v)) or 1.0)
-            if not self._equal(self.value(name, t, y + v), self.value(name, t, y - v)):
-                return False
-        return True
+            slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
+            terms = float(np.sum(np.abs(slopes)))
+            if terms * SEEN < max(map(abs, line)):
+                return np.inf
+            worst = max(worst, _relative(self._rise(name, t, y, v), terms))
+        return worst
 
-    def _equal(self, x: float, y: float) -> bool:
-        return bool(abs(x - y) <= EXACT * max(abs(x), abs(y), 1.0))
+    def _rise(self, name: str, t: float, y: Array, v: Array) -> float:
+        return self.value(name, t, y + v) - self.value(name, t, y - v)
 
     @np.errstate(all="ignore")
     def _written(self, signature: str, f: Recorded, *arguments: Any) -> Array:
@@ -163,8 +178,14 @@ class Quantities:
         return out
 
 
-_TESTS: dict[str, Callable[[Quantities, str], bool]] = {
-    "constraints": lambda quantities, name: True,
-    "group orbits": Quantities.same_on_orbits,
-    "quadratic invariants": Quantities.quadratic_and_kept,
+def _relative(difference: float, size: float) -> float:
+    if difference == 0.0:
+        return 0.0
+    return abs(difference) / size if size > 0.0 and np.isfinite(difference) else np.inf
+
+
+_DEFECTS: dict[str, Callable[[Quantities, str], float]] = {
+    "constraints": lambda quantities, name: 0.0,
+    "group orbits": Quantities.change_on_orbits,
+    "quadratic invariants": Quantities.change_along_field,
 }

@@ -13,9 +13,9 @@ untyped     any other error or warning, or a process that died
 hung        longer than the time allowed
 wrong       success, but a number is not finite, or a quantity that the method promises to keep is
             off by more than 32 ε · scale · T, or the accuracy is not that stated: see the last line
-ok          the state is off by round-off, 32 ε · condition · T at most; or by less than 0.1, and
-            half the step divides that by 2^(p/2) or more, or brings it to round-off. Of adaptive
-            methods: by the tolerance of a step times condition times their number, at most
+ok          the state is off by round-off, 32 ε · condition · T at most; or by less than 0.1, and one
+            of three halvings of the step divides that by 2^(p/2) or more, or brings it to round-off.
+            Of adaptive methods: by the tolerance of a step · condition · their number, at most
 unresolved  not ok, and none can be expected: the step is longer than the method's default for the
             shortest time of the motion, or round-off alone may grow to 0.1
 ==========  ========================================================================================
@@ -24,6 +24,7 @@ What is neither ok nor unresolved is wrong. The error of the state is the larges
 piece from the reference, relative to that piece. Where no reference can be computed it is the
 difference from the same method at half the step, or with a sixteenth of the tolerance. The shortest
 time of the motion is the shortest characteristic time of the states of the run, or ten times that
-in which neighbouring states part by a factor e, whichever is shorter. How `condition` is measured:
-`geomint.stress.truth`. A steady motion is never unresolved by a method that promises to follow it.
+in which neighbouring states part by a factor e, whichever is shorter. Adaptive runs end after 1e5
+times of parting at most. How `condition` is measured: `geomint.stress.truth`. A steady motion is
+never unresolved by a method that promises to follow it.
 """

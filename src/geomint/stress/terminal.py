@@ -15,11 +15,10 @@ MOST = 20  # forbidden cells that the summary lists
 
 
 class Watch:
-    """Shows how far a sweep is, and what it has found; does nothing unless `show`."""
+    """Shows how far a sweep is, and what is forbidden as it is found; nothing unless `show`."""
 
     def __init__(self, show: bool) -> None:
         self._show, self._bar, self._task = show, None, None
-        self._bad = 0
 
     def __enter__(self) -> Watch:
         return self
@@ -59,10 +58,11 @@ class Watch:
 
     def tell(self, cell: Cell) -> None:
         """Show one more cell."""
-        self._bad += cell.verdict in FORBIDDEN
-        if self._bar is not None:
-            found = f", {self._bad} forbidden" if self._bad else ""
-            self._bar.update(self._task, advance=1, description=f"stress: {cell.axis}{found}")
+        if self._bar is None:
+            return
+        if cell.verdict in FORBIDDEN:
+            self._bar.console.print(told(cell), markup=False, highlight=False)
+        self._bar.update(self._task, advance=1, description=f"stress: {cell.axis}")
 
     def summary(self, cells: Sequence[Cell]) -> None:
         """Print the number of each verdict by axis, and what is forbidden."""
@@ -80,7 +80,13 @@ class Watch:
         console.print(table)
         bad = [cell for cell in cells if cell.verdict in FORBIDDEN]
         for cell in bad[:MOST]:
-            place = f"{cell.method} on {cell.system}, {cell.axis} {cell.label}"
-            console.print(f"{cell.verdict}: {place}: {cell.quantity} {cell.message}", markup=False)
+            console.print(told(cell), markup=False, highlight=False)
         if len(bad) > MOST:
             console.print(f"… and {len(bad) - MOST} more: see the report")
+
+
+def told(cell: Cell) -> str:
+    """Return a forbidden cell in a line."""
+    off = "" if cell.error is None else f" off by {cell.error:.3g}, allowed {cell.allowed or 0:.3g}"
+    why = "; ".join(part for part in (f"{cell.quantity}{off}", cell.message) if part)
+    return f"{cell.verdict}: {cell.method} on {cell.system}, {cell.axis} {cell.label}: {why}"

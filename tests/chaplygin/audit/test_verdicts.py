@@ -79,7 +79,8 @@ def test_not_a_number_never_holds():
 def test_residuals_are_relative():
     assert residual((2.0, 1.0)) == 0.5
     assert residual(([0.0, 1.0], [1e-3, 1.0])) == 1e-3
-    assert residual((1e-5, 0.0, 10.0)) == 1e-6
+    assert residual((1e-9, 0.0)) == pytest.approx(1e-6)  # the least size is 1e-3
+    assert residual((1e-5, 0.0, 10.0)) == pytest.approx(1e-6)
     assert residual((0.0, 0.0)) == 0.0
 
 
