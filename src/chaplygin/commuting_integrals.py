@@ -42,15 +42,31 @@ def coefficient_tables(a: Array, degrees: Sequence[int], e: int) -> Array:
         Exponent of the factor z^e of the second sum.
     """
     n = len(a)
-    singles = [_coefficients(np.delete(a, i)) for i in range(n)]
-    pairs = [_coefficients(np.delete(a, (i, j)), e) for i in range(n) for j in range(i + 1, n)]
-    rows = [[p[k] for p in (*singles, *pairs)] for k in degrees]
-    return np.array(rows, dtype=np.float64).reshape(-1)
+    first, second = np.triu_indices(n, 1)
+    without = np.zeros((n + len(first), n), dtype=bool)
+    without[np.arange(n), np.arange(n)] = True
+    pairs = np.arange(n, len(without))
+    without[pairs, first] = without[pairs, second] = True
+    products = _products(a, without)
+    singles, pairs_only = products[:n], products[n:]
+    zero = np.zeros(len(first))
+    parts = [(singles[:, k], pairs_only[:, k - e] if k >= e else zero) for k in degrees]
+    return np.concatenate([np.zeros(0), *(numbers for pair in parts for numbers in pair)])
 
 
-def _coefficients(roots: Array, e: int = 0) -> list[float]:
-    """Return the coefficients of z^e Π(z − root), ascending, one more than there are."""
-    return [*np.zeros(e), *np.atleast_1d(np.poly(roots))[::-1], 0.0]
+def _products(roots: Array, without: Any) -> Array:
+    """Return the coefficients of Π(z − root), ascending, one more than there are, row by row.
+
+    Row r leaves out the roots l for which ``without[r, l]``. All rows grow together: one by one the
+    n(n+1)/2 products of n = 100 would take seconds.
+    """
+    result = np.zeros((len(without), len(roots) + 1))
+    result[:, 0] = 1.0
+    for root, left_out in zip(roots, without.T, strict=True):
+        longer = -root * result
+        longer[:, 1:] += result[:, :-1]
+        result = np.where(left_out[:, None], result, longer)
+    return result
 
 
 @gi.helper

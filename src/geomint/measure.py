@@ -21,9 +21,21 @@ import numpy as np
 import numpy.typing as npt
 
 from .drift import ROUNDOFF
+from .errors import FormError
 from .evaluate import derivative, rounding_scale
 from .forms import Measure
 from .kernels.blocks import Block, scalar_block
+from .kernels.measure import (
+    BIAS,
+    CONDITION_SPACING,
+    CONDITIONS_LARGEST,
+    VARIANCE,
+    lane_rows,
+    measure_layout,
+    measure_memory,
+    measure_sweep,
+    work_size,
+)
 from .kernels.recorded import Recorded
 from .methods import binding
 from .methods.stepper import Stepper
@@ -53,8 +65,6 @@ class MeasureObserver:
     """
 
     def __init__(self, problem: Problem, stepper: Stepper, y0: Array) -> None:
-        from .kernels import measure as kernel
-
         assert problem.measure is not None  # choose_observables has refused others
         self._problem, self._stepper = problem, stepper
         self._compiled = stepper.compiled
@@ -63,18 +73,17 @@ class MeasureObserver:
         self._functions, extra = self._lane_functions(y0)
         n, rows, m = problem.rows, len(stepper.state), self._measure.conditions
         sizes = (self._lanes.memory_rows, self._lanes.work_rows + extra)
-        self._layout = kernel.measure_layout(problem.pieces, rows, m, *sizes, problem.work)
+        self._layout = measure_layout(problem.pieces, rows, m, *sizes, problem.work)
         start = np.append(y0, np.zeros(rows - n))
-        self._memory = kernel.measure_memory(start, _sizes(problem, y0), m)
-        count = kernel.lane_rows(n, m, *sizes, problem.work)
+        self._memory = measure_memory(start, _sizes(problem, y0), m)
+        count = lane_rows(n, m, *sizes, problem.work)
         self._lane_numbers = scalar_block(8 * count)
-        self._work = scalar_block(kernel.work_size(n, m, problem.work))
-        self._variance_at, self._bias_at = kernel.VARIANCE, kernel.BIAS
+        self._work = scalar_block(work_size(n, m, problem.work))
         self._time = stepper.t0
         self._entry: Any = None
         self._arguments: tuple[Any, ...] = ()
         self.windows = Windows(0.0)
-        self._state_scale = rounding_scale(problem, self._measure.log_density, y0) + m
+        self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
 
     def _lane_functions(self, y0: Array) -> tuple[tuple[Recorded, ...], int]:
         """Return the method's functions for lanes, and how much more scratch they need."""
@@ -96,8 +105,6 @@ class MeasureObserver:
         """Compile, or find in the cache, the sweep with the method's step in it."""
         if self._entry is not None:
             return
-        from .kernels.measure import measure_sweep
-
         problem, measure, lanes = self._problem, self._measure, self._lanes
         sweep = measure_sweep(len(self._functions))
         n, params = problem.rows, len(problem.params)
@@ -109,6 +116,8 @@ class MeasureObserver:
         if not self._compiled:
             self._entry, self._arguments = sweep, functions
             return
+        from numba.core.errors import NumbaError
+
         from .kernels import signatures
         from .kernels.compile import LANE, SCALAR, compile_function
 
@@ -119,9 +128,15 @@ class MeasureObserver:
             signatures.value(SCALAR),
             signatures.field(LANE),
         ]
-        self._arguments = tuple(
-            compile_function(f, kind) for f, kind in zip(functions, kinds, strict=True)
-        )
+        try:
+            self._arguments = tuple(
+                compile_function(f, kind) for f, kind in zip(functions, kinds, strict=True)
+            )
+        except NumbaError as error:
+            raise FormError(
+                f"'measure' of {problem.name!r} needs functions that take eight numbers at a time, "
+                f"see geomint.field: {' '.join(str(error).split())[:300]}"
+            ) from error
         self._entry = compile_function(sweep, signatures.sweep(kinds))
 
     def add(self, times: Array, labels: Array, states: Array, watched: Any, step: float) -> None:
@@ -164,13 +179,15 @@ class MeasureObserver:
     @property
     def deviation(self) -> float:
         """The standard deviation that rounding has given to the sum so far."""
-        return float(np.sqrt(self._memory[self._variance_at]))
+        return float(np.sqrt(self._memory[VARIANCE]))
 
     @property
     def scale(self) -> float:
         """The scale that makes 32 ε × scale the level below which nothing can be seen."""
-        noise = DEVIATIONS * self.deviation + self._memory[self._bias_at]
-        return float(self._state_scale + noise / ROUNDOFF)
+        noise = DEVIATIONS * self.deviation + self._memory[BIAS]
+        coarse = CONDITIONS_LARGEST / self._memory[CONDITION_SPACING]  # 1 for polynomials
+        ends = self._density_scale + self._measure.conditions * coarse
+        return float(ends + noise / ROUNDOFF)
 
 
 def _sizes(problem: Problem, y0: Array) -> Array:

@@ -158,3 +158,19 @@ def test_pieces_that_begin_at_zero() -> None:
         drift = observed(p, "gauss-2", y0, 0.1, 300)
         assert drift.kind == "roundoff"
         assert drift.scale * 2.0**-47 < 1e-12
+
+
+def test_conditions_that_are_no_polynomials() -> None:
+    """Other functions that vanish on the same manifold, with the same density: the same defects."""
+    p, y0 = PROBLEMS["spherical-pendulum"]
+
+    @gi.field
+    def conditions(params, t, y, out, work):
+        q2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+        out[0] = 0.5 * gi.log(q2)
+        out[1] = (y[0] * y[3] + y[1] * y[4] + y[2] * y[5]) / gi.sqrt(q2)
+
+    measure = gi.Measure(p.measure.log_density, conditions, 2)
+    drift = observed(dataclasses.replace(p, measure=measure), "rattle-2", y0, 0.05, 500)
+    assert drift.kind == "roundoff"
+    assert drift.scale * 2.0**-47 < 1e-10

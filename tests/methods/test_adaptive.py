@@ -64,8 +64,8 @@ def test_all_adaptive_methods_are_known() -> None:
 
 @pytest.mark.parametrize("name", ADAPTIVE)
 def test_the_error_is_proportional_to_the_tolerance(name: str) -> None:
-    """Over four powers of ten and more, and of its size."""
-    tolerances = (1e-5, 1e-7, 1e-9) if "bogacki" in name else (1e-5, 1e-7, 1e-9, 1e-10)
+    """Over four powers of ten, and of its size."""
+    tolerances = (1e-5, 1e-7, 1e-9) if "bogacki" in name else (1e-6, 1e-8, 1e-10)
     for index in range(len(cases(find_method(name).needs))):
         errors = [error(name, index, rtol)[0] for rtol in tolerances]
         slopes = [
@@ -333,7 +333,7 @@ def test_a_solution_that_ends(name: str, compiled: bool) -> None:
     """y = 1/(1 − t) has no value beyond its pole: a typed error at t = 1, with its numbers."""
     if "bogacki" in name and not compiled:
         pytest.skip("too many steps for plain Python")
-    with pytest.raises(gi.StepSizeError, match="rtol = 1e-08 and .* ask for a step of") as caught:
+    with pytest.raises(gi.StepSizeError, match=r"rtol = 1e-08 and .* ask for a step of") as caught:
         gi.solve(EXPLOSION, [1.0], t_end=2.0, method=name, save_every=10, compiled=compiled)
     failure = caught.value
     assert failure.t == pytest.approx(1.0, abs=1e-6)
@@ -370,7 +370,7 @@ def test_a_field_that_ends() -> None:
         out[0] = gi.sqrt(1.0 - t) + 0.0 * y[0]
 
     problem = gi.Problem("until", (("y", 1),), field=until)
-    with pytest.raises(gi.NonFiniteError, match="even with h = ") as caught:
+    with pytest.raises(gi.NonFiniteError, match=r"even with h = ") as caught:
         gi.solve(problem, [0.0], t_end=2.0, method="dormand-prince-5-adaptive")
     assert caught.value.t == pytest.approx(1.0, abs=1e-8)
     assert caught.value.partial.y[-1, 0] == pytest.approx(2.0 / 3.0, abs=1e-7)

@@ -8,6 +8,7 @@ from geomint.stress.case import stress_cases
 from geomint.stress.sweep import Selection, items_of, selected
 
 CASES = stress_cases()
+LARGE = 16  # larger ones take a second to build
 
 
 def test_cells_are_told_apart():
@@ -15,16 +16,20 @@ def test_cells_are_told_apart():
     assert len(set(places)) == len(places)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda c: f"{c.system}-{c.axis.name}-{c.text}")
-def test_every_case_is_built_or_refused(case):
-    try:
-        model = sweep._built(case)
-    except gi.GeomintError:
-        assert case.value == 0.0  # on the edge itself
-        return
-    names = set(model.problems)
-    assert case.representations is None or set(case.representations) <= names
-    assert case.reference is None or case.reference in names
+@pytest.mark.parametrize("axis", dict.fromkeys(case.axis.name for case in CASES))
+def test_every_case_is_built_or_refused(axis):
+    for case in CASES:
+        if case.axis.name != axis or case.n > LARGE:
+            continue
+        try:
+            model = sweep._built(case)
+        except gi.GeomintError:
+            assert (axis, case.value) == ("edge", 0.0)
+            continue
+        names = set(model.problems)
+        assert case.representations is None or set(case.representations) <= names
+        assert case.reference is None or case.reference in names
+        assert set(case.quick) <= names
 
 
 def test_axes_of_the_issue():
@@ -45,8 +50,8 @@ def test_axes_of_the_issue():
 
 @pytest.mark.parametrize("quick", [False, True])
 def test_every_method_is_stressed(quick):
-    numbers, methods = selected(Selection(quick=quick, methods=tuple(gi.method_names())))
-    groups, _ = items_of(numbers, methods, quick)
+    selection = Selection(tuple(gi.method_names()), (), ("momentum",), quick)
+    groups, _ = items_of(*selected(selection), quick)
     assert {item.method for group in groups for item in group} == set(gi.method_names())
 
 

@@ -187,8 +187,8 @@ def test_a_motion_that_magnifies_round_off_to_its_own_size(verdict_on):
     assert found["allowed"] > 0.1
 
 
-def test_without_a_reference_half_the_step_is_the_measure(verdict_on):
+def test_without_a_reference_a_finer_run_is_the_measure(verdict_on):
     found = verdict_on(truth=lambda end: None)
     assert found["verdict"] == "ok"
-    assert "half the step" in found["message"]
+    assert "no reference" in found["message"]
     assert verdict_on(lambda y, t, h: y + h, truth=lambda end: None)["verdict"] == "wrong"

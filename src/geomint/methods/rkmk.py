@@ -114,9 +114,9 @@ def RKMK(  # noqa: N802 - reads as the method it is
         memory.data[:rows] = s.y0
         header = (rows, m, stages, len(group.layout), s.problem.work)
         return Stepper(
-            kernel=rkmk_stepper(),
-            signatures=("field", "action", "action"),
-            functions=(generator, chart, inverse),
+            kernel=rkmk_stepper(chart, inverse),
+            signatures=("field",),
+            functions=(generator,),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, *numbers),
             fractions=substeps(),

@@ -43,6 +43,7 @@ def cases() -> list[StressCase]:
 def _at_all_steps(
     name: str, build: Callable[[], Model], representations: tuple[str, ...]
 ) -> list[StressCase]:
+    quick = tuple(name for name in representations if name in _QUICK_PROBLEMS)
     return [
         StressCase(
             name,
@@ -53,7 +54,7 @@ def _at_all_steps(
             representations=representations,
             fraction=fraction,
             steps=_MANY if fraction < 1.0 else _FEW,
-            quick=_QUICK_PROBLEMS if fraction in _QUICK else (),
+            quick=quick if fraction in _QUICK else (),
         )
         for fraction in _FRACTIONS
     ]

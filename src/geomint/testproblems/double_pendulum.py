@@ -111,7 +111,7 @@ def lower_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 @field
 def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """log det(G M⁻¹ Gᵀ): the symplectic volume is det{c_i, c_j}^½ δ(c) dq dp, c = (g, G M⁻¹ p)."""
+    """Log det(G M⁻¹ Gᵀ): the symplectic volume is det{c_i, c_j}^½ δ(c) dq dp, c = (g, G M⁻¹ p)."""
     m, M = params[0], params[1]
     xx, dd, xd = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
     for i in range(3):

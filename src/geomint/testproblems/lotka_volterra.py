@@ -27,7 +27,7 @@ def rates(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 @field
 def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """log μ = (t + ε sin(ωt)/ω)/8 − 9/8 log u − log v: crowding dissipates, so μ depends on time."""
+    """Log μ = (t + ε sin(ωt)/ω)/8 − 9/8 log u − log v: crowding dissipates, so μ depends on time."""
     seasons = t + params[0] * sin(params[1] * t) / params[1]
     return 0.125 * seasons - 1.125 * log(y[0]) - log(y[1])
 

@@ -1,0 +1,234 @@
+"""The measure along whole runs: what keeps it, what is told, and that nothing else changes it."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import json
+
+import numpy as np
+import pytest
+from exact_maps import PROBLEMS
+
+import geomint as gi
+from geomint import driver, measure
+from geomint.kernels.recorded import Recorded
+from geomint.testproblems import neumann, sphere_metric
+
+NEUMANN = neumann.problem()
+
+
+def run(problem: gi.Problem, y0, name: str, h: float, steps: int, **options) -> gi.Solution:
+    return gi.solve(
+        problem, y0, t_end=h * steps, step=h, method=name, **{"observe": ["measure"], **options}
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "h", "steps"),
+    [
+        ("gauss-2", "henon-heiles", 0.1, 20_000),
+        ("gauss-1-suzuki-4", "henon-heiles", 0.1, 5_000),
+        ("rattle-2", "double-pendulum", 0.02, 5_000),
+        ("rattle-4", "spherical-pendulum", 0.1, 5_000),
+    ],
+)
+def test_symplectic_methods_keep_the_measure(name: str, problem: str, h: float, steps: int) -> None:
+    """Not larger than the instrument's own noise, which is small and which the run does reach."""
+    drift = run(*PROBLEMS[problem], name, h, steps).drift["measure"]
+    noise = drift.scale * 2.0**-47
+    assert drift.kind == "roundoff"
+    assert 1e-3 * noise < drift.max_abs_error < noise < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "h"), [("verlet-2", 0.1), ("rattle-2", 0.1), ("rattle-4", 0.1)])
+def test_long_runs_have_no_bias(name: str, h: float) -> None:
+    """A bias of the instrument would outgrow its noise."""
+    drift = run(NEUMANN, neumann.initial(), name, h, 300_000).drift["measure"]
+    assert drift.kind == "roundoff"
+    assert drift.scale * 2.0**-47 < 1e-9
+
+
+@pytest.mark.parametrize("problem", ["henon-heiles", "double-pendulum"])
+def test_noise_is_as_it_is_told(problem: str) -> None:
+    """The end of the sum, over runs from different states, has the deviation that is told."""
+    p, y0 = PROBLEMS[problem]
+    name, h = ("gauss-2", 0.1) if problem == "henon-heiles" else ("rattle-2", 0.05)
+    states = gi.solve(p, y0, t_end=120.0, step=h, method=name, save_every=round(10 / h)).y
+    ends = []
+    for y in states:
+        drift = run(p, p.canonical(y), name, h, 1000).drift["measure"]
+        ends.append(drift.final_error / (drift.scale * 2.0**-47 / measure.DEVIATIONS))
+    assert len(ends) >= 12
+    assert 0.1 < np.sqrt(np.mean(np.square(ends))) < 1.6
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "h", "kinds"),
+    [
+        ("rk-4", "henon-heiles", 0.1, {"linear"}),
+        ("rk-4", "spherical-pendulum", 0.1, {"linear", "faster"}),
+        ("cf-4", "pulsating-body", 0.1, {"linear", "sqrt", "bounded", "undetermined"}),
+    ],
+)
+def test_others_lose_it(name: str, problem: str, h: float, kinds: set[str]) -> None:
+    """Far above the noise; Lie group methods keep their orbits and not the measure."""
+    sol = run(*PROBLEMS[problem], name, h, 2000, observe="all")
+    drift = sol.drift["measure"]
+    assert drift.kind in kinds
+    assert drift.max_abs_error > 1e4 * drift.scale * 2.0**-47
+    if name == "cf-4":
+        assert sol.drift["momentum-squared"].kind == "roundoff"
+
+
+def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bit for bit the same in chunks and batches of any size, and with states left out."""
+    p, y0 = PROBLEMS["spherical-pendulum"]
+    whole = run(p, y0, "rk-4", 0.05, 400).drift["measure"]
+    sparse = run(p, y0, "rk-4", 0.05, 400, observe_every=7).drift["measure"]
+    monkeypatch.setattr(driver, "FIRST_CHUNK", 3)
+    monkeypatch.setattr(measure, "BATCH", 5)
+    clock = itertools.accumulate(10.0 ** (-2 + k % 3) for k in itertools.count())
+    monkeypatch.setattr(driver.time, "perf_counter", lambda: next(clock))
+    pieces = run(p, y0, "rk-4", 0.05, 400).drift["measure"]
+    np.testing.assert_array_equal(pieces.windows.means, whole.windows.means)
+    assert (pieces.final_error, pieces.scale) == (whole.final_error, whole.scale)
+    np.testing.assert_array_equal(sparse.windows.means, whole.windows.means[6::7])
+    assert sparse.windows.samples == 400 // 7
+
+
+def test_a_last_partial_step_counts() -> None:
+    """A run that ends within a step adds the defect of that step."""
+    p, y0 = PROBLEMS["lotka-volterra"]
+    sol = gi.solve(p, y0, t_end=0.35, step=0.1, method="rk-4", observe=["measure"], save_every=1)
+    parts = [gi.solve(p, y0, t_end=0.3, step=0.1, method="rk-4", observe=["measure"])]
+    late = dataclasses.replace(
+        p, field=shifted(p.field), measure=gi.Measure(shifted(p.measure.log_density))
+    )
+    parts.append(
+        gi.solve(late, sol.y[3], t_end=0.05, step=0.05, method="rk-4", observe=["measure"])
+    )
+    expected = sum(part.drift["measure"].final_error for part in parts)
+    assert sol.drift["measure"].final_error == pytest.approx(expected, rel=1e-7)
+    assert sol.drift["measure"].windows.samples == 4
+
+
+def shifted(f: Recorded) -> Recorded:
+    """The same function of time, 0.3 later."""
+
+    def field(params, t, y, out, work):
+        f(params, t + 0.3, y, out, work)
+
+    def value(params, t, y, work):
+        return f(params, t + 0.3, y, work)
+
+    return gi.field(field) if f.function.__code__.co_argcount == 5 else gi.observable(value)
+
+
+@gi.observable
+def rate(params, t, y, work):
+    """A clock that depends on the state."""
+    return 1.0 + 0.1 * y[0] * y[0]
+
+
+def test_a_clock_does_not_count() -> None:
+    """The row of physical time is no part of the state; runs to a physical end end with a part step."""
+    p, y0 = PROBLEMS["henon-heiles"]
+    timed = dataclasses.replace(p, time="tau", clock=rate)
+    options = {"step": 0.1, "method": "rk-4", "observe": ["measure"]}
+    without = gi.solve(timed, y0, tau_end=20.0, clock=False, **options).drift["measure"]
+    beside = gi.solve(timed, y0, tau_end=20.0, clock=True, **options).drift["measure"]
+    to_end = gi.solve(timed, y0, t_end=20.0, **options)
+    assert beside.final_error == pytest.approx(without.final_error, abs=without.scale * 2.0**-47)
+    assert to_end.drift["measure"].windows.samples == to_end.steps + 1
+    assert 1e-9 < abs(to_end.drift["measure"].final_error) < abs(2 * without.final_error)
+
+
+def test_adaptive_steps_are_taken_as_they_are() -> None:
+    """The map of each step at its length: the same sum as of single steps of those lengths."""
+    p, y0 = PROBLEMS["henon-heiles"]
+    method = gi.RungeKutta("dormand-prince-5", adaptive=True, rtol=1e-5)
+    sol = gi.solve(p, y0, t_end=10.0, method=method, observe=["measure"], save_every=1)
+    lengths = np.diff(sol.t)
+    assert np.ptp(lengths) > 0.01
+    total = 0.0
+    for y, h in zip(sol.y, lengths, strict=False):
+        single = gi.solve(p, y, t_end=h, step=h, method="dormand-prince-5", observe=["measure"])
+        total += single.drift["measure"].final_error
+    assert abs(total) > 1e-8
+    assert sol.drift["measure"].final_error == pytest.approx(total, rel=1e-6)
+
+
+def test_a_field_for_single_numbers() -> None:
+    """It runs lane after lane, with the warning that says so."""
+    import math
+
+    @gi.field
+    def swing(params, t, y, out, work):
+        out[0] = y[1]
+        out[1] = -math.sin(y[0]) if y[0] > 0.0 else math.sin(-y[0])
+
+    @gi.observable
+    def volume(params, t, y, work):
+        return 0.0 * y[0]
+
+    p = gi.Problem(
+        name="swing", pieces=(("q", 1), ("p", 1)), field=swing, measure=gi.Measure(volume)
+    )
+    with pytest.warns(gi.GeomintWarning, match="one number at a time"):
+        sol = run(p, [0.5, 0.2], "rk-4", 0.1, 100)
+    assert sol.drift["measure"].max_abs_error > 1e-6
+
+
+# --- names ----------------------------------------------------------------------------------------
+
+
+def test_all_includes_the_measure_and_the_groups_do_not() -> None:
+    p, y0 = PROBLEMS["henon-heiles"]
+    assert set(run(p, y0, "rk-4", 0.1, 3, observe="all").drift) == {"energy", "measure"}
+    assert set(run(p, y0, "rk-4", 0.1, 3, observe="invariants").drift) == {"energy"}
+    both = run(p, y0, "rk-4", 0.1, 3, observe=["measure", "energy"])
+    assert list(both.drift) == ["measure", "energy"]
+
+
+def test_a_problem_without_a_measure() -> None:
+    """Says so, and what there is; ``all`` is what there is."""
+    p = sphere_metric.problem()
+    y0 = sphere_metric.initial(p)
+    with pytest.raises(gi.DomainError, match=r"'measure': expected one of \['.*no measure"):
+        gi.solve(p, y0, t_end=1.0, step=0.1, method="rk-4", observe=["measure"])
+    sol = gi.solve(p, y0, t_end=1.0, step=0.1, method="rk-4", observe="all")
+    assert "measure" not in sol.drift
+
+
+def test_the_name_is_taken() -> None:
+    p, y0 = PROBLEMS["henon-heiles"]
+    with pytest.raises(gi.DomainError, match="another name"):
+        gi.solve(p, y0, t_end=1.0, step=0.1, observe={"measure": p.invariants["energy"]})
+
+
+# --- reports and files ----------------------------------------------------------------------------
+
+
+def test_saved_and_loaded(tmp_path) -> None:
+    p, y0 = PROBLEMS["henon-heiles"]
+    sol = run(p, y0, "rk-4", 0.1, 200)
+    sol.save(tmp_path / "run.nc")
+    found = gi.load(tmp_path / "run.nc").drift["measure"]
+    assert found.as_json() == sol.drift["measure"].as_json()
+    np.testing.assert_array_equal(found.windows.means, sol.drift["measure"].windows.means)
+
+
+def test_report_and_scene(tmp_path) -> None:
+    """A scene may ask for it; the page explains it and the JSON has its numbers."""
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        time={"tau_end": 5.0}, observe={"quantities": ["energy", "measure"]}
+    )
+    solution = gi.drift_report(scene, tmp_path, progress=False)
+    record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
+    told = record["quantities"]["measure"]
+    assert (told["initial"], told["max_rel_error"]) == (0.0, None)
+    assert told["final_error"] == solution.drift["measure"].final_error
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "density ratio × Jacobian determinant" in page
