@@ -7,6 +7,12 @@ that round-off in |γ| does not enter, and ½⟨k, ω⟩ is kept wherever γ ≠
 
       ω = I⁻¹(k − c∧γ).                                                               O(n²)
 
+  Where the a_i differ much, k and c∧γ cancel in the components of small moments: the error is ε
+  times the square of the largest a_i/a_j. With b = A⁻¹γ, T_ijm = γ_m k_ij − γ_j k_im + γ_i k_jm, which
+  is 0 for k = γ∧p, and v = Akγ/D the cancellation is done by hand,
+
+      ω = I⁻¹(X), X_ij = (Σ_m b_m T_ijm + v_iγ_j − v_jγ_i)/U.                         O(n³)
+
 * Any operator: with D′ = D/(γ, γ) and M e_j = I⁻¹(e_j∧γ)γ, symmetric and positive,
 
       (1 + D′M) v = s,   ω = I⁻¹(k − D′ v∧γ),
@@ -37,12 +43,16 @@ from .manifold import Array
 __all__ = ["apply_to_gamma", "log_density_after", "omega_for", "omega_work"]
 
 
+SPREAD = 4.0  # largest a_i/a_j up to which the formula in O(n²) is accurate enough
+
+
 def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Array]:
     """Return the function that writes ω for that operator, and its parameters."""
     start = np.array([float(inertia.n), D])
     if isinstance(inertia, SpecialInertia):
         parts = [start, inertia.a, 1.0 / inertia.a, 1.0 / inertia.diagonal]
-        return special_omega, np.concatenate(parts)
+        form = spread_omega if np.max(inertia.a) > SPREAD * np.min(inertia.a) else special_omega
+        return form, np.concatenate(parts)
     if inertia.diagonal is not None:
         return diagonal_omega, np.concatenate([start, 1.0 / inertia.diagonal])
     inverse = np.linalg.inv(inertia.matrix)
@@ -51,14 +61,15 @@ def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, 
 
 def omega_work(omega: Any, n: int) -> int:
     """Rows of scratch that a function of this module needs."""
-    if omega is special_omega:
+    if omega in (special_omega, spread_omega):
         return n
     return n + n * n + (n * n * (n - 1) // 2 if omega is full_omega else 0)
 
 
 def log_density_after(omega: Any) -> Any:
     """Return f(n, params, gamma, work) -> log ϱ that reads the scratch that `omega` has left."""
-    return special_log_density if omega is special_omega else pivots_log_density
+    special = omega in (special_omega, spread_omega)
+    return special_log_density if special else pivots_log_density
 
 
 @gi.helper
@@ -95,6 +106,45 @@ def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any
         for j in range(i + 1, n):
             omega[at] = omega[at] - params[first + at] * (c * gamma[j] - x * work[j])
             at += 1
+
+
+@gi.helper
+def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
+    """Write ω for the special operator, without cancellation; params as for `special_omega`."""
+    first = 2 + 2 * n
+    u = params[2 + n] * gamma[0] * gamma[0]
+    for i in range(1, n):
+        u += params[2 + n + i] * gamma[i] * gamma[i]
+    apply_to_gamma(n, k, gamma, work)
+    for i in range(n):
+        work[i] = params[2 + i] / params[1] * work[i]
+    at = 0
+    for i in range(n):
+        v, x = work[i], gamma[i]
+        for j in range(i + 1, n):
+            omega[at] = v * gamma[j] - x * work[j]
+            at += 1
+    ij = 0
+    for i in range(n):
+        x = gamma[i]
+        bi = params[2 + n + i] * x
+        for j in range(i + 1, n):
+            y, kij, total = gamma[j], k[ij], omega[ij]
+            bj = params[2 + n + j] * y
+            im, jm = ij + 1, j * (2 * n - j - 1) // 2
+            for m in range(j + 1, n):
+                z = gamma[m]
+                t = z * kij - y * k[im] + x * k[jm]
+                total += params[2 + n + m] * z * t
+                omega[im] = omega[im] - bj * t
+                omega[jm] = omega[jm] + bi * t
+                im += 1
+                jm += 1
+            omega[ij] = total
+            ij += 1
+    r = 1.0 / u
+    for i in range(len(k)):
+        omega[i] = params[first + i] * (r * omega[i])
 
 
 @gi.helper

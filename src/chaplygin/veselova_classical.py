@@ -10,6 +10,9 @@ eq. (3.2), and no solve is needed: with B = 𝓘⁻¹,
 
     w⃗ = B(k⃗ + m γ⃗),   m = ((k⃗, γ⃗) − (γ⃗, Bk⃗))/(γ⃗, Bγ⃗).
 
+In the components of small moments k⃗ and mγ⃗ cancel. With the minors μ_ij = k_iγ_j − k_jγ_i that is done
+by hand: w_i = b_i (Σ_j b_jγ_j μ_ij + (k⃗, γ⃗)γ_i)/(γ⃗, Bγ⃗).
+
 w⃗ depends on the direction of γ⃗ alone: the energy is kept wherever γ⃗ ≠ 0. The equations are those of
 the classical ball (`classical`) with another w⃗, so SO(3) acts on (k⃗, γ⃗) by exp(−hw⃗).
 
@@ -48,8 +51,13 @@ def angular_velocity(params: Any, y: Any) -> Any:
     k0, k1, k2, g0, g1, g2 = y[0], y[1], y[2], y[3], y[4], y[5]
     kg = k0 * g0 + k1 * g1 + k2 * g2
     gbk = b0 * (g0 * k0) + b1 * (g1 * k1) + b2 * (g2 * k2)
-    m = (kg - gbk) / (b0 * (g0 * g0) + b1 * (g1 * g1) + b2 * (g2 * g2))
-    return b0 * (k0 + m * g0), b1 * (k1 + m * g1), b2 * (k2 + m * g2), m
+    r = 1.0 / (b0 * (g0 * g0) + b1 * (g1 * g1) + b2 * (g2 * g2))
+    c0, c1, c2 = b0 * g0, b1 * g1, b2 * g2
+    m01, m02, m12 = k0 * g1 - k1 * g0, k0 * g2 - k2 * g0, k1 * g2 - k2 * g1
+    w0 = (b0 * r) * (c1 * m01 + c2 * m02 + kg * g0)
+    w1 = (b1 * r) * (c2 * m12 - c0 * m01 + kg * g1)
+    w2 = (b2 * r) * (kg * g2 - c0 * m02 - c1 * m12)
+    return w0, w1, w2, (kg - gbk) * r
 
 
 @gi.field

@@ -8,6 +8,11 @@ from chaplygin.stress.parameters import all_near_the_edge
 from geomint.stress.promises import Quantities
 from geomint.testproblems import double_pendulum, pulsating_body, spherical_pendulum
 
+
+def kinds(problem, kind, size=1.0):
+    return Quantities(problem, size * np.ones(problem.rows)).of_kind(kind)
+
+
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
 
 
@@ -30,7 +35,7 @@ SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
     ids=lambda value: getattr(value, "name", None),
 )
 def test_kinds(problem, kind, names):
-    found = Quantities(problem).of_kind(kind)
+    found = kinds(problem, kind)
     assert set(found) == names
     assert all(defect <= 1e-13 for defect in found.values())
 
@@ -39,22 +44,35 @@ def test_kinds(problem, kind, names):
 def test_no_kind_by_mere_size(distance):
     """A tiny energy, or a moment that outweighs all else, must not hide that a quantity changes."""
     edge = ch.ChaplyginSphere(*all_near_the_edge(4, distance))
-    assert "energy" not in Quantities(edge.ball()).of_kind("group orbits")
+    assert "energy" not in kinds(edge.ball(), "group orbits")
     heavy = ch.ChaplyginSphere(a=[1.6, 2.5 * (1.0 - distance), 0.4], D=4.0)
-    kept = Quantities(heavy.rolling(4.0, 1.0)).of_kind("quadratic invariants")
+    kept = kinds(heavy.rolling(4.0, 1.0), "quadratic invariants")
     assert not {"energy", "K"} & set(kept)
 
 
 def test_what_holds_nearly_is_known_by_how_much():
     ball = ch.ChaplyginSphere(a=1.0 + 1e-13 * np.arange(4), D=4.0).ball()
-    assert 0.0 < Quantities(ball).of_kind("group orbits")["energy"] < 1e-12
+    assert 0.0 < kinds(ball, "group orbits")["energy"] < 1e-12
     other = ch.ChaplyginSphere(a=1.0 + 1e-9 * np.arange(4), D=4.0).ball()
-    assert "energy" not in Quantities(other).of_kind("group orbits")
+    assert "energy" not in kinds(other, "group orbits")
 
 
 def test_scale():
     problem, y = spherical_pendulum.problem(), spherical_pendulum.INITIAL
-    quantities = Quantities(problem)
+    quantities = Quantities(problem, y)
     expected = np.sum(np.abs(2.0 * y[:3] ** 2))
     assert quantities.scale("sphere", 0.0, y) == pytest.approx(expected, rel=1e-4)
     assert quantities.value("tangency", 0.0, y) == pytest.approx(y[:3] @ y[3:])
+
+
+@pytest.mark.parametrize("size", [1.0, 1e30])
+def test_no_kind_by_a_constant_that_outweighs_the_state(size):
+    """|g k − k_0| of a k_0 of 1e30 is the same everywhere, unless k is of that size too."""
+    ball = SPHERE.rolling(4.0, 1.0, k0=size * np.array([0.3, -1.0, 0.7]))
+    assert "spatial-momentum" not in kinds(ball, "group orbits", size)
+
+
+def test_scale_of_a_piece_that_is_zero():
+    problem = spherical_pendulum.problem()
+    y = np.array([0.6, 0.0, -0.8, 0.0, 0.0, 0.0])
+    assert Quantities(problem, y).scale("tangency", 0.0, y) > 0.5

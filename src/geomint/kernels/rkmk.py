@@ -182,67 +182,67 @@ def rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
     return stepper(rkmk_step, 1)
 
 
-@helper
-def rkmk_attempt(
-    functions: Any,
-    params: Any,
-    numbers: Any,
-    reuse: int,
-    y: Any,
-    carry: Any,
-    first: Any,
-    known: int,
-    work: Any,
-    t: float,
-    h: float,
-) -> tuple[int, float]:
-    """Write the increment of the state, its estimated errors and ξ_s, see `geomint.kernels.adaptive`.
-
-    The error is the difference of the exponents, ``e = u₁ − û₁``, and what it does to the state:
-    ``exp(e)·y − y``. `numbers` end with the weights of the errors, ``b − b̂`` and perhaps ``b − b_low``.
-    """
-    act = functions[1]
-    rows = len(y)
-    m = len(first)
-    stages = int(numbers[2])
-    layout = part(numbers, HEADER, int(numbers[3]))
-    at = HEADER + len(layout) + stages * stages
-    b = part(numbers, at, stages)
-    errors = at + 2 * stages
-    increment = part(work, 0, rows)
-    xi = part(work, 3 * rows, m)
-    k = part(work, 3 * rows + m, stages * m)
-    u = part(work, 3 * rows + (1 + stages) * m, m)
-    at = 3 * rows + (2 + stages) * m
-    rest = part(work, at, len(work) - at)
-    if known == 1:
-        for r in range(m):
-            xi[r] = first[r]
-    status, size = rkmk_stages(
-        functions[0], act, functions[2],
-        params, numbers, y, carry, k, u, xi, increment, rest, t, h, known,
-    )  # fmt: skip
-    if status != OK:
-        return status, size
-    zero = 0.0 * y[0]
-    if reuse == 0:  # else it is the increment of the last stage
-        combine(b, k, h, zero, u)
-        act(layout, u, y, increment, rest)
-        size = largest(increment)
-        if not size < HUGE:
-            return OUTSIDE_CHART, size
-    for estimate in range((len(numbers) - errors) // stages):
-        combine(part(numbers, errors + estimate * stages, stages), k, h, zero, u)
-        act(layout, u, y, part(work, (1 + estimate) * rows, rows), rest)
-    for r in range(m):
-        first[r] = k[r]
-    return OK, 0.0
-
-
 @functools.cache
-def adaptive_rkmk_stepper() -> Recorded:
-    """Return the stepper of adaptive RKMK methods; it takes (generator, act, inverse)."""
-    return adaptive_stepper(rkmk_attempt, 3)
+def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
+    """Return the stepper of adaptive RKMK methods; arguments and functions as `rkmk_stepper`."""
+
+    @helper
+    def rkmk_attempt(
+        functions: Any,
+        params: Any,
+        numbers: Any,
+        reuse: int,
+        y: Any,
+        carry: Any,
+        first: Any,
+        known: int,
+        work: Any,
+        t: float,
+        h: float,
+    ) -> tuple[int, float]:
+        """Write the increment of the state, its errors and ξ_s, see `geomint.kernels.adaptive`.
+
+        The error is the difference of the exponents, ``e = u₁ − û₁``, and what it does to the
+        state: ``exp(e)·y − y``. `numbers` end with the weights of the errors, ``b − b̂`` and perhaps
+        ``b − b_low``.
+        """
+        rows = len(y)
+        m = len(first)
+        stages = int(numbers[2])
+        layout = part(numbers, HEADER, int(numbers[3]))
+        at = HEADER + len(layout) + stages * stages
+        b = part(numbers, at, stages)
+        errors = at + 2 * stages
+        increment = part(work, 0, rows)
+        xi = part(work, 3 * rows, m)
+        k = part(work, 3 * rows + m, stages * m)
+        u = part(work, 3 * rows + (1 + stages) * m, m)
+        at = 3 * rows + (2 + stages) * m
+        rest = part(work, at, len(work) - at)
+        if known == 1:
+            for r in range(m):
+                xi[r] = first[r]
+        status, size = rkmk_stages(
+            functions[0], act, inverse,
+            params, numbers, y, carry, k, u, xi, increment, rest, t, h, known,
+        )  # fmt: skip
+        if status != OK:
+            return status, size
+        zero = 0.0 * y[0]
+        if reuse == 0:  # else it is the increment of the last stage
+            combine(b, k, h, zero, u)
+            act(layout, u, y, increment, rest)
+            size = largest(increment)
+            if not size < HUGE:
+                return OUTSIDE_CHART, size
+        for estimate in range((len(numbers) - errors) // stages):
+            combine(part(numbers, errors + estimate * stages, stages), k, h, zero, u)
+            act(layout, u, y, part(work, (1 + estimate) * rows, rows), rest)
+        for r in range(m):
+            first[r] = k[r]
+        return OK, 0.0
+
+    return adaptive_stepper(rkmk_attempt, 1)
 
 
 def adaptive_rkmk_work_size(

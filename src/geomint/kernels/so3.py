@@ -42,7 +42,7 @@ def rotation_coefficients(s: Any) -> Any:
     b_odd = 1 / 40320.0 + q * (1 / 479001600.0 + q * (1 / 20922789888000.0))
     a = (1.0 + q * (1 / 120.0 + q * a_even)) - s * (1 / 6.0 + q * a_odd)
     b = (0.5 + q * (1 / 720.0 + q * b_even)) - s * (1 / 24.0 + q * b_odd)
-    if top(s) >= SMALL:
+    if not top(s) < SMALL:
         small = s < SMALL
         theta = sqrt(select(small, 1.0 + 0.0 * s, s))
         half = 0.5 * theta
@@ -102,7 +102,7 @@ def dexpinv_coefficient(s: Any) -> Any:
         3617 / 10670622842880000.0 + q * (174611 / 802857662698291200000.0)
     )
     c = 1 / 12.0 + q * (1 / 30240.0 + q * even) + s * (1 / 720.0 + q * (1 / 1209600.0 + q * odd))
-    if top(s) >= SMALL:
+    if not top(s) < SMALL:
         small = s < SMALL
         safe = select(small, 1.0 + 0.0 * s, s)
         half = 0.5 * sqrt(safe)

@@ -31,8 +31,8 @@ def Rattle(  # noqa: N802 - reads as the method it is
 
     H need not be separable: both half steps are then implicit, and solved by fixed point. Where
     the form says `separable`, only the multipliers are unknown, and found by Newton's method: the
-    same map at a third to a half of the cost. Symmetric, so that `geomint.Compose` raises its order;
-    symplectic on the constraint manifold.
+    same map at a third to two thirds of the cost. Symmetric, so that `geomint.Compose` raises its
+    order; symplectic on the constraint manifold.
 
     Parameters
     ----------

@@ -132,14 +132,14 @@ def RKMK(  # noqa: N802 - reads as the method it is
     def start_adaptive(s: Start) -> Stepper:
         assert allowed is not None
         _, group = action_of(s)
-        *_, group_work = coordinates_of(group, coordinates, table.order)
+        chart, inverse, group_work = coordinates_of(group, coordinates, table.order)
         rows, m, work = s.problem.rows, group.algebra_rows, s.problem.work
         return adaptive_stepper(
             s,
             table,
             allowed,
             start(s),
-            kernel=adaptive_rkmk_stepper(),
+            kernel=adaptive_rkmk_stepper(chart, inverse),
             y0=s.y0,
             derivative_rows=m,
             header=(rows, m, table.stages, len(group.layout), work, group.layout),

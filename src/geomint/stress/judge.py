@@ -45,7 +45,7 @@ FULL_ORDER = 8  # beyond it, the order need not show at steps of the size that i
 SPARSE = 64  # steps of adaptive methods between looks
 LOOKS = 8  # how often in a run the promised quantities are looked at
 PARTED = 10.0  # in most motions this times the time of parting is the characteristic time, or more
-MOST_PARTINGS = 1e5  # in an adaptive run: what is stiff would take too long
+MOST_STEPS = 10_000  # of an adaptive method in a hundredth of a run
 LONGEST = 10.0  # characteristic times: no reference is computed for longer steps
 
 
@@ -115,7 +115,7 @@ class Trial:
         physical: bool = False,
     ) -> None:
         self.problem, self.y0, self.steady, self.physical = problem, y0, steady, physical
-        self.quantities = Quantities(problem)
+        self.quantities = Quantities(problem, y0)
         self.time = characteristic_time(problem, y0)
         self._span, self._steps = span, steps
         self._step = fraction * self.time if fraction is not None else step
@@ -129,9 +129,14 @@ class Trial:
         end = span * self.time
         if self._step is not None:
             end, steps = self._step * self._steps, self._steps
-        if method.adaptive:  # explicit steps are not much longer than the time of parting
-            end = min(end, MOST_PARTINGS * self.parting_time)
         return end, steps
+
+    def reachable(self, method: Method, end: float, steps: int) -> float:
+        """Return `end`, or an earlier time that an adaptive method can reach in bounded steps."""
+        for fraction in (1e-6, 1e-4, 1e-2) if method.adaptive else ():
+            if self.run(fraction * end, method, steps).steps > MOST_STEPS:
+                return fraction * end
+        return end
 
     def truth(self, end: float, steps: int) -> Truth | None:
         """Return the truth at `end`, or None where it is not known."""
@@ -215,7 +220,8 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
     except Exception as error:
         return _told("untyped", error)
     try:
-        solution = trial.run(end, method, steps)
+        reached = trial.reachable(method, end, steps)
+        solution = trial.run(reached, method, steps)
     except StepError as error:
         return {**common, **_failed(error)}
     except GeomintError as error:
@@ -223,17 +229,21 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
     except Exception as error:
         return {**common, **_told("untyped", error)}
     if method.adaptive:
-        common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
+        common = {"h": abs(reached) / solution.steps / trial.time, "steps": solution.steps}
     if not np.isfinite(solution.y).all() or not np.isfinite(solution.tau).all():
         return {
             **common,
             "verdict": "wrong",
             "message": "success, with numbers that are not finite",
         }
-    lost = _lost(trial, method, solution, abs(end) / trial.time)
+    lost = _lost(trial, method, solution, abs(reached) / trial.time)
     if lost is not None:
         return {**common, **lost}
-    return {**common, **_accuracy(trial, method, solution, end, steps)}
+    found = _accuracy(trial, method, solution, reached, steps)
+    if reached != end and found["verdict"] == "ok":
+        message = f"{solution.steps} steps to {reached / end:.0e} of the end"
+        found = {**found, "verdict": "unresolved", "message": message}
+    return {**common, **found}
 
 
 def _told(verdict: str, error: Exception) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """What a method promises to keep to round-off on a problem, and whether it did.
 
 A method states kinds of quantities (`Method.keeps`); which quantities of a problem are of that kind
-is found by evaluating them, at random states off the manifold, so that no problem has to say it:
+is found by evaluating them, at random states of that size off the manifold: no problem says it.
 
 * ``"group orbits"``: f(exp(ξ)·y) = f(y) for every ξ;
 * ``"quadratic invariants"``: f is a polynomial of degree ≤ 2, and ∇f·ẏ = 0 wherever ẏ is defined;
@@ -27,6 +27,7 @@ from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
 from ..methods.binding import bind_field, bind_value
 from ..problem import Problem
+from .truth import sizes_of
 
 __all__ = ["Quantities"]
 
@@ -44,8 +45,8 @@ class Quantities:
     They are evaluated in plain Python where that is cheaper than a compilation.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
+    def __init__(self, problem: Problem, y0: Array) -> None:
+        self._problem, self._sizes = problem, sizes_of(problem, y0)
         self._compiled = problem.rows > FEW
         self._params, self._work = Block(np.array(problem.params)), scalar_block(problem.work)
         self._entries: dict[str, Callable[..., float]] = {}
@@ -73,22 +74,19 @@ class Quantities:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
 
         Numbers that are 0 count with the size of their piece: the next step rounds what they become.
+        So do pieces that are 0, with the size of the state.
         """
         f = self.value(name, t, y)
         if len(y) > MANY:
             return max(abs(f), self._sampled_scale(name, t, y))
         total = 0.0
-        for rows in self._problem.slices.values():
-            largest = float(np.max(np.abs(y[rows]))) if rows.stop > rows.start else 0.0
-            for i in range(rows.start, rows.stop):
-                size = 1e-5 * (abs(y[i]) or largest)
-                above, below = y.copy(), y.copy()
-                above[i] += size
-                below[i] -= size
-                up, down = self.value(name, t, above) - f, self.value(name, t, below) - f
-                # A norm has a kink where it is 0: there the two sides' difference misses the slope.
-                if size > 0.0:
-                    total += 1e5 * 0.5 * max(abs(up - down), abs(up + down))
+        for i, size in enumerate(1e-5 * np.where(y == 0.0, sizes_of(self._problem, y), np.abs(y))):
+            above, below = y.copy(), y.copy()
+            above[i] += size
+            below[i] -= size
+            up, down = self.value(name, t, above) - f, self.value(name, t, below) - f
+            # A norm has a kink where it is 0: there the two sides' difference misses the slope.
+            total += 1e5 * 0.5 * max(abs(up - down), abs(up + down))
         return max(abs(f), total)
 
     def _sampled_scale(self, name: str, t: float, y: Array) -> float:
@@ -122,7 +120,10 @@ class Quantities:
 
     def _states(self) -> list[tuple[float, Array]]:
         rng = np.random.default_rng(20100)
-        return [(rng.uniform(0, 3), rng.normal(size=self._problem.rows)) for _ in range(SAMPLES)]
+        return [
+            (rng.uniform(0, 3), self._sizes * rng.normal(size=self._problem.rows))
+            for _ in range(SAMPLES)
+        ]
 
     def change_on_orbits(self, name: str) -> float:
         """Return the largest relative difference of the values at exp(ξ)·y and at y."""
@@ -146,14 +147,14 @@ class Quantities:
         assert problem.field is not None
         field = bind_field(problem.field, len(problem.params), problem.rows, problem.rows)
         for t, y in self._states():
-            d = rng.normal(size=len(y))
+            d = self._sizes * rng.normal(size=len(y))
             line = [self.value(name, t, y + k * d) for k in range(4)]
             third = line[3] - 3.0 * line[2] + 3.0 * line[1] - line[0]
             worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
             if worst > EXACT:
                 return worst
             v = self._written("field", field, t, y)
-            v = v / (np.max(np.abs(v)) or 1.0)
+            v = v / (np.max(np.abs(v) / self._sizes) or 1.0)
             slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
             terms = float(np.sum(np.abs(slopes)))
             if terms * SEEN < max(map(abs, line)):

@@ -23,7 +23,15 @@ from ..problem import Problem
 from ..reference import integrate_extended, reference_solution
 from ..timeline import default_step
 
-__all__ = ["Truth", "condition_of", "parting_time", "pieces_of", "relative_error", "truth_of"]
+__all__ = [
+    "Truth",
+    "condition_of",
+    "parting_time",
+    "pieces_of",
+    "relative_error",
+    "sizes_of",
+    "truth_of",
+]
 
 Array = npt.NDArray[np.float64]
 Named = dict[str, Array]
@@ -116,9 +124,7 @@ def parting_time(problem: Problem, y0: Array) -> float:
     The inverse of the norm of the derivative of the field, each piece in its own unit: the largest
     number of it. Where there are many numbers the norm is sampled in some directions.
     """
-    n, sizes = problem.rows, np.ones(problem.rows)
-    for rows in problem.slices.values():
-        sizes[rows] = float(np.max(np.abs(y0[rows]))) or 1.0
+    n, sizes = problem.rows, sizes_of(problem, y0)
     directions = np.eye(n)
     if n > MANY:
         directions = np.random.default_rng(0).choice([-1.0, 1.0], (SAMPLES, n))
@@ -145,14 +151,27 @@ def pieces_of(problem: Problem, y: Array) -> Named:
     return {name: y[rows] for name, rows in problem.slices.items()}
 
 
+def sizes_of(problem: Problem, y: Array) -> Array:
+    """Return for each number of a state the largest of its piece; of the state, where that is 0."""
+    whole = float(np.max(np.abs(y))) or 1.0
+    sizes = np.ones(problem.rows)
+    for rows in problem.slices.values():
+        sizes[rows] = float(np.max(np.abs(y[rows]))) or whole
+    return sizes
+
+
 def relative_error(found: Named, right: Named) -> float:
-    """Return the largest difference of a piece, relative to the largest number of that piece."""
-    return max(_relative(found[name], value) for name, value in right.items())
+    """Return the largest difference of a piece, relative to the largest number of that piece.
+
+    A piece that is 0 is measured against the whole state.
+    """
+    whole = max(float(np.max(np.abs(value))) for value in right.values())
+    return max(_relative(found[name], value, whole) for name, value in right.items())
 
 
-def _relative(found: Array, right: Array) -> float:
+def _relative(found: Array, right: Array, whole: float) -> float:
     off, size = float(np.max(np.abs(found - right))), float(np.max(np.abs(right)))
     if off == 0.0:
         return 0.0
-    ratio = off / size if size > 0.0 else np.inf
+    ratio = off / (size or whole or 1.0)
     return ratio if ratio == ratio else np.inf
