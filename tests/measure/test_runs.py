@@ -25,20 +25,22 @@ def run(problem: gi.Problem, y0, name: str, h: float, steps: int, **options) -> 
 
 
 @pytest.mark.parametrize(
-    ("name", "problem", "h", "steps"),
+    ("name", "problem", "h", "steps", "level"),
     [
-        ("gauss-2", "henon-heiles", 0.1, 20_000),
-        ("gauss-1-suzuki-4", "henon-heiles", 0.1, 5_000),
-        ("rattle-2", "double-pendulum", 0.02, 5_000),
-        ("rattle-4", "spherical-pendulum", 0.1, 5_000),
+        ("gauss-2", "henon-heiles", 0.1, 20_000, 5e-13),
+        ("gauss-1-suzuki-4", "henon-heiles", 0.1, 5_000, 5e-13),
+        ("rattle-2", "double-pendulum", 0.02, 5_000, 1e-10),
+        ("rattle-4", "spherical-pendulum", 0.1, 5_000, 1e-10),
     ],
 )
-def test_symplectic_methods_keep_the_measure(name: str, problem: str, h: float, steps: int) -> None:
+def test_symplectic_methods_keep_the_measure(
+    name: str, problem: str, h: float, steps: int, level: float
+) -> None:
     """Not larger than the instrument's own noise, which is small and which the run does reach."""
     drift = run(*PROBLEMS[problem], name, h, steps).drift["measure"]
     noise = drift.scale * 2.0**-47
     assert drift.kind == "roundoff"
-    assert 1e-3 * noise < drift.max_abs_error < noise < 1e-9
+    assert 1e-3 * noise < drift.max_abs_error < noise < level
 
 
 @pytest.mark.slow

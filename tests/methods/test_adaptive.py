@@ -181,6 +181,16 @@ def test_the_end_and_the_times_asked_for_are_met(name: str, t_end: float) -> Non
     np.testing.assert_allclose(sol.y, exact, rtol=0, atol=1e-7)
 
 
+def test_no_end_needs_a_crumb() -> None:
+    """The last two steps share what is left, and the last one ends exactly, whatever rounds how."""
+    problem, y0 = cases("field")[0]
+    for t_end in np.random.default_rng(5).uniform(1.0, 30.0, 40):
+        run = gi.solve(problem, y0, t_end=t_end, method="dop853-adaptive", save_every=1)
+        assert run.t[-1] == t_end
+        lengths = np.diff(run.t)
+        assert lengths[-1] > 0.3 * lengths[-2]
+
+
 def test_nothing_is_evaluated_beyond_the_end() -> None:
     """A field that ends with the run."""
 

@@ -147,7 +147,7 @@ def test_a_group_without_a_cayley_map() -> None:
     """Is refused with advice."""
     group = dataclasses.replace(gi.so3(1), cayley=None)
     problem = gi.Problem("plain", (("v", 3),), action=gi.GroupAction(spinning, group))
-    with pytest.raises(gi.FormError, match="no Cayley map.*coordinates='exp'"):
+    with pytest.raises(gi.FormError, match=r"no Cayley map.*coordinates='exp'"):
         gi.solve(problem, [0.6, 0.0, 0.8], t_end=1.0, method="rkmk-cayley-4")
     with pytest.raises(gi.DomainError, match="coordinates = 'cayly'"):
         gi.RKMK(coordinates="cayly")

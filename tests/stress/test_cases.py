@@ -22,7 +22,7 @@ def test_every_case_is_built_or_refused(axis):
         if case.axis.name != axis or case.n > LARGE:
             continue
         try:
-            model = sweep._built(case)
+            model = sweep._built(case.build)
         except gi.GeomintError:
             assert (axis, case.value) == ("edge", 0.0)
             continue

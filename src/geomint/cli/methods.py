@@ -10,7 +10,11 @@ WIDE = 110  # columns
 
 
 @click.command("methods")
-@click.option("--form", metavar="FORM", help="Only those that need this form: field, action, hamiltonian, splitting.")
+@click.option(
+    "--form",
+    metavar="FORM",
+    help="Only those that need this form: field, action, hamiltonian, splitting.",
+)
 def command(form: str | None) -> None:
     """List the integration methods.
 

@@ -105,11 +105,12 @@ def _lowest_and_highest(methods: Iterable[Method]) -> list[Method]:
     return list(dict.fromkeys(m for family in ends for m in (family[0], family[-1])))
 
 
-def _built(case: StressCase) -> Model:
+def _built(build: Callable[[], Model]) -> Model:
+    """Return a model; a warning that geomint does not give on purpose is an error."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", GeomintWarning)
-        return case.build()
+        return build()
 
 
 def _fits(method: Method, problem: Problem) -> bool:
@@ -132,7 +133,7 @@ def items_of(
     for number in numbers:
         case = _cases()[number]
         try:
-            model = _built(case)
+            model = _built(case.build)
         except Exception as error:
             verdict = "refused" if isinstance(error, GeomintError) else "untyped"
             message = f"{type(error).__name__}: {error}"
@@ -155,7 +156,7 @@ def _cell(case: StressCase, representation: str, method: str, found: dict[str, A
 @functools.lru_cache(maxsize=1)
 def _trial(number: int, representation: str) -> Trial:
     case = _cases()[number]
-    model = _built(case)
+    model = _built(case.build)
     problem, y0 = model.problems[representation], model.states[representation]
     truth, physical = _truth(case, model, representation)
     return Trial(
@@ -177,7 +178,7 @@ def _truth(
     """Return what the reference solution comes from, if not from the problem itself."""
     units = case.rescaled
     if units is not None:
-        other = units.build()
+        other = _built(units.build)
         problem, y0 = other.problems[representation], other.states[representation]
 
         def in_units(end: float) -> Truth | None:
