@@ -377,7 +377,7 @@ def test_what_is_watched() -> None:
         "energy": ["energy"],
         "invariants": ["energy", "angular-momentum"],
         "constraints": ["sphere", "tangency"],
-        "all": ["energy", "angular-momentum", "sphere", "tangency"],
+        "all": ["energy", "angular-momentum", "sphere", "tangency", "measure"],
         "observables": [],
     }
     for wanted, names in expected.items():
@@ -515,7 +515,7 @@ def test_states_by_name() -> None:
     y = problem.state(q=[0.6, 0.0, -0.8], p=[0.0, 1.0, 0.0])
     np.testing.assert_array_equal(y, [0.6, 0.0, -0.8, 0.0, 1.0, 0.0])
     assert problem.slices == {"q": slice(0, 3), "p": slice(3, 6)}
-    assert problem.forms == ("field", "hamiltonian")
+    assert problem.forms == ("field", "hamiltonian", "splitting")
     for wrong, says in (
         ({"q": [1, 2, 3]}, "p = None: expected 3 numbers"),
         ({"q": [1, 2, 3], "pp": [1, 2, 3]}, "Did you mean 'p'"),
