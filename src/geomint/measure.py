@@ -25,7 +25,8 @@ from .errors import FormError
 from .evaluate import derivative, rounding_scale
 from .forms import Measure
 from .kernels.blocks import Block, scalar_block
-from .kernels.measure import (
+from .kernels.measure import measure_sweep
+from .kernels.measure_memory import (
     BIAS,
     CONDITION_SPACING,
     CONDITIONS_LARGEST,
@@ -33,7 +34,6 @@ from .kernels.measure import (
     lane_rows,
     measure_layout,
     measure_memory,
-    measure_sweep,
     work_size,
 )
 from .kernels.recorded import Recorded

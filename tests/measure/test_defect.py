@@ -174,3 +174,29 @@ def test_conditions_that_are_no_polynomials() -> None:
     drift = observed(dataclasses.replace(p, measure=measure), "rattle-2", y0, 0.05, 500)
     assert drift.kind == "roundoff"
     assert drift.scale * 2.0**-47 < 1e-10
+
+
+@pytest.mark.nojit
+def test_units_that_grow_do_not_count() -> None:
+    """The momentum passes 1 on the way, where its unit doubles and the basis is made anew."""
+    sol = gi.solve(
+        spherical_pendulum.problem(gravity=3.0),
+        spherical_pendulum.INITIAL,
+        t_end=1.6,
+        step=0.2,
+        method="rattle-2",
+        observe=["measure"],
+        save_every=1,
+        compiled=False,
+    )
+    sizes = np.abs(sol.piece("p")).max(axis=1)
+    assert sizes[0] < 1.0 < sizes.max()
+    assert sol.drift["measure"].max_abs_error < 1e-12
+
+
+@pytest.mark.nojit
+def test_noise_is_that_of_increments() -> None:
+    """A step adds hε/δ, not ε/δ: the carries of the nodes and of their ends count."""
+    p, y0 = PROBLEMS["henon-heiles"]
+    drift = observed(p, "rk-4", y0, 1e-3, 1, compiled=False)
+    assert (drift.scale - 1.0) * 2.0**-47 < 1e-16
