@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, sqrt
+from geomint import fma, log, sqrt
 
 from .inertia import GeneralInertia, SpecialInertia, parameters_of
 from .manifold import (
@@ -50,7 +50,7 @@ def diagonal_omega(params: Any, y: Any) -> Any:
     k0, k1, k2 = b0 * y[0], b1 * y[1], b2 * y[2]
     w = params[4] * g0 * g0 + params[5] * g1 * g1 + params[6] * g2 * g2
     m = params[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
-    return k0 + b0 * (m * g0), k1 + b1 * (m * g1), k2 + b2 * (m * g2)
+    return fma(m, b0 * g0, k0), fma(m, b1 * g1, k1), fma(m, b2 * g2, k2)
 
 
 @gi.helper
@@ -73,7 +73,7 @@ def full_omega(params: Any, y: Any) -> Any:
     w0, w1, w2 = product(params, 4, 10, g0, g1, g2)
     w = w0 * g0 + w1 * g1 + w2 * g2
     m = params[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
-    return k0 + m * b0, k1 + m * b1, k2 + m * b2
+    return fma(m, b0, k0), fma(m, b1, k1), fma(m, b2, k2)
 
 
 @gi.helper

@@ -40,7 +40,7 @@ def test_kinds(problem, kind, names):
     assert all(defect <= 1e-13 for defect in found.values())
 
 
-@pytest.mark.parametrize("distance", [1e-2, 1e-6, 1e-9, 1e-12])
+@pytest.mark.parametrize("distance", [1e-2, 1e-6, 1e-9, 1e-12, 1e-13])
 def test_no_kind_by_mere_size(distance):
     """A tiny energy, or a moment that outweighs all else, must not hide that a quantity changes."""
     edge = ch.ChaplyginSphere(*all_near_the_edge(4, distance))

@@ -9,7 +9,7 @@ from .advance import stepper
 from .arithmetic import like, maximum, top
 from .blocks import part
 from .compensated import add_compensated
-from .recorded import Recorded, helper
+from .recorded import Recorded, helper, inlined
 from .status import NOT_FINITE, OK
 
 __all__ = ["commutator_free_stepper", "commutator_free_work_size"]
@@ -28,7 +28,7 @@ def commutator_free_work_size(
     return own + field_work + group_work
 
 
-@helper
+@inlined
 def combine_generators(
     table: Any, at: int, stages: int, xi: Any, algebra_rows: int, h: float, v: Any
 ) -> None:
@@ -41,77 +41,80 @@ def combine_generators(
         v[r] = h * total
 
 
-@helper
-def commutator_free_step(
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    substep: int,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-) -> tuple[int, int, float]:
-    """Build the stages and the update as moves: the differences of their values from the state.
-
-    Summed before they are added to the state, moves lose nothing to its rounding.
-    """
-    generator = functions[0]
-    act = functions[1]
-    rows = int(coefficients[0])
-    algebra_rows = int(coefficients[1])
-    stages = int(coefficients[2])
-    layout = part(coefficients, HEADER, int(coefficients[3]))
-    field_work = int(coefficients[4])
-    at = HEADER + len(layout)
-    c = part(coefficients, at, stages)
-    table = part(coefficients, at + stages, len(coefficients) - at - stages)
-    y = part(memory, 0, rows)
-    carry = part(memory, rows, rows)
-    xi = part(work, 0, stages * algebra_rows)
-    used = stages * algebra_rows
-    moves = part(work, used, (stages + 1) * rows)
-    used += (stages + 1) * rows
-    v = part(work, used, algebra_rows)
-    Y = part(work, used + algebra_rows, rows)
-    step = part(work, used + algebra_rows + rows, rows)
-    used += algebra_rows + 2 * rows
-    field_scratch = part(work, used, field_work)
-    used += field_work
-    scratch = part(work, used, len(work) - used)
-    for r in range(algebra_rows):
-        v[r] = 0.0 * y[0]
-    worst = 0.0 * y[0]
-    at = 0
-    for i in range(stages + 1):
-        start = int(table[at])
-        exponentials = int(table[at + 1])
-        at += 2
-        move = part(moves, i * rows, rows)
-        for r in range(rows):
-            move[r] = 0.0 * y[r] if start < 0 else moves[start * rows + r]
-            Y[r] = y[r] + move[r]
-        for _ in range(exponentials):
-            combine_generators(table, at, stages, xi, algebra_rows, h, v)
-            at += stages
-            act(layout, v, Y, step, scratch)
-            for r in range(rows):
-                move[r] = move[r] + step[r]
-                Y[r] = y[r] + move[r]
-        if i < stages:
-            generator_out = part(xi, i * algebra_rows, algebra_rows)
-            generator(params, like(t + c[i] * h, y[0]), Y, generator_out, field_scratch)
-            for r in range(algebra_rows):
-                worst = maximum(abs(generator_out[r]), worst)
-    largest = top(worst)
-    if not largest < 1e300:
-        return NOT_FINITE, 1, largest
-    for r in range(rows):
-        add_compensated(y, carry, r, moves[stages * rows + r])
-    return OK, 1, 0.0
-
-
 @functools.cache
-def commutator_free_stepper() -> Recorded:
-    """Return the stepper of commutator-free methods; it takes (generator, act)."""
-    return stepper(commutator_free_step, 2)
+def commutator_free_stepper(act: Recorded, rows: int, m: int) -> Recorded:
+    """Return the stepper of commutator-free methods for an action; it takes (generator,).
+
+    The action is compiled in. The numbers of rows of states and of the algebra may be constants,
+    which unrolls the loops over them, or 0: any.
+    """
+
+    @helper
+    def commutator_free_step(
+        functions: Any,
+        params: Any,
+        coefficients: Any,
+        substep: int,
+        memory: Any,
+        work: Any,
+        t: float,
+        h: float,
+    ) -> tuple[int, int, float]:
+        """Build the stages and the update as moves: the differences of their values from the state.
+
+        Summed before they are added to the state, moves lose nothing to its rounding.
+        """
+        generator = functions[0]
+        n = rows if rows > 0 else int(coefficients[0])
+        d = m if m > 0 else int(coefficients[1])
+        stages = int(coefficients[2])
+        layout = part(coefficients, HEADER, int(coefficients[3]))
+        field_work = int(coefficients[4])
+        at = HEADER + len(layout)
+        c = part(coefficients, at, stages)
+        table = part(coefficients, at + stages, len(coefficients) - at - stages)
+        y = part(memory, 0, n)
+        carry = part(memory, n, n)
+        xi = part(work, 0, stages * d)
+        used = stages * d
+        moves = part(work, used, (stages + 1) * n)
+        used += (stages + 1) * n
+        v = part(work, used, d)
+        Y = part(work, used + d, n)
+        step = part(work, used + d + n, n)
+        used += d + 2 * n
+        field_scratch = part(work, used, field_work)
+        used += field_work
+        scratch = part(work, used, len(work) - used)
+        for r in range(d):
+            v[r] = 0.0 * y[0]
+        worst = 0.0 * y[0]
+        at = 0
+        for i in range(stages + 1):
+            start = int(table[at])
+            exponentials = int(table[at + 1])
+            at += 2
+            move = part(moves, i * n, n)
+            for r in range(n):
+                move[r] = 0.0 * y[r] if start < 0 else moves[start * n + r]
+                Y[r] = y[r] + move[r]
+            for _ in range(exponentials):
+                combine_generators(table, at, stages, xi, d, h, v)
+                at += stages
+                act(layout, v, Y, step, scratch)
+                for r in range(n):
+                    move[r] = move[r] + step[r]
+                    Y[r] = y[r] + move[r]
+            if i < stages:
+                generator_out = part(xi, i * d, d)
+                generator(params, like(t + c[i] * h, y[0]), Y, generator_out, field_scratch)
+                for r in range(d):
+                    worst = maximum(abs(generator_out[r]), worst)
+        largest = top(worst)
+        if not largest < 1e300:
+            return NOT_FINITE, 1, largest
+        for r in range(n):
+            add_compensated(y, carry, r, moves[stages * n + r])
+        return OK, 1, 0.0
+
+    return stepper(commutator_free_step, 1)

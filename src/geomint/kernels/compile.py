@@ -91,8 +91,7 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    inline = "always" if recorded.inline else "never"
-    return numba.njit(inline=inline, **_OPTIONS)(_unique(recorded))
+    return numba.njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
 
 
 @functools.cache

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 from .adaptive import adaptive_stepper
 from .advance import stepper
 from .arithmetic import like
 from .blocks import part
 from .compensated import add_compensated
-from .recorded import Recorded, helper
+from .recorded import Recorded, helper, inlined
 from .runge_kutta import HUGE, combine, largest
 from .status import NOT_FINITE, OK, OUTSIDE_CHART
 
@@ -30,7 +30,7 @@ HEADER = 5
 def rkmk_work_size(
     rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
 ) -> int:
-    """Rows of scratch: stage derivatives, two algebra elements, two states, the functions' own."""
+    """Rows of scratch: u, ξ; the increment, Y; the stages' derivatives; the functions' own."""
     return (stages + 2) * algebra_rows + 2 * rows + field_work + group_work
 
 
@@ -63,81 +63,131 @@ def dexpinv_series(
     return helper(dexpinv)
 
 
-@helper
-def rkmk_stages(
-    generator: Any,
-    act: Any,
-    inverse: Any,
-    params: Any,
-    coefficients: Any,
-    y: Any,
-    carry: Any,
-    k: Any,
-    u: Any,
-    xi: Any,
-    step: Any,
-    work: Any,
-    t: float,
-    h: float,
-    known: int,
-) -> tuple[int, float]:
-    """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)``, ``u_i = h Σ_j a_ij k_j``.
+class Stages(NamedTuple):
+    """What RKMK steps in some coordinates consist of, see `stages_in`."""
 
-    y and its carry are an unevaluated sum. `u`, `xi` and `step` are left as in the last stage: u_i,
-    ξ and exp(u_i)·y − y. With `known` = 1, `xi` holds ξ(t, y) at first.
-
-    Returns
-    -------
-    status, residual
-    """
-    rows = len(y)
-    m = len(u)
-    zero = 0.0 * y[0]
-    stages = int(coefficients[2])
-    layout = part(coefficients, HEADER, int(coefficients[3]))
-    field_work = int(coefficients[4])
-    a = part(coefficients, HEADER + len(layout), stages * stages)
-    c = part(coefficients, HEADER + len(layout) + stages * (stages + 1), stages)
-    Y = part(work, 0, rows)
-    field_scratch = part(work, rows, field_work)
-    scratch = part(work, rows + field_work, len(work) - rows - field_work)
-    for i in range(stages):
-        if i == 0:
-            for r in range(rows):
-                Y[r] = y[r] + carry[r]
-        else:
-            combine(part(a, i * stages, i), k, h, zero, u)
-            act(layout, u, y, step, scratch)
-            size = largest(step)
-            if not size < HUGE:
-                return OUTSIDE_CHART, size
-            for r in range(rows):
-                Y[r] = y[r] + (carry[r] + step[r])
-        if i >= known:
-            generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
-        size = largest(xi)
-        if not size < HUGE:
-            return NOT_FINITE, size
-        derivative = part(k, i * m, m)
-        if i == 0:  # u = 0, where dexp is the identity
-            for r in range(m):
-                derivative[r] = xi[r]
-        else:
-            inverse(layout, u, xi, derivative, scratch)
-            size = largest(derivative)
-            if not size < HUGE:
-                return OUTSIDE_CHART, size
-    return OK, 0.0
+    write: Recorded
+    diagnose: Recorded
 
 
 @functools.cache
-def rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
-    """Return the stepper of RKMK methods in the coordinates of a group; it takes (generator,).
+def stages_in(act: Recorded, inverse: Recorded) -> Stages:
+    """Return the stages of RKMK methods in the coordinates of a group.
 
     `act` is the coordinates' map as an increment of the state, `inverse` the inverse of the map's
     differential. Both are compiled in: on SO(3) they are a few dozen operations each, and calls
     through pointers would cost as much again.
     """
+
+    @inlined
+    def stage_value(
+        coefficients: Any, at: int, i: int, k: Any, y: Any, carry: Any, work: Any,
+        scratch: Any, h: float, n: int, m: int,
+    ) -> None:  # fmt: skip
+        """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
+        stages = int(coefficients[2])
+        layout = part(coefficients, HEADER, int(coefficients[3]))
+        u, step, Y = part(work, 0, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+        if i == 0:
+            for r in range(n):
+                Y[r] = y[r] + carry[r]
+        else:
+            combine(part(coefficients, at + i * stages, i), k, h, 0.0 * y[0], u, m)
+            act(layout, u, y, step, scratch)
+            for r in range(n):
+                Y[r] = y[r] + (carry[r] + step[r])
+
+    @inlined
+    def write(
+        generator: Any,
+        params: Any,
+        coefficients: Any,
+        y: Any,
+        carry: Any,
+        work: Any,
+        t: float,
+        h: float,
+        known: int,
+        n: int,
+        m: int,
+    ) -> None:
+        """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `work` before them.
+
+        y and its carry are an unevaluated sum. With `known` = 1, the place of ξ holds ξ(t, y) at
+        first. Nothing is checked: what is not finite spreads to the end of the step, see
+        `diagnose`.
+        """
+        stages = int(coefficients[2])
+        layout = part(coefficients, HEADER, int(coefficients[3]))
+        field_work = int(coefficients[4])
+        a = HEADER + len(layout)
+        c = part(coefficients, a + stages * (stages + 1), stages)
+        u, xi, Y = part(work, 0, m), part(work, m, m), part(work, 2 * m + n, n)
+        at = 2 * m + 2 * n
+        k = part(work, at, stages * m)
+        at += stages * m
+        field_scratch = part(work, at, field_work)
+        at += field_work
+        scratch = part(work, at, len(work) - at)
+        for i in range(stages):
+            stage_value(coefficients, a, i, k, y, carry, work, scratch, h, n, m)
+            if i >= known:
+                generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
+            derivative = part(k, i * m, m)
+            if i == 0:  # u = 0, where dexp is the identity
+                for r in range(m):
+                    derivative[r] = xi[r]
+            else:
+                inverse(layout, u, xi, derivative, scratch)
+
+    @helper
+    def diagnose(
+        generator: Any,
+        params: Any,
+        coefficients: Any,
+        y: Any,
+        carry: Any,
+        work: Any,
+        t: float,
+        h: float,
+        m: int,
+    ) -> tuple[int, float]:
+        """Return (status, residual) of a step whose increment is not finite: the first cause."""
+        n = len(y)
+        stages = int(coefficients[2])
+        a = HEADER + int(coefficients[3])
+        c = part(coefficients, a + stages * (stages + 1), stages)
+        xi, step, Y = part(work, m, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+        at = 2 * m + 2 * n
+        k = part(work, at, stages * m)
+        at += stages * m
+        rest = part(work, at, len(work) - at)
+        for i in range(stages):
+            size = largest(part(k, i * m, m), m)
+            if not size < HUGE:
+                if i == 0:
+                    return NOT_FINITE, size
+                stage_value(coefficients, a, i, k, y, carry, work, rest, h, n, m)
+                moved = largest(step, n)
+                if not moved < HUGE:
+                    return OUTSIDE_CHART, moved
+                generator(params, like(t + c[i] * h, y[0]), Y, xi, rest)
+                found = largest(xi, m)
+                return (OUTSIDE_CHART, size) if found < HUGE else (NOT_FINITE, found)
+        return OUTSIDE_CHART, largest(step, n)
+
+    return Stages(write, diagnose)
+
+
+@functools.cache
+def rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -> Recorded:
+    """Return the stepper of RKMK methods in the coordinates of a group; it takes (generator,).
+
+    The coordinates are as for `stages_in`; the numbers of rows of states and of the algebra may be
+    constants, which unrolls the loops over them, or 0: any.
+    """
+    stages_of = stages_in(act, inverse)
+    write, diagnose = stages_of.write, stages_of.diagnose
 
     @helper
     def rkmk_step(
@@ -151,31 +201,24 @@ def rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
         h: float,
     ) -> tuple[int, int, float]:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
-        rows = int(coefficients[0])
-        m = int(coefficients[1])
+        n = rows if rows > 0 else int(coefficients[0])
+        d = m if m > 0 else int(coefficients[1])
         stages = int(coefficients[2])
         layout = part(coefficients, HEADER, int(coefficients[3]))
         b = part(coefficients, HEADER + len(layout) + stages * stages, stages)
-        y = part(memory, 0, rows)
-        carry = part(memory, rows, rows)
-        k = part(work, 0, stages * m)
-        u = part(work, stages * m, m)
-        xi = part(work, (stages + 1) * m, m)
-        step = part(work, (stages + 2) * m, rows)
-        at = (stages + 2) * m + rows
+        y, carry = part(memory, 0, n), part(memory, n, n)
+        u, step = part(work, 0, d), part(work, 2 * d, n)
+        at = 2 * d + 2 * n
+        k = part(work, at, stages * d)
+        at += stages * d
         rest = part(work, at, len(work) - at)
-        status, size = rkmk_stages(
-            functions[0], act, inverse,
-            params, coefficients, y, carry, k, u, xi, step, rest, t, h, 0,
-        )  # fmt: skip
-        if status != OK:
-            return status, 1, size
-        combine(b, k, h, 0.0 * y[0], u)
+        write(functions[0], params, coefficients, y, carry, work, t, h, 0, n, d)
+        combine(b, k, h, 0.0 * y[0], u, d)
         act(layout, u, y, step, rest)
-        size = largest(step)
-        if not size < HUGE:
-            return OUTSIDE_CHART, 1, size
-        for r in range(rows):
+        if not largest(step, n) < HUGE:
+            status, size = diagnose(functions[0], params, coefficients, y, carry, work, t, h, d)
+            return status, 1, size
+        for r in range(n):
             add_compensated(y, carry, r, step[r])
         return OK, 1, 0.0
 
@@ -183,8 +226,10 @@ def rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
 
 
 @functools.cache
-def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
+def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -> Recorded:
     """Return the stepper of adaptive RKMK methods; arguments and functions as `rkmk_stepper`."""
+    stages_of = stages_in(act, inverse)
+    write, diagnose = stages_of.write, stages_of.diagnose
 
     @helper
     def rkmk_attempt(
@@ -206,40 +251,38 @@ def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
         state: ``exp(e)·y − y``. `numbers` end with the weights of the errors, ``b − b̂`` and perhaps
         ``b − b_low``.
         """
-        rows = len(y)
-        m = len(first)
+        n = rows if rows > 0 else len(y)
+        d = m if m > 0 else len(first)
         stages = int(numbers[2])
         layout = part(numbers, HEADER, int(numbers[3]))
         at = HEADER + len(layout) + stages * stages
         b = part(numbers, at, stages)
         errors = at + 2 * stages
-        increment = part(work, 0, rows)
-        xi = part(work, 3 * rows, m)
-        k = part(work, 3 * rows + m, stages * m)
-        u = part(work, 3 * rows + (1 + stages) * m, m)
-        at = 3 * rows + (2 + stages) * m
-        rest = part(work, at, len(work) - at)
+        increment, last = part(work, 0, n), part(work, 3 * n, d)
+        own = part(work, 3 * n + d, len(work) - 3 * n - d)
+        u, xi, step = part(own, 0, d), part(own, d, d), part(own, 2 * d, n)
+        at = 2 * d + 2 * n
+        k = part(own, at, stages * d)
+        at += stages * d
+        rest = part(own, at, len(own) - at)
         if known == 1:
-            for r in range(m):
+            for r in range(d):
                 xi[r] = first[r]
-        status, size = rkmk_stages(
-            functions[0], act, inverse,
-            params, numbers, y, carry, k, u, xi, increment, rest, t, h, known,
-        )  # fmt: skip
-        if status != OK:
-            return status, size
+        write(functions[0], params, numbers, y, carry, own, t, h, known, n, d)
         zero = 0.0 * y[0]
         if reuse == 0:  # else it is the increment of the last stage
-            combine(b, k, h, zero, u)
-            act(layout, u, y, increment, rest)
-            size = largest(increment)
-            if not size < HUGE:
-                return OUTSIDE_CHART, size
+            combine(b, k, h, zero, u, d)
+            act(layout, u, y, step, rest)
+        if not largest(step, n) < HUGE:
+            return diagnose(functions[0], params, numbers, y, carry, own, t, h, d)
+        for r in range(n):
+            increment[r] = step[r]
         for estimate in range((len(numbers) - errors) // stages):
-            combine(part(numbers, errors + estimate * stages, stages), k, h, zero, u)
-            act(layout, u, y, part(work, (1 + estimate) * rows, rows), rest)
-        for r in range(m):
+            combine(part(numbers, errors + estimate * stages, stages), k, h, zero, u, d)
+            act(layout, u, y, part(work, (1 + estimate) * n, n), rest)
+        for r in range(d):
             first[r] = k[r]
+            last[r] = xi[r]
         return OK, 0.0
 
     return adaptive_stepper(rkmk_attempt, 1)
@@ -248,6 +291,6 @@ def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded) -> Recorded:
 def adaptive_rkmk_work_size(
     rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
 ) -> int:
-    """Rows of scratch: a second error beside those of a fixed step, and room for its first."""
+    """Rows of scratch: the increment, two errors and the last ξ beside those of a fixed step."""
     fixed = rkmk_work_size(rows, algebra_rows, stages, field_work, group_work)
-    return fixed + 2 * rows
+    return fixed + 3 * rows + algebra_rows

@@ -8,7 +8,7 @@ from ..kernels.blocks import scalar_block
 from ..kernels.commutator_free import commutator_free_stepper, commutator_free_work_size
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
 from .explicit import step_fraction, tableau_of
-from .forms import action_of, substeps
+from .forms import action_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
@@ -45,9 +45,9 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
         ]
         header = (rows, group.algebra_rows, stages, len(group.layout), s.problem.work)
         return Stepper(
-            kernel=commutator_free_stepper(),
-            signatures=("field", "action"),
-            functions=(generator, group.act),
+            kernel=commutator_free_stepper(group.act, *unrolled(rows, group.algebra_rows)),
+            signatures=("field",),
+            functions=(generator,),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, table.classical.c_float, *flows),
             fractions=substeps(),

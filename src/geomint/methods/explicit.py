@@ -16,7 +16,7 @@ from ..kernels.runge_kutta import (
 )
 from ..tableaux import RUNGE_KUTTA, Tableau
 from .adaptive import adaptive_stepper, made_adaptive, tolerances
-from .forms import field_of, substeps
+from .forms import field_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
@@ -107,7 +107,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
         memory = scalar_block(2 * rows)
         memory.data[:rows] = y0
         return Stepper(
-            kernel=runge_kutta_stepper(),
+            kernel=runge_kutta_stepper(*unrolled(rows)),
             signatures=("field",),
             functions=(field,),
             params=filled_block(s.problem.params),
@@ -130,7 +130,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
             table,
             allowed,
             start(s),
-            kernel=adaptive_runge_kutta_stepper(),
+            kernel=adaptive_runge_kutta_stepper(*unrolled(rows)),
             y0=y0,
             derivative_rows=rows,
             header=(rows, table.stages),

@@ -20,9 +20,17 @@ __all__ = [
     "piece_numbers",
     "splitting_of",
     "substeps",
+    "unrolled",
 ]
 
 Array = npt.NDArray[np.float64]
+MAX_UNROLLED_ROWS = 16  # beyond, a compilation for each size costs more than it saves
+
+
+def unrolled(rows: int, *others: int) -> tuple[int, ...]:
+    """Return numbers of rows as constants for kernels; zeros, "any", where states are large."""
+    constants = (rows, *others)
+    return constants if rows <= MAX_UNROLLED_ROWS else (0,) * len(constants)
 
 
 def substeps(lengths: Any = (1.0,), starts: Any = (0.0,)) -> Block:

@@ -21,7 +21,7 @@ from ..kernels.lanes import LANES
 from ..kernels.recorded import Recorded
 from ..tableaux import gauss_legendre
 from . import binding
-from .forms import field_of, piece_numbers, substeps
+from .forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
 from .method import Method, Start
 from .stepper import Stepper, filled_block
@@ -29,7 +29,6 @@ from .stepper import Stepper, filled_block
 __all__ = ["Gauss"]
 
 Array = npt.NDArray[np.float64]
-MAX_UNROLLED_ROWS = 16
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 
 
@@ -108,11 +107,10 @@ def _start(
     function, signature, scratch = _lane_field(s, field, rows, work)
     memory = scalar_block(gauss_memory_size(rows, groups))
     memory.data[:rows] = y0
-    unrolled = rows if rows <= MAX_UNROLLED_ROWS else 0
     numbers = _lane_coefficients(stages, groups, tuple(lengths))
     table = gauss_legendre(stages)
     return Stepper(
-        kernel=gauss_stepper(groups, unrolled, function if fused else None),
+        kernel=gauss_stepper(groups, *unrolled(rows), function if fused else None),
         signatures=() if fused else (signature,),
         functions=() if fused else (function,),
         params=filled_block(s.problem.params),

@@ -20,7 +20,7 @@ from ..kernels.rkmk import (
 from ..tableaux import Tableau
 from .adaptive import adaptive_stepper, made_adaptive, tolerances
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
-from .forms import action_of, substeps
+from .forms import action_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
@@ -114,7 +114,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
         memory.data[:rows] = s.y0
         header = (rows, m, stages, len(group.layout), s.problem.work)
         return Stepper(
-            kernel=rkmk_stepper(chart, inverse),
+            kernel=rkmk_stepper(chart, inverse, *unrolled(rows, m)),
             signatures=("field",),
             functions=(generator,),
             params=filled_block(s.problem.params),
@@ -139,7 +139,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
             table,
             allowed,
             start(s),
-            kernel=adaptive_rkmk_stepper(chart, inverse),
+            kernel=adaptive_rkmk_stepper(chart, inverse, *unrolled(rows, m)),
             y0=s.y0,
             derivative_rows=m,
             header=(rows, m, table.stages, len(group.layout), work, group.layout),
