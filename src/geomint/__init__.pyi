@@ -29,6 +29,7 @@ from .errors import (
     StepError as StepError,
 )
 from .errors import (
+    StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
 )
 from .forms import (
@@ -189,6 +190,7 @@ __all__ = [
     "Solution",
     "Splitting",
     "StepError",
+    "StepLimitError",
     "StepSizeError",
     "StressAxis",
     "StressCase",

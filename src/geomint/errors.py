@@ -16,6 +16,7 @@ __all__ = [
     "NonFiniteError",
     "SceneError",
     "StepError",
+    "StepLimitError",
     "StepSizeError",
     "nearest",
 ]
@@ -97,6 +98,12 @@ class NonFiniteError(StepError):
     """A step gave a number that is not finite."""
 
     reason = "the step gave a number that is not finite"
+
+
+class StepLimitError(StepError):
+    """More steps than `max_steps` allows an adaptive method."""
+
+    reason = "the end is not reached within max_steps"
 
 
 class StepSizeError(StepError):

@@ -83,7 +83,7 @@ def solve(
     ------
     DomainError, FormError, MethodError
         Before anything is computed.
-    ConvergenceError, NonFiniteError, StepSizeError
+    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
     chosen = find_method(method)

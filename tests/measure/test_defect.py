@@ -200,3 +200,27 @@ def test_noise_is_that_of_increments() -> None:
     p, y0 = PROBLEMS["henon-heiles"]
     drift = observed(p, "rk-4", y0, 1e-3, 1, compiled=False)
     assert (drift.scale - 1.0) * 2.0**-47 < 1e-16
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("h", [0.2, -0.2])
+def test_conditions_whose_gradients_grow_in_the_first_step(h: float) -> None:
+    """Their unit, a power of two, is that of the initial state: for one of these it is passed."""
+    p, y0 = PROBLEMS["spherical-pendulum"]
+    for power in np.linspace(0.0, 1.0, 33):
+        factor = float(2.0**power)
+        measure = gi.Measure(p.measure.log_density, scaled_conditions(factor), 2)
+        scaled = dataclasses.replace(p, measure=measure)
+        drift = observed(scaled, "rattle-2", y0, h, compiled=False)
+        assert drift.max_abs_error <= drift.scale * 2.0**-47 < 1e-10
+
+
+def scaled_conditions(factor: float):
+    """The conditions of the spherical pendulum, times that."""
+
+    @gi.field
+    def conditions(params, t, y, out, work):
+        out[0] = factor * (y[0] * y[0] + y[1] * y[1] + y[2] * y[2] - 1.0)
+        out[1] = factor * (y[0] * y[3] + y[1] * y[4] + y[2] * y[5])
+
+    return conditions

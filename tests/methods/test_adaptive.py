@@ -475,3 +475,26 @@ def test_the_size_of_an_error() -> None:
     e, low = [1e-3, 0.0, 0.0], [1e-1, 0.0, 0.0]
     expected = 1e-3 / 1.001e-3 / math.sqrt(1.0 + 0.01 * 1e4)
     assert size_of([1.0, 1.0, 1.0], e, low) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("limit", [1, 64, 65, 1000])
+@pytest.mark.parametrize("name", ["dop853-adaptive", "rkmk-dop853-adaptive"])
+def test_no_more_steps_than_allowed(name: str, limit: int) -> None:
+    """A limit that is met by the end is none; one step less is a typed error with what there is."""
+    problem, y0 = cases("action")[0]
+    method = gi.find_method(name).with_options(max_step=2.0**-7)
+    with pytest.raises(gi.StepLimitError, match=rf"max_steps = {limit}\b") as caught:
+        gi.solve(problem, y0, t_end=100.0, method=method.with_options(max_steps=limit))
+    assert caught.value.step == limit == caught.value.partial.steps
+    assert caught.value.residual == pytest.approx(100.0 - caught.value.t)
+    whole = gi.solve(problem, y0, t_end=caught.value.t, method=method)
+    again = method.with_options(max_steps=whole.steps)
+    same = gi.solve(problem, y0, t_end=caught.value.t, method=again)
+    assert same.steps == whole.steps
+    assert np.array_equal(same.y, whole.y)
+
+
+@pytest.mark.parametrize("limit", [0, -1, 10.5, math.inf, True])
+def test_limits_that_make_no_sense(limit: float) -> None:
+    with pytest.raises(gi.DomainError, match="max_steps"):
+        gi.RungeKutta("dop853", adaptive=True, max_steps=limit)

@@ -10,7 +10,7 @@ from typing import Any
 
 from .arithmetic import lane, maximum, total
 from .blocks import as_lanes, part
-from .measure_memory import BEGUN, CONDITION_SPACING, EPSILON, HEADER, LAYOUT, OWN, UNIT
+from .measure_memory import CONDITION_SPACING, EPSILON, HEADER, LAYOUT, OWN, UNIT
 from .recorded import helper
 from .reflections import log_det_near_identity, reflect, reflect_back, reflections
 
@@ -94,10 +94,11 @@ def make_frame(
     frame: Any,
     lanes: Any,
     work: Any,
+    first: bool,
 ) -> None:
     """Write the reflections that split normals and tangents at y, and ``log μ − ½ log det(CCᵀ)``.
 
-    Up to the scales of the conditions, which are constants of the run. The spacing of the
+    Up to the scales of the conditions, which the first frame of a run decides. The spacing of the
     differences of c is the largest at which they have no error but rounding: for polynomials of
     degree up to 6 the first.
     """
@@ -126,7 +127,7 @@ def make_frame(
                 spacing = 0.5 * spacing
         memory[CONDITION_SPACING] = spacing
         for a in range(m):
-            while memory[BEGUN] == 0.0 and condition_scales[a] < sizes[2 * a] < 1e300:
+            while first and condition_scales[a] < sizes[2 * a] < 1e300:
                 condition_scales[a] = 2.0 * condition_scales[a]
             for i in range(n):
                 C[a * n + i] = C[a * n + i] / condition_scales[a]

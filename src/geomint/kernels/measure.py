@@ -151,8 +151,9 @@ def sweep(
         before = old[0]
         for end in range(0 if remake else 1, 2):
             x, frame = (y, old) if end == 0 else (state, new)
+            first = begins and end == 0
             make_frame(
-                density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work
+                density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work, first
             )
         if remake:
             memory[ORIGIN] = old[0] if begins else memory[ORIGIN] + (old[0] - before)

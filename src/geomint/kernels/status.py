@@ -5,3 +5,4 @@ NOT_CONVERGED = 1
 NOT_FINITE = 2
 OUTSIDE_CHART = 3  # a stage lies where the coordinates of the group end
 STEP_TOO_SMALL = 4  # even the smallest step does not meet the tolerance
+TOO_MANY_STEPS = 5  # an adaptive method may take no more

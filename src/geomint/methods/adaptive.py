@@ -11,12 +11,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import DomainError, MethodError, NonFiniteError, StepError, StepSizeError
+from ..errors import (
+    DomainError,
+    MethodError,
+    NonFiniteError,
+    StepError,
+    StepLimitError,
+    StepSizeError,
+)
 from ..evaluate import derivative
 from ..kernels.adaptive import END, LARGEST, NEXT, REMEMBERED, SMALLEST
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
-from ..kernels.status import NOT_FINITE, OK, OUTSIDE_CHART
+from ..kernels.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..problem import Problem
 from ..tableaux import Tableau
 from .forms import piece_numbers
@@ -32,7 +39,7 @@ LEAST_RTOL = 2.0**-50
 
 @dataclass(frozen=True)
 class Tolerances:
-    """What a step may err, and how long it may be.
+    """What a step may err, how long it may be, and how many there may be.
 
     The estimated error of a step must not exceed ``atol + rtol max |y_i|`` in any piece of the state,
     with y_i the rows of the piece before and after the step.
@@ -41,6 +48,7 @@ class Tolerances:
     rtol: float = 1e-8
     atol: float = 1e-12
     max_step: float = math.inf
+    max_steps: int = 10**8
 
     def __post_init__(self) -> None:
         if not LEAST_RTOL <= self.rtol <= 0.1:
@@ -49,6 +57,8 @@ class Tolerances:
             raise DomainError("atol", self.atol, "a number ≥ 0")
         if not self.max_step > 0.0:
             raise DomainError("max_step", self.max_step, "a number > 0")
+        if not isinstance(self.max_steps, int | np.integer) or self.max_steps < 1:
+            raise DomainError("max_steps", self.max_steps, "a whole number ≥ 1")
 
     def first_step(self, order: int, problem: Problem, y0: Array, end: float) -> float:
         """Return the length of a first step towards `end`, for a method of some order.
@@ -84,9 +94,10 @@ def tolerances(
     rtol: float | None,
     atol: float | None,
     max_step: float | None,
+    max_steps: int | None,
 ) -> Tolerances | None:
     """Return what the options of a method say, None for fixed steps; or raise."""
-    given = {"rtol": rtol, "atol": atol, "max_step": max_step}
+    given = {"rtol": rtol, "atol": atol, "max_step": max_step, "max_steps": max_steps}
     given = {name: value for name, value in given.items() if value is not None}
     if not adaptive:
         if given:
@@ -97,7 +108,8 @@ def tolerances(
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise DomainError(name, value, "a number")
-    return Tolerances(**{name: float(value) for name, value in given.items() if value is not None})
+    limit = given.pop("max_steps", Tolerances.max_steps)
+    return Tolerances(**{name: float(value) for name, value in given.items()}, max_steps=limit)
 
 
 @dataclass
@@ -143,6 +155,11 @@ class AdaptiveStepper(Stepper):
         return bool(self.time == self.coefficients.data[END])
 
     @property
+    def left(self) -> float:
+        """How far the end is, in the problem's own time."""
+        return float(self.coefficients.data[END]) - self.time
+
+    @property
     def extremes(self) -> tuple[float, float]:
         """Smallest and largest step so far, without those that the end cuts short; 0, 0 if none."""
         smallest, largest = (float(self._remembered(which)) for which in (SMALLEST, LARGEST))
@@ -161,7 +178,10 @@ class AdaptiveStepper(Stepper):
 
     def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
         """Take up to `count` steps, write every `every`-th state with its time, and the end's."""
-        result = super().advance(first, count, every, out)
+        left = self.allowed.max_steps - first
+        result = super().advance(first, min(count, left), every, out)
+        if result.status == OK and result.steps == left < count and not self.finished:
+            result = result._replace(status=TOO_MANY_STEPS, residual=abs(self.left))
         if result.status != OK:
             self._tried = self._remembered(NEXT)
         return result
@@ -180,6 +200,8 @@ class AdaptiveStepper(Stepper):
             return NonFiniteError(*numbers, f"even with h = {h:.3g}")
         if result.status == OUTSIDE_CHART:
             return StepSizeError(*numbers, f"even h = {h:.3g} leaves the group's coordinates", h=h)
+        if result.status == TOO_MANY_STEPS:
+            return StepLimitError(*numbers, f"max_steps = {self.allowed.max_steps}; h = {h:.3g}")
         hint = (
             f"rtol = {self.allowed.rtol:g} and atol = {self.allowed.atol:g} ask for a step of "
             f"{h:.3g}; the solution may end here, or the tolerances lie below rounding"

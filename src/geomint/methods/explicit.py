@@ -69,6 +69,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
     rtol: float | None = None,
     atol: float | None = None,
     max_step: float | None = None,
+    max_steps: int | None = None,
 ) -> Method:
     """Explicit Runge–Kutta method of a tableau, at fixed or adaptive step.
 
@@ -83,6 +84,8 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
         ``atol + rtol max |y_i|`` in every piece of the state. Defaults 1e-8 and 1e-12.
     max_step : float
         With ``adaptive``: no step is longer. Default: no bound.
+    max_steps : int
+        With ``adaptive``: a run that needs more is a `StepLimitError`. Default: 10⁸.
 
     Raises
     ------
@@ -99,7 +102,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
     piece of the state.
     """
     table = explicit_tableau(tableau)
-    allowed = tolerances(table, adaptive, rtol, atol, max_step)
+    allowed = tolerances(table, adaptive, rtol, atol, max_step, max_steps)
     stages, numbers = fixed_step_numbers(table)
 
     def start(s: Start) -> Stepper:

@@ -71,6 +71,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
     rtol: float | None = None,
     atol: float | None = None,
     max_step: float | None = None,
+    max_steps: int | None = None,
 ) -> Method:
     """Runge–Kutta–Munthe-Kaas method of an explicit tableau, at fixed or adaptive step.
 
@@ -81,7 +82,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
     coordinates : ``"exp"`` or ``"cayley"``
         The map ψ from the algebra to the group: the exponential, or on quadratic groups
         ``cay(u) = (1 − u/2)⁻¹ (1 + u/2)``.
-    adaptive, rtol, atol, max_step
+    adaptive, rtol, atol, max_step, max_steps
         As for `geomint.RungeKutta`. The error is that of the exponent, e = u₁ − û₁ in the algebra,
         measured by what it does to the state, ψ(e)·y − y: so the tolerances mean the same for all
         groups and states.
@@ -103,7 +104,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
     if coordinates not in COORDINATES:
         raise DomainError("coordinates", coordinates, f"one of {list(COORDINATES)}")
     table = explicit_tableau(tableau)
-    allowed = tolerances(table, adaptive, rtol, atol, max_step)
+    allowed = tolerances(table, adaptive, rtol, atol, max_step, max_steps)
     stages, numbers = fixed_step_numbers(table)
 
     def start(s: Start) -> Stepper:
