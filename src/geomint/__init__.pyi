@@ -30,6 +30,8 @@ from .errors import (
 )
 from .errors import (
     StepLimitError as StepLimitError,
+)
+from .errors import (
     StepSizeError as StepSizeError,
 )
 from .forms import (

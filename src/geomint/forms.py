@@ -39,6 +39,9 @@ class Group:
     cayley, dcayinv : recorded, optional
         The same as `act` and `dexpinv` for ``cay(ξ) = (1 − ξ/2)⁻¹(1 + ξ/2)`` instead of exp, where
         the group is quadratic: ``dcay_u⁻¹ v = (1 − u/2) v (1 + u/2)``.
+    inline : bool
+        The functions take a few dozen operations: compile them into every method, since calls would
+        cost as much again. Else methods call them, and are compiled once for all groups.
 
     Notes
     -----
@@ -55,6 +58,7 @@ class Group:
     cayley: Recorded | None = None
     dexpinv: Recorded | None = None
     dcayinv: Recorded | None = None
+    inline: bool = False
 
 
 @dataclass(frozen=True)

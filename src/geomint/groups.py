@@ -29,6 +29,7 @@ def so3(vectors: int) -> Group:
         cayley=so3_cayley,
         dexpinv=so3_dexpinv,
         dcayinv=so3_dcayinv,
+        inline=True,
     )
 
 

@@ -42,19 +42,25 @@ def combine_generators(
 
 
 @functools.cache
-def commutator_free_stepper(act: Recorded, rows: int, m: int) -> Recorded:
-    """Return the stepper of commutator-free methods for an action; it takes (generator,).
+def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded:
+    """Return the stepper of commutator-free methods.
 
-    The action is compiled in. The numbers of rows of states and of the algebra may be constants,
-    which unrolls the loops over them, or 0: any.
+    Parameters
+    ----------
+    act : Recorded or None
+        The action, to be compiled in; the stepper takes (generator,). With None it takes
+        (generator, act).
+    rows, m : int
+        Numbers of rows of states and of the algebra, as constants that unroll the loops over them,
+        or 0: any.
     """
 
-    @helper
+    @inlined
     def commutator_free_step(
-        functions: Any,
+        generator: Any,
+        act: Any,
         params: Any,
         coefficients: Any,
-        substep: int,
         memory: Any,
         work: Any,
         t: float,
@@ -64,7 +70,6 @@ def commutator_free_stepper(act: Recorded, rows: int, m: int) -> Recorded:
 
         Summed before they are added to the state, moves lose nothing to its rounding.
         """
-        generator = functions[0]
         n = rows if rows > 0 else int(coefficients[0])
         d = m if m > 0 else int(coefficients[1])
         stages = int(coefficients[2])
@@ -117,4 +122,14 @@ def commutator_free_stepper(act: Recorded, rows: int, m: int) -> Recorded:
             add_compensated(y, carry, r, moves[stages * n + r])
         return OK, 1, 0.0
 
-    return stepper(commutator_free_step, 1)
+    if act is None:
+
+        def commutator_free(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+            return commutator_free_step(functions[0], functions[1], p, c, memory, work, t, h)
+
+        return stepper(helper(commutator_free), 2)
+
+    def commutator_free_in(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+        return commutator_free_step(functions[0], act, p, c, memory, work, t, h)
+
+    return stepper(helper(commutator_free_in), 1)

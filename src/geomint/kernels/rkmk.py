@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import Any
 
 from .adaptive import adaptive_stepper
 from .advance import stepper
@@ -63,138 +63,131 @@ def dexpinv_series(
     return helper(dexpinv)
 
 
-class Stages(NamedTuple):
-    """What RKMK steps in some coordinates consist of, see `stages_in`."""
+@inlined
+def stage_value(
+    act: Any, coefficients: Any, at: int, i: int, k: Any, y: Any, carry: Any, work: Any,
+    scratch: Any, h: float, n: int, m: int,
+) -> None:  # fmt: skip
+    """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
+    stages = int(coefficients[2])
+    layout = part(coefficients, HEADER, int(coefficients[3]))
+    u, step, Y = part(work, 0, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+    if i == 0:
+        for r in range(n):
+            Y[r] = y[r] + carry[r]
+    else:
+        combine(part(coefficients, at + i * stages, i), k, h, 0.0 * y[0], u, m)
+        act(layout, u, y, step, scratch)
+        for r in range(n):
+            Y[r] = y[r] + (carry[r] + step[r])
 
-    write: Recorded
-    diagnose: Recorded
 
+@inlined
+def write_stages(
+    generator: Any,
+    act: Any,
+    inverse: Any,
+    params: Any,
+    coefficients: Any,
+    y: Any,
+    carry: Any,
+    work: Any,
+    t: float,
+    h: float,
+    known: int,
+    n: int,
+    m: int,
+) -> None:
+    """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `work` before them.
 
-@functools.cache
-def stages_in(act: Recorded, inverse: Recorded) -> Stages:
-    """Return the stages of RKMK methods in the coordinates of a group.
-
-    `act` is the coordinates' map as an increment of the state, `inverse` the inverse of the map's
-    differential. Both are compiled in: on SO(3) they are a few dozen operations each, and calls
-    through pointers would cost as much again.
+    y and its carry are an unevaluated sum. With `known` = 1, the place of ξ holds ξ(t, y) at
+    first. Nothing is checked: what is not finite spreads to the end of the step, see
+    `diagnose`.
     """
-
-    @inlined
-    def stage_value(
-        coefficients: Any, at: int, i: int, k: Any, y: Any, carry: Any, work: Any,
-        scratch: Any, h: float, n: int, m: int,
-    ) -> None:  # fmt: skip
-        """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
-        stages = int(coefficients[2])
-        layout = part(coefficients, HEADER, int(coefficients[3]))
-        u, step, Y = part(work, 0, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
-        if i == 0:
-            for r in range(n):
-                Y[r] = y[r] + carry[r]
+    stages = int(coefficients[2])
+    layout = part(coefficients, HEADER, int(coefficients[3]))
+    field_work = int(coefficients[4])
+    a = HEADER + len(layout)
+    c = part(coefficients, a + stages * (stages + 1), stages)
+    u, xi, Y = part(work, 0, m), part(work, m, m), part(work, 2 * m + n, n)
+    at = 2 * m + 2 * n
+    k = part(work, at, stages * m)
+    at += stages * m
+    field_scratch = part(work, at, field_work)
+    at += field_work
+    scratch = part(work, at, len(work) - at)
+    for i in range(stages):
+        stage_value(act, coefficients, a, i, k, y, carry, work, scratch, h, n, m)
+        if i >= known:
+            generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
+        derivative = part(k, i * m, m)
+        if i == 0:  # u = 0, where dexp is the identity
+            for r in range(m):
+                derivative[r] = xi[r]
         else:
-            combine(part(coefficients, at + i * stages, i), k, h, 0.0 * y[0], u, m)
-            act(layout, u, y, step, scratch)
-            for r in range(n):
-                Y[r] = y[r] + (carry[r] + step[r])
+            inverse(layout, u, xi, derivative, scratch)
 
-    @inlined
-    def write(
-        generator: Any,
-        params: Any,
-        coefficients: Any,
-        y: Any,
-        carry: Any,
-        work: Any,
-        t: float,
-        h: float,
-        known: int,
-        n: int,
-        m: int,
-    ) -> None:
-        """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `work` before them.
 
-        y and its carry are an unevaluated sum. With `known` = 1, the place of ξ holds ξ(t, y) at
-        first. Nothing is checked: what is not finite spreads to the end of the step, see
-        `diagnose`.
-        """
-        stages = int(coefficients[2])
-        layout = part(coefficients, HEADER, int(coefficients[3]))
-        field_work = int(coefficients[4])
-        a = HEADER + len(layout)
-        c = part(coefficients, a + stages * (stages + 1), stages)
-        u, xi, Y = part(work, 0, m), part(work, m, m), part(work, 2 * m + n, n)
-        at = 2 * m + 2 * n
-        k = part(work, at, stages * m)
-        at += stages * m
-        field_scratch = part(work, at, field_work)
-        at += field_work
-        scratch = part(work, at, len(work) - at)
-        for i in range(stages):
-            stage_value(coefficients, a, i, k, y, carry, work, scratch, h, n, m)
-            if i >= known:
-                generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
-            derivative = part(k, i * m, m)
-            if i == 0:  # u = 0, where dexp is the identity
-                for r in range(m):
-                    derivative[r] = xi[r]
-            else:
-                inverse(layout, u, xi, derivative, scratch)
-
-    @helper
-    def diagnose(
-        generator: Any,
-        params: Any,
-        coefficients: Any,
-        y: Any,
-        carry: Any,
-        work: Any,
-        t: float,
-        h: float,
-        m: int,
-    ) -> tuple[int, float]:
-        """Return (status, residual) of a step whose increment is not finite: the first cause."""
-        n = len(y)
-        stages = int(coefficients[2])
-        a = HEADER + int(coefficients[3])
-        c = part(coefficients, a + stages * (stages + 1), stages)
-        xi, step, Y = part(work, m, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
-        at = 2 * m + 2 * n
-        k = part(work, at, stages * m)
-        at += stages * m
-        rest = part(work, at, len(work) - at)
-        for i in range(stages):
-            size = largest(part(k, i * m, m), m)
-            if not size < HUGE:
-                if i == 0:
-                    return NOT_FINITE, size
-                stage_value(coefficients, a, i, k, y, carry, work, rest, h, n, m)
-                moved = largest(step, n)
-                if not moved < HUGE:
-                    return OUTSIDE_CHART, moved
-                generator(params, like(t + c[i] * h, y[0]), Y, xi, rest)
-                found = largest(xi, m)
-                return (OUTSIDE_CHART, size) if found < HUGE else (NOT_FINITE, found)
-        return OUTSIDE_CHART, largest(step, n)
-
-    return Stages(write, diagnose)
+@helper
+def diagnose(
+    generator: Any,
+    act: Any,
+    params: Any,
+    coefficients: Any,
+    y: Any,
+    carry: Any,
+    work: Any,
+    t: float,
+    h: float,
+    m: int,
+) -> tuple[int, float]:
+    """Return (status, residual) of a step whose increment is not finite: the first cause."""
+    n = len(y)
+    stages = int(coefficients[2])
+    a = HEADER + int(coefficients[3])
+    c = part(coefficients, a + stages * (stages + 1), stages)
+    xi, step, Y = part(work, m, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+    at = 2 * m + 2 * n
+    k = part(work, at, stages * m)
+    at += stages * m
+    rest = part(work, at, len(work) - at)
+    for i in range(stages):
+        size = largest(part(k, i * m, m), m)
+        if not size < HUGE:
+            if i == 0:
+                return NOT_FINITE, size
+            stage_value(act, coefficients, a, i, k, y, carry, work, rest, h, n, m)
+            moved = largest(step, n)
+            if not moved < HUGE:
+                return OUTSIDE_CHART, moved
+            generator(params, like(t + c[i] * h, y[0]), Y, xi, rest)
+            found = largest(xi, m)
+            return (OUTSIDE_CHART, size) if found < HUGE else (NOT_FINITE, found)
+    return OUTSIDE_CHART, largest(step, n)
 
 
 @functools.cache
-def rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -> Recorded:
-    """Return the stepper of RKMK methods in the coordinates of a group; it takes (generator,).
+def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: int) -> Recorded:
+    """Return the stepper of RKMK methods in the coordinates of a group.
 
-    The coordinates are as for `stages_in`; the numbers of rows of states and of the algebra may be
-    constants, which unrolls the loops over them, or 0: any.
+    Parameters
+    ----------
+    act, inverse : Recorded or None
+        The coordinates' map as an increment of the state and the inverse of the map's differential,
+        to be compiled in; the stepper takes (generator,). With None it takes (generator, act,
+        inverse).
+    rows, m : int
+        Numbers of rows of states and of the algebra, as constants that unroll the loops over them,
+        or 0: any.
     """
-    stages_of = stages_in(act, inverse)
-    write, diagnose = stages_of.write, stages_of.diagnose
 
-    @helper
+    @inlined
     def rkmk_step(
-        functions: Any,
+        generator: Any,
+        act: Any,
+        inverse: Any,
         params: Any,
         coefficients: Any,
-        substep: int,
         memory: Any,
         work: Any,
         t: float,
@@ -212,28 +205,40 @@ def rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -> Recorde
         k = part(work, at, stages * d)
         at += stages * d
         rest = part(work, at, len(work) - at)
-        write(functions[0], params, coefficients, y, carry, work, t, h, 0, n, d)
+        write_stages(generator, act, inverse, params, coefficients, y, carry, work, t, h, 0, n, d)
         combine(b, k, h, 0.0 * y[0], u, d)
         act(layout, u, y, step, rest)
         if not largest(step, n) < HUGE:
-            status, size = diagnose(functions[0], params, coefficients, y, carry, work, t, h, d)
+            status, size = diagnose(generator, act, params, coefficients, y, carry, work, t, h, d)
             return status, 1, size
         for r in range(n):
             add_compensated(y, carry, r, step[r])
         return OK, 1, 0.0
 
-    return stepper(rkmk_step, 1)
+    if act is None:
+
+        def rkmk(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+            return rkmk_step(functions[0], functions[1], functions[2], p, c, memory, work, t, h)
+
+        return stepper(helper(rkmk), 3)
+
+    def rkmk_in(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+        return rkmk_step(functions[0], act, inverse, p, c, memory, work, t, h)
+
+    return stepper(helper(rkmk_in), 1)
 
 
 @functools.cache
-def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -> Recorded:
+def adaptive_rkmk_stepper(
+    act: Recorded | None, inverse: Recorded | None, rows: int, m: int
+) -> Recorded:
     """Return the stepper of adaptive RKMK methods; arguments and functions as `rkmk_stepper`."""
-    stages_of = stages_in(act, inverse)
-    write, diagnose = stages_of.write, stages_of.diagnose
 
-    @helper
+    @inlined
     def rkmk_attempt(
-        functions: Any,
+        generator: Any,
+        act: Any,
+        inverse: Any,
         params: Any,
         numbers: Any,
         reuse: int,
@@ -268,13 +273,13 @@ def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -
         if known == 1:
             for r in range(d):
                 xi[r] = first[r]
-        write(functions[0], params, numbers, y, carry, own, t, h, known, n, d)
+        write_stages(generator, act, inverse, params, numbers, y, carry, own, t, h, known, n, d)
         zero = 0.0 * y[0]
         if reuse == 0:  # else it is the increment of the last stage
             combine(b, k, h, zero, u, d)
             act(layout, u, y, step, rest)
         if not largest(step, n) < HUGE:
-            return diagnose(functions[0], params, numbers, y, carry, own, t, h, d)
+            return diagnose(generator, act, params, numbers, y, carry, own, t, h, d)
         for r in range(n):
             increment[r] = step[r]
         for estimate in range((len(numbers) - errors) // stages):
@@ -285,7 +290,17 @@ def adaptive_rkmk_stepper(act: Recorded, inverse: Recorded, rows: int, m: int) -
             last[r] = xi[r]
         return OK, 0.0
 
-    return adaptive_stepper(rkmk_attempt, 1)
+    if act is None:
+
+        def rkmk(f, p, c, reuse, y, carry, first, known, work, t, h):  # type: ignore[no-untyped-def]
+            return rkmk_attempt(f[0], f[1], f[2], p, c, reuse, y, carry, first, known, work, t, h)
+
+        return adaptive_stepper(helper(rkmk), 3)
+
+    def rkmk_in(f, p, c, reuse, y, carry, first, known, work, t, h):  # type: ignore[no-untyped-def]
+        return rkmk_attempt(f[0], act, inverse, p, c, reuse, y, carry, first, known, work, t, h)
+
+    return adaptive_stepper(helper(rkmk_in), 1)
 
 
 def adaptive_rkmk_work_size(

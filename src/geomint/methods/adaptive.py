@@ -108,8 +108,9 @@ def tolerances(
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise DomainError(name, value, "a number")
-    limit = given.pop("max_steps", Tolerances.max_steps)
-    return Tolerances(**{name: float(value) for name, value in given.items()}, max_steps=limit)
+    limit = Tolerances.max_steps if max_steps is None else max_steps
+    numbers = {name: float(v) for name, v in given.items() if v is not None and name != "max_steps"}
+    return Tolerances(**numbers, max_steps=limit)
 
 
 @dataclass

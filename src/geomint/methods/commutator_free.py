@@ -8,7 +8,7 @@ from ..kernels.blocks import scalar_block
 from ..kernels.commutator_free import commutator_free_stepper, commutator_free_work_size
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
 from .explicit import step_fraction, tableau_of
-from .forms import action_of, substeps, unrolled
+from .forms import action_of, maps_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
@@ -34,6 +34,7 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
 
     def start(s: Start) -> Stepper:
         generator, group = action_of(s)
+        maps = maps_of(group, group.act)
         rows, stages = s.problem.rows, len(table.stages)
         memory = scalar_block(2 * rows)
         memory.data[:rows] = s.y0
@@ -45,9 +46,9 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
         ]
         header = (rows, group.algebra_rows, stages, len(group.layout), s.problem.work)
         return Stepper(
-            kernel=commutator_free_stepper(group.act, *unrolled(rows, group.algebra_rows)),
-            signatures=("field",),
-            functions=(generator,),
+            kernel=commutator_free_stepper(*maps.inline, *unrolled(rows, group.algebra_rows)),
+            signatures=("field", *maps.signatures),
+            functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, table.classical.c_float, *flows),
             fractions=substeps(),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..forms import Group
 from ..kernels.blocks import Block
 from ..kernels.recorded import Recorded
 from . import binding
@@ -17,6 +18,7 @@ __all__ = [
     "action_of",
     "field_of",
     "hamiltonian_of",
+    "maps_of",
     "piece_numbers",
     "splitting_of",
     "substeps",
@@ -24,13 +26,13 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
-MAX_UNROLLED_ROWS = 16  # beyond, a compilation for each size costs more than it saves
+MAX_UNROLLED_ROWS = 8  # beyond, a compilation for each size costs more than it saves
 
 
-def unrolled(rows: int, *others: int) -> tuple[int, ...]:
+def unrolled(rows: int, *others: int, limit: int = MAX_UNROLLED_ROWS) -> tuple[int, ...]:
     """Return numbers of rows as constants for kernels; zeros, "any", where states are large."""
     constants = (rows, *others)
-    return constants if rows <= MAX_UNROLLED_ROWS else (0,) * len(constants)
+    return constants if rows <= limit else (0,) * len(constants)
 
 
 def substeps(lengths: Any = (1.0,), starts: Any = (0.0,)) -> Block:
@@ -63,6 +65,21 @@ def action_of(s: Start) -> tuple[Recorded, Any]:
     rows = action.group.algebra_rows
     generator = binding.bind_field(action.generator, len(s.problem.params), s.problem.rows, rows)
     return generator, action.group
+
+
+class Maps(NamedTuple):
+    """Functions of a group, where they are compiled in; else those that a kernel takes."""
+
+    inline: tuple[Recorded | None, ...]
+    functions: tuple[Recorded, ...]
+    signatures: tuple[str, ...]
+
+
+def maps_of(group: Group, *maps: Recorded) -> Maps:
+    """Return how a kernel gets those functions of a group."""
+    if group.inline:
+        return Maps(maps, (), ())
+    return Maps((None,) * len(maps), maps, ("action",) * len(maps))
 
 
 def hamiltonian_of(s: Start) -> tuple[tuple[Recorded, Recorded, Recorded], int, int]:

@@ -29,6 +29,7 @@ from .stepper import Stepper, filled_block
 __all__ = ["Gauss"]
 
 Array = npt.NDArray[np.float64]
+MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit step
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 
 
@@ -110,7 +111,9 @@ def _start(
     numbers = _lane_coefficients(stages, groups, tuple(lengths))
     table = gauss_legendre(stages)
     return Stepper(
-        kernel=gauss_stepper(groups, *unrolled(rows), function if fused else None),
+        kernel=gauss_stepper(
+            groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if fused else None
+        ),
         signatures=() if fused else (signature,),
         functions=() if fused else (function,),
         params=filled_block(s.problem.params),

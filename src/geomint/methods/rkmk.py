@@ -20,7 +20,7 @@ from ..kernels.rkmk import (
 from ..tableaux import Tableau
 from .adaptive import adaptive_stepper, made_adaptive, tolerances
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
-from .forms import action_of, substeps, unrolled
+from .forms import action_of, maps_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 
@@ -109,15 +109,16 @@ def RKMK(  # noqa: N802 - reads as the method it is
 
     def start(s: Start) -> Stepper:
         generator, group = action_of(s)
-        chart, inverse, group_work = coordinates_of(group, coordinates, table.order)
+        *chart, group_work = coordinates_of(group, coordinates, table.order)
+        maps = maps_of(group, *chart)
         rows, m = s.problem.rows, group.algebra_rows
         memory = scalar_block(2 * rows)
         memory.data[:rows] = s.y0
         header = (rows, m, stages, len(group.layout), s.problem.work)
         return Stepper(
-            kernel=rkmk_stepper(chart, inverse, *unrolled(rows, m)),
-            signatures=("field",),
-            functions=(generator,),
+            kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
+            signatures=("field", *maps.signatures),
+            functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, *numbers),
             fractions=substeps(),
@@ -133,14 +134,15 @@ def RKMK(  # noqa: N802 - reads as the method it is
     def start_adaptive(s: Start) -> Stepper:
         assert allowed is not None
         _, group = action_of(s)
-        chart, inverse, group_work = coordinates_of(group, coordinates, table.order)
+        *chart, group_work = coordinates_of(group, coordinates, table.order)
+        maps = maps_of(group, *chart)
         rows, m, work = s.problem.rows, group.algebra_rows, s.problem.work
         return adaptive_stepper(
             s,
             table,
             allowed,
             start(s),
-            kernel=adaptive_rkmk_stepper(chart, inverse, *unrolled(rows, m)),
+            kernel=adaptive_rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             y0=s.y0,
             derivative_rows=m,
             header=(rows, m, table.stages, len(group.layout), work, group.layout),

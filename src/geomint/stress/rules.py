@@ -20,11 +20,11 @@ unresolved  not ok, and none can be expected: the step is longer than the method
             shortest time of the motion, or round-off alone may grow to 0.1
 ==========  ========================================================================================
 
-An adaptive method may take a million steps. What is neither ok nor unresolved is wrong. The error of the state is the largest difference of a
-piece from the reference, relative to that piece, or to the state where the piece is 0. Where no
-reference can be computed it is the difference from the same method at half the step, or with a
-sixteenth of the tolerance. The shortest time of the motion is the shortest characteristic time of
-the states of the run, or ten times that in which neighbouring states part by a factor e, whichever
-is shorter. How `condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved
-by a method that promises to follow it.
+An adaptive method may take a million steps. What is neither ok nor unresolved is wrong. The error
+of the state is the largest difference of a piece from the reference, relative to that piece, or to
+the state where the piece is 0. Where no reference can be computed it is the difference from the
+same method at half the step, or with a sixteenth of the tolerance. The shortest time of the motion
+is the shortest characteristic time of the states of the run, or ten times that in which
+neighbouring states part by a factor e, whichever is shorter. How `condition` is measured:
+`geomint.stress.truth`. A steady motion is never unresolved by a method that promises to follow it.
 """
