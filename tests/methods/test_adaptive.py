@@ -323,7 +323,8 @@ def test_a_run_is_saved_and_read(tmp_path) -> None:
     np.testing.assert_array_equal(saved.y, sol.y)
     assert saved.provenance["rejected"] == sol.rejected
     assert saved.provenance["step_sizes"] == sol.step_sizes._asdict()
-    assert saved.provenance["method_options"] == {"rtol": 1e-8, "atol": 1e-12, "max_step": None}
+    options = {"rtol": 1e-8, "atol": 1e-12, "max_step": None, "max_steps": 10**8}
+    assert saved.provenance["method_options"] == options
 
 
 # --- failures -------------------------------------------------------------------------------------
@@ -425,7 +426,7 @@ def test_options_are_checked(make, message: str) -> None:
 def test_options_are_kept() -> None:
     """Changing one leaves the others, the name and the coordinates."""
     method = find_method("rkmk-cayley-dop853-adaptive").with_options(rtol=1e-6)
-    assert method.options == {"rtol": 1e-6, "atol": 1e-12, "max_step": math.inf}
+    assert method.options == {"rtol": 1e-6, "atol": 1e-12, "max_step": math.inf, "max_steps": 10**8}
     assert method.with_options(atol=0.0).options["rtol"] == 1e-6
     assert method.name == "rkmk-cayley-dop853-adaptive"
     assert "Cayley" in method.summary
