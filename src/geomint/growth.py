@@ -11,7 +11,7 @@ The rule, in this order (`RULE` states it for reports):
     No deviation is larger than 32 ε × scale, where the scale of a quantity v at the initial state
     is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number of the state once may do to it.
 ``undetermined``
-    There are fewer than 64 windows.
+    There are fewer than 64 windows (or none, which comes before ``roundoff``).
 ``linear``, ``faster``
     There is a trend: the c_k are likelier by a factor e⁵ (twice the difference of the logarithms of
     the likelihoods is above 10; 16 for the parabola) as a straight line or a parabola plus noise,
@@ -96,6 +96,8 @@ def classify(times: Array, means: Array, maxima: Array, largest: float, level: f
     level : float
         The round-off level, 32 ε × scale.
     """
+    if len(means) == 0:
+        return "undetermined"
     if not (np.isfinite(largest) and np.isfinite(means).all()):
         return "faster"
     if largest <= level:
