@@ -56,7 +56,7 @@ class Drift:
         for key in ("name", "windows"):
             del numbers[key]
         numbers["class"] = numbers.pop("kind")
-        numbers["samples"] = self.windows.samples
+        numbers["samples"], numbers["until"] = self.windows.samples, self.windows.last_time
         return numbers
 
 

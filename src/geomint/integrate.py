@@ -36,6 +36,7 @@ def solve(
     save_every: int | None = None,
     observe: Any = (),
     observe_every: int = 1,
+    measure_steps: int | None = None,
     clock: bool | None = None,
     progress: bool | None = None,
     compiled: bool = True,
@@ -67,6 +68,9 @@ def solve(
         What to watch, see `geomint.observe.choose_observables`.
     observe_every : int
         Watch every that many steps.
+    measure_steps : int, optional
+        Watch the measure over the first that many steps only; it costs as much as tens of steps.
+        Default: all.
     clock : bool, optional
         Whether physical time is integrated beside a problem in τ. Default: if the method can.
     progress : bool, optional
@@ -91,7 +95,11 @@ def solve(
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step)
     wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
     chosen.check_fits(problem, wants_clock)
-    for name, count in (("save_every", save_every), ("observe_every", observe_every)):
+    for name, count in (
+        ("save_every", save_every),
+        ("observe_every", observe_every),
+        ("measure_steps", measure_steps),
+    ):
         whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
         if count is not None and not (whole and count >= 1):
             raise DomainError(name, count, "a whole number ≥ 1")
@@ -107,7 +115,7 @@ def solve(
             end=timeline.own_end,
         )
     )
-    observers = Observers(problem, watched, state, stepper)
+    observers = Observers(problem, watched, state, stepper, measure_steps)
     recorder = Recorder(problem, stepper, timeline, observers, save_every, observe_every, t_eval)
     total = timeline.own_end or timeline.physical_end if timeline.steps is None else timeline.steps
     with Progress(progress, None if total is None else abs(total), chosen.name) as bar:

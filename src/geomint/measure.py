@@ -56,7 +56,7 @@ def no_conditions(params, t, y, out, work):  # type: ignore[no-untyped-def]
 
 
 class MeasureObserver:
-    """Sums the defects of all steps and keeps their windows.
+    """Sums the defects of all steps, or of the first `limit`, and keeps the windows of the sum.
 
     Attributes
     ----------
@@ -64,7 +64,9 @@ class MeasureObserver:
         Of the sum, which is 0 at the start.
     """
 
-    def __init__(self, problem: Problem, stepper: Stepper, y0: Array) -> None:
+    def __init__(
+        self, problem: Problem, stepper: Stepper, y0: Array, limit: int | None = None
+    ) -> None:
         assert problem.measure is not None  # choose_observables has refused others
         self._problem, self._stepper = problem, stepper
         self._compiled = stepper.compiled
@@ -79,7 +81,7 @@ class MeasureObserver:
         count = lane_rows(n, m, *sizes, problem.work)
         self._lane_numbers = scalar_block(8 * count)
         self._work = scalar_block(work_size(n, m, problem.work))
-        self._time = stepper.t0
+        self._time, self._left = stepper.t0, limit
         self._entry: Any = None
         self._arguments: tuple[Any, ...] = ()
         self.windows = Windows(0.0)
@@ -152,6 +154,12 @@ class MeasureObserver:
             The length of the steps; 0: the differences of their times.
         """
         self.prepare()
+        if self._left is not None:
+            if self._left == 0:
+                return
+            here = slice(0, self._left)
+            times, labels, states, watched = times[here], labels[here], states[here], watched[here]
+            self._left -= len(times)
         starts = np.concatenate(([self._time], times[:-1]))
         lengths = np.full(len(times), step) if step else times - starts
         values = np.zeros(len(times))

@@ -99,13 +99,16 @@ class Observers:
         chosen: Mapping[str, Recorded | Measure],
         y0: Array,
         stepper: Stepper,
+        measure_steps: int | None = None,
     ) -> None:
         self._problem, self._compiled, self._names = problem, stepper.compiled, list(chosen)
         functions = {name: f for name, f in chosen.items() if isinstance(f, Recorded)}
         self._functions = {
             name: bind_value(f, len(problem.params), problem.rows) for name, f in functions.items()
         }
-        self._measure = MeasureObserver(problem, stepper, y0) if MEASURE in chosen else None
+        self._measure = None
+        if MEASURE in chosen:
+            self._measure = MeasureObserver(problem, stepper, y0, measure_steps)
         self._params = scalar_block(len(problem.params))
         self._params.data[:] = problem.params
         self._work = scalar_block(problem.work)

@@ -150,7 +150,7 @@ def _write_drift(file: Any, name: str, drift: Drift) -> None:
     _write(file, f"{name}.maximum", windows.maxima, (dimension,), "largest |deviation|")
     mean = _write(file, f"{name}.mean", windows.means, (dimension,), "mean deviation")
     numbers = drift.as_json()
-    mean.drift = json.dumps({**numbers, "length": windows.length, "last_time": windows.last_time})
+    mean.drift = json.dumps({**numbers, "length": windows.length})
 
 
 def _write(file: Any, name: str, values: Array, dimensions: tuple[str, ...], about: str) -> Any:
@@ -202,7 +202,7 @@ def _read_drift(variables: Any, name: str) -> Drift:
         initial=numbers["initial"],
         length=numbers.pop("length"),
         samples=numbers.pop("samples"),
-        last=(numbers.pop("last_time"), numbers["final_error"]),
+        last=(numbers.pop("until"), numbers["final_error"]),
         largest=numbers["max_abs_error"],
         closed=np.array(
             [_array(variables[f"{name}.{part}"]) for part in ("time", "mean", "maximum")]

@@ -100,6 +100,30 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     assert sparse.windows.samples == 400 // 7
 
 
+@pytest.mark.parametrize("limit", [1, 50, 399, 400, 1000])
+def test_only_the_first_steps(limit: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same sum as far as it goes, whatever the chunks; everything else goes on to the end."""
+    p, y0 = PROBLEMS["spherical-pendulum"]
+    whole = run(p, y0, "rk-4", 0.05, 400, observe="all").drift
+    monkeypatch.setattr(driver, "FIRST_CHUNK", 7)
+    part = run(p, y0, "rk-4", 0.05, 400, observe="all", measure_steps=limit).drift
+    count = min(limit, 400)
+    assert part["measure"].windows.samples == count
+    assert part["measure"].windows.last_time == pytest.approx(0.05 * count)
+    np.testing.assert_array_equal(
+        part["measure"].windows.means, whole["measure"].windows.means[:count]
+    )
+    assert part["energy"].as_json() == whole["energy"].as_json()
+    assert part["measure"].as_json()["until"] == part["measure"].windows.last_time
+
+
+@pytest.mark.parametrize("limit", [0, -3, 2.5, True])
+def test_limits_that_make_no_sense(limit: float) -> None:
+    p, y0 = PROBLEMS["spherical-pendulum"]
+    with pytest.raises(gi.DomainError, match="measure_steps"):
+        run(p, y0, "rk-4", 0.05, 4, measure_steps=limit)
+
+
 def test_a_last_partial_step_counts() -> None:
     """A run that ends within a step adds the defect of that step."""
     p, y0 = PROBLEMS["lotka-volterra"]
@@ -234,3 +258,13 @@ def test_report_and_scene(tmp_path) -> None:
     assert told["final_error"] == solution.drift["measure"].final_error
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "density ratio × Jacobian determinant" in page
+
+
+def test_a_report_says_how_long_it_was_watched(tmp_path) -> None:
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        time={"tau_end": 5.0}, observe={"quantities": ["energy", "measure"], "measure_steps": 8}
+    )
+    gi.drift_report(scene, tmp_path, progress=False)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "measure (to τ = 2)" in page
+    assert "energy (to" not in page

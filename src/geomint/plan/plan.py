@@ -60,6 +60,7 @@ class Plan:
             save_every=content.save.every if keeps else None,
             observe=self.context.choices["watched"].detail,
             observe_every=content.observe.every,
+            measure_steps=content.observe.measure_steps,
             clock=self.context.clock,
             progress=progress,
         )

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from ..errors import StepError
 from ..evaluate import value
 from ..methods.method import Start
-from ..observe import quantities_of
+from ..observe import MEASURE, quantities_of
 from ..timeline import characteristic_time
 from .context import Choice, Context
 from .representation import choose_representation, missing_quantities, wanted_quantities
@@ -79,6 +79,9 @@ def choose_quantities(c: Context) -> Choice:
         return Choice("watched", "nothing", "[observe] quantities is empty", [])
     every = c.scene.content.observe.every
     often = "after every step" if every == 1 else f"every {every} steps"
+    limit = c.scene.content.observe.measure_steps
+    if MEASURE in names and limit is not None:
+        often += f" ({MEASURE}: the first {limit} steps)"
     rest = len(has) - len(names)
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
     instead = f"; {', '.join(gone)} is no constraint of this representation" if gone else ""

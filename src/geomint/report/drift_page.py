@@ -20,7 +20,7 @@ from .plots import drift_figure, panel_figure
 from .provenance import run_provenance
 from .several_page import write_several_report
 from .style import data_uri, save_figure
-from .text import number, rule_details, step_of, verdict, with_error
+from .text import number, rule_details, spanned, step_of, verdict, with_error
 
 __all__ = ["drift_report", "write_drift_report"]
 
@@ -179,7 +179,7 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
             relative = f"— (scale {number(drift.scale)})"
         rows.append(
             {
-                "name": name,
+                "name": spanned(name, drift, solution),
                 "sort": _kind_name(solution, name),
                 "initial": number(drift.initial, 3 if vanishing else 8),
                 "max_abs": number(drift.max_abs_error),

@@ -11,7 +11,7 @@ from ..plan import SeveralRuns
 from ..scene import Scene
 from ..solution import Solution
 from .kinds import kinds_in_words, names_by_kind
-from .text import duration, number, step_of, verdict, with_error
+from .text import duration, number, spanned, step_of, verdict, with_error
 
 __all__ = ["print_several", "print_summary"]
 
@@ -75,7 +75,7 @@ def print_summary(solution: Solution, scene: Scene) -> None:
         table.add_column("class")
         for name, drift in solution.drift.items():
             table.add_row(
-                name,
+                spanned(name, drift, solution),
                 number(drift.initial, 6),
                 number(drift.max_abs_error),
                 number(drift.final_error),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..drift import Drift
 from ..solution import Solution
 
 __all__ = [
@@ -86,6 +87,16 @@ def rule_details() -> str:
     text = (growth.__doc__ or "").split("The window means", 1)[1]
     plain = text.replace("``", "").replace("\\|", "|").replace("`", "")
     return "The window means" + plain.split("\nMeasured on", 1)[0].rstrip()
+
+
+def spanned(name: str, drift: Drift, solution: Solution) -> str:
+    """Return the name of a quantity, and how long it was watched if not to the end of the run."""
+    until = drift.windows.last_time
+    own = solution.drift_time == solution.problem.time
+    end = solution.tau[-1] if own else solution.t[-1]
+    if drift.windows.samples == 0 or abs(until) >= 0.99 * abs(end):
+        return name
+    return f"{name} (to {'τ' if solution.drift_time == 'tau' else 't'} = {until:.4g})"
 
 
 def verdict(solution: Solution) -> str:

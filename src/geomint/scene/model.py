@@ -76,10 +76,14 @@ class IntegrateSection(Section):
 
 
 class ObserveSection(Section):
-    """``[observe]``: which quantities are watched (names or groups), every how many steps."""
+    """``[observe]``: which quantities are watched (names or groups), every how many steps.
+
+    `measure_steps`: the measure, which costs as much as tens of steps, in the first ones only.
+    """
 
     quantities: list[Name] = Field(default=["invariants", "constraints"])
     every: Count = 1
+    measure_steps: Count | None = None
 
 
 class SaveSection(Section):

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..drift import ROUNDOFF
-from ..errors import GeomintError, GeomintWarning, StepError
+from ..errors import GeomintError, GeomintWarning, StepError, StepLimitError
 from ..integrate import solve
 from ..methods import Method
 from ..problem import Problem
@@ -308,6 +308,7 @@ def _accuracy(
         hopeless = floor > RESOLVED
     except StepError as failure:
         notes.append(f"a finer run: {failure}")
+        hopeless = isinstance(failure, StepLimitError)
     default = method.step_fraction * trial.shortest_time(solution.y)
     long = not method.adaptive and abs(end) / steps > default * (1.0 + 1e-9)
     verdict = "unresolved" if hopeless or (long and not exact) else "wrong"

@@ -17,14 +17,15 @@ ok          the state is off by round-off, 32 ε · condition · T at most; or b
             of three halvings of the step divides that by 2^(p/2) or more, or brings it to round-off.
             Of adaptive methods: by the tolerance of a step · condition · their number, at most
 unresolved  not ok, and none can be expected: the step is longer than the method's default for the
-            shortest time of the motion, or round-off alone may grow to 0.1
+            shortest time of the motion, or round-off alone may grow to 0.1, or there is no
+            reference and an adaptive method wants more than a million steps at finer tolerance
 ==========  ========================================================================================
 
-An adaptive method may take a million steps. What is neither ok nor unresolved is wrong. The error
-of the state is the largest difference of a piece from the reference, relative to that piece, or to
-the state where the piece is 0. Where no reference can be computed it is the difference from the
-same method at half the step, or with a sixteenth of the tolerance. The shortest time of the motion
-is the shortest characteristic time of the states of the run, or ten times that in which
-neighbouring states part by a factor e, whichever is shorter. How `condition` is measured:
-`geomint.stress.truth`. A steady motion is never unresolved by a method that promises to follow it.
+What is neither ok nor unresolved is wrong. The error of the state is the largest difference of a
+piece from the reference, relative to that piece, or to the state where the piece is 0. Where no
+reference can be computed it is the difference from the same method at half the step, or with a
+sixteenth of the tolerance. The shortest time of the motion is the shortest characteristic time of
+the states of the run, or ten times that in which neighbouring states part by a factor e, whichever
+is shorter. How `condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved
+by a method that promises to follow it. Adaptive methods may take a million steps.
 """
