@@ -151,7 +151,7 @@ def difference(first: Callable[[int], Any], second: Callable[[int], Any]) -> flo
 def main() -> None:
     """Run the benchmark and write its results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results")
     arguments = parser.parse_args()
     own_ball = own_run(*ball(), gi.RKMK("rk-4"))

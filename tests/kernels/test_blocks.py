@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
+import weakref
+
 import numpy as np
 import pytest
 
@@ -51,6 +55,21 @@ def test_parts_share_memory() -> None:
         assert entry(y, out) == 3
         np.testing.assert_array_equal(out.data, [10, 5, 3, 0])
         np.testing.assert_array_equal(y.data, [0, 1, 2, 103, 204, 305, 6, 7, 8, 9])
+
+
+def test_calls_keep_no_arrays() -> None:
+    """Compiled code gives back what it was called with, also after a call that fails."""
+    for entry in both_ways(lengths, "S", "S"):
+        held = [Block(np.arange(10.0)), Block(np.zeros(4))]
+        arrays = [weakref.ref(block.data) for block in held]
+        before = [sys.getrefcount(block.data) for block in held]
+        for _ in range(3):
+            entry(*held)
+        with contextlib.suppress(TypeError, IndexError):
+            entry(held[0], Block(np.zeros(4, dtype=np.float32)))
+        assert [sys.getrefcount(block.data) for block in held] == before
+        held.clear()
+        assert [array() for array in arrays] == [None, None]
 
 
 def test_parts_of_lanes_share_memory() -> None:

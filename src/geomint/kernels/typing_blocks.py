@@ -84,7 +84,11 @@ def _unbox_block(typ: BlockType, obj: Any, c: Any) -> NativeValue:
         block.rows = c.builder.udiv(block.rows, ir.Constant(block.rows.type, 2))
     # The Python object keeps the memory alive for the length of the call.
     c.pyapi.decref(attribute)
-    return NativeValue(block._getvalue(), is_error=native.is_error, cleanup=native.cleanup)
+
+    def cleanup() -> None:  # numba gives back arrays among the arguments, not those inside of them
+        c.context.nrt.decref(c.builder, array_type, native.value)
+
+    return NativeValue(block._getvalue(), is_error=native.is_error, cleanup=cleanup)
 
 
 def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:

@@ -10,13 +10,8 @@ from ..errors import DomainError, FormError
 from ..forms import Group
 from ..kernels.blocks import scalar_block
 from ..kernels.recorded import Recorded
-from ..kernels.rkmk import (
-    adaptive_rkmk_stepper,
-    adaptive_rkmk_work_size,
-    dexpinv_series,
-    rkmk_stepper,
-    rkmk_work_size,
-)
+from ..kernels.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
+from ..kernels.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
 from ..tableaux import Tableau
 from .adaptive import adaptive_stepper, made_adaptive, tolerances
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
