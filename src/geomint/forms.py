@@ -39,6 +39,9 @@ class Group:
     cayley, dcayinv : recorded, optional
         The same as `act` and `dexpinv` for ``cay(ξ) = (1 − ξ/2)⁻¹(1 + ξ/2)`` instead of exp, where
         the group is quadratic: ``dcay_u⁻¹ v = (1 − u/2) v (1 + u/2)``.
+    extent : recorded ``extent(layout, u, work) -> number``, optional
+        How far u is towards where exp is no longer a coordinate: RKMK methods that take the series
+        of dexp⁻¹ refuse what is beyond 1. Without it they refuse nothing.
     inline : bool
         The functions take a few dozen operations: compile them into every method, since calls would
         cost as much again. Else methods call them, and are compiled once for all groups.
@@ -59,6 +62,7 @@ class Group:
     dexpinv: Recorded | None = None
     dcayinv: Recorded | None = None
     inline: bool = False
+    extent: Recorded | None = None
 
 
 @dataclass(frozen=True)

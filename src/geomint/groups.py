@@ -8,7 +8,7 @@ from .errors import DomainError, nearest
 from .forms import Group
 from .kernels.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
 from .kernels.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
-from .kernels.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv
+from .kernels.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv, so_n_extent
 
 __all__ = ["so3", "so_n"]
 
@@ -68,4 +68,5 @@ def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
         cayley=so_n_cayley,
         dexpinv=so_3_dexpinv if n == 3 else None,
         dcayinv=so_n_dcayinv,
+        extent=so_n_extent,
     )

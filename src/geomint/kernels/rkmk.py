@@ -6,11 +6,12 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import like
+from .arithmetic import like, select
 from .blocks import part
 from .compensated import add_compensated
 from .recorded import Recorded, helper, inlined
 from .runge_kutta import HUGE, combine, largest
+from .so3 import NAN
 from .status import NOT_FINITE, OK, OUTSIDE_CHART
 
 __all__ = [
@@ -36,12 +37,17 @@ def rkmk_work_size(
 
 @functools.cache
 def dexpinv_series(
-    bracket: Recorded, numerators: tuple[float, ...], denominators: tuple[float, ...]
+    bracket: Recorded,
+    numerators: tuple[float, ...],
+    denominators: tuple[float, ...],
+    extent: Recorded | None = None,
 ) -> Recorded:
     """Return ``dexpinv(layout, u, v, out, work)`` as ``Σ_k w_k ad_u^k v``, a truncated series.
 
     w_k = numerators[k] / denominators[k] is B_k / k!, kept as whole numbers: exact in any kind of
-    number. It needs two algebra elements of scratch beside that of `bracket`.
+    number. It needs two algebra elements of scratch beside that of `bracket`. Where `extent` is
+    above 1 it writes NaN: a polynomial is no inverse there, and exponents grow until exp of them has
+    no correct digit.
     """
     terms = len(numerators)
 
@@ -60,7 +66,17 @@ def dexpinv_series(
                 if numerators[k] != 0.0:
                     out[r] = out[r] + numerators[k] * a[r] / denominators[k]
 
-    return helper(dexpinv)
+    series = helper(dexpinv)
+    if extent is None:
+        return series
+
+    def dexpinv_inside(layout, u, v, out, work):  # type: ignore[no-untyped-def]
+        series(layout, u, v, out, work)
+        inside = extent(layout, u, work) <= 1.0
+        for r in range(len(v)):
+            out[r] = select(inside, out[r], NAN + 0.0 * out[r])
+
+    return helper(dexpinv_inside)
 
 
 @inlined

@@ -12,10 +12,11 @@ from typing import Any
 from .arithmetic import select
 from .blocks import part
 from .recorded import helper
+from .so3 import CHART as EXP_CHART
 from .so3 import NAN, dexpinv_coefficient
 from .so_n import multiply, so_n_bracket, so_n_move, unpack_skew
 
-__all__ = ["so_3_dexpinv", "so_n_cayley", "so_n_dcayinv"]
+__all__ = ["so_3_dexpinv", "so_n_cayley", "so_n_dcayinv", "so_n_extent"]
 
 # Beyond this |ξ| = (Σ ξ_ij²)^½, i < j, rotations come near to π, and elimination without pivoting
 # loses |ξ|² roundings: Cayley coordinates are refused there.
@@ -97,3 +98,13 @@ def so_3_dexpinv(layout: Any, u: Any, v: Any, out: Any, work: Any) -> None:
     so_n_bracket(layout, u, bracket, out, work)
     for i in range(len(v)):
         out[i] = v[i] + (c * out[i] - 0.5 * bracket[i])
+
+
+@helper
+def so_n_extent(layout: Any, u: Any, work: Any) -> Any:
+    """Return ``Σ u_ij² / CHART²``, i < j: at most 1 where no angle exceeds that of SO(3)'s chart."""
+    n = int(layout[0])
+    total = 0.0 * u[0]
+    for r in range(n * (n - 1) // 2):
+        total += u[r] * u[r]
+    return total * (1.0 / (EXP_CHART * EXP_CHART))

@@ -48,7 +48,7 @@ def coordinates_of(group: Group, coordinates: str, order: int) -> tuple[Recorded
         weights = dexpinv_weights(max(order - 1, 1))
         numerators = tuple(float(w.numerator) for w in weights)
         denominators = tuple(float(w.denominator) for w in weights)
-        series = dexpinv_series(group.bracket, numerators, denominators)
+        series = dexpinv_series(group.bracket, numerators, denominators, group.extent)
         return group.act, series, group.work + 2 * group.algebra_rows
     if group.cayley is None or group.dcayinv is None:
         raise FormError(

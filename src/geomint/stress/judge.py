@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..drift import ROUNDOFF
-from ..errors import GeomintError, GeomintWarning, StepError, StepLimitError
+from ..errors import DomainError, GeomintError, GeomintWarning, StepError, StepLimitError
 from ..integrate import solve
 from ..methods import Method
 from ..problem import Problem
@@ -121,7 +121,7 @@ class Trial:
         self._step = fraction * self.time if fraction is not None else step
         self._truth = truth or (lambda end: truth_of(problem, y0, end))
         self._truths: dict[float, Truth | None] = {}
-        self._scales: dict[str, float] = {}
+        self._scales: dict[tuple[str, bool], float] = {}
 
     def plan(self, method: Method) -> tuple[float, int]:
         """Return the end in the problem's own time and the number of steps."""
@@ -182,8 +182,13 @@ class Trial:
 
     def shortest_time(self, states: Array) -> float:
         """Return the shortest time of the motion at those states, see the module's docstring."""
-        times = [characteristic_time(self.problem, y) for y in states]
-        return min(*times, PARTED * self.parting_time)
+        times = [PARTED * self.parting_time]
+        for y in states:
+            try:
+                times.append(characteristic_time(self.problem, y))
+            except DomainError:  # numbers so large that their derivative is not finite
+                return 0.0
+        return min(times)
 
     @functools.cached_property
     def parting_time(self) -> float:
@@ -194,11 +199,11 @@ class Trial:
         """Return what states are compared by."""
         return self.problem.physical_state(y) if self.physical else pieces_of(self.problem, y)
 
-    def scale(self, name: str) -> float:
+    def scale(self, name: str, pieces: bool) -> float:
         """Return what a rounding error of a quantity is measured against, at the initial state."""
-        if name not in self._scales:
-            self._scales[name] = self.quantities.scale(name, 0.0, self.y0)
-        return self._scales[name]
+        if (name, pieces) not in self._scales:
+            self._scales[name, pieces] = self.quantities.scale(name, 0.0, self.y0, pieces)
+        return self._scales[name, pieces]
 
 
 def judge(trial: Trial, method: Method) -> dict[str, Any]:
@@ -254,6 +259,7 @@ def _failed(error: StepError) -> dict[str, Any]:
 def _lost(trial: Trial, method: Method, solution: Solution, turns: float) -> dict[str, Any] | None:
     """Return the verdict on the worst promised quantity if it is lost, else None."""
     worst: tuple[float, float, float, str] = (0.0, 0.0, 0.0, "")
+    iterates = "quadratic invariants" in method.keeps
     for name, defect in trial.quantities.promised(method.keeps).items():
         first = trial.quantities.value(name, 0.0, trial.y0)
         values = [
@@ -262,7 +268,8 @@ def _lost(trial: Trial, method: Method, solution: Solution, turns: float) -> dic
         ]
         off = float(np.max(np.abs(np.array(values) - first)))
         scale = max(
-            trial.scale(name), trial.quantities.scale(name, solution.tau[-1], solution.y[-1])
+            trial.scale(name, iterates),
+            trial.quantities.scale(name, solution.tau[-1], solution.y[-1], iterates),
         )
         error = 0.0 if off == 0.0 else off / scale if scale > 0.0 and off < np.inf else np.inf
         allowed = ROUNDOFF * max(1.0, turns) + defect

@@ -70,17 +70,19 @@ class Quantities:
 
         return compile_function(f, getattr(signatures, signature)(SCALAR))
 
-    def scale(self, name: str, t: float, y: Array) -> float:
+    def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
 
         Numbers that are 0 count with the size of their piece: the next step rounds what they become.
-        So do pieces that are 0, with the size of the state.
+        So do pieces that are 0, with the size of the state; and all numbers with `pieces`, as
+        iterations end where they no longer change a piece.
         """
         f = self.value(name, t, y)
         if len(y) > MANY:
             return max(abs(f), self._sampled_scale(name, t, y))
         total = 0.0
-        for i, size in enumerate(1e-5 * np.where(y == 0.0, sizes_of(self._problem, y), np.abs(y))):
+        whole = sizes_of(self._problem, y)
+        for i, size in enumerate(1e-5 * np.where((y == 0.0) | pieces, whole, np.abs(y))):
             above, below = y.copy(), y.copy()
             above[i] += size
             below[i] -= size
@@ -129,9 +131,16 @@ class Quantities:
         """Return the largest relative difference of the values at exp(ξ)·y and at y."""
         group = self._problem.action.group  # type: ignore[union-attr]
         rng, worst = np.random.default_rng(569), 0.0
+
+        def increment(xi: Array, y: Array) -> Array:
+            return self._written("action", group.act, group.layout, xi, y, group.work)
+
         for t, y in self._states():
+            # Rotations by a radian, translations by the size of what they move.
+            units = np.eye(group.algebra_rows)
+            moves = [float(np.max(np.abs(increment(row, y)) / self._sizes)) for row in units]
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
-            moved = y + self._written("action", group.act, group.layout, xi, y, group.work)
+            moved = y + increment(xi / [max(move, 1e-300) for move in moves], y)
             x, z = self.value(name, t, y), self.value(name, t, moved)
             worst = max(worst, _relative(x - z, max(abs(x), abs(z))))
         return worst
