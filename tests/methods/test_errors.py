@@ -19,6 +19,7 @@ from geomint.testproblems import (
     henon_heiles,
     lotka_volterra,
     pulsating_body,
+    so_n_flow,
     sphere_metric,
     spherical_pendulum,
 )
@@ -141,6 +142,22 @@ def test_a_cayley_step_that_turns_too_far() -> None:
         gi.solve(SPINNING_4, [0.6, 0.0, 0.8], **kwargs)
     sol = gi.solve(SPINNING, [0.6, 0.0, 0.8], **kwargs)
     assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-15
+
+
+def test_an_exponential_step_beyond_the_chart() -> None:
+    """Series of dexp⁻¹ are none beyond the pole: exponents would grow until exp has no digits."""
+    problem, y0 = so_n_flow.problem(4), so_n_flow.initial(4)
+    for h, name in ((30.0, "rkmk-4"), (30.0, "rkmk-dop853"), (400.0, "rkmk-heun-2")):
+        with pytest.raises(gi.StepSizeError, match="coordinates end"):
+            gi.solve(problem, y0, t_end=h, step=h, method=name)
+    sol = gi.solve(problem, y0, t_end=30.0, method="rkmk-dop853-adaptive")
+    assert sol.status == "success"
+    free = dataclasses.replace(problem.action.group, extent=None)
+    action = gi.GroupAction(problem.action.generator, free)
+    sol = gi.solve(
+        dataclasses.replace(problem, action=action), y0, t_end=2.0, step=2.0, method="rkmk-4"
+    )
+    assert np.isfinite(sol.y).all()
 
 
 def test_a_group_without_a_cayley_map() -> None:
