@@ -15,10 +15,11 @@ from ..kernels.runge_kutta import (
     runge_kutta_work_size,
 )
 from ..tableaux import RUNGE_KUTTA, Tableau
-from .adaptive import adaptive_stepper, made_adaptive, tolerances
+from .adaptive import adaptive_stepper, made_adaptive
 from .forms import field_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
+from .tolerances import tolerances
 
 __all__ = [
     "RungeKutta",

@@ -13,11 +13,12 @@ from ..kernels.recorded import Recorded
 from ..kernels.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
 from ..kernels.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
 from ..tableaux import Tableau
-from .adaptive import adaptive_stepper, made_adaptive, tolerances
+from .adaptive import adaptive_stepper, made_adaptive
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
 from .forms import action_of, maps_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
+from .tolerances import tolerances
 
 __all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
 
