@@ -29,6 +29,8 @@ from .typing_lanes import LANE_VALUE
 __all__ = ["LANE", "SCALAR", "compile_function", "extended_kind", "listen", "make_dispatcher"]
 
 _OPTIONS = {"error_model": "numpy", "nogil": True}
+# What compiled code alone calls needs no way in from Python or C.
+_INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
 
@@ -91,7 +93,7 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    return numba.njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
+    return numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
 
 
 @functools.cache
