@@ -12,6 +12,7 @@ from support import random_tangent, value_of
 
 import geomint as gi
 from chaplygin.manifold import wedge
+from geomint.quantities import kind_of
 
 SYSTEMS = {
     point.name: point.load()
@@ -60,7 +61,7 @@ def check(model):
 @pytest.mark.filterwarnings("ignore::geomint.errors.GeomintWarning")
 def test_scenes(scene):
     data = SCENES[scene]
-    assert set(data) == {
+    assert set(data) - {"drift"} == {
         "title", "description", "system", "initial", "time", "integrate", "observe"
     }  # fmt: skip
     assert data["title"]
@@ -70,8 +71,20 @@ def test_scenes(scene):
     first = check(model)[0]
     problem = model.problems[first]
     assert set(data["observe"]["quantities"]) <= set(problem.diagnostics)
+    watched = data.get("drift", {}).get("quantities", [])
+    assert set(watched) - {"measure"} <= set(problem.diagnostics)
+    if "measure" in watched:
+        assert problem.measure is not None
     ends = set(data["time"])
     assert ends == ({"tau_end"} if problem.time == "tau" else {"t_end"})
+
+
+def test_six_scenes_show_the_four_kinds_of_drift():
+    names = "ball-3d hamiltonized-n3 hamiltonized-n5 veselova-n3 veselova-n4 ellipsoid-n4"
+    for name in names.split():
+        scene = gi.load_scene(name)
+        kinds = [kind_of(q, scene.problem) for q in scene.for_drift().content.observe.quantities]
+        assert {"energy", "integrals", "constraints", "measure"} == set(kinds)
 
 
 def test_all_scenes_are_there():

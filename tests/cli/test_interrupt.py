@@ -13,6 +13,11 @@ import geomint as gi
 LONG = "1e12"
 
 
+def heed_interrupts():
+    """Whoever starts the tests may ignore SIGINT, as shells do in the background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def interrupted(arguments, out, ready):
     """Start a command, send SIGINT once it integrates, and return (exit code, standard error)."""
     process = subprocess.Popen(
@@ -21,6 +26,7 @@ def interrupted(arguments, out, ready):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
+        preexec_fn=heed_interrupts,
     )
     try:
         time.sleep(ready)

@@ -50,7 +50,8 @@ def page(report):
 
 def test_the_contract(record):
     assert set(record) == {"quantities", "provenance"}
-    assert set(record["quantities"]) == {"energy", "K", "area", "norm", "spatial-momentum"}
+    names = {"energy", "K", "area", "norm", "spatial-momentum", "measure"}
+    assert set(record["quantities"]) == names
     for quantity in record["quantities"].values():
         assert set(quantity) >= KEYS
         assert quantity["class"] in CLASSES
@@ -122,7 +123,7 @@ def test_the_page_loads_nothing(page):
 def test_images_are_pictures_with_words(page):
     links = Links()
     links.feed(page)
-    assert len(links.images) == 10
+    assert len(links.images) == 12
     for image in links.images:
         assert image["alt"]
         svg = base64.b64decode(image["src"].split(",", 1)[1]).decode("utf-8")
@@ -205,7 +206,7 @@ def test_numbers_for_readers():
 
 
 def test_a_report_of_python_is_that_of_the_command(tmp_path, report):
-    scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0})
+    scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0}).for_drift()
     plan = gi.make_plan(scene, "drift")
     page = write_drift_report(plan.solve(progress=False), scene, tmp_path, plan, "geomint drift x")
     assert "geomint drift x" in page.read_text(encoding="utf-8")

@@ -155,6 +155,7 @@ def test_the_contract(record):
         "K": "integrals",
         "norm": "constraints",
         "tangency": "constraints",
+        "measure": "measure",
     }
     assert record["methods"]["cf-4"]["run"]["steps"] > 100
     assert record["provenance"]["scene_toml"]
@@ -192,7 +193,7 @@ def test_the_page_needs_nothing_but_itself(page):
     tags = Tags()
     tags.feed(page)
     assert all(link.startswith("data:image/svg+xml;base64,") for link in tags.links)
-    assert len(tags.images) == 2 * len(METHODS) + 3 + 4  # lines twice, three kinds, four quantities
+    assert len(tags.images) == 2 * len(METHODS) + 4 + 5  # lines twice, four kinds, five quantities
     for words in ("Kinds of drift", "time per step", "What it cost", "other integrals", "hash"):
         assert words in page
 
@@ -202,7 +203,7 @@ def test_the_picture_has_a_panel_for_each_kind(result):
     figure.canvas.draw()
     drawn = [axes for axes in figure.axes if axes.axison]
     titles = [axes.get_title(loc="left") for axes in drawn]
-    assert titles == ["energy", "other integrals", "constraints"]
+    assert titles == ["energy", "other integrals", "constraints", "invariant measure"]
     assert len({axes.get_ylim() for axes in drawn}) == 1
     assert {axes.get_yscale() for axes in drawn} == {"log"}
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
@@ -217,7 +218,7 @@ def test_the_picture_has_a_panel_for_each_kind(result):
 
 def test_kinds_are_data(result):
     problem = SCENE.problem
-    assert list(names_by_kind(result)) == ["energy", "integrals", "constraints"]
+    assert list(names_by_kind(result)) == ["energy", "integrals", "constraints", "measure"]
     assert kind_of("energy", problem) == "energy"
     assert kind_of("measure", problem) == "measure"
     assert kind_of("something of the user's", problem) == "others"
