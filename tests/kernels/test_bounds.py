@@ -115,7 +115,7 @@ def test_bounds_are_checked(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 0, done.stderr[-3000:]
-    assert done.stdout == "[2]\n"
+    assert done.stdout == "checked\n"
 
 
 @pytest.mark.slow
