@@ -136,11 +136,13 @@ class Quantities:
             return self._written("action", group.act, group.layout, xi, y, group.work)
 
         for t, y in self._states():
-            # Rotations by a radian, translations by the size of what they move.
-            units = np.eye(group.algebra_rows)
-            moves = [float(np.max(np.abs(increment(row, y)) / self._sizes)) for row in units]
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
-            moved = y + increment(xi / [max(move, 1e-300) for move in moves], y)
+            if group.algebra_rows <= FEW:
+                # Rotations by a radian, translations by the size of what they move.
+                units = np.eye(group.algebra_rows)
+                moves = [float(np.max(np.abs(increment(row, y)) / self._sizes)) for row in units]
+                xi = xi / [max(move, 1e-300) for move in moves]
+            moved = y + increment(xi, y)
             x, z = self.value(name, t, y), self.value(name, t, moved)
             worst = max(worst, _relative(x - z, max(abs(x), abs(z))))
         return worst
