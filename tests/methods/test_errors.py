@@ -152,6 +152,9 @@ def test_an_exponential_step_beyond_the_chart() -> None:
             gi.solve(problem, y0, t_end=h, step=h, method=name)
     sol = gi.solve(problem, y0, t_end=30.0, method="rkmk-dop853-adaptive")
     assert sol.status == "success"
+    plane = so_n_flow.problem(2)  # whose series is exact
+    sol = gi.solve(plane, so_n_flow.initial(2), t_end=30.0, step=30.0, method="rkmk-4")
+    assert np.isfinite(sol.y).all()
     free = dataclasses.replace(problem.action.group, extent=None)
     action = gi.GroupAction(problem.action.generator, free)
     sol = gi.solve(

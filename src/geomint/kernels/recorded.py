@@ -93,10 +93,7 @@ def helper(function: Callable[..., Any]) -> Recorded:
 
 
 def inlined(function: Callable[..., Any]) -> Recorded:
-    """Record a helper that is copied into its callers, where constants of theirs unroll its loops.
-
-    It must not have more than one return statement.
-    """
+    """Record a helper that LLVM inlines into callers, where constants of theirs unroll its loops."""
     return Recorded(function, inline=True)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -79,8 +80,8 @@ def tolerances(
     max_steps: int | None,
 ) -> Tolerances | None:
     """Return what the options of a method say, None for fixed steps; or raise."""
-    given = {"rtol": rtol, "atol": atol, "max_step": max_step, "max_steps": max_steps}
-    given = {name: value for name, value in given.items() if value is not None}
+    named = {"rtol": rtol, "atol": atol, "max_step": max_step, "max_steps": max_steps}
+    given = {name: value for name, value in named.items() if value is not None}
     if not adaptive:
         if given:
             raise MethodError(f"{', '.join(given)}: only with adaptive=True")
@@ -90,6 +91,5 @@ def tolerances(
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, int | float | np.number):
             raise DomainError(name, value, "a number")
-    limit = Tolerances.max_steps if max_steps is None else max_steps
-    numbers = {name: float(v) for name, v in given.items() if v is not None and name != "max_steps"}
-    return Tolerances(**numbers, max_steps=limit)
+    limit: Any = given.pop("max_steps", Tolerances.max_steps)
+    return Tolerances(**{name: float(value) for name, value in given.items()}, max_steps=limit)

@@ -26,6 +26,7 @@ piece from the reference, relative to that piece, or to the state where the piec
 reference can be computed it is the difference from the same method at half the step, or with a
 sixteenth of the tolerance. The shortest time of the motion is the shortest characteristic time of
 the states of the run, or ten times that in which neighbouring states part by a factor e, whichever
-is shorter. How `condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved
-by a method that promises to follow it. Adaptive methods may take a million steps.
+is shorter. Scales of what an iteration keeps count numbers with the size of their piece. How
+`condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved by a method
+that promises to follow it. Adaptive methods may take a million steps.
 """
