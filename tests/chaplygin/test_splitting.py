@@ -10,7 +10,7 @@ from support import CASES, DIMENSIONS, extended, mp, quiet_state, random_special
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.hamiltonized_splitting import dilation_coefficients
+from chaplygin.ball.hamiltonized_splitting import dilation_coefficients
 from geomint.evaluate import derivative, value
 from geomint.kernels.blocks import Block, as_lanes, scalar_block
 from geomint.kernels.compile import LANE, SCALAR, compile_function

@@ -6,8 +6,8 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.angular_velocity import omega_for, omega_work, special_omega, spread_omega
-from chaplygin.veselova_classical import angular_velocity
+from chaplygin.ball.angular_velocity import omega_for, omega_work, special_omega, spread_omega
+from chaplygin.veselova.classical import angular_velocity
 from geomint.kernels.blocks import Block
 
 mp = mpmath.mp.clone()

@@ -13,15 +13,15 @@ import geomint as gi
 from geomint.evaluate import derivative as field_of
 from geomint.evaluate import value
 
-from ..ball import ball_problem
-from ..classical import classical_problem
-from ..hamiltonized import hamiltonized_problem
+from ..ball.classical import classical_problem
+from ..ball.hamiltonized import hamiltonized_problem
+from ..ball.momentum import ball_problem
+from ..ball.reduced import reduced_problem
+from ..ball.rolling import rolling_problem
 from ..inertia import GeneralInertia, SpecialInertia
-from ..reduced import reduced_problem
-from ..rolling import rolling_problem
-from ..veselova_classical import veselova_classical_problem
-from ..veselova_hamiltonized import veselova_hamiltonized_problem
-from ..veselova_reduced import veselova_reduced_problem
+from ..veselova.classical import veselova_classical_problem
+from ..veselova.hamiltonized import veselova_hamiltonized_problem
+from ..veselova.reduced import veselova_reduced_problem
 from .algebra import Array, coordinates, inner, wedge
 from .calculus import derivative
 from .claim import Section, Sides

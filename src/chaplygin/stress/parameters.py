@@ -9,9 +9,9 @@ import numpy as np
 
 import geomint as gi
 
+from ..ball.sphere import ChaplyginSphere
 from ..inertia import GeneralInertia
 from ..manifold import Array
-from ..sphere import ChaplyginSphere
 from ..systems.models import ball_model
 from .standard import (
     MOTIONS,

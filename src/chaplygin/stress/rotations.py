@@ -8,8 +8,8 @@ import numpy as np
 
 import geomint as gi
 
+from ..ball.sphere import ChaplyginSphere
 from ..inertia import GeneralInertia
-from ..sphere import ChaplyginSphere
 from ..systems.models import ball_model
 from .standard import direction
 

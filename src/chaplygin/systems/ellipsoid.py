@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import geomint as gi
 
-from ..ellipsoid import ellipsoid_problem
+from ..related.ellipsoid import ellipsoid_problem
 from .parameters import Numbers, Strict
 
 __all__ = ["ELLIPSOID"]

@@ -6,8 +6,8 @@ from typing import Any
 
 import geomint as gi
 
+from ..ball.sphere import ChaplyginSphere
 from ..manifold import Array, vector_of_triangle, wedge
-from ..sphere import ChaplyginSphere
 from ..states import initial_momentum, initial_tangent, momentum_free
 
 __all__ = ["ball_model", "sphere_model"]

@@ -6,8 +6,8 @@ from typing import Any
 
 import geomint as gi
 
+from ..ball.rolling_states import initial_attitude, initial_rolling
 from ..manifold import flat_triangle, skew_components, skew_matrix
-from ..rolling_states import initial_attitude, initial_rolling
 from .ball import AnyBall
 from .models import ball_model
 from .parameters import Matrix, Numbers, Strict

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import geomint as gi
 
-from ..sphere import ChaplyginSphere
+from ..ball.sphere import ChaplyginSphere
 from .models import sphere_model
 from .parameters import Initial, Number, Numbers, Strict
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import geomint as gi
 
 from ..manifold import triangle_of_vector
-from ..veselova import Veselova
-from ..veselova_states import veselova_tangent
+from ..veselova.body import Veselova
+from ..veselova.states import veselova_tangent
 from .parameters import Direction, Matrix, Number, Numbers, Strict
 
 __all__ = ["VESELOVA"]

@@ -1,6 +1,6 @@
 """Field, generator, energy and density of the ball in (k, γ) or (k, γ, g), for any kind of inertia.
 
-See `ball` for the equations; ω is one of the functions of `angular_velocity`. The functions are
+See `momentum` for the equations; ω is one of the functions of `angular_velocity`. The functions are
 made for each n, because loops of constant length unroll: 1.5 to 3 times faster than with n from
 the parameters (n = 8 to 3).
 """

@@ -9,8 +9,8 @@ import numpy as np
 import geomint as gi
 from geomint import as_vector
 
-from .inertia import GeneralInertia, SpecialInertia, positive_number
-from .manifold import (
+from ..inertia import GeneralInertia, SpecialInertia, positive_number
+from ..manifold import (
     REPAIRED,
     SILENT,
     Array,
@@ -22,7 +22,7 @@ from .manifold import (
     warn,
     wedge,
 )
-from .states import initial_momentum
+from ..states import initial_momentum
 
 __all__ = [
     "admit_velocity",

@@ -9,11 +9,11 @@ import numpy as np
 
 import geomint as gi
 
-from .ball import ball_problem
+from ..inertia import GeneralInertia, SpecialInertia, positive_number
 from .classical import classical_problem
 from .contact import contact_problem
 from .hamiltonized import hamiltonized_problem
-from .inertia import GeneralInertia, SpecialInertia, positive_number
+from .momentum import ball_problem
 from .reduced import reduced_problem
 from .rolling import rolling_problem
 from .rolling_states import mass_and_radius

@@ -1,6 +1,6 @@
 """The ball in (k, γ, g, r): attitude and contact point reconstructed from the reduced system.
 
-k̇ = [k, ω], γ̇ = −ωγ, ġ = gω as in `ball`, and ṙ = ρ gωγ, eq. (ch-constr): the constraint holds by
+k̇ = [k, ω], γ̇ = −ωγ, ġ = gω as in `momentum`, and ṙ = ρ gωγ, eq. (ch-constr): the constraint holds by
 construction, and no multiplier is integrated. The reaction Λ = mρ gω̇γ follows from (k, γ, g) in
 closed form; see `rolling_forms`. As an action of SO(n) × R^(n−1), with ξ = (−ω, ρ gωγ): rotations
 act on k, γ and g, and r is moved by translations, so that group methods keep the momentum in space.
@@ -19,7 +19,10 @@ import numpy as np
 import geomint as gi
 from geomint import part, sqrt
 
-from .ball import (
+from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..manifold import Array, admit_frame, admit_unit, skew_components
+from .fields import ball_forms, turn
+from .momentum import (
     ball_k,
     ball_momentum,
     ball_norm,
@@ -27,9 +30,6 @@ from .ball import (
     ball_spatial_momentum,
     ball_trace_k4,
 )
-from .ball_fields import ball_forms, turn
-from .inertia import GeneralInertia, SpecialInertia, parameters_of
-from .manifold import Array, admit_frame, admit_unit, skew_components
 from .rolling_forms import contact_observables, rolled, rolling_parameters, rolling_work
 from .rolling_states import (
     admit_vertical,

@@ -28,11 +28,11 @@ import numpy as np
 import geomint as gi
 from geomint import log, part
 
+from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..manifold import Array, admit_tangent, admit_unit, wedge
+from ..measures import norm, on_tangent_bundle, tangency
+from ..states import initial_tangent
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
-from .inertia import GeneralInertia, SpecialInertia, parameters_of
-from .manifold import Array, admit_tangent, admit_unit, wedge
-from .measures import norm, on_tangent_bundle, tangency
-from .states import initial_tangent
 
 __all__ = ["reduced_problem"]
 

@@ -32,9 +32,9 @@ import numpy as np
 import geomint as gi
 from geomint import log
 
-from .commuting_integrals import chasles_integral, coefficient_tables, table_rows
-from .inertia import positive_vector
-from .manifold import REPAIRED, SILENT, Array, admit_tangent, length, tangent, warn
+from ..commuting_integrals import chasles_integral, coefficient_tables, table_rows
+from ..inertia import positive_vector
+from ..manifold import REPAIRED, SILENT, Array, admit_tangent, length, tangent, warn
 
 __all__ = ["ellipsoid_problem"]
 

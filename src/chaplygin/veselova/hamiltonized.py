@@ -22,12 +22,12 @@ import numpy as np
 import geomint as gi
 from geomint import fma
 
-from .hamiltonized import hamiltonized_clock, hamiltonized_k, sphere_constraint
-from .manifold import Array, admit_tangent, admit_unit, wedge
-from .measures import constant_density, norm, on_tangent_bundle, tangency
-from .states import multiplier
-from .veselova_reduced import veselova_integrals, veselova_parameters
-from .veselova_states import veselova_tangent
+from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k, sphere_constraint
+from ..manifold import Array, admit_tangent, admit_unit, wedge
+from ..measures import constant_density, norm, on_tangent_bundle, tangency
+from ..states import multiplier
+from .reduced import veselova_integrals, veselova_parameters
+from .states import veselova_tangent
 
 __all__ = ["veselova_hamiltonized_problem"]
 

@@ -13,7 +13,7 @@ the equation that `angular_velocity` solves, with [Iω, ω] for k. No other line
 
 Parameters: those of `angular_velocity`, then (from `at` on) ρ, m and I, as n(n−1)/2 diagonal
 entries or as a matrix row after row; k_0 last, where it is given. The functions are made for each
-n; see `ball_fields`.
+n; see `fields`.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ import numpy as np
 import geomint as gi
 from geomint import part, sqrt
 
+from ..inertia import GeneralInertia, SpecialInertia
+from ..manifold import Array
 from .angular_velocity import apply_to_gamma, full_omega, omega_for, omega_work
-from .ball_fields import turn
-from .inertia import GeneralInertia, SpecialInertia
-from .manifold import Array
+from .fields import turn
 
 __all__ = [
     "acceleration",

@@ -14,7 +14,7 @@ In the components of small moments k⃗ and mγ⃗ cancel. With the minors μ_ij
 by hand: w_i = b_i (Σ_j b_jγ_j μ_ij + (k⃗, γ⃗)γ_i)/(γ⃗, Bγ⃗).
 
 w⃗ depends on the direction of γ⃗ alone: the energy is kept wherever γ⃗ ≠ 0. The equations are those of
-the classical ball (`classical`) with another w⃗, so SO(3) acts on (k⃗, γ⃗) by exp(−hw⃗).
+the classical ball (`chaplygin.ball.classical`) with another w⃗, so SO(3) acts on (k⃗, γ⃗) by exp(−hw⃗).
 
 The density of the measure is (γ⃗, Bγ⃗)^(−1/2) in (k⃗, γ⃗); it is (γ⃗, Bγ⃗)^(1/2) in (w⃗, γ⃗), as det ∂k⃗/∂w⃗ is
 det 𝓘 (γ⃗, Bγ⃗) where |γ⃗| = 1.
@@ -29,8 +29,8 @@ import numpy as np
 import geomint as gi
 from geomint import log
 
-from .classical import classical_area, classical_k, classical_norm, turn
-from .manifold import (
+from ..ball.classical import classical_area, classical_k, classical_norm, turn
+from ..manifold import (
     Array,
     admit_unit,
     skew_components,
@@ -38,8 +38,8 @@ from .manifold import (
     unit,
     vector_of_triangle,
 )
-from .states import one_of
-from .veselova_states import KEYS, admit_on_level, on_level, veselova_tangent
+from ..states import one_of
+from .states import KEYS, admit_on_level, on_level, veselova_tangent
 
 __all__ = ["veselova_classical_problem"]
 

@@ -27,8 +27,8 @@ import numpy as np
 
 import geomint as gi
 
-from .inertia import SpecialInertia
-from .manifold import Array
+from ..inertia import SpecialInertia
+from ..manifold import Array
 
 __all__ = ["dilation_coefficients", "hamiltonized_splitting", "splitting_parameters"]
 

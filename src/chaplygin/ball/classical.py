@@ -22,8 +22,8 @@ import numpy as np
 import geomint as gi
 from geomint import fma, log, sqrt
 
-from .inertia import GeneralInertia, SpecialInertia, parameters_of
-from .manifold import (
+from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..manifold import (
     Array,
     admit_frame,
     admit_unit,
@@ -32,8 +32,8 @@ from .manifold import (
     triangle_of_vector,
     vector_of_triangle,
 )
-from .measures import on_sphere
-from .states import initial_momentum
+from ..measures import on_sphere
+from ..states import initial_momentum
 
 __all__ = ["classical_problem"]
 

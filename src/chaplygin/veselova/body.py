@@ -9,11 +9,11 @@ import numpy as np
 
 import geomint as gi
 
-from .inertia import positive_number, positive_vector
-from .manifold import Array
-from .veselova_classical import veselova_classical_problem
-from .veselova_hamiltonized import veselova_hamiltonized_problem
-from .veselova_reduced import veselova_reduced_problem
+from ..inertia import positive_number, positive_vector
+from ..manifold import Array
+from .classical import veselova_classical_problem
+from .hamiltonized import veselova_hamiltonized_problem
+from .reduced import veselova_reduced_problem
 
 __all__ = ["Veselova"]
 

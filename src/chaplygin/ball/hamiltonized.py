@@ -22,11 +22,11 @@ import numpy as np
 import geomint as gi
 from geomint import fma, sqrt
 
+from ..inertia import SpecialInertia, parameters_of
+from ..manifold import Array, admit_tangent, admit_unit, wedge
+from ..measures import constant_density, norm, on_tangent_bundle, tangency
+from ..states import initial_tangent, multiplier
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
-from .inertia import SpecialInertia, parameters_of
-from .manifold import Array, admit_tangent, admit_unit, wedge
-from .measures import constant_density, norm, on_tangent_bundle, tangency
-from .states import initial_tangent, multiplier
 
 __all__ = ["hamiltonized_problem"]
 

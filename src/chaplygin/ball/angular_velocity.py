@@ -37,8 +37,8 @@ import numpy as np
 import geomint as gi
 from geomint import log, part
 
-from .inertia import GeneralInertia, SpecialInertia
-from .manifold import Array
+from ..inertia import GeneralInertia, SpecialInertia
+from ..manifold import Array
 
 __all__ = ["apply_to_gamma", "log_density_after", "omega_for", "omega_work"]
 

@@ -11,7 +11,7 @@ where q is p itself on T*S^(n−1). This is
     γ̇ = ((γ, γ) Aq − (γ, Aq) γ)/U,   ṗ = ((γ, p) Aq − (p, Aq) γ)/U,
 
 eqs. (extended1), (extended2) on T*S^(n−1), but for the sign of ṗ, which is misprinted. As for the
-Chaplygin sphere (`reduced`), only q makes w a function of k and the direction of γ, so that not only
+Chaplygin sphere (`chaplygin.ball.reduced`), only q makes w a function of k and the direction of γ, so that not only
 (γ, γ), (γ, p), (p, p) but the energy ½⟨k, w⟩ too is kept wherever γ ≠ 0.
 
 The measure has the density U^(−(n−2)/2), as that of the Chaplygin sphere.
@@ -25,11 +25,11 @@ import numpy as np
 
 import geomint as gi
 
-from .commuting_integrals import coefficient_tables, separation_integral, table_rows
-from .manifold import Array, admit_tangent, admit_unit, wedge
-from .measures import norm, on_tangent_bundle, tangency
-from .reduced import reduced_k, reduced_log_density
-from .veselova_states import veselova_tangent
+from ..ball.reduced import reduced_k, reduced_log_density
+from ..commuting_integrals import coefficient_tables, separation_integral, table_rows
+from ..manifold import Array, admit_tangent, admit_unit, wedge
+from ..measures import norm, on_tangent_bundle, tangency
+from .states import veselova_tangent
 
 __all__ = ["veselova_integrals", "veselova_parameters", "veselova_reduced_problem"]
 

@@ -27,16 +27,16 @@ import numpy as np
 import geomint as gi
 from geomint import as_vector, part, sqrt
 
+from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
+from ..manifold import Array, admit_frame, skew_components
 from .angular_velocity import apply_to_gamma, full_omega
-from .ball import (
+from .momentum import (
     ball_k,
     ball_momentum,
     ball_orthogonality,
     ball_spatial_momentum,
     ball_trace_k4,
 )
-from .inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
-from .manifold import Array, admit_frame, skew_components
 from .rolling_forms import (
     acceleration,
     contact_observables,

@@ -14,12 +14,12 @@ import numpy as np
 import geomint as gi
 from geomint import part, sqrt
 
+from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..manifold import Array, admit_frame, admit_unit, frame, skew_components
+from ..measures import on_sphere
+from ..states import initial_momentum
 from .angular_velocity import apply_to_gamma, omega_for
-from .ball_fields import ball_forms, ball_work, unpack
-from .inertia import GeneralInertia, SpecialInertia, parameters_of
-from .manifold import Array, admit_frame, admit_unit, frame, skew_components
-from .measures import on_sphere
-from .states import initial_momentum
+from .fields import ball_forms, ball_work, unpack
 
 __all__ = ["ball_problem"]
 

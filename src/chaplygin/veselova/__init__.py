@@ -1,0 +1,1 @@
+"""The Veselova problem: bodies whose angular velocity is bound in space."""
