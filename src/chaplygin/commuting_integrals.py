@@ -4,8 +4,9 @@ With P(z) = Π(z − a_l) and m_ij = x_i p_j − x_j p_i, all coefficients of
 
     Σ_i s_i P(z)/(z − a_i) + Σ_{i<j} m_ij² z^e P(z)/((z − a_i)(z − a_j))
 
-commute for the geodesics of the ellipsoid (s_i = p_i², e = 0) and for geodesic flows on the sphere
-that spheroconical coordinates separate (s_i = −(p, p) x_i², e = 1). Where all a_i differ they are
+commute for the geodesics of the ellipsoid (s_i = p_i², e = 0), for Neumann's system on the sphere
+(s_i = σ x_i², e = 0) and for geodesic flows on the sphere that spheroconical coordinates separate
+(s_i = −(p, p) x_i², e = 1). Where all a_i differ they are
 combinations of the residues at z = a_i, which are the integrals F_i of Jacobi and Chasles; but those
 have a pole where two a_i are equal. Source: J. Moser, *Geometry of quadrics and spectral theory*
 (1980); for the sphere with λ = z and −4λ_k P(λ_k) μ_k² as the value at the coordinate λ_k.
@@ -23,7 +24,13 @@ import geomint as gi
 
 from .manifold import Array
 
-__all__ = ["chasles_integral", "coefficient_tables", "separation_integral", "table_rows"]
+__all__ = [
+    "chasles_integral",
+    "coefficient_tables",
+    "neumann_integral",
+    "separation_integral",
+    "table_rows",
+]
 
 
 def table_rows(n: int) -> int:
@@ -93,6 +100,20 @@ def chasles_integral(n: int, at: int) -> Any:
         return total
 
     return gi.observable(chasles_coefficient)
+
+
+@functools.cache
+def neumann_integral(n: int, at: int) -> Any:
+    """Return σ Σ d_i q_i² + Σ c_ij m_ij² with the weights that begin at row `at`; params = [σ, …]."""
+
+    def neumann_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return a coefficient of the polynomial with s_i = σ q_i²."""
+        total = weighted_minors(n, params, at + n, y)
+        for i in range(n):
+            total += params[0] * params[at + i] * (y[i] * y[i])
+        return total
+
+    return gi.observable(neumann_coefficient)
 
 
 @functools.cache

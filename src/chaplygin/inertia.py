@@ -17,6 +17,7 @@ __all__ = [
     "GeneralInertia",
     "SpecialInertia",
     "angular_momentum",
+    "operator_parameters",
     "parameters_of",
     "positive_number",
     "positive_vector",
@@ -258,8 +259,13 @@ def angular_momentum(
 
 
 def parameters_of(inertia: SpecialInertia | GeneralInertia, D: float) -> dict[str, Any]:
-    """Return the parameters by name, for reports."""
+    """Return the parameters of a ball by name, for reports."""
+    return {**operator_parameters(inertia), "D": D}
+
+
+def operator_parameters(inertia: SpecialInertia | GeneralInertia) -> dict[str, Any]:
+    """Return the parameters of an operator by name, for reports."""
     if isinstance(inertia, SpecialInertia):
-        return {"a": inertia.a.tolist(), "D": D}
+        return {"a": inertia.a.tolist(), "D": inertia.D}
     values = inertia.matrix if inertia.diagonal is None else inertia.diagonal
-    return {"inertia": values.tolist(), "D": D}
+    return {"inertia": values.tolist()}

@@ -61,21 +61,23 @@ def length(v: Array) -> float:
     return largest * float(np.sqrt(scaled @ scaled))
 
 
-def unit(gamma: Any, n: int) -> Array:
+def unit(gamma: Any, n: int, name: str = "gamma") -> Array:
     """Return the unit vector along `gamma`, shape (n,); warn if that is not `gamma` itself.
+
+    `name` says in messages what it is called.
 
     Raises
     ------
     geomint.DomainError
         If `gamma` is zero, not finite or not n numbers.
     """
-    given = as_vector("gamma", gamma, n)
+    given = as_vector(name, gamma, n)
     size = length(given)
     if size == 0.0:
-        raise gi.DomainError("gamma", gamma, "a vector that is not zero")
+        raise gi.DomainError(name, gamma, "a vector that is not zero")
     if abs(size - 1.0) <= 0.5 * SILENT:
         return given
-    warn(f"gamma has length {size!r}, not 1: the state uses gamma/|gamma|")
+    warn(f"{name} has length {size!r}, not 1: the state uses {name}/|{name}|")
     result = given / np.max(np.abs(given))
     return np.asarray(result / length(result))
 
@@ -113,15 +115,15 @@ def _orthogonal(gamma: Array, p: Array) -> Array:
     return np.asarray(result * size)
 
 
-def admit_unit(gamma: Array) -> Array:
+def admit_unit(gamma: Array, name: str = "gamma") -> Array:
     """Return a γ of a flat state, repaired if need be; see the module's docstring."""
     size = length(gamma)
     defect = abs(size - 1.0) * (size + 1.0)
     if defect <= SILENT:
         return gamma
     if defect > REPAIRED:
-        raise gi.DomainError("gamma", gamma, f"a unit vector; |gamma|² − 1 is {defect:.3g}")
-    warn(f"|gamma|² − 1 of the state is {defect:.3g}: projected to 0")
+        raise gi.DomainError(name, gamma, f"a unit vector; |{name}|² − 1 is {defect:.3g}")
+    warn(f"|{name}|² − 1 of the state is {defect:.3g}: projected to 0")
     return np.asarray(gamma / size)
 
 

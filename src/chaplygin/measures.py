@@ -11,8 +11,18 @@ import functools
 from typing import Any
 
 import geomint as gi
+from geomint import part
 
-__all__ = ["constant_density", "norm", "on_sphere", "on_tangent_bundle", "tangency"]
+__all__ = [
+    "constant_density",
+    "haar_conditions",
+    "norm",
+    "on_rotations",
+    "on_sphere",
+    "on_tangent_bundle",
+    "sphere_constraint",
+    "tangency",
+]
 
 
 @gi.observable
@@ -41,6 +51,17 @@ def tangent_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
     out[1] = tangency(params, t, y, work)
 
 
+@gi.field
+def sphere_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    """½((q, q) − 1) and its Jacobian q."""
+    total = q[0] * q[0]
+    for i in range(1, len(q)):
+        total += q[i] * q[i]
+    g[0] = 0.5 * (total - 1.0)
+    for i in range(len(q)):
+        G[i] = 1.0 * q[i]
+
+
 @gi.observable
 def constant_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return log 1."""
@@ -58,9 +79,34 @@ def on_sphere(log_density: Any, first: int, n: int, attitude: bool) -> gi.Measur
     return gi.Measure(log_density, sphere_conditions(first, n, attitude), count)
 
 
+def on_rotations(log_density: Any, first: int, n: int) -> gi.Measure:
+    """Return the measure on states with a rotation g in the rows `first` …, flat in the others."""
+    return gi.Measure(log_density, haar_conditions(first, n), n * (n + 1) // 2)
+
+
+@functools.cache
+def haar_conditions(first: int, n: int) -> Any:
+    """Return the function that writes g gᵀ − 1 on and above the diagonal, g from row `first` on."""
+
+    def rotation_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        at = 0
+        for i in range(first, first + n * n, n):
+            for j in range(i, first + n * n, n):
+                total = y[i] * y[j]
+                for c in range(1, n):
+                    total += y[i + c] * y[j + c]
+                if i == j:
+                    total = total - 1.0
+                out[at] = total
+                at += 1
+
+    return gi.field(rotation_conditions)
+
+
 @functools.cache
 def sphere_conditions(first: int, n: int, attitude: bool) -> Any:
     """Return the function that writes (γ, γ) − 1, and g gᵀ − 1 on and above the diagonal."""
+    rotation = haar_conditions(first + n, n)
 
     def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         total = y[first] * y[first]
@@ -68,15 +114,6 @@ def sphere_conditions(first: int, n: int, attitude: bool) -> Any:
             total += y[c] * y[c]
         out[0] = total - 1.0
         if attitude:
-            at = 1
-            for i in range(first + n, len(y), n):
-                for j in range(i, len(y), n):
-                    total = y[i] * y[j]
-                    for c in range(1, n):
-                        total += y[i + c] * y[j + c]
-                    if i == j:
-                        total = total - 1.0
-                    out[at] = total
-                    at += 1
+            rotation(params, t, y, part(out, 1, len(out) - 1), work)
 
     return gi.field(conditions)

@@ -15,6 +15,7 @@ g turn as γ⃗ does, so that SO(3) acts on k⃗, γ⃗ and the rows of g by one
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -189,6 +190,30 @@ def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     return sqrt(total)
 
 
+@functools.cache
+def routh_integral(axis: int) -> Any:
+    """Return ω_i √(γ⃗, Wγ⃗), constant where the moments of the other two axes are equal.
+
+    The last remark of the paper, for ω_3 and not for k_3, as which it is misprinted; and at any
+    value of the area constant.
+    """
+
+    def routh(params: Any, t: Any, y: Any, work: Any) -> Any:
+        omega = diagonal_omega(params, y)
+        w = params[4] * y[3] * y[3] + params[5] * y[4] * y[4] + params[6] * y[5] * y[5]
+        return omega[axis] * sqrt(w)
+
+    return gi.observable(routh)
+
+
+def axes_of_symmetry(params: Array) -> list[int]:
+    """Return the axes whose other two moments are equal, from the parameters; of a diagonal tensor."""
+    if len(params) > DIAGONAL_SIZE:
+        return []
+    b = params[1:4]
+    return [i for i in range(3) if b[i - 1] == b[i - 2]]
+
+
 def inertia_tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
     """Return the inertia tensor of an operator on so(3), shape (3, 3)."""
     if isinstance(inertia, SpecialInertia):
@@ -233,6 +258,7 @@ def classical_problem(
     """
     params = coefficients(inertia_tensor(inertia), D)
     full = len(params) > DIAGONAL_SIZE
+    routh = {f"routh-{i + 1}": routh_integral(i) for i in axes_of_symmetry(params)}
     constraints = {"norm": classical_norm}
     if attitude:
         constraints["orthogonality"] = classical_orthogonality
@@ -266,6 +292,7 @@ def classical_problem(
             "energy": full_energy if full else diagonal_energy,
             "K": classical_k,
             "area": classical_area,
+            **routh,
         },
         constraints=constraints,
         measure=on_sphere(full_log_density if full else diagonal_log_density, 3, 3, attitude),

@@ -6,7 +6,8 @@ closed form; see `rolling_forms`. As an action of SO(n) × R^(n−1), with ξ = 
 act on k, γ and g, and r is moved by translations, so that group methods keep the momentum in space.
 
 E_n is the vertical in space, from the plane to the centre of the ball, so γ is the last row of g as
-well; "vertical" tells how far they are apart. Everything is dimensionless.
+well; "vertical" tells how far they are apart. Everything is dimensionless. The measure is that of the
+ball with attitude (`momentum`), times that of the plane.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from geomint import part, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, admit_frame, admit_unit, skew_components
+from ..measures import on_sphere
 from .fields import ball_forms, turn
-from .momentum import (
-    ball_k,
-    ball_momentum,
-    ball_norm,
-    ball_orthogonality,
-    ball_spatial_momentum,
-    ball_trace_k4,
+from .integrals import ball_integrals
+from .rolling_forms import (
+    contact_observables,
+    rolled,
+    rolling_kind,
+    rolling_parameters,
+    rolling_work,
 )
-from .rolling_forms import contact_observables, rolled, rolling_parameters, rolling_work
 from .rolling_states import (
     admit_vertical,
     initial_attitude,
@@ -118,19 +119,15 @@ def contact_problem(
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
     forms = contact_forms(omega, n, at)
-    invariants = {"energy": ball_forms(omega, n).energy, "K": ball_k}
-    if n > 2:
-        invariants["momentum"] = ball_momentum
-    if n > 3:
-        invariants["trace-k4"] = ball_trace_k4
+    kept = ball_integrals(n, size, size + n)
     constraints = {
-        "norm": ball_norm,
-        "orthogonality": ball_orthogonality,
+        "norm": kept.norm,
+        "orthogonality": kept.orthogonality,
         "vertical": forms["vertical"],
     }
     if k0 is not None:
         params = np.concatenate([params, skew_components("k0", k0, n)])
-        constraints["spatial-momentum"] = ball_spatial_momentum
+        constraints["spatial-momentum"] = kept.spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, r: Any = None, **components: Any) -> Array:
         vertical, attitude = initial_attitude(gamma, g, n)
@@ -151,9 +148,10 @@ def contact_problem(
             forms["generator"], gi.so_n(n, "adjoint", "vector", "frame", translations=n - 1)
         ),
         work=rolling_work(omega, n),
-        invariants=invariants,
+        invariants={"energy": ball_forms(omega, n).energy, **kept.invariants},
         constraints=constraints,
-        observables=contact_observables(omega, n, at, forms["locate"]),
+        measure=on_sphere(ball_forms(omega, n).log_density, size, n, True),
+        observables=contact_observables(rolling_kind(omega, n, at), n, at, forms["locate"]),
         make_state=make_state,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},

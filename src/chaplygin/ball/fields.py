@@ -68,27 +68,31 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @functools.cache
-def ball_forms(omega: Any, n: int) -> BallForms:
-    """Return the functions of the ball in R^n whose ω is given by `omega`."""
+def ball_forms(omega: Any, n: int, vertical: int | None = None) -> BallForms:
+    """Return the functions of the ball in R^n whose ω is given by `omega`.
+
+    The state begins with k; γ stands in the rows from `vertical` on, or else right after k.
+    """
     size = n * (n - 1) // 2
+    at = size if vertical is None else vertical
     log_density = log_density_after(omega)
 
     def ball_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (ch-red), (PE), (ch-red2)."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, params, part(y, 0, size), part(y, size, n), w, rest)
+        omega(n, params, part(y, 0, size), part(y, at, n), w, rest)
         turn(n, w, y, out, rest)
 
     def ball_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = −ω."""
-        omega(n, params, part(y, 0, size), part(y, size, n), out, work)
+        omega(n, params, part(y, 0, size), part(y, at, n), out, work)
         for i in range(size):
             out[i] = -out[i]
 
     def ball_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨k, ω⟩, the reduced kinetic energy."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, params, part(y, 0, size), part(y, size, n), w, rest)
+        omega(n, params, part(y, 0, size), part(y, at, n), w, rest)
         total = y[0] * w[0]
         for i in range(1, size):
             total += y[i] * w[i]
@@ -96,7 +100,7 @@ def ball_forms(omega: Any, n: int) -> BallForms:
 
     def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return log ϱ, eq. (mu*)."""
-        gamma, rest = part(y, size, n), part(work, size, len(work) - size)
+        gamma, rest = part(y, at, n), part(work, size, len(work) - size)
         omega(n, params, part(y, 0, size), gamma, part(work, 0, size), rest)
         return log_density(n, params, gamma, rest)
 

@@ -23,8 +23,15 @@ import geomint as gi
 from geomint import fma, sqrt
 
 from ..inertia import SpecialInertia, parameters_of
+from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
-from ..measures import constant_density, norm, on_tangent_bundle, tangency
+from ..measures import (
+    constant_density,
+    norm,
+    on_tangent_bundle,
+    sphere_constraint,
+    tangency,
+)
 from ..states import initial_tangent, multiplier
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 
@@ -119,17 +126,6 @@ def hamiltonized_gradients(
         dp[i] = (du - a) * z + (gap + gp * a) * x
 
 
-@gi.field
-def sphere_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
-    """½((q, q) − 1) and its Jacobian q."""
-    total = q[0] * q[0]
-    for i in range(1, len(q)):
-        total += q[i] * q[i]
-    g[0] = 0.5 * (total - 1.0)
-    for i in range(len(q)):
-        G[i] = 1.0 * q[i]
-
-
 def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
     """Return the Hamiltonised flow of a sphere with the special inertia operator.
 
@@ -144,6 +140,8 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p̃ that describes no state; see `manifold`.
     """
     n, D = inertia.n, inertia.D
+    start = np.concatenate([[D], 1.0 / inertia.a, inertia.a, splitting_parameters(inertia)])
+    tables, integrals = shared_integrals(inertia.a, len(start), False)
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         vertical, p = initial_tangent(inertia, D, gamma, **components)
@@ -160,13 +158,13 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",
         pieces=(("gamma", n), ("p_tilde", n)),
-        params=np.concatenate([[D], 1.0 / inertia.a, inertia.a, splitting_parameters(inertia)]),
+        params=np.concatenate([start, tables]),
         field=hamiltonized_field,
         hamiltonian=gi.Hamiltonian(hamiltonized_gradients, sphere_constraint, 1),
         splitting=hamiltonized_splitting(n),
         time="tau",
         clock=hamiltonized_clock,
-        invariants={"energy": hamiltonized_energy, "K": hamiltonized_k},
+        invariants={"energy": hamiltonized_energy, "K": hamiltonized_k, **integrals},
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,

@@ -12,113 +12,16 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, admit_frame, admit_unit, frame, skew_components
 from ..measures import on_sphere
 from ..states import initial_momentum
-from .angular_velocity import apply_to_gamma, omega_for
-from .fields import ball_forms, ball_work, unpack
+from .angular_velocity import omega_for
+from .fields import ball_forms, ball_work
+from .integrals import ball_integrals
 
 __all__ = ["ball_problem"]
-
-
-@gi.observable
-def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """K = ⟨k, k⟩, eq. (IK)."""
-    n = int(params[0])
-    total = y[0] * y[0]
-    for i in range(1, n * (n - 1) // 2):
-        total += y[i] * y[i]
-    return total
-
-
-@gi.observable
-def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
-    n = int(params[0])
-    size = n * (n - 1) // 2
-    gamma, v = part(y, size, n), part(work, 0, n)
-    apply_to_gamma(n, part(y, 0, size), gamma, v)
-    total = 0.0 * y[0]
-    at = 0
-    for i in range(n):
-        for j in range(i + 1, n):
-            entry = y[at] - (v[i] * gamma[j] - gamma[i] * v[j])
-            total += entry * entry
-            at += 1
-    return total
-
-
-@gi.observable
-def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
-    n = int(params[0])
-    k = part(work, 0, n * n)
-    unpack(n, part(y, 0, n * (n - 1) // 2), k)
-    total = 0.0 * y[0]
-    for i in range(n):
-        for j in range(n):
-            entry = k[i * n] * k[j * n]
-            for c in range(1, n):
-                entry += k[i * n + c] * k[j * n + c]
-            total += entry * entry
-    return total
-
-
-@gi.observable
-def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(γ, γ) − 1."""
-    n = int(params[0])
-    size = n * (n - 1) // 2
-    total = y[size] * y[size]
-    for i in range(size + 1, size + n):
-        total += y[i] * y[i]
-    return total - 1.0
-
-
-@gi.observable
-def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Frobenius norm of g gᵀ − 1."""
-    n = int(params[0])
-    first = n * (n + 1) // 2
-    total = 0.0 * y[0]
-    for i in range(n):
-        for j in range(n):
-            entry = 0.0 * y[0]
-            if i == j:
-                entry = entry - 1.0
-            for c in range(n):
-                entry += y[first + i * n + c] * y[first + j * n + c]
-            total += entry * entry
-    return sqrt(total)
-
-
-@gi.observable
-def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """|Ad_g k − k_0| in the norm of ⟨X, X⟩; params ends with the triangle of k_0."""
-    n = int(params[0])
-    size = n * (n - 1) // 2
-    k, gk = part(work, 0, n * n), part(work, n * n, n * n)
-    g = part(y, size + n, n * n)
-    unpack(n, part(y, 0, size), k)
-    for i in range(n):
-        for j in range(n):
-            entry = g[i * n] * k[j]
-            for c in range(1, n):
-                entry += g[i * n + c] * k[c * n + j]
-            gk[i * n + j] = entry
-    total = 0.0 * y[0]
-    at = len(params) - size
-    for i in range(n):
-        for j in range(i + 1, n):
-            entry = 0.0 * y[0] - params[at]
-            for c in range(n):
-                entry += gk[i * n + c] * g[j * n + c]
-            total += entry * entry
-            at += 1
-    return sqrt(total)
 
 
 def ball_problem(
@@ -148,18 +51,13 @@ def ball_problem(
     n = inertia.n
     size = n * (n - 1) // 2
     omega, params = omega_for(inertia, D)
-    forms = ball_forms(omega, n)
-    invariants = {"energy": forms.energy, "K": ball_k}
-    if n > 2:
-        invariants["momentum"] = ball_momentum
-    if n > 3:
-        invariants["trace-k4"] = ball_trace_k4
-    constraints = {"norm": ball_norm}
+    forms, kept = ball_forms(omega, n), ball_integrals(n, size, size + n)
+    constraints = {"norm": kept.norm}
     if attitude:
-        constraints["orthogonality"] = ball_orthogonality
+        constraints["orthogonality"] = kept.orthogonality
         if k0 is not None:
             params = np.concatenate([params, skew_components("k0", k0, n)])
-            constraints["spatial-momentum"] = ball_spatial_momentum
+            constraints["spatial-momentum"] = kept.spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         if g is not None and not attitude:
@@ -179,7 +77,7 @@ def ball_problem(
         field=forms.field,
         action=gi.GroupAction(forms.generator, gi.so_n(n, *pieces)),
         work=ball_work(omega, n),
-        invariants=invariants,
+        invariants={"energy": forms.energy, **kept.invariants},
         constraints=constraints,
         measure=on_sphere(forms.log_density, size, n, attitude),
         make_state=make_state,

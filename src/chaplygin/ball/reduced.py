@@ -29,6 +29,7 @@ import geomint as gi
 from geomint import log, part
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
 from ..states import initial_tangent
@@ -67,6 +68,31 @@ def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         b, a = params[1 + i], params[1 + n + i]
         out[i] = (ru - sg2 * a) * q + gaq * g
         out[n + i] = (rbgp - sgp * a) * q + (paq - pq * b) * g
+
+
+@gi.field
+def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ = −ω = (γ∧Aq/D − A⁻¹γ∧q)/(DU)."""
+    n = len(y) // 2
+    D = params[0]
+    g2, gp, u = y[0] * y[0], y[0] * y[n], params[1] * y[0] * y[0]
+    for i in range(1, n):
+        g2 += y[i] * y[i]
+        gp += y[i] * y[n + i]
+        u += params[1 + i] * y[i] * y[i]
+    r = 1.0 / (D * u)
+    s = r / D
+    pair = 0
+    for i in range(n):
+        x, q = y[i], g2 * y[n + i] - gp * y[i]
+        b, a = params[1 + i], params[1 + n + i]
+        for j in range(i + 1, n):
+            z, other = y[j], g2 * y[n + j] - gp * y[j]
+            # One factor for both products: b_i and −a_j/D cancel where a_i a_j → D.
+            out[pair] = (s * params[1 + n + j] - r * b) * (x * other) - (
+                s * a - r * params[1 + j]
+            ) * (z * q)
+            pair += 1
 
 
 @gi.observable
@@ -113,8 +139,8 @@ def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @functools.cache
-def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any]:
-    """Return field, energy and log μ for an operator whose ω `omega` writes; y = (γ, p)."""
+def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any, Any]:
+    """Return field, generator, energy and log μ for an operator whose ω `omega` writes; y = (γ, p)."""
     size = n * (n - 1) // 2
     log_density = log_density_after(omega)
 
@@ -138,6 +164,12 @@ def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any]:
             for i in range(first, first + n):
                 out[i] = -out[i]
 
+    def general_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = −ω."""
+        velocity_of(params, y, work)
+        for i in range(size):
+            out[i] = -work[i]
+
     def general_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """H = ½⟨k, ω⟩, eq. (red:ham)."""
         velocity_of(params, y, work)
@@ -154,25 +186,17 @@ def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any]:
 
     return (
         gi.field(general_field),
+        gi.field(general_generator),
         gi.observable(general_energy),
         gi.observable(general_log_density),
     )
 
 
-def _forms(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Any, Any, Array, int]:
-    """Return field, energy, log μ, their parameters and scratch."""
-    if isinstance(inertia, SpecialInertia):
-        params = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
-        return reduced_field, reduced_energy, reduced_log_density, params, 0
-    n = inertia.n
-    omega, params = omega_for(inertia, D)
-    return *general_forms(omega, n), params, n * (n - 1) + omega_work(omega, n)
-
-
 def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Problem:
     """Return the reduced system, which describes a ball without SO(n−1)-momentum.
 
-    State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Form: ODE.
+    State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Forms: ODE and action of
+    SO(n).
     ``state(gamma=…, p=…)``; instead of p also p_tilde (special operator), or k or omega with zero
     SO(n−1)-momentum.
 
@@ -182,7 +206,18 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
     """
     n = inertia.n
-    field, energy, log_density, params, work = _forms(inertia, D)
+    integrals: dict[str, Any] = {}
+    if isinstance(inertia, SpecialInertia):
+        forms: tuple[Any, ...] = (reduced_field, reduced_generator, reduced_energy)
+        log_density, work = reduced_log_density, 0
+        start = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
+        tables, integrals = shared_integrals(inertia.a, len(start), True)
+        params = np.concatenate([start, tables])
+    else:
+        omega, params = omega_for(inertia, D)
+        *forms, log_density = general_forms(omega, n)
+        work = n * (n - 1) + omega_work(omega, n)
+    field, generator, energy = forms
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))
@@ -196,8 +231,9 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         pieces=(("gamma", n), ("p", n)),
         params=params,
         field=field,
+        action=gi.GroupAction(generator, gi.so_n(n, "vector", "vector")),
         work=work,
-        invariants={"energy": energy, "K": reduced_k},
+        invariants={"energy": energy, "K": reduced_k, **integrals},
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(log_density),
         make_state=make_state,

@@ -12,6 +12,8 @@ which is quadratic, is kept by Gauss to round-off. (With Ω = gωg⁻¹ in place
 v = ρΩE_n would be linear, and kept by all of them.) As an action of SO(n) × R^(n−1) × R^(N+n−1) the
 rotation acts on g, and (r, ω, v) are moved by translations: then g gᵀ is kept by group methods.
 
+The measure has the density det(I + D pr)^(1/2) in ω, r and the Haar measure of g, on v = ρ gωγ.
+
 E_n is the vertical in space, from the plane to the centre of the ball; r and v have the other n−1
 coordinates of space. Gravity and the normal reaction are equal, and go through the centre: they do
 not enter, and Λ is the horizontal part (friction). Everything is dimensionless.
@@ -25,23 +27,17 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import as_vector, part, sqrt
+from geomint import as_vector, part
 
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
 from ..manifold import Array, admit_frame, skew_components
-from .angular_velocity import apply_to_gamma, full_omega
-from .momentum import (
-    ball_k,
-    ball_momentum,
-    ball_orthogonality,
-    ball_spatial_momentum,
-    ball_trace_k4,
-)
+from ..operators import operator_applied
+from .angular_velocity import apply_to_gamma, full_omega, log_density_after
+from .integrals import ball_integrals, frame_orthogonality
+from .multiplier_forms import multiplier_forms, rolling_conditions
 from .rolling_forms import (
-    acceleration,
     contact_observables,
-    inertia_applied,
-    rolled,
+    rolling_kind,
     rolling_parameters,
     rolling_work,
 )
@@ -58,80 +54,10 @@ __all__ = ["rolling_problem"]
 
 
 @functools.cache
-def multiplier_forms(omega: Any, n: int, at: int) -> dict[str, Any]:
-    """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
-    size, square = n * (n - 1) // 2, n * n
-    turning, moving = square + n - 1, square + n - 1 + size  # where ω and v begin
-    accelerate = acceleration(omega, n, at)
-    apply_inertia = inertia_applied(omega is full_omega, n, at)
-
-    def locate(params: Any, y: Any, work: Any) -> Any:
-        """Return blocks (γ, g, ω, r, scratch)."""
-        gamma, g = part(y, square - n, n), part(y, 0, square)
-        return gamma, g, part(y, turning, size), part(y, square, n - 1), work
-
-    def translate(params: Any, y: Any, out: Any, work: Any) -> None:
-        """Write (ṙ, ω̇, v̇)."""
-        gamma, g, w = part(y, square - n, n), part(y, 0, square), part(y, turning, size)
-        for i in range(n - 1):
-            out[i] = y[moving + i]
-        dw = part(out, n - 1, size)
-        accelerate(params, gamma, w, dw, work)
-        rolled(n, params[at], g, gamma, dw, part(out, n - 1 + size, n - 1), work)
-
-    translation = gi.helper(translate)
-
-    def rolling_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """Eqs. (c1)–(c4) in the body frame."""
-        w = part(y, turning, size)
-        for row in range(0, square, n):
-            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
-            for i in range(row, row + n):
-                out[i] = -out[i]
-        translation(params, y, part(out, square, len(out) - square), work)
-
-    def rolling_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        """ξ = (−ω, ṙ, ω̇, v̇)."""
-        for i in range(size):
-            out[i] = -y[turning + i]
-        translation(params, y, part(out, size, len(out) - size), work)
-
-    def rolling_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """½⟨Iω, ω⟩ + ½m(v, v), eq. (ch-lagr); ½⟨k, ω⟩ where the ball does not slip."""
-        w, momentum = part(y, turning, size), part(work, 0, size)
-        apply_inertia(params, w, momentum)
-        total = momentum[0] * w[0]
-        for i in range(1, size):
-            total += momentum[i] * w[i]
-        for i in range(moving, moving + n - 1):
-            total += params[at + 1] * y[i] * y[i]
-        return 0.5 * total
-
-    def rolling_slip(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """|v − ρ gωγ|, eq. (ch-constr): the speed of the point of the ball in contact."""
-        g, w = part(y, 0, square), part(y, turning, size)
-        v, rest = part(work, 0, n - 1), part(work, n, n)
-        rolled(n, params[at], g, part(y, square - n, n), w, v, rest)
-        total = 0.0 * y[0]
-        for i in range(n - 1):
-            entry = y[moving + i] - v[i]
-            total += entry * entry
-        return sqrt(total)
-
-    return {
-        "field": gi.field(rolling_field),
-        "generator": gi.field(rolling_generator),
-        "locate": gi.helper(locate),
-        "energy": gi.observable(rolling_energy),
-        "rolling": gi.observable(rolling_slip),
-    }
-
-
-@functools.cache
 def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
     """Return an observable of the ball in (k, γ, g) as one of (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
-    apply_inertia = inertia_applied(full, n, at)
+    apply_inertia = operator_applied(full, n, at + 2)
 
     def through(params: Any, t: Any, y: Any, work: Any) -> Any:
         z, u = part(work, 0, size + n + square), part(work, size + n + square, n)
@@ -156,6 +82,20 @@ def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
         return observable(params, t, z, part(work, used, len(work) - used))
 
     return gi.observable(through)
+
+
+@functools.cache
+def density_in_omega(omega: Any, n: int) -> Any:
+    """Return log det(I + D pr)^(1/2): the measure of `momentum` in ω, as dk = det(I + D pr) dω."""
+    size, square = n * (n - 1) // 2, n * n
+    log_density = log_density_after(omega)
+
+    def rolling_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
+        omega(n, params, part(y, square + n - 1, size), gamma, part(work, 0, size), rest)
+        return -log_density(n, params, gamma, rest)
+
+    return gi.observable(rolling_log_density)
 
 
 def rolling_problem(
@@ -188,20 +128,18 @@ def rolling_problem(
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
-    forms = multiplier_forms(omega, n, at)
+    kind = rolling_kind(omega, n, at)
+    forms = multiplier_forms(kind, n, at)
 
     def reused(observable: Any) -> Any:
         return through_momentum(observable, omega is full_omega, n, at)
 
-    invariants = {"energy": forms["energy"], "K": reused(ball_k)}
-    if n > 2:
-        invariants["momentum"] = reused(ball_momentum)
-    if n > 3:
-        invariants["trace-k4"] = reused(ball_trace_k4)
-    constraints = {"rolling": forms["rolling"], "orthogonality": reused(ball_orthogonality)}
+    kept = ball_integrals(n, size, size + n)
+    found = {name: reused(observable) for name, observable in kept.invariants.items()}
+    constraints = {"rolling": forms["rolling"], "orthogonality": frame_orthogonality(n, 0)}
     if k0 is not None:
         params = np.concatenate([params, skew_components("k0", k0, n)])
-        constraints["spatial-momentum"] = reused(ball_spatial_momentum)
+        constraints["spatial-momentum"] = reused(kept.spatial_momentum)
 
     def make_state(
         gamma: Any = None, g: Any = None, r: Any = None, v: Any = None, **components: Any
@@ -230,9 +168,14 @@ def rolling_problem(
             forms["generator"], gi.so_n(n, "frame", translations=size + 2 * (n - 1))
         ),
         work=rolling_work(omega, n),
-        invariants=invariants,
+        invariants={"energy": forms["energy"], **found},
         constraints=constraints,
-        observables=contact_observables(omega, n, at, forms["locate"]),
+        measure=gi.Measure(
+            density_in_omega(omega, n),
+            rolling_conditions(n, at, False),
+            n * (n + 1) // 2 + n - 1,
+        ),
+        observables=contact_observables(kind, n, at, forms["locate"]),
         make_state=make_state,
         admit=admit,
         physical=physical,

@@ -19,7 +19,7 @@ n; see `fields`.
 from __future__ import annotations
 
 import functools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,14 +28,15 @@ from geomint import part, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array
+from ..operators import operator_applied, operator_entries
 from .angular_velocity import apply_to_gamma, full_omega, omega_for, omega_work
 from .fields import turn
 
 __all__ = [
-    "acceleration",
+    "RollingKind",
     "contact_observables",
-    "inertia_applied",
     "rolled",
+    "rolling_kind",
     "rolling_parameters",
     "rolling_work",
 ]
@@ -46,10 +47,7 @@ def rolling_parameters(
 ) -> tuple[Any, Array, int]:
     """Return the function that writes ω, the flat parameters, and where ρ stands in them."""
     omega, params = omega_for(inertia, D)
-    entries = inertia.diagonal
-    if entries is None:
-        assert isinstance(inertia, GeneralInertia)
-        entries = inertia.matrix.reshape(-1)
+    _, entries = operator_entries(inertia)
     return omega, np.concatenate([params, [rho, m], entries]), len(params)
 
 
@@ -71,31 +69,24 @@ def rolled(n: int, rho: Any, g: Any, gamma: Any, w: Any, out: Any, work: Any) ->
         out[i] = rho * total
 
 
-@functools.cache
-def inertia_applied(full: bool, n: int, at: int) -> Any:
-    """Return ``f(params, w, out)``, which writes Iw; `full` if I is stored as a matrix."""
-    size = n * (n - 1) // 2
+class RollingKind(NamedTuple):
+    """What a ball's way of rolling decides.
 
-    def diagonal_inertia(params: Any, w: Any, out: Any) -> None:
-        for i in range(size):
-            out[i] = params[at + 2 + i] * w[i]
+    accelerate : recorded ``f(params, gamma, w, out, work)``
+        Writes ω̇ from ω = w.
+    apply_inertia : recorded ``f(params, w, out)``
+        Writes Iw.
+    """
 
-    def full_inertia(params: Any, w: Any, out: Any) -> None:
-        for r in range(size):
-            first = at + 2 + r * size
-            total = params[first] * w[0]
-            for c in range(1, size):
-                total += params[first + c] * w[c]
-            out[r] = total
-
-    return gi.helper(full_inertia if full else diagonal_inertia)
+    accelerate: Any
+    apply_inertia: Any
 
 
 @functools.cache
-def acceleration(omega: Any, n: int, at: int) -> Any:
-    """Return ``f(params, gamma, w, out, work)``, which writes ω̇ from ω = w."""
+def rolling_kind(omega: Any, n: int, at: int) -> RollingKind:
+    """Return those of the ball that may turn about the vertical; see the module's docstring."""
     size = n * (n - 1) // 2
-    apply_inertia = inertia_applied(omega is full_omega, n, at)
+    apply_inertia = operator_applied(omega is full_omega, n, at + 2)
 
     def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
         momentum, torque = part(work, 0, size), part(work, size, size)
@@ -104,11 +95,11 @@ def acceleration(omega: Any, n: int, at: int) -> Any:
         turn(n, w, momentum, torque, rest)
         omega(n, params, torque, gamma, out, rest)
 
-    return gi.helper(accelerate)
+    return RollingKind(gi.helper(accelerate), apply_inertia)
 
 
 @functools.cache
-def contact_observables(omega: Any, n: int, at: int, locate: Any) -> dict[str, Any]:
+def contact_observables(kind: RollingKind, n: int, at: int, locate: Any) -> dict[str, Any]:
     r"""Return the observables that both forms have, by name.
 
     * ``contact-i``, i = 1 … n−1: the component r_i of the contact point;
@@ -120,13 +111,14 @@ def contact_observables(omega: Any, n: int, at: int, locate: Any) -> dict[str, A
 
     Parameters
     ----------
-    omega, n, at
+    kind
+    n, at
         See `rolling_parameters`.
     locate : recorded ``f(params, y, work) -> (gamma, g, w, r, rest)``
         Where these lie, w being ω and `rest` what is left of the scratch.
     """
     size = n * (n - 1) // 2
-    accelerate = acceleration(omega, n, at)
+    accelerate = kind.accelerate
 
     def react(params: Any, y: Any, work: Any) -> Any:
         gamma, g, w, _, rest = locate(params, y, work)

@@ -12,6 +12,7 @@ import geomint as gi
 from ..inertia import GeneralInertia, SpecialInertia, positive_number
 from .classical import classical_problem
 from .contact import contact_problem
+from .cotangent import cotangent_problem
 from .hamiltonized import hamiltonized_problem
 from .momentum import ball_problem
 from .reduced import reduced_problem
@@ -132,6 +133,10 @@ class ChaplyginSphere:
     def classical(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
         """Return the ball in R³ in vectors; see `classical_problem`."""
         return classical_problem(self.inertia, self.D, attitude, k0)
+
+    def on_group(self, k0: Any = None) -> gi.Problem:
+        """Return the ball on T*SO(n), in (k, g); see `cotangent_problem`."""
+        return cotangent_problem(self.inertia, self.D, k0)
 
     def rolling(self, m: Any = None, rho: Any = None, k0: Any = None) -> gi.Problem:
         """Return the ball on SO(n) × R^(n−1) with the reaction of the plane; see `rolling_problem`.

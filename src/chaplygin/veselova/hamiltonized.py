@@ -22,11 +22,17 @@ import numpy as np
 import geomint as gi
 from geomint import fma
 
-from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k, sphere_constraint
+from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..manifold import Array, admit_tangent, admit_unit, wedge
-from ..measures import constant_density, norm, on_tangent_bundle, tangency
+from ..measures import (
+    constant_density,
+    norm,
+    on_tangent_bundle,
+    sphere_constraint,
+    tangency,
+)
 from ..states import multiplier
-from .reduced import veselova_integrals, veselova_parameters
+from .reduced import veselova_parameters
 from .states import veselova_tangent
 
 __all__ = ["veselova_hamiltonized_problem"]
@@ -101,6 +107,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p̃ that describes no state; see `manifold`.
     """
     n = len(a)
+    params, integrals = veselova_parameters(a, D, False)
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         vertical, p = veselova_tangent(a, D, gamma, **components)
@@ -117,16 +124,12 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
     return gi.Problem(
         name="veselova-hamiltonized",
         pieces=(("gamma", n), ("p_tilde", n)),
-        params=veselova_parameters(a, D),
+        params=params,
         field=geodesic_field,
         hamiltonian=gi.Hamiltonian(geodesic_gradients, sphere_constraint, 1),
         time="tau",
         clock=hamiltonized_clock,
-        invariants={
-            "energy": geodesic_energy,
-            "K": hamiltonized_k,
-            **veselova_integrals(n, False),
-        },
+        invariants={"energy": geodesic_energy, "K": hamiltonized_k, **integrals},
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,

@@ -11,8 +11,8 @@ where q is p itself on T*S^(n−1). This is
     γ̇ = ((γ, γ) Aq − (γ, Aq) γ)/U,   ṗ = ((γ, p) Aq − (p, Aq) γ)/U,
 
 eqs. (extended1), (extended2) on T*S^(n−1), but for the sign of ṗ, which is misprinted. As for the
-Chaplygin sphere (`chaplygin.ball.reduced`), only q makes w a function of k and the direction of γ, so that not only
-(γ, γ), (γ, p), (p, p) but the energy ½⟨k, w⟩ too is kept wherever γ ≠ 0.
+Chaplygin sphere (`chaplygin.ball.reduced`), only q makes w a function of k and the direction of γ, so
+that not only (γ, γ), (γ, p), (p, p) but the energy ½⟨k, w⟩ too is kept wherever γ ≠ 0.
 
 The measure has the density U^(−(n−2)/2), as that of the Chaplygin sphere.
 """
@@ -26,12 +26,12 @@ import numpy as np
 import geomint as gi
 
 from ..ball.reduced import reduced_k, reduced_log_density
-from ..commuting_integrals import coefficient_tables, separation_integral, table_rows
+from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
 from .states import veselova_tangent
 
-__all__ = ["veselova_integrals", "veselova_parameters", "veselova_reduced_problem"]
+__all__ = ["veselova_parameters", "veselova_reduced_problem"]
 
 
 @gi.field
@@ -59,6 +59,25 @@ def veselova_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         out[n + i] = rgp * aq - paq * g
 
 
+@gi.field
+def veselova_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ = −w = Aq∧γ/U."""
+    n = len(y) // 2
+    g2, gp, u = y[0] * y[0], y[0] * y[n], params[1] * y[0] * y[0]
+    for i in range(1, n):
+        g2 += y[i] * y[i]
+        gp += y[i] * y[n + i]
+        u += params[1 + i] * y[i] * y[i]
+    r = 1.0 / u
+    pair = 0
+    for i in range(n):
+        x, aq = y[i], params[1 + n + i] * (g2 * y[n + i] - gp * y[i])
+        for j in range(i + 1, n):
+            z, other = y[j], params[1 + n + j] * (g2 * y[n + j] - gp * y[j])
+            out[pair] = r * (aq * z - x * other)
+            pair += 1
+
+
 @gi.observable
 def veselova_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """½⟨𝓘w, w⟩ = ½⟨k, w⟩ = (q, Aq)/(2U), which is (p, Ap)/(2U) on T*S^(n−1)."""
@@ -77,38 +96,18 @@ def veselova_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 0.5 * (g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)) / u
 
 
-def _degrees(n: int) -> range:
-    """Return the degrees of R(λ) whose coefficients are integrals beside K and the energy."""
-    return range(1, n - 2)
-
-
-def veselova_parameters(a: Array, D: float) -> Array:
-    """Return D, 1/a, a, and the weights of the integrals r_1, …, r_(n−3)."""
-    return np.concatenate([[D], 1.0 / a, a, coefficient_tables(a, _degrees(len(a)), 1)])
-
-
-def veselova_integrals(n: int, physical: bool) -> dict[str, Any]:
-    """Return r_1, …, r_(n−3) by name, for states (γ, p) if `physical`, else (γ, p̃).
-
-    r_k is the coefficient of λ^k in the polynomial R of degree n − 2 for which the spheroconical
-    coordinates have −4λ_k P(λ_k) μ_k² = R(λ_k), P(λ) = Π(λ − a_i):
-
-        R(λ) = Σ_{i<j} (γ_i p̃_j − γ_j p̃_i)² λP(λ)/((λ − a_i)(λ − a_j)) − (p̃, p̃) Σ_i γ_i² P(λ)/(λ − a_i).
-
-    r_0 = (−1)ⁿ K Πa/D² and r_(n−2) = (p̃, Ap̃) = 2𝓗/D². All of them commute, and with the flow of the
-    Chaplygin sphere with the same a too.
-    """
-    first, rows = 1 + 2 * n, table_rows(n)
-    return {
-        f"r{k}": separation_integral(n, first + at * rows, physical)
-        for at, k in enumerate(_degrees(n))
-    }
+def veselova_parameters(a: Array, D: float, physical: bool) -> tuple[Array, dict[str, Any]]:
+    """Return the parameters D, 1/a, a and those of the integrals beside K and the energy, and these."""
+    start = np.concatenate([[D], 1.0 / a, a])
+    tables, integrals = shared_integrals(a, len(start), physical)
+    return np.concatenate([start, tables]), integrals
 
 
 def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
     """Return the reduced Veselova problem with r = 1.
 
-    State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Form: ODE.
+    State: ``gamma`` (n,) and ``p`` (n,) ⟂ γ, with k = γ∧p. Time t. Forms: ODE and action of
+    SO(n).
     ``state(gamma=…, p=…)``; instead of p also p_tilde, k or w.
 
     Parameters
@@ -122,6 +121,7 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
     """
     n = len(a)
+    params, integrals = veselova_parameters(a, D, True)
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(veselova_tangent(a, D, gamma, **components))
@@ -133,9 +133,10 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
     return gi.Problem(
         name="veselova-reduced",
         pieces=(("gamma", n), ("p", n)),
-        params=veselova_parameters(a, D),
+        params=params,
         field=veselova_field,
-        invariants={"energy": veselova_energy, "K": reduced_k, **veselova_integrals(n, True)},
+        action=gi.GroupAction(veselova_generator, gi.so_n(n, "vector", "vector")),
+        invariants={"energy": veselova_energy, "K": reduced_k, **integrals},
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(reduced_log_density),
         make_state=make_state,

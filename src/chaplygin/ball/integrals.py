@@ -1,0 +1,135 @@
+"""What every ball keeps, as functions of (k, γ, g), wherever these stand in the state.
+
+All of k is constant in space. So K = ⟨k, k⟩ and tr k⁴ are constant, and the length of the part of k
+that fixes γ, the SO(n−1)-momentum; for n = 2 that is nothing, for n = 3 one number.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import geomint as gi
+from geomint import part, sqrt
+
+from .angular_velocity import apply_to_gamma
+from .fields import unpack
+
+__all__ = ["BallIntegrals", "ball_integrals", "frame_orthogonality"]
+
+
+class BallIntegrals(NamedTuple):
+    """Integrals by name, and conditions on γ and g."""
+
+    invariants: dict[str, Any]
+    norm: Any
+    orthogonality: Any
+    spatial_momentum: Any
+
+
+@gi.observable
+def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """K = ⟨k, k⟩, eq. (IK)."""
+    n = int(params[0])
+    total = y[0] * y[0]
+    for i in range(1, n * (n - 1) // 2):
+        total += y[i] * y[i]
+    return total
+
+
+@gi.observable
+def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
+    n = int(params[0])
+    k = part(work, 0, n * n)
+    unpack(n, part(y, 0, n * (n - 1) // 2), k)
+    total = 0.0 * y[0]
+    for i in range(n):
+        for j in range(n):
+            entry = k[i * n] * k[j * n]
+            for c in range(1, n):
+                entry += k[i * n + c] * k[j * n + c]
+            total += entry * entry
+    return total
+
+
+@functools.cache
+def frame_orthogonality(n: int, first: int) -> Any:
+    """Return the Frobenius norm of g gᵀ − 1, g from row `first` on."""
+
+    def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
+        total = 0.0 * y[0]
+        for i in range(n):
+            for j in range(n):
+                entry = 0.0 * y[0]
+                if i == j:
+                    entry = entry - 1.0
+                for c in range(n):
+                    entry += y[first + i * n + c] * y[first + j * n + c]
+                total += entry * entry
+        return sqrt(total)
+
+    return gi.observable(ball_orthogonality)
+
+
+@functools.cache
+def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
+    """Return the functions of states with k first, γ from row `vertical` and g from row `frame` on.
+
+    Their parameters begin with n, and for the spatial momentum end with the triangle of k_0.
+    """
+    size = n * (n - 1) // 2
+
+    def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
+        gamma, v = part(y, vertical, n), part(work, 0, n)
+        apply_to_gamma(n, part(y, 0, size), gamma, v)
+        total = 0.0 * y[0]
+        at = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                entry = y[at] - (v[i] * gamma[j] - gamma[i] * v[j])
+                total += entry * entry
+                at += 1
+        return total
+
+    def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """(γ, γ) − 1."""
+        total = y[vertical] * y[vertical]
+        for i in range(vertical + 1, vertical + n):
+            total += y[i] * y[i]
+        return total - 1.0
+
+    def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """|Ad_g k − k_0| in the norm of ⟨X, X⟩."""
+        k, gk = part(work, 0, n * n), part(work, n * n, n * n)
+        g = part(y, frame, n * n)
+        unpack(n, part(y, 0, size), k)
+        for i in range(n):
+            for j in range(n):
+                entry = g[i * n] * k[j]
+                for c in range(1, n):
+                    entry += g[i * n + c] * k[c * n + j]
+                gk[i * n + j] = entry
+        total = 0.0 * y[0]
+        at = len(params) - size
+        for i in range(n):
+            for j in range(i + 1, n):
+                entry = 0.0 * y[0] - params[at]
+                for c in range(n):
+                    entry += gk[i * n + c] * g[j * n + c]
+                total += entry * entry
+                at += 1
+        return sqrt(total)
+
+    invariants = {"K": ball_k}
+    if n > 2:
+        invariants["momentum"] = gi.observable(ball_momentum)
+    if n > 3:
+        invariants["trace-k4"] = ball_trace_k4
+    return BallIntegrals(
+        invariants,
+        gi.observable(ball_norm),
+        frame_orthogonality(n, frame),
+        gi.observable(ball_spatial_momentum),
+    )

@@ -1,0 +1,117 @@
+"""The rolling ball with multipliers, whatever decides its acceleration: functions of (g, r, ω, v).
+
+See `rolling` for the equations; a `RollingKind` has the acceleration.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import geomint as gi
+from geomint import part, sqrt
+
+from ..measures import haar_conditions
+from .angular_velocity import apply_to_gamma
+from .rolling_forms import RollingKind, rolled
+
+__all__ = ["multiplier_forms", "rolling_conditions"]
+
+
+@functools.cache
+def multiplier_forms(kind: RollingKind, n: int, at: int) -> dict[str, Any]:
+    """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
+    size, square = n * (n - 1) // 2, n * n
+    turning, moving = square + n - 1, square + n - 1 + size  # where ω and v begin
+    accelerate, apply_inertia = kind
+
+    def locate(params: Any, y: Any, work: Any) -> Any:
+        """Return blocks (γ, g, ω, r, scratch)."""
+        gamma, g = part(y, square - n, n), part(y, 0, square)
+        return gamma, g, part(y, turning, size), part(y, square, n - 1), work
+
+    def translate(params: Any, y: Any, out: Any, work: Any) -> None:
+        """Write (ṙ, ω̇, v̇)."""
+        gamma, g, w = part(y, square - n, n), part(y, 0, square), part(y, turning, size)
+        for i in range(n - 1):
+            out[i] = y[moving + i]
+        dw = part(out, n - 1, size)
+        accelerate(params, gamma, w, dw, work)
+        rolled(n, params[at], g, gamma, dw, part(out, n - 1 + size, n - 1), work)
+
+    translation = gi.helper(translate)
+
+    def rolling_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """Eqs. (c1)–(c4) in the body frame."""
+        w = part(y, turning, size)
+        for row in range(0, square, n):
+            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
+            for i in range(row, row + n):
+                out[i] = -out[i]
+        translation(params, y, part(out, square, len(out) - square), work)
+
+    def rolling_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = (−ω, ṙ, ω̇, v̇)."""
+        for i in range(size):
+            out[i] = -y[turning + i]
+        translation(params, y, part(out, size, len(out) - size), work)
+
+    def rolling_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """½⟨Iω, ω⟩ + ½m(v, v), eq. (ch-lagr); ½⟨k, ω⟩ where the ball does not slip."""
+        w, momentum = part(y, turning, size), part(work, 0, size)
+        apply_inertia(params, w, momentum)
+        total = momentum[0] * w[0]
+        for i in range(1, size):
+            total += momentum[i] * w[i]
+        for i in range(moving, moving + n - 1):
+            total += params[at + 1] * y[i] * y[i]
+        return 0.5 * total
+
+    def rolling_slip(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """|v − ρ gωγ|, eq. (ch-constr): the speed of the point of the ball in contact."""
+        g, w = part(y, 0, square), part(y, turning, size)
+        v, rest = part(work, 0, n - 1), part(work, n, n)
+        rolled(n, params[at], g, part(y, square - n, n), w, v, rest)
+        total = 0.0 * y[0]
+        for i in range(n - 1):
+            entry = y[moving + i] - v[i]
+            total += entry * entry
+        return sqrt(total)
+
+    return {
+        "field": gi.field(rolling_field),
+        "generator": gi.field(rolling_generator),
+        "locate": gi.helper(locate),
+        "energy": gi.observable(rolling_energy),
+        "rolling": gi.observable(rolling_slip),
+    }
+
+
+@functools.cache
+def rolling_conditions(n: int, at: int, twist_free: bool) -> Any:
+    """Return the function that writes g gᵀ − 1, v − ρ gωγ and, if `twist_free`, (gωgᵀ)_pq, p < q < n.
+
+    ρ is the parameter `at`; y = (g, r, ω, v).
+    """
+    size, square = n * (n - 1) // 2, n * n
+    rotation, slipping = haar_conditions(0, n), n * (n + 1) // 2
+
+    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        rotation(params, t, y, out, work)
+        g, w = part(y, 0, square), part(y, square + n - 1, size)
+        v = part(out, slipping, n - 1)
+        rolled(n, params[at], g, part(y, square - n, n), w, v, work)
+        for i in range(n - 1):
+            v[i] = y[square + n - 1 + size + i] - v[i]
+        if twist_free:
+            entry, image = slipping + n - 1, part(work, 0, n)
+            for q in range(1, n - 1):
+                apply_to_gamma(n, w, part(y, q * n, n), image)
+                for p in range(q):
+                    total = y[p * n] * image[0]
+                    for i in range(1, n):
+                        total += y[p * n + i] * image[i]
+                    out[entry] = total
+                    entry += 1
+
+    return gi.field(conditions)

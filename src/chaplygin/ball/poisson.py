@@ -1,0 +1,159 @@
+"""The Hamiltonisation of the ball in R³ at *any* area constant (k⃗, γ⃗): a Poisson bracket in time τ.
+
+In the time dτ = dt/f, f = D√U = c√(γ⃗, Wγ⃗), W = (I + D)⁻¹I, c⁴ = D³/det W, the equations (Chap) are
+Hamiltonian, y′ = Π ∂H/∂y with H = ½(k⃗, ω⃗) and
+
+    {k_i, k_j} = −f ε_ijl (k_l − s γ_l),   {k_i, γ_j} = −f ε_ijl γ_l,   {γ_i, γ_j} = 0,
+
+s = D(ω⃗, γ⃗) = D(γ⃗, Bk⃗)/(γ⃗, Wγ⃗), B = (I + D)⁻¹. Its Casimir functions are (γ⃗, γ⃗) and (k⃗, γ⃗); where the
+latter is 0, τ and the bracket are those of the Hamiltonised sphere, `hamiltonized`. For n ≥ 4 and
+momentum there is no such bracket with a multiplier: see `chaplygin.controls`. Source: A. V. Borisov,
+I. S. Mamaev, *Chaplygin's ball rolling problem is Hamiltonian* (2001); the factors here are our own.
+
+In τ the density of the measure is 1/(γ⃗, Wγ⃗).
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import log, sqrt
+
+from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..manifold import Array, triangle_of_vector
+from ..measures import on_sphere
+from .classical import (
+    DIAGONAL_SIZE,
+    classical_area,
+    classical_k,
+    classical_norm,
+    classical_problem,
+    diagonal_energy,
+    diagonal_omega,
+    full_energy,
+    full_omega,
+    inertia_tensor,
+    product,
+    turn,
+)
+
+__all__ = ["poisson_problem", "poisson_tensor"]
+
+
+@functools.cache
+def poisson_forms(full: bool) -> dict[str, Any]:
+    """Return field, generator, clock and log of the density; params: those of `classical`, c²."""
+    omega_of = full_omega if full else diagonal_omega
+
+    def weighted(params: Any, y: Any) -> Any:
+        """Return (γ⃗, Wγ⃗)."""
+        if full:
+            w0, w1, w2 = product(params, 4, 10, y[3], y[4], y[5])
+            return w0 * y[3] + w1 * y[4] + w2 * y[5]
+        return params[4] * y[3] * y[3] + params[5] * y[4] * y[4] + params[6] * y[5] * y[5]
+
+    weight = gi.helper(weighted)
+
+    def scaled(params: Any, y: Any) -> Any:
+        """Return f = dt/dτ."""
+        return sqrt(params[len(params) - 1] * weight(params, y))
+
+    scale = gi.helper(scaled)
+
+    def poisson_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        f = scale(params, y)
+        w0, w1, w2 = omega_of(params, y)
+        turn(f * w0, f * w1, f * w2, y, out)
+
+    def poisson_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = −fω⃗."""
+        f = scale(params, y)
+        w0, w1, w2 = omega_of(params, y)
+        out[0] = -f * w0
+        out[1] = -f * w1
+        out[2] = -f * w2
+
+    def poisson_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """dt/dτ = f."""
+        return scale(params, y)
+
+    def poisson_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return −log(γ⃗, Wγ⃗)."""
+        return -log(weight(params, y))
+
+    return {
+        "field": gi.field(poisson_field),
+        "generator": gi.field(poisson_generator),
+        "clock": gi.observable(poisson_clock),
+        "log_density": gi.observable(poisson_log_density),
+    }
+
+
+def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Problem:
+    """Return the ball in R³ in time τ, at any area constant.
+
+    State: ``k`` (3,) and ``gamma`` (3,), vectors. Time τ, with the clock dt/dτ = f. Forms: ODE and
+    action of SO(3). ``state`` as of `classical_problem`. `poisson_tensor` gives the bracket.
+
+    Parameters
+    ----------
+    inertia, D
+        See `ChaplyginSphere`.
+
+    Raises
+    ------
+    geomint.DomainError
+        If n is not 3; from ``state`` and ``canonical`` for what describes no state.
+    """
+    classical = classical_problem(inertia, D)
+    full = len(classical.params) > DIAGONAL_SIZE
+    forms, moments = poisson_forms(full), inertia_tensor(inertia)
+    weights = np.linalg.eigvalsh(moments) / (np.linalg.eigvalsh(moments) + D)
+    square = D * np.sqrt(D / np.prod(weights))
+    return gi.Problem(
+        name="ball-poisson",
+        pieces=classical.pieces,
+        params=np.append(classical.params, square),
+        field=forms["field"],
+        action=gi.GroupAction(forms["generator"], gi.so3(2)),
+        time="tau",
+        clock=forms["clock"],
+        invariants={
+            "energy": full_energy if full else diagonal_energy,
+            "K": classical_k,
+            "area": classical_area,
+        },
+        constraints={"norm": classical_norm},
+        measure=on_sphere(forms["log_density"], 3, 3, False),
+        make_state=classical.make_state,
+        admit=classical.admit,
+        physical=lambda y: {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])},
+        parameters=parameters_of(inertia, D),
+    )
+
+
+def poisson_tensor(inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> Array:
+    """Return Π(y), shape (6, 6), of a state y = (k⃗, γ⃗) with |γ⃗| = 1: y′ = Π ∂H/∂y, Π_ab = {y_a, y_b}.
+
+    As a function of any y with γ⃗ ≠ 0, of any dtype; Jacobi's identity holds there.
+    """
+    tensor = inertia_tensor(inertia)
+    b = np.linalg.inv(tensor + D * np.eye(3))
+    w = b @ tensor
+    k, gamma = y[:3], y[3:]
+    weight = gamma @ w @ gamma
+    f = np.sqrt(D * np.sqrt(D / np.linalg.det(w)) * weight)
+    s = D * (gamma @ b @ k) / weight
+    result = np.zeros((6, 6), dtype=np.result_type(y))
+    result[:3, :3] = _hat(k - s * gamma)
+    result[:3, 3:] = result[3:, :3] = _hat(gamma)
+    return np.asarray(f * result)
+
+
+def _hat(x: Array) -> Array:
+    """Return the matrix of v ↦ x⃗ × v⃗."""
+    return np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]], dtype=x.dtype)

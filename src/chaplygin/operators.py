@@ -1,0 +1,45 @@
+"""Symmetric operators on so(n) inside of recorded functions: how they are stored and applied.
+
+An operator is stored in the parameters as its n(n−1)/2 diagonal entries in the basis E_i∧E_j, or as
+a matrix row after row; which of them is decided once, when a problem is made.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import geomint as gi
+
+from .inertia import GeneralInertia, SpecialInertia
+from .manifold import Array
+
+__all__ = ["operator_applied", "operator_entries"]
+
+
+def operator_entries(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Array]:
+    """Return whether the operator is stored as a matrix, and its entries."""
+    if inertia.diagonal is not None:
+        return False, inertia.diagonal
+    assert isinstance(inertia, GeneralInertia)
+    return True, inertia.matrix.reshape(-1)
+
+
+@functools.cache
+def operator_applied(full: bool, n: int, at: int) -> Any:
+    """Return ``f(params, w, out)``, which writes 𝓘w for the operator stored from row `at` on."""
+    size = n * (n - 1) // 2
+
+    def diagonal_operator(params: Any, w: Any, out: Any) -> None:
+        for i in range(size):
+            out[i] = params[at + i] * w[i]
+
+    def full_operator(params: Any, w: Any, out: Any) -> None:
+        for r in range(size):
+            first = at + r * size
+            total = params[first] * w[0]
+            for c in range(1, size):
+                total += params[first + c] * w[c]
+            out[r] = total
+
+    return gi.helper(full_operator if full else diagonal_operator)

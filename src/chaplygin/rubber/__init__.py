@@ -1,0 +1,1 @@
+"""The rubber ball, which rolls without slipping and without twisting: see `sphere`."""

@@ -1,0 +1,213 @@
+"""The rubber ball on SO(n) × R^(n−1) with the reactions of the plane: no slip and no twist.
+
+Beside v = ρ gωγ, eq. (ch-constr), the ball may not turn about the vertical: (gωgᵀ)_pq = 0 for
+p < q < n, the remark before eq. (c1), or ω ∈ R^n∧γ. So pr ω = ω, and with the torque τ of the plane
+
+    (I + D) ω̇ = [Iω, ω] + Σ τ_pq e_p∧e_q,   ⟨ω̇, e_p∧e_q⟩ = 0,   p < q < n,
+
+e_p row p of g: the Veselova problem with r = 1 and the operator I + D. The reaction is Λ = mρ gω̇γ. As
+in `chaplygin.ball.rolling` the acceleration is that of the *differentiated* constraints, slip and
+twist are diagnostics, and rotations act on g, translations on (r, ω, v).
+
+The part of (I + D)ω in R^n∧γ is constant in space. The measure has the density
+det(pr (I + D)|_{R^n∧γ})^(1/2) in ω, r and the Haar measure of g.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import as_vector, part, sqrt
+
+from ..ball.angular_velocity import apply_to_gamma
+from ..ball.fields import turn
+from ..ball.integrals import frame_orthogonality
+from ..ball.multiplier_forms import multiplier_forms, rolling_conditions
+from ..ball.rolling_forms import RollingKind, contact_observables
+from ..ball.rolling_states import (
+    admit_velocity,
+    initial_attitude,
+    initial_position,
+    rolling_velocity,
+)
+from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..manifold import Array, admit_frame
+from ..operators import operator_applied, operator_entries
+from ..veselova.bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
+from ..veselova.stiefel_states import allowed_part, bound_solution, initial_bound, only_allowed
+
+__all__ = ["rubber_rolling_problem"]
+
+BASE = 2  # the parameters of `bound_velocity` come after n and D
+
+
+@functools.cache
+def rubber_kind(full: bool, n: int, at: int) -> RollingKind:
+    """Return acceleration and inertia; the parameters are [n, D, c, I + D…, ρ, m, I…], ρ at `at`."""
+    size = n * (n - 1) // 2
+    apply_inertia = operator_applied(full, n, at + 2)
+    solve = bound_velocity(full, n, 1, BASE)
+
+    def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
+        momentum, torque = part(work, 0, size), part(work, size, size)
+        rest = part(work, 2 * size, len(work) - 2 * size)
+        apply_inertia(params, w, momentum)
+        turn(n, w, momentum, torque, rest)
+        solve(params, torque, gamma, out, rest)
+
+    return RollingKind(gi.helper(accelerate), apply_inertia)
+
+
+@functools.cache
+def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
+    """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
+    size, square = n * (n - 1) // 2, n * n
+    turning = square + n - 1
+    kind = rubber_kind(full, n, at)
+    apply = operator_applied(full, n, BASE + 1)
+
+    @gi.helper
+    def twisting(triangle: Any, y: Any, work: Any) -> Any:
+        """Return the length of the part of X that fixes γ."""
+        gamma, image = part(y, square - n, n), part(work, 0, n)
+        apply_to_gamma(n, triangle, gamma, image)
+        total = 0.0 * y[0]
+        pair = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                entry = triangle[pair] - (image[i] * gamma[j] - gamma[i] * image[j])
+                total += entry * entry
+                pair += 1
+        return sqrt(total)
+
+    def rubber_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """K = |pr (I + D)ω|² = |((I + D)ω)γ|²."""
+        moment, image = part(work, 0, size), part(work, size, n)
+        apply(params, part(y, turning, size), moment)
+        apply_to_gamma(n, moment, part(y, square - n, n), image)
+        total = image[0] * image[0]
+        for i in range(1, n):
+            total += image[i] * image[i]
+        return total
+
+    def rubber_twist(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return the length of the part of ω about the vertical."""
+        return twisting(part(y, turning, size), y, work)
+
+    def rubber_torque(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return the length of (I + D)ω̇ − [Iω, ω], the torque that keeps the ball from twisting."""
+        rate, left = part(work, 0, size), part(work, size, size)
+        torque, rest = part(work, 2 * size, size), part(work, 3 * size, len(work) - 3 * size)
+        w = part(y, turning, size)
+        kind.accelerate(params, part(y, square - n, n), w, rate, rest)
+        kind.apply_inertia(params, w, left)
+        turn(n, w, left, torque, rest)
+        apply(params, rate, left)
+        for i in range(size):
+            left[i] = left[i] - torque[i]
+        return twisting(left, y, rest)
+
+    def rubber_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return ½ log det(pr (I + D)|_{R^n∧γ})."""
+        rate, rest = part(work, 0, size), part(work, 2 * size, len(work) - 2 * size)
+        w = part(y, turning, size)
+        kind.accelerate(params, part(y, square - n, n), w, rate, rest)
+        return 0.5 * log_determinant(n, part(rest, 2 * size, len(rest) - 2 * size))
+
+    return {
+        "K": gi.observable(rubber_k),
+        "twist": gi.observable(rubber_twist),
+        "torque": gi.observable(rubber_torque),
+        "log_density": gi.observable(rubber_log_density),
+    }
+
+
+def rubber_rolling_problem(
+    inertia: SpecialInertia | GeneralInertia, total: GeneralInertia, m: float, rho: float
+) -> gi.Problem:
+    """Return the rubber ball on SO(n) × R^(n−1), with the reactions of the plane.
+
+    State: ``g`` (n·n,), the rotation from body to space, row after row; ``r`` (n−1,), the contact
+    point in the plane; ``omega`` (n(n−1)/2,), the flat triangle of ω = g⁻¹ġ, body frame; ``v``
+    (n−1,), the velocity of the centre, in space. Time t. Forms: ODE and action.
+    ``state(g=…, omega=…)``: instead of g (or with it) gamma, which the smallest rotation takes to
+    E_n; instead of omega also k = γ∧p or p; r = 0 and v = ρ gωγ unless given.
+
+    Parameters
+    ----------
+    inertia : SpecialInertia or GeneralInertia
+        I, about the centre.
+    total : GeneralInertia
+        I + D.
+    m, rho : float
+        Mass and radius, mρ² = D.
+
+    Raises
+    ------
+    geomint.DomainError
+        From ``state`` and ``canonical``: a g that is no rotation, a gamma that is not g⁻¹E_n, an
+        omega with which the ball twists, a v with which it slips.
+    """
+    n = inertia.n
+    size, square = n * (n - 1) // 2, n * n
+    full, bound = bound_parameters(total)
+    kept_full, entries = operator_entries(inertia)
+    if full != kept_full:
+        entries = np.diag(entries).reshape(-1)
+    params = np.concatenate([[n, m * rho * rho], bound, [rho, m], entries])
+    at = BASE + len(bound)
+    kind, own = rubber_kind(full, n, at), rubber_forms(full, n, at)
+    forms = multiplier_forms(kind, n, at)
+
+    def make_state(
+        gamma: Any = None, g: Any = None, r: Any = None, v: Any = None, **components: Any
+    ) -> Array:
+        vertical, attitude = initial_attitude(gamma, g, n)
+        k, w = initial_bound(total, vertical, "omega", **components)
+        w = bound_solution(total, vertical[None], k) if w is None else w
+        velocity = rolling_velocity(rho, attitude, w) if v is None else as_vector("v", v, n - 1)
+        return np.concatenate([attitude, initial_position(r, n), w, velocity])
+
+    def admit(y: Array) -> Array:
+        g = admit_frame(y[:square], n)
+        turning = square + n - 1
+        w = only_allowed(g[None, square - n :], y[turning : turning + size], "omega", "gamma")
+        v = admit_velocity(y[turning + size :], rho, g, w)
+        return np.concatenate([g, y[square:turning], w, v])
+
+    def physical(y: Array) -> dict[str, Array]:
+        gamma = np.array(y[square - n : square])
+        moment = total.apply(y[square + n - 1 : square + n - 1 + size])
+        return {"gamma": gamma, "k": allowed_part(gamma[None], moment)}
+
+    constraints = {"rolling": forms["rolling"], "orthogonality": frame_orthogonality(n, 0)}
+    if n > 2:
+        constraints["twist"] = own["twist"]
+    observables = contact_observables(kind, n, at, forms["locate"])
+    observables.pop("pivoting", None)  # which is the twist
+    return gi.Problem(
+        name="rubber-ball-rolling",
+        pieces=(("g", square), ("r", n - 1), ("omega", size), ("v", n - 1)),
+        params=params,
+        field=forms["field"],
+        action=gi.GroupAction(
+            forms["generator"], gi.so_n(n, "frame", translations=size + 2 * (n - 1))
+        ),
+        work=7 * size + 2 * n + max(2 * square, bound_work(n, 1)),
+        invariants={"energy": forms["energy"], "K": own["K"]},
+        constraints=constraints,
+        observables={**observables, "torque": own["torque"]} if n > 2 else observables,
+        measure=gi.Measure(
+            own["log_density"],
+            rolling_conditions(n, at, True),
+            n * (n + 1) // 2 + n - 1 + (n - 1) * (n - 2) // 2,
+        ),
+        make_state=make_state,
+        admit=admit,
+        physical=physical,
+        parameters={**operator_parameters(inertia), "m": m, "rho": rho},
+    )

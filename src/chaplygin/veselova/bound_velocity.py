@@ -1,0 +1,142 @@
+"""The angular velocity of a body that may turn only in planes through given vectors.
+
+Let X = (x_1, …, x_r) be linearly independent vectors of R^n and 𝔡 = {Σ x_s∧z_s}. For k in so(n),
+
+    w ∈ 𝔡,   ⟨𝓘w − k, x_t∧z⟩ = 0 for all z and t
+
+has one solution, which depends on k and on the span of X alone. It is the angular velocity of the LR
+systems of Veselova's kind: their constraints (VC) say w ∈ 𝔡 with x_s = e_s, and k is the part of 𝓘w
+in 𝔡, or, for accelerations, [𝓘w, w].
+
+With w = Σ x_s∧z_s and ⟨W, x∧y⟩ = −(Wx, y) the condition reads
+
+    −𝓘(w) x_t = −k x_t,  t = 1 … r,
+
+nr equations. They leave z_s ↦ z_s + Σ S_st x_t with a symmetric S free, which does not change w: c
+times the gradient of ¼ Σ ((x_s, z_t) + (x_t, z_s))² is added. That makes the matrix positive
+definite, and the right side has no part along the freedom, so that XᵀZ + ZᵀX is 0. The determinant
+of the matrix is, where XᵀX = 1, a constant times det(pr_𝔡 𝓘|_𝔡): the density of the invariant measure.
+
+Parameters, from row `at` on: c, then the entries of 𝓘 (see `operators`). One system of nr equations
+by LDLᵀ without pivots: O(n³r³).
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import log, part
+
+from ..ball.angular_velocity import apply_to_gamma, solve_in_place
+from ..inertia import GeneralInertia, SpecialInertia
+from ..manifold import Array
+from ..operators import operator_applied, operator_entries
+
+__all__ = ["bound_parameters", "bound_velocity", "bound_work", "log_determinant"]
+
+
+def bound_parameters(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Array]:
+    """Return whether 𝓘 is stored as a matrix, and the parameters of `bound_velocity`."""
+    full, entries = operator_entries(inertia)
+    diagonal = np.diag(inertia.matrix) if isinstance(inertia, GeneralInertia) else entries
+    return full, np.concatenate([[np.exp(np.mean(np.log(diagonal)))], entries])
+
+
+def bound_work(n: int, r: int) -> int:
+    """Rows of scratch that `bound_velocity` needs."""
+    return n * r + (n * r) ** 2 + n * (n - 1) + n
+
+
+@functools.cache
+def bound_velocity(full: bool, n: int, r: int, at: int) -> Any:
+    """Return ``f(params, k, x, w, work)``, which writes the triangle of w.
+
+    k is a flat triangle, x the vectors x_1, …, x_r one after another. The scratch begins with the
+    nr numbers z_s and the matrix, whose diagonal holds the inverse pivots: see `log_determinant`.
+    """
+    size, rows = n * (n - 1) // 2, n * r
+    apply = operator_applied(full, n, at + 1)
+
+    def fill(params: Any, x: Any, matrix: Any, work: Any) -> None:
+        """Write the matrix for an operator stored as a matrix: column by column."""
+        turned, moment = part(work, 0, size), part(work, size, size)
+        column = part(work, 2 * size, n)
+        for s in range(r):
+            for a in range(n):
+                pair = 0
+                for i in range(n):
+                    for j in range(i + 1, n):
+                        turned[pair] = 0.0 * x[0]
+                        if j == a:
+                            turned[pair] = x[s * n + i]
+                        if i == a:
+                            turned[pair] = -x[s * n + j]
+                        pair += 1
+                apply(params, turned, moment)
+                for t in range(r):
+                    apply_to_gamma(n, moment, part(x, t * n, n), column)
+                    for b in range(n):
+                        matrix[(t * n + b) * rows + s * n + a] = -column[b]
+
+    def fill_diagonal(params: Any, x: Any, matrix: Any, work: Any) -> None:
+        """Write the matrix for diagonal 𝓘."""
+        for s in range(r):
+            for t in range(r):
+                for a in range(n):
+                    matrix[(t * n + a) * rows + s * n + a] = 0.0 * x[0]
+                pair = at + 1
+                for a in range(n):
+                    for b in range(a + 1, n):
+                        moment = params[pair]
+                        pair += 1
+                        sa, sb, ta, tb = x[s * n + a], x[s * n + b], x[t * n + a], x[t * n + b]
+                        aa, bb = (t * n + a) * rows + s * n + a, (t * n + b) * rows + s * n + b
+                        matrix[aa] = matrix[aa] + moment * (sb * tb)
+                        matrix[bb] = matrix[bb] + moment * (sa * ta)
+                        matrix[(t * n + b) * rows + s * n + a] = -moment * (sb * ta)
+                        matrix[(t * n + a) * rows + s * n + b] = -moment * (sa * tb)
+
+    filled = gi.helper(fill if full else fill_diagonal)
+
+    def velocity(params: Any, k: Any, x: Any, w: Any, work: Any) -> None:
+        z, matrix = part(work, 0, rows), part(work, rows, rows * rows)
+        rest = part(work, rows + rows * rows, len(work) - rows - rows * rows)
+        filled(params, x, matrix, rest)
+        c = params[at]
+        for s in range(r):
+            for t in range(r):
+                for a in range(n):
+                    for b in range(n):
+                        entry = (t * n + b) * rows + s * n + a
+                        matrix[entry] = matrix[entry] + c * (x[s * n + b] * x[t * n + a])
+                        if s == t:
+                            for u in range(r):
+                                matrix[entry] = matrix[entry] + c * (x[u * n + b] * x[u * n + a])
+        for t in range(r):
+            apply_to_gamma(n, k, part(x, t * n, n), part(z, t * n, n))
+        for i in range(rows):
+            z[i] = -z[i]
+        solve_in_place(rows, matrix, z)
+        pair = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                total = x[i] * z[j] - z[i] * x[j]
+                for s in range(1, r):
+                    total += x[s * n + i] * z[s * n + j] - z[s * n + i] * x[s * n + j]
+                w[pair] = total
+                pair += 1
+
+    return gi.helper(velocity)
+
+
+@gi.helper
+def log_determinant(rows: int, work: Any) -> Any:
+    """Return the logarithm of the determinant from the scratch of `bound_velocity`, rows = nr."""
+    total = log(work[rows])
+    for i in range(1, rows):
+        total += log(work[rows + i * (rows + 1)])
+    return -total

@@ -1,0 +1,253 @@
+"""The Veselova problem on SO(n) for any r, with its multipliers: a nonholonomic LR system.
+
+A rigid body with left-invariant kinetic energy turns so that its angular velocity in space lies in
+𝔡 = span{E_i∧E_j, i ≤ r}, eq. (VC): the reactions act in the planes of the other vectors,
+
+    𝓘ẇ = [𝓘w, w] + Σ λ_pq e_p∧e_q,   ⟨w, e_p∧e_q⟩ = 0,   r < p < q ≤ n,   ġ = gw,
+
+eqs. (PoissonV), (VFK) with their indices as they must be. e_i = g⁻¹E_i is row i of g. The acceleration
+follows from the *differentiated* constraint ⟨ẇ, e_p∧e_q⟩ = 0: it is the ẇ in span{e_s∧R^n} whose 𝓘ẇ has
+there the part of [𝓘w, w] (`bound_velocity`), and the multipliers are what is left,
+
+    λ_pq = ⟨𝓘ẇ − [𝓘w, w], e_p∧e_q⟩.
+
+So ⟨w, e_p∧e_q⟩ is a diagnostic: constant along the exact flow, cubic in (g, w). The part of Ad_g 𝓘w in
+𝔡 is constant, by d'Alembert's principle. As an action of SO(n) × R^N rotations act on g, and w is
+moved by translations.
+
+The density of the measure, in w on the constraint and the Haar measure of g, is det(pr_𝔡 𝓘|_𝔡)^(1/2).
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import part, sqrt
+
+from ..ball.angular_velocity import apply_to_gamma
+from ..ball.fields import turn
+from ..ball.integrals import frame_orthogonality
+from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..manifold import Array, admit_frame, frame, skew_components
+from ..measures import haar_conditions
+from ..operators import operator_applied
+from ..states import one_of
+from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
+from .stiefel import frame_count
+from .stiefel_states import allowed_part, bound_solution, only_allowed
+
+__all__ = ["lr_problem"]
+
+SHOWN = 6  # multipliers up to which each is an observable of its own
+
+
+@functools.cache
+def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
+    """Return the functions of a body; y = (g, w)."""
+    size, square, rows = n * (n - 1) // 2, n * n, n * r
+    solve = bound_velocity(full, n, r, 0)
+    apply = operator_applied(full, n, 1)
+
+    def accelerate(params: Any, y: Any, out: Any, work: Any) -> Any:
+        """Write ẇ, and return blocks ([𝓘w, w], scratch of the solve)."""
+        moment, torque = part(work, 0, size), part(work, size, size)
+        rest = part(work, 2 * size, len(work) - 2 * size)
+        w = part(y, square, size)
+        apply(params, w, moment)
+        turn(n, w, moment, torque, rest)
+        solve(params, torque, part(y, 0, rows), out, rest)
+        return torque, rest
+
+    accelerated = gi.helper(accelerate)
+
+    def react(params: Any, y: Any, work: Any) -> Any:
+        """Return the block 𝓘ẇ − [𝓘w, w], a flat triangle, and scratch."""
+        rate, left = part(work, 0, size), part(work, size, size)
+        rest = part(work, 2 * size, len(work) - 2 * size)
+        torque, _ = accelerated(params, y, rate, rest)
+        apply(params, rate, left)
+        for i in range(size):
+            left[i] = left[i] - torque[i]
+        return left, part(work, 4 * size, len(work) - 4 * size)
+
+    reacted = gi.helper(react)
+
+    def lr_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """Eqs. (PoissonV), (VFK)."""
+        w = part(y, square, size)
+        for row in range(0, square, n):
+            apply_to_gamma(n, w, part(y, row, n), part(out, row, n))
+            for i in range(row, row + n):
+                out[i] = -out[i]
+        accelerated(params, y, part(out, square, size), work)
+
+    def lr_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = (−w, ẇ)."""
+        for i in range(size):
+            out[i] = -y[square + i]
+        accelerated(params, y, part(out, size, size), work)
+
+    def lr_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """½⟨𝓘w, w⟩."""
+        w, moment = part(y, square, size), part(work, 0, size)
+        apply(params, w, moment)
+        total = moment[0] * w[0]
+        for i in range(1, size):
+            total += moment[i] * w[i]
+        return 0.5 * total
+
+    def lr_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return ½ log det(pr_𝔡 𝓘|_𝔡)."""
+        _, rest = accelerated(params, y, part(work, 0, size), part(work, size, len(work) - size))
+        return 0.5 * log_determinant(rows, rest)
+
+    def component(p: int, q: int) -> Any:
+        def multiplier(params: Any, t: Any, y: Any, work: Any) -> Any:
+            left, rest = reacted(params, y, work)
+            return in_plane(n, left, part(y, p * n, n), part(y, q * n, n), rest)
+
+        return gi.observable(multiplier)
+
+    def multiplier_size(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return the length of Σ λ_pq e_p∧e_q."""
+        left, rest = reacted(params, y, work)
+        return size_in_planes(n, r, left, part(y, 0, square), rest)
+
+    def constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return the length of the part of w that the constraint forbids, eq. (VC)."""
+        return size_in_planes(n, r, part(y, square, size), part(y, 0, square), work)
+
+    def momentum(i: int, j: int) -> Any:
+        def spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+            moment, rest = part(work, 0, size), part(work, size, n)
+            apply(params, part(y, square, size), moment)
+            return in_plane(n, moment, part(y, i * n, n), part(y, j * n, n), rest)
+
+        return gi.observable(spatial_momentum)
+
+    planes = [(p, q) for p in range(r, n) for q in range(p + 1, n)]
+    shown = planes if len(planes) <= SHOWN else []
+    return {
+        "field": gi.field(lr_field),
+        "generator": gi.field(lr_generator),
+        "energy": gi.observable(lr_energy),
+        "log_density": gi.observable(lr_log_density),
+        "constraint": gi.observable(constraint),
+        "momenta": {
+            f"momentum-{i + 1}-{j + 1}": momentum(i, j) for i in range(r) for j in range(i + 1, n)
+        },
+        "multipliers": {
+            "multipliers": gi.observable(multiplier_size),
+            **{f"multiplier-{p + 1}-{q + 1}": component(p, q) for p, q in shown},
+        },
+    }
+
+
+@gi.helper
+def in_plane(n: int, triangle: Any, u: Any, v: Any, work: Any) -> Any:
+    """Return ⟨X, u∧v⟩ = (u, Xv)."""
+    image = part(work, 0, n)
+    apply_to_gamma(n, triangle, v, image)
+    total = u[0] * image[0]
+    for i in range(1, n):
+        total += u[i] * image[i]
+    return total
+
+
+@gi.helper
+def size_in_planes(n: int, r: int, triangle: Any, g: Any, work: Any) -> Any:
+    """Return the square root of the sum of all ⟨X, e_p∧e_q⟩², r < p < q."""
+    total = 0.0 * triangle[0]
+    for p in range(r, n):
+        for q in range(p + 1, n):
+            entry = in_plane(n, triangle, part(g, p * n, n), part(g, q * n, n), work)
+            total += entry * entry
+    return sqrt(total)
+
+
+@functools.cache
+def lr_conditions(n: int, r: int) -> Any:
+    """Return the function that writes g gᵀ − 1 and the ⟨w, e_p∧e_q⟩."""
+    rotation, square = haar_conditions(0, n), n * n
+    size, first = n * (n - 1) // 2, n * (n + 1) // 2
+
+    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        rotation(params, t, y, out, work)
+        at = first
+        w = part(y, square, size)
+        for p in range(r, n):
+            for q in range(p + 1, n):
+                out[at] = in_plane(n, w, part(y, p * n, n), part(y, q * n, n), work)
+                at += 1
+
+    return gi.field(conditions)
+
+
+def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Problem:
+    """Return the Veselova problem on SO(n), with its multipliers.
+
+    State: ``g`` (n·n,), the rotation from body to space, row after row, and ``w`` (n(n−1)/2,), the
+    flat triangle of g⁻¹ġ, body frame. Time t. Forms: ODE and action of SO(n) × R^N.
+    ``state(g=…, w=…)``; g = 1 unless given; instead of w also k, the part of 𝓘w in span{e_s∧R^n}.
+    Observables: "multipliers", the length of Σ λ_pq e_p∧e_q, and where they are few, "multiplier-p-q".
+
+    Parameters
+    ----------
+    inertia : SpecialInertia or GeneralInertia
+        𝓘, any symmetric positive definite operator on so(n).
+    r : int
+        1 ≤ r ≤ n − 1; r = n − 1 leaves the body free.
+
+    Raises
+    ------
+    geomint.DomainError
+        For another r; from ``state`` and ``canonical`` for a g that is no rotation, and a w that
+        the constraint forbids.
+    """
+    n = inertia.n
+    count = frame_count(r, n)
+    size, square = n * (n - 1) // 2, n * n
+    full, params = bound_parameters(inertia)
+    forms = lr_forms(full, n, count)
+    bound = (n - count) * (n - count - 1) // 2
+
+    def make_state(g: Any = None, **components: Any) -> Array:
+        attitude = frame(g, n)
+        X = attitude.reshape(n, n)[:count]
+        name = one_of(components, ("w", "k"))
+        inside = only_allowed(X, skew_components(name, components[name], n), name)
+        w = inside if name == "w" else bound_solution(inertia, X, inside)
+        return np.concatenate([attitude, w])
+
+    def admit(y: Array) -> Array:
+        g = admit_frame(y[:square], n)
+        return np.concatenate([g, only_allowed(g.reshape(n, n)[:count], y[square:], "w")])
+
+    def physical(y: Array) -> dict[str, Array]:
+        X = y[: count * n].reshape(count, n)
+        k = allowed_part(X, inertia.apply(y[square:]))
+        return {"gamma" if count == 1 else "X": np.array(y[: count * n]), "k": k}
+
+    constraints = {"orthogonality": frame_orthogonality(n, 0)}
+    if bound:
+        constraints["constraint"] = forms["constraint"]
+    return gi.Problem(
+        name="veselova-lr",
+        pieces=(("g", square), ("w", size)),
+        params=params,
+        field=forms["field"],
+        action=gi.GroupAction(forms["generator"], gi.so_n(n, "frame", translations=size)),
+        work=4 * size + max(2 * square, bound_work(n, count)) + n,
+        invariants={"energy": forms["energy"], **forms["momenta"]},
+        constraints=constraints,
+        observables=forms["multipliers"] if bound else {},
+        measure=gi.Measure(forms["log_density"], lr_conditions(n, count), n * (n + 1) // 2 + bound),
+        make_state=make_state,
+        admit=admit,
+        physical=physical,
+        parameters={**operator_parameters(inertia), "r": count},
+    )

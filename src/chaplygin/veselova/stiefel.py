@@ -1,0 +1,236 @@
+"""The Veselova problem for any r, reduced to T*V(n, r), eq. (dot_P): Theorem 7 of the paper.
+
+X = (e_1, …, e_r) are the first vectors of the frame that is fixed in space, seen from the body, and P
+the momenta, XᵀX = 1, XᵀP + PᵀX = 0, eq. (condX). With the part of the momentum 𝓘w along the allowed
+planes, k = Σ e_s∧p_s = XPᵀ − PXᵀ (the correction in the remark after the theorem),
+
+    Ẋ = −wX,   Ṗ = −wP,   w = Φ_r(X, Ẋ(X, P)) ∈ span{e_s∧R^n},
+
+and w follows from k by a linear system (`bound_velocity`): the momentum (dotX->P) inverted. All of k
+is constant in space, and all 2r vectors turn with −w: SO(n) acts on the state, group methods keep the
+Gram matrix of (X, P) to round-off. Its entries are the conditions of T*V(n, r), and the integrals
+(e_s, p_t), s < t, and (p_s, p_t).
+
+The density of the measure by the symplectic volume of T*V(n, r) is det(pr_𝔡 𝓘|_𝔡)^(−1/2).
+At r = 1 this is the system on T*S^(n−1) for *any* inertia operator, with γ = e_1 and p.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import part, sqrt
+
+from ..ball.angular_velocity import apply_to_gamma
+from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..manifold import Array, wedge
+from ..measures import norm, tangency
+from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
+from .stiefel_states import admit_stiefel, initial_stiefel
+
+__all__ = ["stiefel_problem"]
+
+
+@functools.cache
+def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
+    """Return field, generator, energy, K and log of the density; y = (X, P), vector by vector."""
+    size, rows = n * (n - 1) // 2, n * r
+    solve = bound_velocity(full, n, r, 0)
+
+    def turning(params: Any, y: Any, work: Any) -> Any:
+        """Return blocks (k, w, scratch of the solve)."""
+        k, w = part(work, 0, size), part(work, size, size)
+        rest = part(work, 2 * size, len(work) - 2 * size)
+        pair = 0
+        for i in range(n):
+            for j in range(i + 1, n):
+                total = y[i] * y[rows + j] - y[rows + i] * y[j]
+                for s in range(n, rows, n):
+                    total += y[s + i] * y[rows + s + j] - y[rows + s + i] * y[s + j]
+                k[pair] = total
+                pair += 1
+        solve(params, k, part(y, 0, rows), w, rest)
+        return k, w, rest
+
+    turned = gi.helper(turning)
+
+    def stiefel_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """Eq. (dot_P)."""
+        _, w, _ = turned(params, y, work)
+        for first in range(0, 2 * rows, n):
+            apply_to_gamma(n, w, part(y, first, n), part(out, first, n))
+            for i in range(first, first + n):
+                out[i] = -out[i]
+
+    def stiefel_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = −w."""
+        _, w, _ = turned(params, y, work)
+        for i in range(size):
+            out[i] = -w[i]
+
+    def stiefel_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """½⟨k, w⟩ = ½⟨𝓘w, w⟩."""
+        k, w, _ = turned(params, y, work)
+        total = k[0] * w[0]
+        for i in range(1, size):
+            total += k[i] * w[i]
+        return 0.5 * total
+
+    def stiefel_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return −½ log det(pr_𝔡 𝓘|_𝔡)."""
+        _, _, rest = turned(params, y, work)
+        return -0.5 * log_determinant(rows, rest)
+
+    def stiefel_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """K = ⟨k, k⟩."""
+        total = 0.0 * y[0]
+        for i in range(n):
+            for j in range(i + 1, n):
+                entry = y[i] * y[rows + j] - y[rows + i] * y[j]
+                for s in range(n, rows, n):
+                    entry += y[s + i] * y[rows + s + j] - y[rows + s + i] * y[s + j]
+                total += entry * entry
+        return total
+
+    return {
+        "field": gi.field(stiefel_field),
+        "generator": gi.field(stiefel_generator),
+        "energy": gi.observable(stiefel_energy),
+        "K": gi.observable(stiefel_k),
+        "log_density": gi.observable(stiefel_log_density),
+    }
+
+
+@functools.cache
+def product(n: int, first: int, second: int) -> Any:
+    """Return the observable (u, v) of the vectors that begin at those rows."""
+
+    def inner_product(params: Any, t: Any, y: Any, work: Any) -> Any:
+        total = y[first] * y[second]
+        for i in range(1, n):
+            total += y[first + i] * y[second + i]
+        return total
+
+    return gi.observable(inner_product)
+
+
+@functools.cache
+def conditions(n: int, r: int) -> Any:
+    """Return the function that writes XᵀX − 1 and XᵀP + PᵀX, on and above the diagonal."""
+
+    def stiefel_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        at = 0
+        for s in range(r):
+            for u in range(s, r):
+                plain, crossed = 0.0 * y[0], 0.0 * y[0]
+                for i in range(n):
+                    x, z = y[s * n + i], y[u * n + i]
+                    plain += x * z
+                    crossed += x * y[(r + u) * n + i] + z * y[(r + s) * n + i]
+                if s == u:
+                    plain = plain - 1.0
+                out[at] = plain
+                out[at + 1] = crossed
+                at += 2
+
+    return gi.field(stiefel_conditions)
+
+
+@functools.cache
+def defect(n: int, r: int, which: int) -> Any:
+    """Return the observable: the norm of XᵀX − 1 (`which` = 0) or of XᵀP + PᵀX (1)."""
+    count = r * (r + 1)
+    written = conditions(n, r)
+
+    def stiefel_defect(params: Any, t: Any, y: Any, work: Any) -> Any:
+        out = part(work, 0, count)
+        written(params, t, y, out, part(work, count, 0))
+        total = 0.0 * y[0]
+        for i in range(which, count, 2):
+            total += out[i] * out[i]
+        return sqrt(total)
+
+    return gi.observable(stiefel_defect)
+
+
+def integrals(n: int, r: int) -> dict[str, Any]:
+    """Return (p_s, p_t), s ≤ t, and (e_s, p_t), s < t, by name."""
+    rows = n * r
+    found = {}
+    for s in range(r):
+        for t in range(s, r):
+            if t > s:
+                found[f"eps-{s + 1}-{t + 1}"] = product(n, s * n, rows + t * n)
+            if r > 1:
+                found[f"pp-{s + 1}-{t + 1}"] = product(n, rows + s * n, rows + t * n)
+    return found
+
+
+def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Problem:
+    """Return the Veselova problem reduced to T*V(n, r).
+
+    State: ``X`` (r·n,), the vectors e_1, …, e_r one after another, and ``P`` (r·n,), p_1, …, p_r; at
+    r = 1 they are called ``gamma`` and ``p``. Time t. Forms: ODE and action of SO(n).
+    ``state(X=…, P=…)``, both as r vectors; instead of P also k (its part in span{e_s∧R^n} must be all
+    of it), or w.
+
+    Parameters
+    ----------
+    inertia : SpecialInertia or GeneralInertia
+        𝓘, any symmetric positive definite operator on so(n).
+    r : int
+        1 ≤ r ≤ n − 1; r = n − 1 leaves the body free.
+
+    Raises
+    ------
+    geomint.DomainError
+        For another r; from ``state`` and ``canonical`` for what describes no state.
+    """
+    n = inertia.n
+    count = frame_count(r, n)
+    rows = n * count
+    full, params = bound_parameters(inertia)
+    forms = stiefel_forms(full, n, count)
+    names, constraints = ("gamma", "p"), {"norm": norm, "tangency": tangency}
+    if count > 1:
+        names = ("X", "P")
+        defects = defect(n, count, 0), defect(n, count, 1)
+        constraints = dict(zip(("orthonormality", "cotangency"), defects, strict=True))
+
+    def make_state(**components: Any) -> Array:
+        return initial_stiefel(inertia, count, names, components)
+
+    def admit(y: Array) -> Array:
+        return admit_stiefel(y, n, count, names)
+
+    def physical(y: Array) -> dict[str, Array]:
+        X, P = y[:rows].reshape(count, n), y[rows:].reshape(count, n)
+        k = np.sum([wedge(x, p) for x, p in zip(X, P, strict=True)], axis=0)
+        return {names[0]: np.array(y[:rows]), "k": np.asarray(k)}
+
+    return gi.Problem(
+        name="veselova-stiefel",
+        pieces=((names[0], rows), (names[1], rows)),
+        params=params,
+        field=forms["field"],
+        action=gi.GroupAction(forms["generator"], gi.so_n(n, *(["vector"] * 2 * count))),
+        work=n * (n - 1) + bound_work(n, count),
+        invariants={"energy": forms["energy"], "K": forms["K"], **integrals(n, count)},
+        constraints=constraints,
+        measure=gi.Measure(forms["log_density"], conditions(n, count), count * (count + 1)),
+        make_state=make_state,
+        admit=admit,
+        physical=physical,
+        parameters={**operator_parameters(inertia), "r": count},
+    )
+
+
+def frame_count(r: Any, n: int) -> int:
+    """Return r as a whole number with 1 ≤ r ≤ n − 1, or raise `geomint.DomainError`."""
+    if isinstance(r, bool) or not isinstance(r, int | np.integer) or not 1 <= r <= n - 1:
+        raise gi.DomainError("r", r, f"a whole number from 1 to n − 1 = {n - 1}")
+    return int(r)
