@@ -34,6 +34,12 @@ from .errors import (
 from .errors import (
     StepSizeError as StepSizeError,
 )
+from .evaluate import (
+    derivative as derivative,
+)
+from .evaluate import (
+    value as value,
+)
 from .forms import (
     Group as Group,
 )
@@ -129,6 +135,7 @@ from .problem import (
 from .problem import (
     as_vector as as_vector,
 )
+from .quadrature import with_quadrature as with_quadrature
 from .report.drift_page import drift_report as drift_report
 from .scene.load import (
     load_scene as load_scene,
@@ -200,6 +207,7 @@ __all__ = [
     "Verlet",
     "as_vector",
     "cos",
+    "derivative",
     "drift_report",
     "field",
     "find_method",
@@ -226,4 +234,6 @@ __all__ = [
     "sqrt",
     "top",
     "turn_coefficients",
+    "value",
+    "with_quadrature",
 ]

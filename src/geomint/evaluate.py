@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from .errors import DomainError, nearest
 from .kernels.blocks import Block
 from .kernels.recorded import Recorded
 from .problem import Problem
@@ -15,8 +16,13 @@ Array = npt.NDArray[np.float64]
 
 
 @np.errstate(all="ignore")
-def value(problem: Problem, f: Recorded, y: Array, t: float = 0.0) -> float:
-    """Return an observable at a state."""
+def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> float:
+    """Return an observable at a state: one of the problem's diagnostics by name, or a recorded one."""
+    if isinstance(f, str):
+        known = problem.diagnostics
+        if f not in known:
+            raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
+        f = known[f]
     return float(f(Block(problem.params), np.float64(t), Block(y), Block(np.zeros(problem.work))))
 
 

@@ -1,0 +1,1 @@
+"""Maps between systems: motions to motions in another time, or tori to tori."""

@@ -1,0 +1,95 @@
+"""Chaplygin's change of variables: the ball in R³ at any area constant, and one at area zero.
+
+A motion with c = (k⃗, γ⃗), h = ½(k⃗, ω⃗) and F = (k⃗, k⃗) is also that of a ball with another D and other
+moments, without area constant: with δ = D₁/D − 1,
+
+    (2hD₁ − F) δ = c²,   I₁ + D₁ = I + D,
+    γ⃗₁ = (δk⃗ + cγ⃗)/|…|,   k⃗₁ ∈ span{k⃗, γ⃗},   k⃗₁ ⟂ γ⃗₁.
+
+Of the two roots D₁ the one in (0, D] is taken: I₁ ≥ I, and where c = 0, D₁ = D. k⃗ and γ⃗ have constant
+products, so both maps are linear with constant coefficients along a motion. Both pairs turn with the
+same ω⃗, up to its length: with k⃗ = αk⃗₁ + βγ⃗₁ and γ⃗ = ζk⃗₁ + εγ⃗₁,
+
+    dt₁/dt = α + ζ D(ω⃗, γ⃗),
+
+which is no constant. The scale of k⃗₁ is free, and taken so that |k⃗₁| = |k⃗|.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+
+from ..ball.classical import diagonal_omega
+from ..ball.sphere import ChaplyginSphere
+from ..manifold import PARALLEL, Array
+from .correspondence import Correspondence
+
+__all__ = ["chaplygin_change"]
+
+
+@gi.observable
+def new_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """dt₁/dt = α + ζ D(ω⃗, γ⃗); the parameters of the ball with α and ζ at their end."""
+    w0, w1, w2 = diagonal_omega(params, y)
+    last = len(params)
+    return params[last - 2] + params[last - 1] * params[0] * (w0 * y[3] + w1 * y[4] + w2 * y[5])
+
+
+def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
+    """Return the correspondence of a motion of the ball in R³ and one with area constant zero.
+
+    Parameters
+    ----------
+    sphere : ChaplyginSphere
+        n = 3, in its principal axes.
+    y : array_like
+        A state (k⃗, γ⃗) of ``sphere.classical()``; only states with the same energy, (k⃗, k⃗) and
+        (k⃗, γ⃗) correspond.
+
+    Raises
+    ------
+    geomint.DomainError
+        If n is not 3 or the inertia tensor is not diagonal; if k⃗ and γ⃗ are parallel, which is a
+        steady turn about the vertical.
+    """
+    problem = sphere.classical()
+    if sphere.inertia.diagonal is None:
+        raise gi.DomainError("inertia", sphere.inertia.matrix, "an operator in principal axes")
+    state = problem.canonical(y)
+    moments = sphere.inertia.diagonal[::-1]
+    D1, matrix = _plane(sphere.D, gi.value(problem, "energy", state), state)
+    inverse = np.linalg.inv(matrix)
+    other = ChaplyginSphere.from_moments(moments + sphere.D - D1, D1, 1.0)
+    source = dataclasses.replace(problem, params=np.concatenate([problem.params, inverse[:, 0]]))
+
+    def forward(point: Array) -> Array:
+        return np.asarray((matrix @ point.reshape(2, 3)).reshape(-1))
+
+    def backward(point: Array) -> Array:
+        return np.asarray((inverse @ point.reshape(2, 3)).reshape(-1))
+
+    return Correspondence(
+        "chaplygin-change", source, other.classical(), forward, backward, new_time
+    )
+
+
+def _plane(D: float, h: float, y: Array) -> tuple[float, Array]:
+    """Return D₁ and the matrix of (k⃗, γ⃗) ↦ (k⃗₁, γ⃗₁) for the motion through y."""
+    k, gamma = y[:3], y[3:]
+    c, size = float(k @ gamma), float(k @ k)
+    if np.linalg.norm(np.cross(k, gamma)) <= PARALLEL * np.sqrt(size):
+        raise gi.DomainError("y", y, "a state whose k and gamma are not parallel")
+    # 2hD δ² + b δ − c² = 0, the root in (−1, 0], without cancellation. At c = 0 is b < 0.
+    b = 2.0 * h * D - size
+    root = np.sqrt(b * b + 8.0 * h * D * c * c)
+    ratio = -2.0 * c / (root - b) if b < 0.0 else -(b + root) / (4.0 * h * D * c)
+    vertical = np.array([ratio, 1.0]) / np.sqrt(ratio * (ratio * size + 2.0 * c) + 1.0)
+    along = vertical[0] * size + vertical[1] * c  # (k⃗, γ⃗₁)
+    momentum = np.array([1.0, 0.0]) - along * vertical
+    momentum = momentum * np.sqrt(size / (size - along * along))
+    return D * (1.0 + ratio * c), np.array([momentum, vertical])
