@@ -2,37 +2,81 @@
 
 from .ball.classical import classical_problem as classical_problem
 from .ball.contact import contact_problem as contact_problem
+from .ball.cotangent import cotangent_problem as cotangent_problem
 from .ball.hamiltonized import hamiltonized_problem as hamiltonized_problem
 from .ball.momentum import ball_problem as ball_problem
+from .ball.poisson import poisson_problem as poisson_problem
+from .ball.poisson import poisson_tensor as poisson_tensor
 from .ball.reduced import reduced_problem as reduced_problem
 from .ball.rolling import rolling_problem as rolling_problem
 from .ball.sphere import ChaplyginSphere as ChaplyginSphere
-from .inertia import (
-    GeneralInertia as GeneralInertia,
-)
-from .inertia import (
-    SpecialInertia as SpecialInertia,
-)
+from .controls import MultiplierDefects as MultiplierDefects
+from .controls import almost_poisson_tensor as almost_poisson_tensor
+from .controls import multiplier_defects as multiplier_defects
+from .correspondence.chaplygin_change import chaplygin_change as chaplygin_change
+from .correspondence.clebsch import to_clebsch as to_clebsch
+from .correspondence.clebsch import to_neumann as to_neumann
+from .correspondence.correspondence import Correspondence as Correspondence
+from .correspondence.fedorov import fedorov_ball as fedorov_ball
+from .correspondence.fedorov import fedorov_body as fedorov_body
+from .correspondence.fedorov import fedorov_constants as fedorov_constants
+from .correspondence.fedorov import fedorov_state as fedorov_state
+from .correspondence.gauss_map import gauss_map as gauss_map
+from .correspondence.hamiltonization import hamiltonization as hamiltonization
+from .inertia import GeneralInertia as GeneralInertia
+from .inertia import SpecialInertia as SpecialInertia
+from .related.clebsch import clebsch_problem as clebsch_problem
+from .related.clebsch import neumann_problem as neumann_problem
 from .related.ellipsoid import ellipsoid_problem as ellipsoid_problem
+from .rubber.rolling import rubber_rolling_problem as rubber_rolling_problem
+from .rubber.sphere import RubberSphere as RubberSphere
+from .spheroconical import Spheroconical as Spheroconical
+from .spheroconical import SpheroconicalPoint as SpheroconicalPoint
 from .veselova.body import Veselova as Veselova
 from .veselova.classical import veselova_classical_problem as veselova_classical_problem
-from .veselova.hamiltonized import (
-    veselova_hamiltonized_problem as veselova_hamiltonized_problem,
-)
+from .veselova.hamiltonized import veselova_hamiltonized_problem as veselova_hamiltonized_problem
+from .veselova.lr import lr_problem as lr_problem
+from .veselova.lr_body import VeselovaLR as VeselovaLR
 from .veselova.reduced import veselova_reduced_problem as veselova_reduced_problem
+from .veselova.stiefel import stiefel_problem as stiefel_problem
 
 __all__ = [
     "ChaplyginSphere",
+    "Correspondence",
     "GeneralInertia",
+    "MultiplierDefects",
+    "RubberSphere",
     "SpecialInertia",
+    "Spheroconical",
+    "SpheroconicalPoint",
     "Veselova",
+    "VeselovaLR",
+    "almost_poisson_tensor",
     "ball_problem",
+    "chaplygin_change",
     "classical_problem",
+    "clebsch_problem",
     "contact_problem",
+    "cotangent_problem",
     "ellipsoid_problem",
+    "fedorov_ball",
+    "fedorov_body",
+    "fedorov_constants",
+    "fedorov_state",
+    "gauss_map",
+    "hamiltonization",
     "hamiltonized_problem",
+    "lr_problem",
+    "multiplier_defects",
+    "neumann_problem",
+    "poisson_problem",
+    "poisson_tensor",
     "reduced_problem",
     "rolling_problem",
+    "rubber_rolling_problem",
+    "stiefel_problem",
+    "to_clebsch",
+    "to_neumann",
     "veselova_classical_problem",
     "veselova_hamiltonized_problem",
     "veselova_reduced_problem",

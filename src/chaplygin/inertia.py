@@ -21,10 +21,12 @@ __all__ = [
     "parameters_of",
     "positive_number",
     "positive_vector",
+    "product_factors",
 ]
 
 Array = npt.NDArray[np.float64]
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error
+FACTORS = 1e-14  # relative: products a_i a_j that differ by more are not those of an a
 
 
 def positive_number(name: str, value: Any) -> float:
@@ -61,6 +63,24 @@ def _count(name: str, value: Any) -> int:
         return len(value)
     except TypeError:
         raise gi.DomainError(name, value, "a sequence of numbers") from None
+
+
+def product_factors(values: Array, n: int) -> Array | None:
+    """Return a with a_i a_j = values_ij for all i < j, or None if there is none; n ≥ 2.
+
+    At n = 2 the factors are equal; at n = 3 they always exist: a_i² = v_ij v_ik/v_jk.
+    """
+    if n == 2:
+        return np.full(2, np.sqrt(values[0]))
+    matrix = np.ones((n, n))
+    i, j = np.triu_indices(n, 1)
+    matrix[i, j] = matrix[j, i] = values
+    one, two = np.roll(np.arange(n), -1), np.roll(np.arange(n), -2)
+    axes = np.arange(n)
+    factors = np.sqrt(matrix[axes, one] / matrix[one, two] * matrix[axes, two])
+    if np.max(np.abs(factors[i] * factors[j] / values - 1.0)) > FACTORS:
+        return None
+    return np.asarray(factors)
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -145,6 +165,32 @@ class SpecialInertia:
         """Return the flat triangle of Iω."""
         return np.asarray(self.diagonal * omega)
 
+    def mass_tensor(self) -> Array:
+        """Return the principal values of the J of a rigid body with Iω = Jω + ωJ, shape (n,).
+
+        For n ≥ 4 there is one only in the Lagrange case, where all a_i are equal but one, a_n say,
+        eq. (sing): J_1 = a_1²D/(2(D − a_1²)) and J_n = a_1a_nD/(D − a_1a_n) − J_1. That is positive
+        where 2a_nD > a_1²a_n + a_1D, and a_1² < D (the first condition is misprinted).
+
+        Raises
+        ------
+        geomint.DomainError
+            If there is no such J, or a J_i is not positive: such a body has no positive masses.
+        """
+        n, (i, j) = self.n, np.triu_indices(self.n, 1)
+        design = np.zeros((len(i), n))
+        design[np.arange(len(i)), i] = design[np.arange(len(i)), j] = 1.0
+        J, *_ = np.linalg.lstsq(design, self.diagonal, rcond=None)
+        misfit = float(np.max(np.abs(design @ J / self.diagonal - 1.0)))
+        if misfit > SYMMETRIC * n:
+            expected = f"at n ≥ 4 all equal but one (Lagrange); the best J misses I by {misfit:.3g}"
+            raise gi.DomainError("a", self.a, expected)
+        if not (J > 0.0).all():
+            least = int(np.argmin(J))
+            expected = f"an operator with positive J; J[{least}] is {float(J[least]):.6g}"
+            raise gi.DomainError("a", self.a, expected)
+        return np.asarray(J)
+
 
 @dataclass(frozen=True, init=False, eq=False)
 class GeneralInertia:
@@ -227,20 +273,34 @@ class GeneralInertia:
         return np.asarray(turn @ _three(self.matrix) @ turn.T)
 
     def special(self, D: float) -> SpecialInertia | None:
-        """Return this operator as a special one if it is one by its shape, else None.
+        """Return this operator as a special one if it is one, else None.
 
-        Every diagonal operator is for n ≤ 3, and every multiple of the identity.
+        Every diagonal operator is for n ≤ 3, and every multiple of the identity; for n ≥ 4 so are
+        those with I_ij = a_i a_j D/(D − a_i a_j) to round-off, as that of Lagrange's body.
         """
         values = self.diagonal
-        if values is not None and np.ptp(values) == 0.0:
+        if values is None:
+            return None
+        if np.ptp(values) == 0.0:
             return SpecialInertia.homogeneous(self.n, values[0], D)
-        if values is not None and self.n == 3:
+        if self.n == 3:
             return SpecialInertia.from_moments(values[::-1], D)
-        return None
+        a = product_factors(values * (D / (values + D)), self.n)
+        return None if a is None else SpecialInertia(_merged(a), D)
 
     def apply(self, omega: Array) -> Array:
         """Return the flat triangle of Iω."""
         return np.asarray(self.matrix @ omega)
+
+
+def _merged(a: Array) -> Array:
+    """Return a with values equal to round-off made equal: equal axes have integrals of their own."""
+    result = a.copy()
+    for i in range(1, len(a)):
+        same = np.flatnonzero(np.abs(result[:i] / a[i] - 1.0) <= FACTORS)
+        if len(same):
+            result[i] = result[same[0]]
+    return result
 
 
 def _three(values: Array) -> Array:

@@ -16,7 +16,8 @@ import numpy as np
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.manifold import vector_of_triangle
+from chaplygin.manifold import skew_matrix, vector_of_triangle
+from chaplygin.veselova.stiefel_states import allowed_part
 from geomint.kernels.blocks import Block
 
 DIMENSIONS = range(2, 8)
@@ -197,6 +198,18 @@ def random_rotation(n: int, seed: int = 0) -> Any:
     return q
 
 
+def random_frame(gamma: Any) -> Any:
+    """Return a random rotation whose last row is γ."""
+    n = len(gamma)
+    rows = np.vstack([gamma, random_rotation(n)[1:]])
+    for i in range(1, n):
+        for _ in range(2):
+            rows[i] -= (rows[:i] @ rows[i]) @ rows[:i]
+        rows[i] /= np.sqrt(rows[i] @ rows[i])
+    rows[1] *= np.linalg.det(np.vstack([rows[1:], rows[:1]]))
+    return np.vstack([rows[1:], rows[:1]])
+
+
 def random_body(n: int, seed: int = 0) -> ch.Veselova:
     rng = rng_for(n, seed + 4000)
     return ch.Veselova(rng.uniform(0.4, 2.0, n), rng.uniform(0.5, 3.0))
@@ -240,7 +253,7 @@ def ball_cases() -> list[Case]:
     for n in DIMENSIONS:
         gamma, p = random_tangent(n)
         k = rng_for(n, 7).normal(size=n * (n - 1) // 2)
-        g = random_rotation(n)
+        g = random_frame(gamma)
         for kind, inertia in _inertias(n).items():
             D = inertia.D if kind == "special" else 1.7
 
@@ -253,8 +266,10 @@ def ball_cases() -> list[Case]:
                 add("hamiltonized", ch.hamiltonized_problem(inertia), gamma=gamma, p=p)
             add("ball", ch.ball_problem(inertia, D), gamma=gamma, k=k)
             add("ball-attitude", ch.ball_problem(inertia, D, True, k), gamma=gamma, k=k, g=g)
+            add("group", ch.cotangent_problem(inertia, D, g @ skew_matrix(k, n) @ g.T), g=g, k=k)
             if n == 3:
                 x = vector_of_triangle(k)
+                add("poisson", ch.poisson_problem(inertia, D), gamma=gamma, k=x)
                 add("classical", ch.classical_problem(inertia, D), gamma=gamma, k=x)
                 carrying = ch.classical_problem(inertia, D, True, x)
                 add("classical-attitude", carrying, gamma=gamma, k=x, g=g)
@@ -284,7 +299,84 @@ def ellipsoid_case(n: int) -> Case:
     return Case(f"ellipsoid-n{n}", SimpleNamespace(n=n), problem, quiet_state(problem, x=x, p=p))
 
 
+def equal_cases(n: int) -> list[Case]:
+    """Return the sphere and Veselova's body with groups of equal parameters, n ≥ 3."""
+    cases, (gamma, p) = [], random_tangent(n)
+    for groups in ([2, n - 2], [n - 1, 1]):
+        a = np.repeat(random_body(n).a[: len(groups)], groups)
+        sphere, body = ch.ChaplyginSphere(a=a, D=1.3 * np.max(a) ** 2), ch.Veselova(a, 1.7)
+        named = {
+            "reduced": sphere.reduced(),
+            "hamiltonized": sphere.hamiltonized(),
+            "veselova-reduced": body.reduced(),
+            "veselova-hamiltonized": body.hamiltonized(),
+        }
+        for name, problem in named.items():
+            label = f"{name}-equal-{groups[0]}-n{n}"
+            cases.append(Case(label, body, problem, quiet_state(problem, gamma=gamma, p=p)))
+    return cases
+
+
+def bound_cases(n: int) -> list[Case]:
+    """Return the Veselova problem for every r, and the rubber ball, with general operators."""
+    cases, g = [], random_frame(random_direction(n))
+    for kind, inertia in _inertias(n).items():
+        w = rng_for(n, 7).normal(size=n * (n - 1) // 2)
+        for r in range(1, n):
+            body = ch.VeselovaLR(inertia, r)
+            inside = allowed_part(g[:r], w)
+            for name, problem in (("lr", body.lr()), ("stiefel", body.stiefel())):
+                key = "g" if name == "lr" else problem.pieces[0][0]
+                y = quiet_state(problem, **{key: g if name == "lr" else g[:r], "w": inside})
+                cases.append(Case(f"{name}-{r}-{kind}-n{n}", body, problem, y))
+        ball = ch.RubberSphere(inertia, None if kind == "special" else 1.7)
+        omega = allowed_part(g[-1:], w)
+        problem = ball.rolling(rho=0.7)
+        y = quiet_state(problem, g=g, r=np.arange(n - 1.0), omega=omega)
+        cases.append(Case(f"rubber-{kind}-n{n}", ball, problem, y))
+    return cases
+
+
+def rolling_cases(n: int) -> list[Case]:
+    """Return the rolling ball in (g, r, ω, v) and (k, γ, g, r)."""
+    cases, g = [], random_frame(random_direction(n))
+    for kind, inertia in _inertias(n).items():
+        m = getattr(inertia, "D", 1.7) / 0.7**2
+        omega = rng_for(n, 7).normal(size=n * (n - 1) // 2)
+        problems = {
+            "rolling": ch.rolling_problem(inertia, m, 0.7),
+            "contact": ch.contact_problem(inertia, m, 0.7),
+        }
+        for name, problem in problems.items():
+            y = quiet_state(problem, g=g, r=np.arange(n - 1.0), omega=omega)
+            cases.append(Case(f"{name}-{kind}-n{n}", inertia, problem, y))
+    return cases
+
+
+def related_cases(n: int) -> list[Case]:
+    """Return Neumann's and Clebsch's systems."""
+    a, (q, v) = random_body(n).a, random_tangent(n)
+    named = {
+        "neumann": ch.neumann_problem(a, 1.3),
+        "clebsch": ch.clebsch_problem(a, -0.7, 0.4, 1.1),
+    }
+    return [
+        Case(f"{name}-n{n}", SimpleNamespace(n=n), problem, quiet_state(problem, q=q, v=v))
+        for name, problem in named.items()
+    ]
+
+
 CASES = [
     *ball_cases(),
-    *(case for n in DIMENSIONS for case in (*veselova_cases(n), ellipsoid_case(n))),
+    *(
+        case
+        for n in DIMENSIONS
+        for case in (
+            *veselova_cases(n),
+            ellipsoid_case(n),
+            *(equal_cases(n) if n > 2 else []),
+            *related_cases(n),
+        )
+    ),
+    *(case for n in range(2, 5) for case in (*bound_cases(n), *rolling_cases(n))),
 ]

@@ -15,6 +15,7 @@ from .contact import contact_problem
 from .cotangent import cotangent_problem
 from .hamiltonized import hamiltonized_problem
 from .momentum import ball_problem
+from .poisson import poisson_problem
 from .reduced import reduced_problem
 from .rolling import rolling_problem
 from .rolling_states import mass_and_radius
@@ -133,6 +134,10 @@ class ChaplyginSphere:
     def classical(self, attitude: bool = False, k0: Any = None) -> gi.Problem:
         """Return the ball in R³ in vectors; see `classical_problem`."""
         return classical_problem(self.inertia, self.D, attitude, k0)
+
+    def poisson(self) -> gi.Problem:
+        """Return the ball in R³ in time τ, at any area constant; see `poisson_problem`."""
+        return poisson_problem(self.inertia, self.D)
 
     def on_group(self, k0: Any = None) -> gi.Problem:
         """Return the ball on T*SO(n), in (k, g); see `cotangent_problem`."""

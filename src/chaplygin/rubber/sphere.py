@@ -10,7 +10,13 @@ import numpy as np
 import geomint as gi
 
 from ..ball.rolling_states import mass_and_radius
-from ..inertia import GeneralInertia, SpecialInertia, positive_number, positive_vector
+from ..inertia import (
+    GeneralInertia,
+    SpecialInertia,
+    positive_number,
+    positive_vector,
+    product_factors,
+)
 from ..veselova.body import Veselova
 from ..veselova.stiefel import stiefel_problem
 from .rolling import rubber_rolling_problem
@@ -104,20 +110,8 @@ class RubberSphere:
         values = self.total.diagonal
         if values is None:
             return None
-        if self.n == 2:
-            return Veselova(np.full(2, 1.0 / np.sqrt(values[0])), self.D)
-        if self.n == 3:
-            return Veselova.from_moments(values[::-1], self.D)
-        matrix = np.ones((self.n, self.n))
-        i, j = np.triu_indices(self.n, 1)
-        matrix[i, j] = matrix[j, i] = values
-        # a_i⁻² = 𝓘_ij 𝓘_ik/𝓘_jk for any j, k; then every other entry must agree.
-        inverse = np.sqrt(
-            [matrix[x, x - 1] * matrix[x, x - 2] / matrix[x - 1, x - 2] for x in range(self.n)]
-        )
-        if np.max(np.abs(inverse[i] * inverse[j] / values - 1.0)) > 1e-13:
-            return None
-        return Veselova(1.0 / inverse, self.D)
+        a = product_factors(1.0 / values, self.n)
+        return None if a is None else Veselova(a, self.D)
 
     def reduced(self) -> gi.Problem:
         """Return the system on T*S^(n−1) in time t; see `stiefel_problem`."""

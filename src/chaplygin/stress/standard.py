@@ -10,7 +10,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from ..systems.ellipsoid import ELLIPSOID
+from ..systems.related import ELLIPSOID
 from ..systems.rolling import ROLLING
 from ..systems.sphere import REDUCED
 from ..systems.veselova import VESELOVA

@@ -4,14 +4,26 @@ from __future__ import annotations
 
 import geomint as gi
 
+from ..ball.rolling_states import initial_attitude
 from ..ball.sphere import ChaplyginSphere
+from ..manifold import flat_triangle, skew_matrix, vector_of_triangle
+from ..states import initial_momentum
 from .models import ball_model
-from .parameters import Dimension, Initial, Matrix, Number, Numbers, Strict
+from .parameters import (
+    Dimension,
+    Initial,
+    Matrix,
+    Number,
+    Numbers,
+    Strict,
+    Weight,
+    the_one_of,
+)
 
-__all__ = ["BALL", "HOMOGENEOUS", "AnyBall"]
+__all__ = ["BALL", "GROUP", "HOMOGENEOUS", "POISSON", "AnyBall"]
 
 
-class AnyBall(Strict):
+class AnyBall(Weight):
     """A ball: one of a, inertia, moments, J; and D, or m and rho.
 
     With `moments` (n = 3: the principal moments of inertia, or the inertia tensor), k and omega of
@@ -23,27 +35,12 @@ class AnyBall(Strict):
     inertia: Numbers | Matrix | None = None
     moments: Numbers | Matrix | None = None
     J: Numbers | Matrix | None = None
-    D: Number | None = None
-    m: Number | None = None
-    rho: Number | None = None
-
-    def mass_and_radius(self) -> tuple[float, float]:
-        """Return m and ρ; where D is given, ρ = 1."""
-        D, m, rho = self.D, self.m, self.rho
-        if D is not None and m is None and rho is None:
-            return D, 1.0
-        if D is not None or m is None or rho is None:
-            raise gi.DomainError("parameters", {"D": D, "m": m, "rho": rho}, "D, or m and rho")
-        return m, rho
 
     def sphere(self) -> ChaplyginSphere:
         """Return the ball, or raise `geomint.DomainError`."""
         operators = {name: getattr(self, name) for name in ("a", "inertia", "moments", "J")}
-        given = {name: value for name, value in operators.items() if value is not None}
-        if len(given) != 1:
-            raise gi.DomainError("parameters", list(given), f"exactly one of {list(operators)}")
-        m, rho = self.mass_and_radius()
-        (name, value), *_ = given.items()
+        name = the_one_of(operators)
+        value, (m, rho) = operators[name], self.mass_and_radius()
         if name == "moments":
             return ChaplyginSphere.from_moments(value, m, rho)
         if name == "J":
@@ -78,12 +75,56 @@ def _build_homogeneous(parameters: HomogeneousParameters, initial: Initial) -> g
     return ball_model(sphere, initial.gamma, attitude=parameters.attitude, **given)
 
 
+class GroupInitial(Initial):
+    """A vertical direction or the attitude g (or both), and one of p, p_tilde, k, omega."""
+
+    gamma: Numbers | None = None  # type: ignore[assignment]
+    g: Matrix | None = None
+
+
+def _build_group(parameters: AnyBall, initial: GroupInitial) -> gi.Model:
+    """Return the ball in (k, g), and in (k, γ), which has not the attitude."""
+    sphere, vector = parameters.sphere(), parameters.moments is not None
+    given = {name: value for name, value in initial.components().items() if name != "g"}
+    gamma, g = initial_attitude(initial.gamma, initial.g, sphere.n)
+    _, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **given)
+    attitude = g.reshape(sphere.n, sphere.n)
+    k0 = flat_triangle(attitude @ skew_matrix(k, sphere.n) @ attitude.T)
+    group, ball = sphere.on_group(k0), sphere.ball()
+    states = {"group": group.state(g=g, k=k), "ball": ball.state(gamma=gamma, k=k)}
+    return gi.Model({"group": group, "ball": ball}, states)
+
+
+def _build_poisson(parameters: AnyBall, initial: Initial) -> gi.Model:
+    """Return the ball in R³ in time τ, and in time t."""
+    sphere, vector = parameters.sphere(), parameters.moments is not None
+    given = initial.components()
+    gamma, k = initial_momentum(sphere.inertia, sphere.D, initial.gamma, vector, **given)
+    problems = {"poisson": sphere.poisson(), "classical": sphere.classical()}
+    x = vector_of_triangle(k)
+    return gi.Model(problems, {name: q.state(gamma=gamma, k=x) for name, q in problems.items()})
+
+
 BALL = gi.System(
     name="chaplygin-ball",
     summary="the ball with any momentum and any inertia, in (k, γ); in vectors from moments",
     parameters=BallParameters,
     initial=Initial,
     build=_build_ball,
+)
+GROUP = gi.System(
+    name="ball-on-group",
+    summary="the ball with any momentum and any inertia on T*SO(n), in (k, g)",
+    parameters=AnyBall,
+    initial=GroupInitial,
+    build=_build_group,
+)
+POISSON = gi.System(
+    name="ball-poisson",
+    summary="the ball in R³ at any area constant in time τ, where it has a Poisson bracket",
+    parameters=AnyBall,
+    initial=Initial,
+    build=_build_poisson,
 )
 HOMOGENEOUS = gi.System(
     name="homogeneous-ball",

@@ -117,7 +117,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         left, rest = reacted(params, y, work)
         return size_in_planes(n, r, left, part(y, 0, square), rest)
 
-    def constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def forbidden(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return the length of the part of w that the constraint forbids, eq. (VC)."""
         return size_in_planes(n, r, part(y, square, size), part(y, 0, square), work)
 
@@ -136,7 +136,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         "generator": gi.field(lr_generator),
         "energy": gi.observable(lr_energy),
         "log_density": gi.observable(lr_log_density),
-        "constraint": gi.observable(constraint),
+        "forbidden": gi.observable(forbidden),
         "momenta": {
             f"momentum-{i + 1}-{j + 1}": momentum(i, j) for i in range(r) for j in range(i + 1, n)
         },
@@ -234,7 +234,7 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
 
     constraints = {"orthogonality": frame_orthogonality(n, 0)}
     if bound:
-        constraints["constraint"] = forms["constraint"]
+        constraints["forbidden"] = forms["forbidden"]
     return gi.Problem(
         name="veselova-lr",
         pieces=(("g", square), ("w", size)),

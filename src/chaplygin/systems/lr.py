@@ -1,0 +1,64 @@
+"""The Veselova problem for any r, with multipliers and reduced to the Stiefel variety."""
+
+from __future__ import annotations
+
+import geomint as gi
+
+from ..inertia import GeneralInertia
+from ..veselova.lr_body import VeselovaLR
+from .parameters import Matrix, Numbers, Strict, the_one_of
+
+__all__ = ["LR"]
+
+
+class LRParameters(Strict):
+    """A body: one of a, inertia (entries or matrix on so(n)), J (mass tensor); and r.
+
+    With `multipliers` the scene's own problem is (g, w), else (X, P) on T*V(n, r).
+    """
+
+    a: Numbers | None = None
+    inertia: Numbers | Matrix | None = None
+    J: Numbers | Matrix | None = None
+    r: int = 1
+    multipliers: bool = True
+
+    def body(self) -> VeselovaLR:
+        """Return the body, or raise `geomint.DomainError`."""
+        the_one_of({"a": self.a, "inertia": self.inertia, "J": self.J})
+        if self.a is not None:
+            return VeselovaLR.from_a(self.a, self.r)
+        if self.J is not None:
+            return VeselovaLR(GeneralInertia.from_mass_tensor(self.J), self.r)
+        return VeselovaLR(self.inertia, self.r)
+
+
+class LRInitial(Strict):
+    """The attitude g (1 unless given), and one of w, k: flat triangles or skew matrices."""
+
+    g: Matrix | None = None
+    w: Numbers | Matrix | None = None
+    k: Numbers | Matrix | None = None
+
+
+def _build(parameters: LRParameters, initial: LRInitial) -> gi.Model:
+    body = parameters.body()
+    lr, stiefel = body.lr(), body.stiefel()
+    given = {
+        name: value for name, value in (("w", initial.w), ("k", initial.k)) if value is not None
+    }
+    start = lr.state(g=initial.g, **given)
+    states = {"lr": start, "stiefel": stiefel.state(**lr.physical_state(start))}
+    problems = {"lr": lr, "stiefel": stiefel}
+    if not parameters.multipliers:
+        problems = {"stiefel": stiefel, "lr": lr}
+    return gi.Model(problems, states)
+
+
+LR = gi.System(
+    name="veselova-lr",
+    summary="the Veselova problem on SO(n) for any r: (g, w) with multipliers, (X, P) on T*V(n, r)",
+    parameters=LRParameters,
+    initial=LRInitial,
+    build=_build,
+)
