@@ -13,6 +13,7 @@ from .ball.sphere import ChaplyginSphere as ChaplyginSphere
 from .controls import MultiplierDefects as MultiplierDefects
 from .controls import almost_poisson_tensor as almost_poisson_tensor
 from .controls import multiplier_defects as multiplier_defects
+from .conversion import converted as converted
 from .correspondence.chaplygin_change import chaplygin_change as chaplygin_change
 from .correspondence.clebsch import to_clebsch as to_clebsch
 from .correspondence.clebsch import to_neumann as to_neumann
@@ -57,6 +58,7 @@ __all__ = [
     "classical_problem",
     "clebsch_problem",
     "contact_problem",
+    "converted",
     "cotangent_problem",
     "ellipsoid_problem",
     "fedorov_ball",

@@ -19,6 +19,7 @@ Where a λ is near an a_i its distance is what matters. It is computed and kept 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -170,19 +171,29 @@ class Spheroconical:
 
 
 def _root(weight: float, weights: Array, poles: Array, bound: float) -> float:
-    """Return the root δ between 0 and `bound` of weight = δ Σ w_i/(p_i − δ), to a rounding error.
+    """Return the root δ between 0 and `bound` of weight = δ S(δ), S(δ) = Σ w_i/(p_i − δ), rounded.
 
     That is Σ γ_i²/(a_i − λ) = 0 times −δ, measured from the pole at 0: smooth as far as `bound`.
+    Without weight the pole is none, and the root is 0 or one of S.
+    """
+
+    def rest(delta: float) -> float:
+        return float(np.sum(weights / (poles - delta)))
+
+    if weight > 0.0:
+        return _bracketed(lambda delta: weight - delta * rest(delta), weight, bound)
+    sign = np.sign(bound)
+    if sign * rest(0.0) >= 0.0:
+        return 0.0
+    return _bracketed(lambda delta: -sign * rest(delta), -sign * rest(0.0), bound)
+
+
+def _bracketed(excess: Callable[[float], float], at_low: float, bound: float) -> float:
+    """Return the root between 0, where it is `at_low` > 0, and `bound`, where it is ≤ 0.
+
     Secants with Illinois' weights, and a bisection where they are slow.
     """
-    if weight == 0.0:
-        return 0.0
-
-    def excess(delta: float) -> float:
-        return float(weight - delta * np.sum(weights / (poles - delta)))
-
-    low, high = 0.0, float(bound)
-    at_low, at_high = weight, excess(high)
+    low, high, at_high = 0.0, float(bound), excess(float(bound))
     if at_high >= 0.0:
         return high
     for count in range(ITERATIONS):

@@ -28,6 +28,7 @@ import numpy as np
 import geomint as gi
 from geomint import log, part
 
+from ..actions import action_on_vectors
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
@@ -231,7 +232,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         pieces=(("gamma", n), ("p", n)),
         params=params,
         field=field,
-        action=gi.GroupAction(generator, gi.so_n(n, "vector", "vector")),
+        action=action_on_vectors(generator, n, 2),
         work=work,
         invariants={"energy": energy, "K": reduced_k, **integrals},
         constraints={"norm": norm, "tangency": tangency},

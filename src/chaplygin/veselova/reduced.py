@@ -25,6 +25,7 @@ import numpy as np
 
 import geomint as gi
 
+from ..actions import action_on_vectors
 from ..ball.reduced import reduced_k, reduced_log_density
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
@@ -135,7 +136,7 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         pieces=(("gamma", n), ("p", n)),
         params=params,
         field=veselova_field,
-        action=gi.GroupAction(veselova_generator, gi.so_n(n, "vector", "vector")),
+        action=action_on_vectors(veselova_generator, n, 2),
         invariants={"energy": veselova_energy, "K": reduced_k, **integrals},
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(reduced_log_density),

@@ -25,6 +25,7 @@ import numpy as np
 import geomint as gi
 from geomint import part, sqrt
 
+from ..actions import action_on_vectors
 from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array, wedge
@@ -217,7 +218,7 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
         pieces=((names[0], rows), (names[1], rows)),
         params=params,
         field=forms["field"],
-        action=gi.GroupAction(forms["generator"], gi.so_n(n, *(["vector"] * 2 * count))),
+        action=action_on_vectors(forms["generator"], n, 2 * count),
         work=n * (n - 1) + bound_work(n, count),
         invariants={"energy": forms["energy"], "K": forms["K"], **integrals(n, count)},
         constraints=constraints,
