@@ -114,8 +114,8 @@ def multiplier_defects(
     degrees = max(rank // 2 - 1, 1)
     push = tensor @ (-np.array(log_density) / degrees)
     prescribed = jacobi + _cyclic(np.einsum("i,jk->ijk", push, tensor))
-    norms = [float(np.linalg.norm(x)) / scale for x in (jacobi, closed, prescribed)]
-    return MultiplierDefects(*norms, rank)
+    first, second, third = (float(np.linalg.norm(x)) / scale for x in (jacobi, closed, prescribed))
+    return MultiplierDefects(first, second, third, rank)
 
 
 def _cyclic(parts: Array) -> Array:

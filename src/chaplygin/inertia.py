@@ -120,6 +120,7 @@ class SpecialInertia:
         if not values[i] * values[j] < scale:
             product = values[i] * values[j]
             expected = f"a[i]*a[j] < D = {scale!r} for i ≠ j; a[{i}]*a[{j}] is {product:.17g}"
+            expected += ". Other operators are given by inertia, moments or J"
             raise gi.DomainError("a", a, expected)
         if not np.isfinite(1.0 / values).all() or values.min() * values.min() == 0.0:
             raise gi.DomainError("a", a, "numbers whose products neither vanish nor overflow")

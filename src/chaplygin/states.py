@@ -26,6 +26,10 @@ __all__ = ["initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
 Inertia = SpecialInertia | GeneralInertia
 KEYS = ("p", "p_tilde", "k", "omega")
+FITTING = {  # which other system takes what this one refuses
+    "momentum": ". The ball in (k, γ), system 'chaplygin-ball', takes any momentum",
+    "velocity": ". At n = 3 the classical problem takes it, with f1 = (w, gamma)",
+}
 
 
 def one_of(components: dict[str, Any], known: tuple[str, ...] = KEYS) -> str:
@@ -107,7 +111,7 @@ def tangent_of_momentum(
     p, defect = _split(gamma, k)
     if defect > REPAIRED:
         expected = f"zero SO(n−1)-{noun} ({symbol} = gamma∧x); |pr {symbol}|/|{symbol}| is "
-        raise gi.DomainError(name, k, f"{expected}{defect:.3g}")
+        raise gi.DomainError(name, k, f"{expected}{defect:.3g}{FITTING[noun]}")
     if defect > SILENT:
         said = f"|pr {symbol}|/|{symbol}| of {name} is {defect:.3g}, not 0"
         warn(f"{said}: the state uses {symbol} = gamma∧x")

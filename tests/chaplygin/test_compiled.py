@@ -24,6 +24,14 @@ LABELS = [
     "veselova-hamiltonized-n4",
     "veselova-classical-n3",
     "ellipsoid-n4",
+    "group-full-n3",
+    "poisson-full-n3",
+    "reduced-equal-2-n4",
+    "lr-1-full-n3",
+    "stiefel-2-diagonal-n4",
+    "rubber-diagonal-n3",
+    "neumann-n3",
+    "clebsch-n4",
 ]
 CHOSEN = [case for case in CASES if case.label in LABELS]
 EACH = pytest.mark.parametrize("case", CHOSEN, ids=str)

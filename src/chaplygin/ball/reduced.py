@@ -209,16 +209,15 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     n = inertia.n
     integrals: dict[str, Any] = {}
     if isinstance(inertia, SpecialInertia):
-        forms: tuple[Any, ...] = (reduced_field, reduced_generator, reduced_energy)
+        field, generator, energy = reduced_field, reduced_generator, reduced_energy
         log_density, work = reduced_log_density, 0
         start = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
         tables, integrals = shared_integrals(inertia.a, len(start), True)
         params = np.concatenate([start, tables])
     else:
         omega, params = omega_for(inertia, D)
-        *forms, log_density = general_forms(omega, n)
+        field, generator, energy, log_density = general_forms(omega, n)
         work = n * (n - 1) + omega_work(omega, n)
-    field, generator, energy = forms
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))

@@ -15,7 +15,7 @@ from .kinds import conserved_by_kind, kinds_in_words, names_by_kind
 from .pages import render
 from .provenance import environment, scene_record
 from .style import data_uri, save_figure
-from .text import duration, number, rule_details, short_slope, step_of
+from .text import duration, number, rule_details, short_slope, step_of, watched_to
 
 __all__ = ["write_several_report"]
 
@@ -101,11 +101,13 @@ def _row(run: MethodRun, names: list[str], i: int) -> dict[str, Any]:
 def _cell(run: MethodRun, name: str) -> dict[str, str]:
     drift = run.drift.get(name)
     if drift is not None:
+        until = "" if run.solution is None else watched_to(drift, run.solution)
+        slope = short_slope(drift.slope, drift.slope_stderr)
         return {
             "name": name,
             "kind": drift.kind,
             "error": number(drift.max_abs_error),
-            "slope": short_slope(drift.slope, drift.slope_stderr),
+            "slope": f"{slope} ({until})" if until else slope,
         }
     why = run.missing.get(name, "")
     if run.drift and run.plan is not None and not why:

@@ -13,8 +13,10 @@ __all__ = [
     "number",
     "rule_details",
     "short_slope",
+    "spanned",
     "step_of",
     "verdict",
+    "watched_to",
     "with_error",
 ]
 
@@ -89,14 +91,20 @@ def rule_details() -> str:
     return "The window means" + plain.split("\nMeasured on", 1)[0].rstrip()
 
 
-def spanned(name: str, drift: Drift, solution: Solution) -> str:
-    """Return the name of a quantity, and how long it was watched if not to the end of the run."""
+def watched_to(drift: Drift, solution: Solution) -> str:
+    """Return how long a quantity was watched, as ``to t = 400``; empty if to the end of the run."""
     until = drift.windows.last_time
     own = solution.drift_time == solution.problem.time
     end = solution.tau[-1] if own else solution.t[-1]
     if drift.windows.samples == 0 or abs(until) >= 0.99 * abs(end):
-        return name
-    return f"{name} (to {'τ' if solution.drift_time == 'tau' else 't'} = {until:.4g})"
+        return ""
+    return f"to {'τ' if solution.drift_time == 'tau' else 't'} = {until:.4g}"
+
+
+def spanned(name: str, drift: Drift, solution: Solution) -> str:
+    """Return the name of a quantity, and how long it was watched if not to the end of the run."""
+    until = watched_to(drift, solution)
+    return f"{name} ({until})" if until else name
 
 
 def verdict(solution: Solution) -> str:
