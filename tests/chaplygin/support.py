@@ -332,7 +332,7 @@ def bound_cases(n: int) -> list[Case]:
         ball = ch.RubberSphere(inertia, None if kind == "special" else 1.7)
         omega = allowed_part(g[-1:], w)
         problem = ball.rolling(rho=0.7)
-        y = quiet_state(problem, g=g, r=np.arange(n - 1.0), omega=omega)
+        y = quiet_state(problem, g=g, r=np.arange(1.0, n), omega=omega)
         cases.append(Case(f"rubber-{kind}-n{n}", ball, problem, y))
     return cases
 
@@ -348,7 +348,7 @@ def rolling_cases(n: int) -> list[Case]:
             "contact": ch.contact_problem(inertia, m, 0.7),
         }
         for name, problem in problems.items():
-            y = quiet_state(problem, g=g, r=np.arange(n - 1.0), omega=omega)
+            y = quiet_state(problem, g=g, r=np.arange(1.0, n), omega=omega)
             cases.append(Case(f"{name}-{kind}-n{n}", inertia, problem, y))
     return cases
 

@@ -43,7 +43,8 @@ def test_the_own_representation_unless_the_method_needs_another():
 
 
 def test_constraints_of_another_representation_are_its_own():
-    watched = choices(gi.Scene(**REDUCED, integrate={"method": "cf-4"}))["watched"]
+    integrate = {"method": "cf-4", "representation": "classical"}
+    watched = choices(gi.Scene(**REDUCED, integrate=integrate))["watched"]
     assert watched.detail == ["energy", "K", "norm"]
     assert "tangency" in watched.reason
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
+from ..manifold import skew_components, skew_matrix
+from .ball import AnyBall
 from .models import sphere_model
 from .parameters import Initial, Number, Numbers, Strict
 
@@ -18,19 +20,30 @@ class SpecialParameters(Strict):
     D: Number
 
 
-def _system(first: str, summary: str) -> gi.System:
-    """Return the system whose own representation is `first`."""
-
-    def build(parameters: SpecialParameters, initial: Initial) -> gi.Model:
-        sphere = ChaplyginSphere(a=parameters.a, D=parameters.D)
-        return sphere_model(sphere, first, initial.gamma, **initial.components())
-
-    return gi.System(f"chaplygin-sphere-{first}", summary, SpecialParameters, Initial, build)
+def _hamiltonized(parameters: SpecialParameters, initial: Initial) -> gi.Model:
+    sphere = ChaplyginSphere(a=parameters.a, D=parameters.D)
+    return sphere_model(sphere, "hamiltonized", initial.gamma, **initial.components())
 
 
-REDUCED = _system(
-    "reduced", "the Chaplygin sphere without SO(n−1)-momentum, on T*S^(n−1), in time t"
+def _reduced(parameters: AnyBall, initial: Initial) -> gi.Model:
+    """Return the model; k and omega are vectors in R³ where moments are given."""
+    given = initial.components()
+    for name in given.keys() & {"k", "omega"} if parameters.moments is not None else ():
+        given[name] = skew_matrix(skew_components(name, given[name], 3, vector=True), 3)
+    return sphere_model(parameters.sphere(), "reduced", initial.gamma, **given)
+
+
+REDUCED = gi.System(
+    "chaplygin-sphere-reduced",
+    "the Chaplygin sphere without SO(n−1)-momentum, any inertia, on T*S^(n−1), in time t",
+    AnyBall,
+    Initial,
+    _reduced,
 )
-HAMILTONIZED = _system(
-    "hamiltonized", "the Hamiltonised Chaplygin sphere, a geodesic flow on T*S^(n−1), in time τ"
+HAMILTONIZED = gi.System(
+    "chaplygin-sphere-hamiltonized",
+    "the Hamiltonised Chaplygin sphere, a geodesic flow on T*S^(n−1), in time τ",
+    SpecialParameters,
+    Initial,
+    _hamiltonized,
 )
