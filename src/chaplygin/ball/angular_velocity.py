@@ -40,7 +40,7 @@ from geomint import log, part
 from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array
 
-__all__ = ["apply_to_gamma", "log_density_after", "omega_for", "omega_work"]
+__all__ = ["about_vertical", "apply_to_gamma", "log_density_after", "omega_for", "omega_work"]
 
 
 SPREAD = 4.0  # largest a_i/a_j up to which the formula in O(n²) is accurate enough
@@ -85,6 +85,21 @@ def apply_to_gamma(n: int, triangle: Any, gamma: Any, out: Any) -> None:
             out[j] = out[j] - triangle[at] * x
             at += 1
         out[i] = total
+
+
+@gi.helper
+def about_vertical(n: int, triangle: Any, gamma: Any, work: Any) -> Any:
+    """Return |X − (Xγ)∧γ|², the square of the part of X that fixes the unit vector γ."""
+    image = part(work, 0, n)
+    apply_to_gamma(n, triangle, gamma, image)
+    total = 0.0 * gamma[0]
+    pair = 0
+    for i in range(n):
+        for j in range(i + 1, n):
+            entry = triangle[pair] - (image[i] * gamma[j] - gamma[i] * image[j])
+            total += entry * entry
+            pair += 1
+    return total
 
 
 @gi.helper

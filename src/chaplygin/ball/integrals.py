@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import geomint as gi
 from geomint import part, sqrt
 
-from .angular_velocity import apply_to_gamma
+from .angular_velocity import about_vertical
 from .fields import unpack
 
 __all__ = ["BallIntegrals", "ball_integrals", "frame_orthogonality"]
@@ -82,16 +82,7 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
 
     def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
-        gamma, v = part(y, vertical, n), part(work, 0, n)
-        apply_to_gamma(n, part(y, 0, size), gamma, v)
-        total = 0.0 * y[0]
-        at = 0
-        for i in range(n):
-            for j in range(i + 1, n):
-                entry = y[at] - (v[i] * gamma[j] - gamma[i] * v[j])
-                total += entry * entry
-                at += 1
-        return total
+        return about_vertical(n, part(y, 0, size), part(y, vertical, n), work)
 
     def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
         """(γ, γ) − 1."""

@@ -29,7 +29,7 @@ from geomint import part, sqrt
 from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
-from .angular_velocity import apply_to_gamma, full_omega, omega_for, omega_work
+from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_for, omega_work
 from .fields import turn
 
 __all__ = [
@@ -170,15 +170,7 @@ def contact_observables(kind: RollingKind, n: int, at: int, locate: Any) -> dict
 
     def pivoting(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, _, w, _, rest = locate(params, y, work)
-        apply_to_gamma(n, w, gamma, rest)
-        total = 0.0 * y[0]
-        pair = 0
-        for i in range(n):
-            for j in range(i + 1, n):
-                entry = w[pair] - (rest[i] * gamma[j] - gamma[i] * rest[j])
-                total += entry * entry
-                pair += 1
-        return sqrt(total)
+        return sqrt(about_vertical(n, w, gamma, rest))
 
     found = {f"contact-{i + 1}": position(i) for i in range(n - 1)}
     found |= {f"reaction-{i + 1}": component(i) for i in range(n - 1)}

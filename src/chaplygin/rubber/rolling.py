@@ -23,7 +23,7 @@ import numpy as np
 import geomint as gi
 from geomint import as_vector, part, sqrt
 
-from ..ball.angular_velocity import apply_to_gamma
+from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
 from ..ball.integrals import frame_orthogonality
 from ..ball.multiplier_forms import multiplier_forms, rolling_conditions
@@ -70,20 +70,6 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
     kind = rubber_kind(full, n, at)
     apply = operator_applied(full, n, BASE + 1)
 
-    @gi.helper
-    def twisting(triangle: Any, y: Any, work: Any) -> Any:
-        """Return the length of the part of X that fixes γ."""
-        gamma, image = part(y, square - n, n), part(work, 0, n)
-        apply_to_gamma(n, triangle, gamma, image)
-        total = 0.0 * y[0]
-        pair = 0
-        for i in range(n):
-            for j in range(i + 1, n):
-                entry = triangle[pair] - (image[i] * gamma[j] - gamma[i] * image[j])
-                total += entry * entry
-                pair += 1
-        return sqrt(total)
-
     def rubber_k(params: Any, t: Any, y: Any, work: Any) -> Any:
         """K = |pr (I + D)ω|² = |((I + D)ω)γ|²."""
         moment, image = part(work, 0, size), part(work, size, n)
@@ -96,7 +82,7 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
 
     def rubber_twist(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return the length of the part of ω about the vertical."""
-        return twisting(part(y, turning, size), y, work)
+        return sqrt(about_vertical(n, part(y, turning, size), part(y, square - n, n), work))
 
     def rubber_torque(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return the length of (I + D)ω̇ − [Iω, ω], the torque that keeps the ball from twisting."""
@@ -109,7 +95,7 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
         apply(params, rate, left)
         for i in range(size):
             left[i] = left[i] - torque[i]
-        return twisting(left, y, rest)
+        return sqrt(about_vertical(n, left, part(y, square - n, n), rest))
 
     def rubber_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return ½ log det(pr (I + D)|_{R^n∧γ})."""
