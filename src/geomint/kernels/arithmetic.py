@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 __all__ = [
+    "NAN",
     "cos",
     "epsilon",
     "fma",
@@ -31,6 +32,8 @@ __all__ = [
     "top",
     "total",
 ]
+
+NAN = float("nan")  # what lies outside of a function's domain, to be found at the end of the step
 
 
 def _load_libm_fma() -> Callable[[float, float, float], float] | None:

@@ -115,6 +115,8 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
                 generator(params, like(t + c[i] * h, y[0]), Y, generator_out, field_scratch)
                 for r in range(d):
                     worst = maximum(abs(generator_out[r]), worst)
+        for r in range(n):
+            worst = maximum(abs(moves[stages * n + r]), worst)
         largest = top(worst)
         if not largest < 1e300:
             return NOT_FINITE, 1, largest

@@ -25,6 +25,7 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+from .arithmetic import NAN
 from .blocks import as_lanes, part
 from .compensated import add_compensated
 from .frames import enlarge_scales, make_frame, normals_turned
@@ -37,7 +38,6 @@ __all__ = ["measure_sweep"]
 
 # What a relative error common to all derivatives, ε/8, may add in a step: measured are ε/50 and less.
 SYSTEMATIC = EPSILON / 8.0
-NAN = float("nan")
 
 
 @helper

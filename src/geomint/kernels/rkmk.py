@@ -6,12 +6,11 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import like, select
+from .arithmetic import NAN, like, select
 from .blocks import part
 from .compensated import add_compensated
 from .recorded import Recorded, helper, inlined
 from .runge_kutta import HUGE, combine, largest
-from .so3 import NAN
 from .status import NOT_FINITE, OK, OUTSIDE_CHART
 
 __all__ = [

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .arithmetic import cos, fma, select, sin, sqrt, top
+from .arithmetic import NAN, cos, fma, select, sin, sqrt, top
 from .recorded import helper
 
 __all__ = [
@@ -24,7 +24,6 @@ __all__ = [
 SMALL = 1.0
 # dexp is singular at angles 2π, 4π, …; exponential coordinates are refused beyond this angle.
 CHART = 6.0
-NAN = float("nan")
 
 
 @helper

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .arithmetic import maximum, select, top
+from .arithmetic import NAN, maximum, select, top
 from .blocks import part
 from .recorded import helper
 
@@ -32,7 +32,8 @@ __all__ = [
 
 VECTOR, ADJOINT, FRAME, SHIFTED = 0, 1, 2, 3
 REACH = 0.25  # Taylor's polynomial of degree 12 is exact to 2⁻⁵⁶ up to this norm
-MAX_DOUBLINGS = 64
+CLEAN = 4  # doublings up to which the rounding of the result is left as it is
+MAX_DOUBLINGS = 24  # beyond, at turns of millions, the result has lost half of its digits: NaN
 
 
 def so_n_work(n: int) -> int:
@@ -75,11 +76,27 @@ def polynomial_term(
 
 
 @helper
+def orthogonalize(n: int, m: Any, gram: Any, out: Any) -> None:
+    """Write E (3 − EᵀE)/2 − 1 for E = 1 + M; `gram` is scratch of the same size."""
+    for i in range(n):
+        for j in range(n):
+            total = m[i * n + j] + m[j * n + i]
+            for k in range(n):
+                total += m[k * n + i] * m[k * n + j]
+            gram[i * n + j] = total
+    multiply(n, m, gram, out)
+    for i in range(n * n):
+        out[i] = m[i] - 0.5 * (gram[i] + out[i])
+
+
+@helper
 def exponential_increment(n: int, xi: Any, result: Any, work: Any) -> None:
     """Write exp(X) − 1 for the skew matrix X of a flat triangle; `work` holds five n×n matrices.
 
     Scaling by powers of two, Taylor's polynomial of degree 12 (five products, Paterson and
-    Stockmeyer 1973), and doubling by ``exp(2X) − 1 = M² + 2M``, M = exp(X) − 1.
+    Stockmeyer 1973), and doubling by ``exp(2X) − 1 = M² + 2M``, M = exp(X) − 1. Every doubling
+    doubles the error, also that of orthogonality; after many of them one step of Newton and Schulz,
+    ``E ← E (3 − EᵀE)/2``, takes the latter back to round-off. Where even that cannot be: NaN.
     """
     size = n * n
     x = part(work, 0, size)
@@ -100,6 +117,7 @@ def exponential_increment(n: int, xi: Any, result: Any, work: Any) -> None:
         scale = select(norm > REACH, 0.5 * scale, scale)
         norm = select(norm > REACH, 0.5 * norm, norm)
         doublings += 1
+    first = scale
     for i in range(size):
         x[i] = scale * x[i]
     multiply(n, x, x, x2)
@@ -118,6 +136,11 @@ def exponential_increment(n: int, xi: Any, result: Any, work: Any) -> None:
         for i in range(size):
             result[i] = select(scale < 1.0, s[i] + 2.0 * result[i], result[i])
         scale = select(scale < 1.0, 2.0 * scale, scale)
+    if doublings > CLEAN:
+        change = select(norm <= REACH, 0.0 * norm, NAN + 0.0 * norm)
+        orthogonalize(n, result, s, p)
+        for i in range(size):
+            result[i] = select(first < 0.5**CLEAN, p[i] + change, result[i])
 
 
 @helper

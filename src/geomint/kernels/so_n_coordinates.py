@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from .arithmetic import select
+from .arithmetic import NAN, select
 from .blocks import part
 from .recorded import helper
 from .so3 import CHART as EXP_CHART
-from .so3 import NAN, dexpinv_coefficient
+from .so3 import dexpinv_coefficient
 from .so_n import multiply, so_n_bracket, so_n_move, unpack_skew
 
 __all__ = ["so_3_dexpinv", "so_n_cayley", "so_n_dcayinv", "so_n_extent"]
