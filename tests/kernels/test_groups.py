@@ -132,6 +132,20 @@ def test_so_n_acts_on_all_pieces(n: int, angle: float, rng: np.random.Generator)
     assert float(max(abs(e - f) for e, f in zip(exact, found, strict=True))) <= allowed
 
 
+@given(n=st.integers(2, 7), size=st.floats(0.0, 6.0), rng=directions)
+def test_huge_turns_are_orthogonal(n: int, size: float, rng: np.random.Generator) -> None:
+    """EᵀE = 1 to roundings, where doublings alone would have lost up to half of the digits."""
+    group, one = so_n(n, "frame"), np.eye(n)
+    e = one + act(group, scaled(rng, group.algebra_rows, 10.0**size), one.ravel()).reshape(n, n)
+    np.testing.assert_allclose(e.T @ e, one, rtol=0, atol=8 * n * EPSILON * 4.0)
+
+
+@pytest.mark.parametrize("size", [1e9, 1e100, 1e300])
+def test_turns_of_no_meaning_are_refused(size: float) -> None:
+    """At a billion turns the angle has lost more than half of its digits."""
+    assert np.isnan(act(so_n(3, "vector"), size * np.ones(3), np.ones(3))).all()
+
+
 @given(n=st.integers(2, 5), rng=directions)
 def test_so_n_bracket(n: int, rng: np.random.Generator) -> None:
     """[X, Y] = XY − YX, skew and of the right sign."""
@@ -306,7 +320,7 @@ def test_lanes_are_eight_actions(n: int, function: str) -> None:
         rows = group.algebra_rows
     rng = np.random.default_rng(n)
     xi = rng.standard_normal((group.algebra_rows, LANES))
-    xi *= np.array([0.0, 1e-200, 1e-9, 0.02, 0.04, 0.3, 3.0, 25.0])
+    xi *= np.array([0.0, 1e-200, 1e-9, 0.02, 0.3, 3.0, 25.0, 1e5])
     y = rng.standard_normal((rows, LANES))
     single = compile_function(recorded, signatures.action(SCALAR))
     several = compile_function(recorded, signatures.action(LANE))

@@ -110,6 +110,29 @@ def test_a_generator_that_fails(method: str) -> None:
 
 
 @gi.field
+def overflowing(params, t, y, out, work):
+    """Generator of SO(2) × R: no turn, and a push that is still finite while h times it is not."""
+    out[0] = 0.0 * y[0]
+    out[1] = 9e299 + 0.0 * y[0]
+
+
+OVERFLOWING = gi.Problem(
+    "overflowing",
+    (("v", 2), ("r", 1)),
+    action=gi.GroupAction(overflowing, gi.so_n(2, "vector", translations=1)),
+)
+
+
+@pytest.mark.parametrize("method", ["cf-1", "cf-2", "cf-3", "cf-4", "cg-3", "rkmk-4"])
+def test_a_move_that_overflows(method: str) -> None:
+    """Every stage is finite, only their sum is not."""
+    with pytest.raises((gi.NonFiniteError, gi.StepSizeError)) as caught:
+        gi.solve(OVERFLOWING, [1.0, 0.0, 0.0], t_end=4e9, step=1e9, method=method, save_every=1)
+    assert caught.value.step == 0
+    assert np.isfinite(caught.value.partial.y).all()
+
+
+@gi.field
 def spinning(params, t, y, out, work):
     out[0] = 1.0 + 0.0 * y[0]
     out[1] = 0.1 * y[1]
