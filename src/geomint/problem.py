@@ -52,6 +52,9 @@ class Problem:
         An invariant measure of the flow in the problem's own time.
     make_state : callable
         Makes a state from keyword arguments; `Problem.state` calls it.
+    make_random : callable, optional
+        ``f(rng) -> dict``: components of a random admissible state, as `make_state` takes them;
+        `Problem.random_state` calls it.
     admit : callable
         Checks a flat state: returns it (possibly projected) or raises `DomainError`.
     physical : callable
@@ -76,6 +79,7 @@ class Problem:
     observables: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     measure: Measure | None = None
     make_state: Callable[..., Array] | None = None
+    make_random: Callable[[np.random.Generator], dict[str, Any]] | None = None
     admit: Callable[[Array], Array] | None = None
     physical: Callable[[Array], dict[str, Array]] | None = None
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
@@ -122,6 +126,23 @@ class Problem:
         if self.make_state is None:
             return self._assemble(components)
         return self.canonical(self.make_state(**components))
+
+    def random_state(self, rng: Any = None) -> Array:
+        """Return a random admissible state: directions uniform, momenta and velocities normal.
+
+        Parameters
+        ----------
+        rng : Generator, int or None
+            As `numpy.random.default_rng` takes it; the same seed gives the same state.
+
+        Raises
+        ------
+        DomainError
+            If the problem has no random states.
+        """
+        if self.make_random is None:
+            raise DomainError("rng", rng, f"a problem with random states; {self.name!r} has none")
+        return self.state(**self.make_random(np.random.default_rng(rng)))
 
     def _assemble(self, components: Mapping[str, Any]) -> Array:
         names = [name for name, _ in self.pieces]

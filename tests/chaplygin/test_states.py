@@ -1,5 +1,7 @@
 """States: what is accepted as it is, what is projected with a warning, what is refused."""
 
+import warnings
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -257,3 +259,24 @@ def test_named_components_are_projected_from_round_off_on(problem, defect):
     with pytest.warns(gi.GeomintWarning, match="length"):
         y = problem.state(gamma=(1 + defect) * gamma, p=p)
     assert abs(y[:3] @ y[:3] - 1.0) < 1e-15
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_random_states(case):
+    """Admissible without a projection, all different, and the same for the same seed."""
+    problem = case.problem
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        states = [problem.random_state(seed) for seed in (1, 2, 1)]
+    np.testing.assert_array_equal(states[0], states[2])
+    assert (states[0] != states[1]).all()
+    for name in set(problem.constraints) - {"spatial-momentum"}:
+        assert abs(value_of(problem, name, states[0])) < 4e-14, name
+    again = problem.random_state(np.random.default_rng(1))
+    np.testing.assert_array_equal(again, states[0])
+
+
+def test_no_random_states():
+    problem = gi.Problem("free", (("x", 1),), field=gi.field(lambda params, t, y, out, work: None))
+    with pytest.raises(gi.DomainError, match="random states"):
+        problem.random_state()

@@ -34,6 +34,7 @@ from ..manifold import (
     vector_of_triangle,
 )
 from ..measures import on_sphere
+from ..random_states import random_rotation
 from ..states import initial_momentum
 
 __all__ = ["classical_problem"]
@@ -274,6 +275,10 @@ def classical_problem(
         last = [frame(g, 3)] if attitude else []
         return np.concatenate([vector_of_triangle(k), vertical, *last])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        g = random_rotation(rng, 3)
+        return {"gamma": g[-1], "k": rng.normal(size=3), **({"g": g} if attitude else {})}
+
     def admit(y: Array) -> Array:
         last = [admit_frame(y[6:], 3)] if attitude else []
         return np.concatenate([y[:3], admit_unit(y[3:6]), *last])
@@ -297,6 +302,7 @@ def classical_problem(
         constraints=constraints,
         measure=on_sphere(full_log_density if full else diagonal_log_density, 3, 3, attitude),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=physical,
         parameters=parameters_of(inertia, D),

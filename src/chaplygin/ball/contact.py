@@ -23,6 +23,7 @@ from geomint import part, sqrt
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, admit_frame, admit_unit, skew_components
 from ..measures import on_sphere
+from ..random_states import random_rotation
 from .fields import ball_forms, turn
 from .integrals import ball_integrals
 from .rolling_forms import (
@@ -134,6 +135,10 @@ def contact_problem(
         k, _ = initial_rolling(inertia, D, vertical, **components)
         return np.concatenate([k, vertical, attitude, initial_position(r, n)])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        g = random_rotation(rng, n)
+        return {"g": g, "k": rng.normal(size=size), "r": rng.normal(size=n - 1)}
+
     def admit(y: Array) -> Array:
         g = admit_frame(y[size + n : size + n + square], n)
         gamma = admit_vertical(admit_unit(y[size : size + n]), g)
@@ -153,6 +158,7 @@ def contact_problem(
         measure=on_sphere(ball_forms(omega, n).log_density, size, n, True),
         observables=contact_observables(rolling_kind(omega, n, at), n, at, forms["locate"]),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},

@@ -18,6 +18,7 @@ import geomint as gi
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, admit_frame, skew_components
 from ..measures import on_rotations
+from ..random_states import random_rotation
 from ..states import initial_momentum
 from .angular_velocity import omega_for
 from .fields import ball_forms, ball_work
@@ -75,6 +76,7 @@ def cotangent_problem(
         constraints=constraints,
         measure=on_rotations(forms.log_density, size, n),
         make_state=make_state,
+        make_random=lambda rng: {"g": random_rotation(rng, n), "k": rng.normal(size=size)},
         admit=lambda y: np.concatenate([y[:size], admit_frame(y[size:], n)]),
         physical=lambda y: {"gamma": np.array(y[vertical:]), "k": np.array(y[:size])},
         parameters=parameters_of(inertia, D),

@@ -32,6 +32,7 @@ from ..measures import (
     sphere_constraint,
     tangency,
 )
+from ..random_states import random_tangent_state
 from ..states import initial_tangent, multiplier
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 
@@ -168,6 +169,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,
+        make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=physical,
         parameters=parameters_of(inertia, D),

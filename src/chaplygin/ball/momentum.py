@@ -16,6 +16,7 @@ import geomint as gi
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, admit_frame, admit_unit, frame, skew_components
 from ..measures import on_sphere
+from ..random_states import random_direction, random_rotation
 from ..states import initial_momentum
 from .angular_velocity import omega_for
 from .fields import ball_forms, ball_work
@@ -65,6 +66,13 @@ def ball_problem(
         vertical, k = initial_momentum(inertia, D, gamma, **components)
         return np.concatenate([k, vertical, *([frame(g, n)] if attitude else [])])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        k = rng.normal(size=size)
+        if not attitude:
+            return {"gamma": random_direction(rng, n), "k": k}
+        g = random_rotation(rng, n)
+        return {"gamma": g[-1], "k": k, "g": g}
+
     def admit(y: Array) -> Array:
         last = [admit_frame(y[size + n :], n)] if attitude else []
         return np.concatenate([y[:size], admit_unit(y[size : size + n]), *last])
@@ -81,6 +89,7 @@ def ball_problem(
         constraints=constraints,
         measure=on_sphere(forms.log_density, size, n, attitude),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters=parameters_of(inertia, D),

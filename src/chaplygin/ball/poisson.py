@@ -130,6 +130,7 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         constraints={"norm": classical_norm},
         measure=on_sphere(forms["log_density"], 3, 3, False),
         make_state=classical.make_state,
+        make_random=classical.make_random,
         admit=classical.admit,
         physical=lambda y: {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])},
         parameters=parameters_of(inertia, D),

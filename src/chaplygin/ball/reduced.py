@@ -33,6 +33,7 @@ from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
+from ..random_states import random_tangent_state
 from ..states import initial_tangent
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 
@@ -237,6 +238,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(log_density),
         make_state=make_state,
+        make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
         parameters=parameters_of(inertia, D),

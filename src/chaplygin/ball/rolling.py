@@ -32,6 +32,7 @@ from geomint import as_vector, part
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
 from ..manifold import Array, admit_frame, skew_components
 from ..operators import operator_applied
+from ..random_states import random_rotation
 from .angular_velocity import apply_to_gamma, full_omega, log_density_after
 from .integrals import ball_integrals, frame_orthogonality
 from .multiplier_forms import multiplier_forms, rolling_conditions
@@ -149,6 +150,10 @@ def rolling_problem(
         velocity = rolling_velocity(rho, attitude, w) if v is None else as_vector("v", v, n - 1)
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        g = random_rotation(rng, n)
+        return {"g": g, "omega": rng.normal(size=size), "r": rng.normal(size=n - 1)}
+
     def admit(y: Array) -> Array:
         w = y[square + n - 1 : square + n - 1 + size]
         g = admit_frame(y[:square], n)
@@ -177,6 +182,7 @@ def rolling_problem(
         ),
         observables=contact_observables(kind, n, at, forms["locate"]),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=physical,
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},

@@ -40,6 +40,7 @@ from ..measures import (
     sphere_constraint,
     tangency,
 )
+from ..random_states import random_direction, random_tangent
 
 __all__ = ["clebsch_problem", "neumann_problem"]
 
@@ -241,6 +242,10 @@ def _problem(
         position = unit(q, n, "q")
         return np.concatenate([position, tangent(position, v, "v", "q")])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        q = random_direction(rng, n)
+        return {"q": q, "v": random_tangent(rng, q)}
+
     def admit(y: Array) -> Array:
         position = admit_unit(y[:n], "q")
         return np.concatenate([position, admit_tangent(position, y[n:], "v", "q")])
@@ -253,6 +258,7 @@ def _problem(
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=lambda y: {"q": np.array(y[:n]), "v": np.array(y[n:])},
         parameters={"a": a.tolist(), **parameters},

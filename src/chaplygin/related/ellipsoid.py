@@ -35,6 +35,7 @@ from geomint import log
 from ..commuting_integrals import chasles_integral, coefficient_tables, table_rows
 from ..inertia import positive_vector
 from ..manifold import REPAIRED, SILENT, Array, admit_tangent, length, tangent, warn
+from ..random_states import random_direction, random_tangent
 
 __all__ = ["ellipsoid_problem"]
 
@@ -167,6 +168,11 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
         position = _on_ellipsoid(squares, x)
         return np.concatenate([position, tangent(_normal(squares, position), p, "p", "normal")])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        x = random_direction(rng, n)
+        x = x / np.sqrt(x @ (x / squares))
+        return {"x": x, "p": random_tangent(rng, x / squares)}
+
     def admit(y: Array) -> Array:
         position = _admit_position(squares, y[:n])
         normal = _normal(squares, position)
@@ -182,6 +188,7 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
         constraints={"ellipsoid": ellipsoid_equation, "tangency": ellipsoid_tangency},
         measure=gi.Measure(ellipsoid_log_density, ellipsoid_conditions, 2),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=lambda y: {"x": np.array(y[:n]), "p": np.array(y[n:])},
         parameters={"a": squares.tolist()},

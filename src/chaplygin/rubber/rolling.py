@@ -37,6 +37,7 @@ from ..ball.rolling_states import (
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array, admit_frame
 from ..operators import operator_applied, operator_entries
+from ..random_states import random_rotation, random_tangent
 from ..veselova.bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from ..veselova.stiefel_states import allowed_part, bound_solution, initial_bound, only_allowed
 
@@ -158,6 +159,10 @@ def rubber_rolling_problem(
         velocity = rolling_velocity(rho, attitude, w) if v is None else as_vector("v", v, n - 1)
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        g = random_rotation(rng, n)
+        return {"g": g, "p": random_tangent(rng, g[-1]), "r": rng.normal(size=n - 1)}
+
     def admit(y: Array) -> Array:
         g = admit_frame(y[:square], n)
         turning = square + n - 1
@@ -193,6 +198,7 @@ def rubber_rolling_problem(
             n * (n + 1) // 2 + n - 1 + (n - 1) * (n - 2) // 2,
         ),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "m": m, "rho": rho},

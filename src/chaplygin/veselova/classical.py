@@ -38,6 +38,7 @@ from ..manifold import (
     unit,
     vector_of_triangle,
 )
+from ..random_states import random_direction, random_tangent
 from ..states import one_of
 from .states import KEYS, admit_on_level, on_level, veselova_tangent
 
@@ -141,6 +142,10 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
             v = momentum + (level - vertical @ momentum) * vertical
         return np.concatenate([v, vertical])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        gamma = random_direction(rng, 3)
+        return {"gamma": gamma, "k": random_tangent(rng, gamma) + level * gamma}
+
     def admit(y: Array) -> Array:
         vertical = admit_unit(y[3:])
         return np.concatenate([admit_on_level(vertical, y[:3], level), vertical])
@@ -155,6 +160,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
         constraints={"norm": classical_norm, "constraint": veselova_constraint},
         measure=gi.Measure(veselova_vectors_log_density, level_conditions, 2),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[3:]), "k": triangle_of_vector(y[:3])},
         parameters={"a": a.tolist(), "D": D, "f1": level},

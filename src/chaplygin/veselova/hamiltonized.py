@@ -31,6 +31,7 @@ from ..measures import (
     sphere_constraint,
     tangency,
 )
+from ..random_states import random_tangent_state
 from ..states import multiplier
 from .reduced import veselova_parameters
 from .states import veselova_tangent
@@ -133,6 +134,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,
+        make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=physical,
         parameters={"a": a.tolist(), "D": D},

@@ -35,6 +35,7 @@ from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array, admit_frame, frame, skew_components
 from ..measures import haar_conditions
 from ..operators import operator_applied
+from ..random_states import random_rotation
 from ..states import one_of
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel import frame_count
@@ -223,6 +224,10 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
         w = inside if name == "w" else bound_solution(inertia, X, inside)
         return np.concatenate([attitude, w])
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        g = random_rotation(rng, n)
+        return {"g": g, "w": allowed_part(g[:count], rng.normal(size=size))}
+
     def admit(y: Array) -> Array:
         g = admit_frame(y[:square], n)
         return np.concatenate([g, only_allowed(g.reshape(n, n)[:count], y[square:], "w")])
@@ -247,6 +252,7 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
         observables=forms["multipliers"] if bound else {},
         measure=gi.Measure(forms["log_density"], lr_conditions(n, count), n * (n + 1) // 2 + bound),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "r": count},

@@ -30,6 +30,7 @@ from ..ball.reduced import reduced_k, reduced_log_density
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
+from ..random_states import random_tangent_state
 from .states import veselova_tangent
 
 __all__ = ["veselova_parameters", "veselova_reduced_problem"]
@@ -141,6 +142,7 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(reduced_log_density),
         make_state=make_state,
+        make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
         parameters={"a": a.tolist(), "D": D},

@@ -30,8 +30,9 @@ from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array, wedge
 from ..measures import norm, tangency
+from ..random_states import random_rotation
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
-from .stiefel_states import admit_stiefel, initial_stiefel
+from .stiefel_states import admit_stiefel, allowed_part, initial_stiefel
 
 __all__ = ["stiefel_problem"]
 
@@ -205,6 +206,10 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
     def make_state(**components: Any) -> Array:
         return initial_stiefel(inertia, count, names, components)
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        X = random_rotation(rng, n)[:count]
+        return {names[0]: X, "k": allowed_part(X, rng.normal(size=n * (n - 1) // 2))}
+
     def admit(y: Array) -> Array:
         return admit_stiefel(y, n, count, names)
 
@@ -224,6 +229,7 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
         constraints=constraints,
         measure=gi.Measure(forms["log_density"], conditions(n, count), count * (count + 1)),
         make_state=make_state,
+        make_random=make_random,
         admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "r": count},
