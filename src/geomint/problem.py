@@ -55,6 +55,8 @@ class Problem:
     make_random : callable, optional
         ``f(rng) -> dict``: components of a random admissible state, as `make_state` takes them;
         `Problem.random_state` calls it.
+    make_exact : callable, optional
+        ``f(y0)``: the exact motion through a state; `Problem.exact` calls it.
     admit : callable
         Checks a flat state: returns it (possibly projected) or raises `DomainError`.
     physical : callable
@@ -80,6 +82,7 @@ class Problem:
     measure: Measure | None = None
     make_state: Callable[..., Array] | None = None
     make_random: Callable[[np.random.Generator], dict[str, Any]] | None = None
+    make_exact: Callable[[Array], Any] | None = None
     admit: Callable[[Array], Array] | None = None
     physical: Callable[[Array], dict[str, Array]] | None = None
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
@@ -143,6 +146,22 @@ class Problem:
         if self.make_random is None:
             raise DomainError("rng", rng, f"a problem with random states; {self.name!r} has none")
         return self.state(**self.make_random(np.random.default_rng(rng)))
+
+    def exact(self, y0: Any) -> Any:
+        """Return the exact motion through a state, where the problem has one: states without stepping.
+
+        What it offers is said by the problem; it can be called with a time or an array of times.
+
+        Raises
+        ------
+        FormError
+            If the problem has no exact flow.
+        DomainError
+            If there is none through this state.
+        """
+        if self.make_exact is None:
+            raise FormError(f"problem {self.name!r} has no exact flow")
+        return self.make_exact(self.canonical(y0))
 
     def _assemble(self, components: Mapping[str, Any]) -> Array:
         names = [name for name, _ in self.pieces]

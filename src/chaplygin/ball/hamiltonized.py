@@ -22,6 +22,7 @@ import numpy as np
 import geomint as gi
 from geomint import fma, sqrt
 
+from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
@@ -169,6 +170,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,
+        make_exact=exact_sphere(inertia.a, D, False),
         make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=physical,

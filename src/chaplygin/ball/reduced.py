@@ -29,6 +29,7 @@ import geomint as gi
 from geomint import log, part
 
 from ..actions import action_on_vectors
+from ..exact.motions import exact_sphere
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
@@ -209,7 +210,9 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     """
     n = inertia.n
     integrals: dict[str, Any] = {}
+    exact = None
     if isinstance(inertia, SpecialInertia):
+        exact = exact_sphere(inertia.a, D, True)
         field, generator, energy = reduced_field, reduced_generator, reduced_energy
         log_density, work = reduced_log_density, 0
         start = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
@@ -238,6 +241,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(log_density),
         make_state=make_state,
+        make_exact=exact,
         make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},

@@ -23,6 +23,7 @@ import geomint as gi
 from geomint import fma
 
 from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
+from ..exact.motions import exact_veselova
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import (
     constant_density,
@@ -134,6 +135,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(constant_density),
         make_state=make_state,
+        make_exact=exact_veselova(a, D, False),
         make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=physical,

@@ -27,6 +27,7 @@ import geomint as gi
 
 from ..actions import action_on_vectors
 from ..ball.reduced import reduced_k, reduced_log_density
+from ..exact.motions import exact_veselova
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
@@ -142,6 +143,7 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         constraints={"norm": norm, "tangency": tangency},
         measure=on_tangent_bundle(reduced_log_density),
         make_state=make_state,
+        make_exact=exact_veselova(a, D, True),
         make_random=lambda rng: random_tangent_state(rng, n),
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},

@@ -1,0 +1,40 @@
+"""What problems offer as their exact flow; the flow itself is loaded when it is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ..manifold import Array
+
+__all__ = ["exact_sphere", "exact_veselova"]
+
+
+def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
+    """Return y0 ↦ the exact motion of the sphere with the special operator.
+
+    Parameters
+    ----------
+    a, D
+        See `ChaplyginSphere`.
+    physical : bool
+        Whether states are (γ, p), else (γ, p̃).
+    """
+
+    def motion(y: Array) -> Any:
+        from .flow import ExactFlow, sphere_weights
+
+        return ExactFlow(a, D, sphere_weights(a, D), y, physical)
+
+    return motion
+
+
+def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
+    """Return y0 ↦ the exact motion of the Veselova problem with r = 1; as `exact_sphere`."""
+
+    def motion(y: Array) -> Any:
+        from .flow import ExactFlow, veselova_weights
+
+        return ExactFlow(a, D, veselova_weights(a, D), y, physical)
+
+    return motion
