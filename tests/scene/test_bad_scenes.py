@@ -59,13 +59,13 @@ def test_from_the_command_line(tmp_path, text, words, command):
 
 def test_all_flaws_are_told_at_once(tmp_path):
     text = scenes.REDUCED.replace("step = 0.1", "step = -0.1").replace("gauss-8", "gaus-8")
-    text = text.replace("t_end", "tend").replace("D = 4.0", "")
+    text = text.replace("t_end", "tend").replace("gamma =", "# gamma =")
     with pytest.raises(gi.SceneError) as caught:
         gi.load_scene(write(tmp_path, text))
     message = str(caught.value)
     assert "4 problems" in message
     assert len(message.splitlines()) == 5
-    for word in ("step = -0.1", "gaus-8", "tend", "[system] D is missing"):
+    for word in ("step = -0.1", "gaus-8", "tend", "[initial] gamma is missing"):
         assert word in message
 
 

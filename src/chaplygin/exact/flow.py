@@ -17,6 +17,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
+from ..spheroconical import Spheroconical
 from ..states import multiplier
 from .branch_points import mp, separation_of
 from .clock import Clock, clock_of
@@ -70,6 +71,7 @@ class ExactFlow:
 
     def __init__(self, a: Array, D: float, weights: Any, y: Array, physical: bool) -> None:
         self.a, self.D, self.physical = a, D, physical
+        Spheroconical(a)  # refuses equal a_i
         gamma, p_tilde = self._split(y)
         moving = (gamma != 0.0) | (p_tilde != 0.0)  # the others are 0 for ever
         if np.any(p_tilde) and not moving.all():

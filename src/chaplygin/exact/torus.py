@@ -5,8 +5,10 @@ conjugate to r_j are smooth and periodic,
 
     ∂μ/∂r_j dλ = −¼ λ^j/√Q dθ,   β_j = Σ_k ∫ ∂μ_k/∂r_j dλ_k,   dβ_j/dτ = ∂H/∂r_j,
 
-H a linear combination of the r_j. Their means are the period matrix Π_jk (for one turn of θ_k). The
-angles φ = 2π Π⁻¹β are linear in time and advance by 2π where θ does, so that
+H a linear combination of the r_j. For powers of λ take Lagrange's polynomials ℓ_j on the middles of the
+ovals, which only mixes the β_j: with them the period matrix, the means Π_jk over one turn of θ_k, is
+nearly diagonal, and nothing cancels in high dimensions. The angles φ = 2π Π⁻¹β are linear in time
+and advance by 2π where θ does, so that
 
     φ = θ + 2π Π⁻¹ Σ_k s_k(θ_k),   dφ/dτ = ω = 2π Π⁻¹ ∂H/∂r,
 
@@ -50,7 +52,7 @@ class Torus:
     inverse : array, shape (n−1, n−1)
         2π Π⁻¹.
     sines : array, shape (n−1, n−1, M)
-        Coefficients of sin mθ_k, m = 1 … M, in −¼∫λ^j/√Q less its mean.
+        Coefficients of sin mθ_k, m = 1 … M, in −¼∫ℓ_j/√Q less its mean.
     turns, turns_low : array, shape (n−1,)
         Frequencies ω/4π in the flow's time τ, in two parts: turns of 4π, by which signs return.
     """
@@ -81,8 +83,8 @@ class Torus:
     def slopes(self, theta: Array) -> Array:
         """Return the matrix ∂φ/∂θ, shape (..., n−1, n−1)."""
         lam = self.lam(theta)
-        powers = lam[..., None, :] ** np.arange(len(self.middle))[:, None]
-        return np.asarray(self.inverse @ (-0.25 * powers / self.root_q(lam)[..., None, :]))
+        values = lagrange(self.middle, lam)
+        return np.asarray(self.inverse @ (-0.25 * values / self.root_q(lam)[..., None, :]))
 
     def angles(self, theta: Array) -> Array:
         """Return φ at θ, shape (..., n−1)."""
@@ -99,7 +101,9 @@ class Torus:
         geomint.ConvergenceError
             If Newton's iteration does not end: never seen where the torus could be made.
         """
-        theta = np.array(phi, dtype=np.float64)
+        theta: Array = np.array(phi, dtype=np.float64)
+        if not theta.size:
+            return theta
         for _ in range(NEWTON):
             defect = self.angles(theta) - phi
             step = np.linalg.solve(self.slopes(theta), defect[..., None])[..., 0]
@@ -112,6 +116,18 @@ class Torus:
                 return theta - np.linalg.solve(self.slopes(theta), defect[..., None])[..., 0]
         residual = float(np.max(np.abs(self.angles(theta) - phi)))
         raise gi.ConvergenceError(0.0, 0, residual, NEWTON, "angles on the torus")
+
+
+def lagrange(nodes: Any, x: Any) -> Any:
+    """Return ℓ_j(x_k), Lagrange's polynomials on the nodes, shape (..., nodes, x)."""
+    rows = []
+    for j, node in enumerate(nodes):
+        value = 1.0 + 0.0 * x
+        for s, other in enumerate(nodes):
+            if s != j:
+                value = value * ((x - other) / (node - other))
+        rows.append(value)
+    return np.stack(rows, axis=-2) if isinstance(x, np.ndarray) else rows
 
 
 def torus_of(separation: Separation, weights: Any) -> Torus:
@@ -129,20 +145,20 @@ def torus_of(separation: Separation, weights: Any) -> Torus:
         If the periods do not converge: the motion is next to a separatrix.
     """
     ovals, lead = separation.ovals, separation.r[-1]
-    size = len(ovals)
+    size, nodes = len(ovals), [(o.lower + o.upper) / 2 for o in ovals]
     periods, samples = mp.zeros(size, size), []
     for k, oval in enumerate(ovals):
-        means, values = _means(oval, lead, size, separation.condition)
+        means, values = _means(oval, lead, nodes, separation.condition)
         samples.append(values)
         for j in range(size):
             periods[j, k] = -means[j] * mp.pi / 2
     inverse = 2 * mp.pi * mp.inverse(periods)
-    rates = inverse * mp.matrix([mp.mpf(w) for w in weights])
+    rates = inverse * mp.matrix(_mixed(nodes, weights))
     turns = [rate / (4 * mp.pi) for rate in rates]
     high = [float(x) for x in turns]
     low = [float(x - y) for x, y in zip(turns, high, strict=True)]
     return Torus(
-        np.array([float((o.lower + o.upper) / 2) for o in ovals]),
+        np.array([float(x) for x in nodes]),
         np.array([float((o.upper - o.lower) / 2) for o in ovals]),
         np.array([[float(b) for b in o.others] for o in ovals]),
         float(lead),
@@ -153,24 +169,46 @@ def torus_of(separation: Separation, weights: Any) -> Torus:
     )
 
 
-def _means(oval: Oval, lead: Any, size: int, condition: float) -> tuple[list[Any], Array]:
-    """Return the means of λ^j/√Q over θ, j = 0 … size − 1, and samples at θ = 2πi/N, (size, N)."""
+def _mixed(nodes: list[Any], weights: Any) -> list[Any]:
+    """Return Σ_i c_ji ∂H/∂r_i, ℓ_j = Σ_i c_ji λ^i: the rates of what ℓ_j stands for."""
+    rates = []
+    for j, node in enumerate(nodes):
+        coefficients = [mp.mpf(1)]
+        for s, other in enumerate(nodes):
+            if s != j:
+                longer = [mp.mpf(0), *coefficients]
+                shifted = [*coefficients, mp.mpf(0)]
+                scale = node - other
+                coefficients = [
+                    (x - other * y) / scale for x, y in zip(longer, shifted, strict=True)
+                ]
+        rates.append(sum(c * mp.mpf(w) for c, w in zip(coefficients, weights, strict=True)))
+    return rates
+
+
+def _means(oval: Oval, lead: Any, nodes: list[Any], condition: float) -> tuple[list[Any], Array]:
+    """Return the means of ℓ_j/√Q over θ, and samples at θ = 2πi/N, shape (n−1, N)."""
+    size = len(nodes)
     middle, radius = (oval.lower + oval.upper) / 2, (oval.upper - oval.lower) / 2
     count, previous = 16, None
+
+    def row(i: int) -> list[Any]:
+        lam = middle - radius * mp.cos(2 * mp.pi * i / count)
+        q = lead
+        for b in oval.others:
+            q *= lam - b
+        value = 1 / mp.sqrt(q)
+        return [value * x for x in lagrange(nodes, lam)]
+
+    rows: list[list[Any]] = []  # even in θ: half of the circle
     while count <= MOST_POINTS:
-        rows = []
-        for i in range(count // 2 + 1):  # even in θ
-            lam = middle - radius * mp.cos(2 * mp.pi * i / count)
-            q = lead
-            for b in oval.others:
-                q *= lam - b
-            value = 1 / mp.sqrt(q)
-            rows.append([value * lam**j for j in range(size)])
+        known = dict(zip(range(0, count // 2 + 1, 2), rows, strict=True)) if rows else {}
+        rows = [known[i] if i in known else row(i) for i in range(count // 2 + 1)]
         ends = [rows[0][j] + rows[-1][j] for j in range(size)]
         sums = [2 * sum(row[j] for row in rows[1:-1]) + ends[j] for j in range(size)]
         means = [total / count for total in sums]
         if previous is not None and all(
-            abs(x - y) < mp.mpf(10) ** (8 - DIGITS) * abs(x)
+            abs(x - y) < mp.mpf(10) ** (8 - DIGITS) * max(abs(z) for z in means)
             for x, y in zip(means, previous, strict=True)
         ):
             half = np.array([[float(x) for x in row] for row in rows]).T
@@ -183,7 +221,7 @@ def _means(oval: Oval, lead: Any, size: int, condition: float) -> tuple[list[Any
 
 
 def _sine_series(samples: list[Array]) -> Array:
-    """Return the coefficients of sin mθ_k in the integral of −¼ λ^j/√Q less its mean, (j, k, m)."""
+    """Return the coefficients of sin mθ_k in the integral of −¼ ℓ_j/√Q less its mean, (j, k, m)."""
     series = []
     for values in samples:
         count = values.shape[1]
