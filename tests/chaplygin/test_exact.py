@@ -108,6 +108,21 @@ def test_against_integration(n):
             )
 
 
+@pytest.mark.parametrize("n", DIMENSIONS)
+def test_the_error_estimate(n):
+    """A rounding of the state turns phases by no more than is estimated, and not by much less."""
+    rng, worst = np.random.default_rng(n), 0.0
+    for problem in problems(n)[::2]:
+        y = problem.random_state(6)
+        exact = problem.exact(y)
+        tau = 1e6 / np.max(np.abs(exact.frequencies))
+        for _ in range(3):
+            near = problem.exact(problem.canonical(y * (1 + 2.0**-52 * rng.choice([-1, 1], 2 * n))))
+            phase = np.max(np.abs(near.frequencies - exact.frequencies)) * tau
+            worst = max(worst, phase / float(exact.phase_error(tau)))
+    assert 1e-3 < worst < 4.0
+
+
 @pytest.mark.parametrize("n", [2, 3])
 def test_physical_time(n):
     """Against dt/dτ = D√U integrated with the motion, and back; the reduced problem by t alone."""

@@ -28,7 +28,7 @@ from ..spheroconical import Spheroconical
 __all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
 
 DIGITS = 40
-mp = mpmath.mp.clone()
+mp: Any = mpmath.mp.clone()  # type: ignore[no-untyped-call]
 mp.dps = DIGITS
 SPREAD = mp.mpf("1e-14")  # apart even where double precision gives two equal roots
 ITERATIONS = 200

@@ -92,6 +92,16 @@ class ExactFlow:
         """About what relative errors of the state are magnified by in frequencies."""
         return self.separation.condition
 
+    def phase_error(self, tau: Any) -> Array:
+        """Return an estimate of the error of the angles at times τ: (1 + |ωτ|) · condition · 2⁻⁵².
+
+        That is what the rounding of the state at time 0 makes of the angles, with the largest
+        frequency; the computation itself adds some units of condition · 2⁻⁵² at any τ.
+        """
+        times = np.abs(np.asarray(tau, dtype=np.float64))
+        fastest = float(np.max(np.abs(self.frequencies)))
+        return np.asarray((1.0 + fastest * times) * self.condition * 2.0**-52)
+
     @functools.cached_property
     def clock(self) -> Clock:
         """Physical time as a function of τ; n ≤ 4."""
