@@ -180,6 +180,31 @@ def test_starts_on_coordinate_planes_and_at_turning_points(n):
             np.testing.assert_allclose(moved, [-rate * tau, rate * tau], rtol=1e-3)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_ball_at_any_area_constant(seed):
+    """Against integration in physical time, both ways; energy, K and area at t = 10⁹."""
+    inertia = random_special(3, seed)
+    problem = ch.ChaplyginSphere(inertia=inertia).classical()
+    y = problem.random_state(seed)
+    exact = problem.exact(y)
+    np.testing.assert_allclose(exact(0.0), y, rtol=0, atol=1e-13 * exact.condition)
+    turn = 1.0 / np.max(np.abs(exact.mean_frequencies))
+    for t in (30 * turn, -7 * turn):
+        run = gi.solve(problem, y, t_end=t, step=0.02 * turn, method="dop853", progress=False)
+        np.testing.assert_allclose(exact(t), run.y[-1], rtol=0, atol=1e-10 * exact.condition)
+    far = exact(1e9)
+    for name in problem.invariants:
+        expected = gi.value(problem, name, y)
+        assert gi.value(problem, name, far) == pytest.approx(expected, rel=1e-11, abs=1e-12)
+    middle = problem.canonical(exact(3.0))
+    np.testing.assert_allclose(
+        problem.exact(middle)(4.0), exact(7.0), rtol=0, atol=1e-12 * exact.condition
+    )
+    np.testing.assert_allclose(
+        turned(exact.angles(middle) - exact.angles(exact(3.0))), 0, atol=1e-11
+    )
+
+
 def test_windings_give_the_signs():
     """n = 2: γ goes round the circle, and comes back after 4π of the angle, not 2π."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.3], D=4.0).hamiltonized()

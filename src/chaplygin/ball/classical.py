@@ -23,6 +23,7 @@ import numpy as np
 import geomint as gi
 from geomint import fma, log, sqrt
 
+from ..exact.motions import exact_ball
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import (
     Array,
@@ -302,6 +303,7 @@ def classical_problem(
         constraints=constraints,
         measure=on_sphere(full_log_density if full else diagonal_log_density, 3, 3, attitude),
         make_state=make_state,
+        make_exact=None if attitude else exact_ball(inertia, D),
         make_random=make_random,
         admit=admit,
         physical=physical,

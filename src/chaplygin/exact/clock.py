@@ -1,6 +1,7 @@
 """Physical time on the torus: t as a function of τ, and back.
 
-dt/dτ = D√U, U = Πλ_k/Πa, is a function on the torus. In the linear angles φ it is a Fourier series, and
+dt/dτ, such as D√U with U = Πλ_k/Πa, is a function on the torus. In the linear angles φ it is a Fourier
+series, and
 
     t(τ) = T τ + Σ_{m≠0} f_m (e^{im·φ(τ)} − e^{im·φ(0)})/(i m·ω),   T = f_0.
 
@@ -11,6 +12,7 @@ monotone, and is inverted by Newton's method.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +22,9 @@ import geomint as gi
 from ..manifold import Array
 from .torus import Torus
 
-__all__ = ["Clock", "clock_of"]
+__all__ = ["Clock", "Rate", "clock_of", "multiplier_rate"]
+
+Rate = Callable[[Array], Array]
 
 DECAYED = 4e-16  # of the mean: Fourier coefficients at the edge of the grid
 KEPT = 1e-18
@@ -36,7 +40,7 @@ class Clock:
     ----------
     mean : float
         T, the mean of dt/dτ over the torus.
-    waves : array of int, shape (M, n−1)
+    waves : array, shape (M, n−1)
         m, one of each pair ±m.
     coefficients : array of complex, shape (M,)
         2f_m.
@@ -71,8 +75,28 @@ class Clock:
         return total
 
 
-def clock_of(a: Array, D: float, torus: Torus, start: Array) -> Clock:
+def multiplier_rate(a: Array, D: float, torus: Torus) -> Rate:
+    """Return dt/dτ = D√U, U = Πλ_k/Πa, as a function of θ."""
+    order = np.sort(a)
+
+    def rate(theta: Array) -> Array:
+        ratio = np.prod(torus.lam(theta) / order[:-1], axis=-1) / order[-1]
+        return np.asarray(D * np.sqrt(ratio))
+
+    return rate
+
+
+def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1) -> Clock:
     """Return the clock of a motion whose angles at τ = 0 are `start`.
+
+    Parameters
+    ----------
+    torus : Torus
+    start : array, shape (n−1,)
+    rate : callable
+        dt/dτ of θ, shape (..., n−1) ↦ (...,); of one sign.
+    turns : int
+        The period of the rate in every angle over 2π: 2 where it changes with the signs of the γ_i.
 
     Raises
     ------
@@ -85,9 +109,9 @@ def clock_of(a: Array, D: float, torus: Torus, start: Array) -> Clock:
         raise gi.DomainError("n", size + 1, expected)
     count, most = 32, GRIDS[size]
     while True:
-        spectrum = _spectrum(a, D, torus, count)
+        spectrum = _spectrum(torus, rate, count, turns)
         mean = float(spectrum[(0,) * size].real)
-        edge = _edge(spectrum) / mean
+        edge = _edge(spectrum) / abs(mean)
         if edge < DECAYED or count >= most:
             break
         count *= 2
@@ -96,18 +120,15 @@ def clock_of(a: Array, D: float, torus: Torus, start: Array) -> Clock:
             f"a motion whose time has a Fourier series that decays; at {count} it is {edge:.3g}"
         )
         raise gi.DomainError("state", start, expected)
-    return _clock(spectrum, mean, torus, start, edge)
+    return _clock(spectrum, mean, torus, start, edge, turns)
 
 
-def _spectrum(a: Array, D: float, torus: Torus, count: int) -> Array:
-    """Return the Fourier coefficients of D√U in φ."""
+def _spectrum(torus: Torus, rate: Rate, count: int, turns: int) -> Array:
+    """Return the Fourier coefficients of dt/dτ in φ."""
     size = len(torus.middle)
-    axis = 2.0 * np.pi * np.arange(count) / count
+    axis = 2.0 * np.pi * turns * np.arange(count) / count
     phi = np.stack(np.meshgrid(*([axis] * size), indexing="ij"), axis=-1).reshape(-1, size)
-    lam = torus.lam(torus.solve(phi))
-    order = np.sort(a)
-    ratio = np.prod(lam / order[:-1], axis=-1) / order[-1]
-    values = (D * np.sqrt(ratio)).reshape((count,) * size)
+    values = rate(torus.solve(phi)).reshape((count,) * size)
     return np.asarray(np.fft.fftn(values) / values.size)
 
 
@@ -120,13 +141,15 @@ def _edge(spectrum: Array) -> float:
     return worst
 
 
-def _clock(spectrum: Array, mean: float, torus: Torus, start: Array, edge: float) -> Clock:
+def _clock(
+    spectrum: Array, mean: float, torus: Torus, start: Array, edge: float, turns: int
+) -> Clock:
     count, size = spectrum.shape[0], spectrum.ndim
     numbers = np.fft.fftfreq(count, 1.0 / count).astype(int)
     grids = np.stack(np.meshgrid(*([numbers] * size), indexing="ij"), axis=-1).reshape(-1, size)
     flat = spectrum.reshape(-1)
-    inside = np.all(np.abs(grids) < count // 2, axis=1) & (np.abs(flat) > KEPT * mean)
+    inside = np.all(np.abs(grids) < count // 2, axis=1) & (np.abs(flat) > KEPT * abs(mean))
     first = [next((int(x) for x in m if x), 0) for m in grids[inside]]
     chosen = np.flatnonzero(inside)[np.array(first) > 0]  # one of ±m
-    waves = grids[chosen]
+    waves = grids[chosen] / turns
     return Clock(mean, waves, 2.0 * flat[chosen], waves @ torus.frequencies, start, edge)

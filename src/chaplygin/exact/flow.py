@@ -20,7 +20,7 @@ from ..manifold import Array
 from ..spheroconical import Spheroconical
 from ..states import multiplier
 from .branch_points import mp, separation_of
-from .clock import Clock, clock_of
+from .clock import Clock, clock_of, multiplier_rate
 from .state_map import StateMap
 from .torus import torus_of
 
@@ -81,6 +81,7 @@ class ExactFlow:
         self.torus = torus_of(self.separation, weights)
         self._map, theta = StateMap.at(a, self.separation, self.torus, gamma, p_tilde)
         self.start = self.torus.angles(theta)
+        self._rate, self._turns = multiplier_rate(a, D, self.torus), 1
 
     @property
     def frequencies(self) -> Array:
@@ -105,7 +106,7 @@ class ExactFlow:
     @functools.cached_property
     def clock(self) -> Clock:
         """Physical time as a function of τ; n ≤ 4."""
-        return clock_of(self.a, self.D, self.torus, self.start)
+        return clock_of(self.torus, self.start, self._rate, self._turns)
 
     @property
     def mean_frequencies(self) -> Array:
@@ -147,12 +148,10 @@ class ExactFlow:
         tau = times / self.clock.mean
         for _ in range(NEWTON):
             phi = self._phases(tau)
-            lam = self.torus.lam(self.torus.solve(phi))
-            order = np.sort(self.a)
-            rate = self.D * np.sqrt(np.prod(lam / order[:-1], axis=-1) / order[-1])
+            rate = self._rate(self.torus.solve(phi))
             defect = self.clock.mean * tau + self.clock.periodic(phi, tau) - times
             tau = tau - defect / rate
-            if np.all(np.abs(defect) <= 4e-16 * (np.abs(times) + self.clock.mean)):
+            if np.all(np.abs(defect) <= 4e-16 * (np.abs(times) + abs(self.clock.mean))):
                 return np.asarray(tau)
         return np.asarray(tau)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..manifold import Array
 
-__all__ = ["exact_sphere", "exact_veselova"]
+__all__ = ["exact_ball", "exact_sphere", "exact_veselova"]
 
 
 def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
@@ -36,5 +36,17 @@ def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]
         from .flow import ExactFlow, veselova_weights
 
         return ExactFlow(a, D, veselova_weights(a, D), y, physical)
+
+    return motion
+
+
+def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
+    """Return y0 ↦ the exact motion of the ball in R³ at any area constant."""
+
+    def motion(y: Array) -> Any:
+        from ..ball.sphere import ChaplyginSphere
+        from .classical import ExactBall
+
+        return ExactBall(ChaplyginSphere(inertia=inertia, D=D), y)
 
     return motion
