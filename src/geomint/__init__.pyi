@@ -55,6 +55,12 @@ from .forms import (
 from .forms import (
     Splitting as Splitting,
 )
+from .frequencies import (
+    Term as Term,
+)
+from .frequencies import (
+    frequencies as frequencies,
+)
 from .groups import (
     so3 as so3,
 )
@@ -204,6 +210,7 @@ __all__ = [
     "StressAxis",
     "StressCase",
     "System",
+    "Term",
     "Verlet",
     "as_vector",
     "cos",
@@ -212,6 +219,7 @@ __all__ = [
     "field",
     "find_method",
     "fma",
+    "frequencies",
     "great_circle",
     "helper",
     "load",

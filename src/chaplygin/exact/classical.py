@@ -22,8 +22,8 @@ class ExactBall(ExactFlow):
     """The motion of the ball in R³ through one state (k⃗, γ⃗), at any time.
 
     Made by ``problem.exact(y0)`` of a classical ball in its principal axes. Call it with physical
-    times; `at_tau` takes times τ of the ball with area constant zero, whose angles and frequencies these
-    are.
+    times; `at_tau` takes times τ of the ball with area constant zero. Angles and frequencies are that
+    ball's.
 
     Parameters
     ----------

@@ -1,0 +1,73 @@
+"""Frequencies from samples: against sums that are known, against tori, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import chaplygin as ch
+import geomint as gi
+
+
+@given(
+    nu=st.floats(-2.5, 2.5),
+    amplitude=st.complex_numbers(min_magnitude=1e-3, max_magnitude=1e3),
+    step=st.sampled_from([0.01, 1.0, 37.0]),
+)
+def test_one_term_is_found_to_rounding(nu, amplitude, step):
+    signal = amplitude * np.exp(1j * nu * np.arange(500))
+    (term,) = gi.frequencies(signal, step)
+    assert term.frequency * step == pytest.approx(nu, abs=1e-13)
+    assert abs(term.amplitude - amplitude) < 1e-10 * abs(amplitude)
+
+
+def three(count):
+    times = np.arange(count) * 0.1
+    terms = [(1.0, np.sqrt(2.0)), (0.3j, -np.sqrt(5.0)), (0.02, np.pi)]
+    return sum(c * np.exp(1j * nu * times) for c, nu in terms), terms
+
+
+@pytest.mark.parametrize(("count", "allowed"), [(1000, 1e-5), (4000, 1e-8), (16000, 1e-11)])
+def test_several_terms(count, allowed):
+    """The error falls as T^(−2p−2): 1e3 for a factor 4 with p = 2, which is T^(−5) and more."""
+    signal, terms = three(count)
+    found = gi.frequencies(signal, 0.1, terms=3)
+    for term, (amplitude, nu) in zip(found, terms, strict=True):
+        assert term.frequency == pytest.approx(nu, abs=allowed)
+        assert abs(term.amplitude - amplitude) < max(1e3 * allowed, 1e-9)
+
+
+def test_a_real_signal_has_pairs():
+    times = 0.1 * np.arange(4000)
+    found = gi.frequencies(np.cos(1.7 * times), 0.1, terms=2)
+    assert sorted(term.frequency for term in found) == pytest.approx([-1.7, 1.7], abs=1e-9)
+
+
+def test_frequencies_of_a_torus():
+    """All lines of γ_1 + iγ_2 are half whole combinations of the exact flow's frequencies."""
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    y = problem.state(gamma=[0.48, 0.6, 0.64], p=[0.8, 1.0, -1.5375])
+    omega = problem.exact(y).frequencies
+    run = gi.solve(
+        problem, y, tau_end=2000.0, step=0.1, method="gauss-8", save_every=4, progress=False
+    )
+    found = gi.frequencies(run.y[:, 0] + 1j * run.y[:, 1], 0.4, terms=4)
+    whole = np.arange(-12, 13) / 2.0
+    combinations = np.add.outer(whole * omega[0], whole * omega[1]).ravel()
+    for term in found:
+        assert np.min(np.abs(combinations - term.frequency)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("signal", "step", "terms", "order", "match"),
+    [
+        (np.zeros(3), 1.0, 1, 2, "at least 16"),
+        (np.full(20, np.nan), 1.0, 1, 2, "finite"),
+        (np.zeros((20, 2)), 1.0, 1, 2, "in a row"),
+        (np.ones(20), 0.0, 1, 2, "step"),
+        (np.ones(20), 1.0, 0, 2, "terms"),
+    ],
+)
+def test_nonsense(signal, step, terms, order, match):
+    with pytest.raises(gi.DomainError, match=match):
+        gi.frequencies(signal, step, terms, order)
