@@ -35,6 +35,9 @@ from .spheroconical import Spheroconical as Spheroconical
 from .spheroconical import SpheroconicalPoint as SpheroconicalPoint
 from .veselova.body import Veselova as Veselova
 from .veselova.classical import veselova_classical_problem as veselova_classical_problem
+from .veselova.classical_multiplier import (
+    veselova_multiplier_problem as veselova_multiplier_problem,
+)
 from .veselova.hamiltonized import veselova_hamiltonized_problem as veselova_hamiltonized_problem
 from .veselova.lr import lr_problem as lr_problem
 from .veselova.lr_body import VeselovaLR as VeselovaLR
@@ -81,5 +84,6 @@ __all__ = [
     "to_neumann",
     "veselova_classical_problem",
     "veselova_hamiltonized_problem",
+    "veselova_multiplier_problem",
     "veselova_reduced_problem",
 ]

@@ -289,6 +289,9 @@ def veselova_cases(n: int) -> list[Case]:
         problem = body.classical(gamma @ x)
         y = quiet_state(problem, gamma=gamma, k=x)
         cases.append(Case("veselova-classical-n3", body, problem, y))
+        problem = body.multiplier(gamma @ x)
+        y = quiet_state(problem, gamma=gamma, k=x)
+        cases.append(Case("veselova-multiplier-n3", body, problem, y))
     return cases
 
 

@@ -128,6 +128,21 @@ def test_veselova_with_r_1_is_the_closed_form(n):
     same_motion([general.stiefel(), body.reduced(), body.hamiltonized()], {"gamma": gamma, "p": p})
 
 
+@pytest.mark.parametrize("f1", [0.0, -0.7])
+def test_both_printed_forms_of_the_classical_problem(f1):
+    """(w⃗, γ⃗) with λ, eqs. (3.1), (la), and (K⃗, γ⃗), eq. (3.2); with f₁ = 0 also T*S²."""
+    body, (gamma, p) = random_body(3), random_tangent(3)
+    problems = [body.multiplier(f1), body.classical(f1)]
+    if f1 == 0.0:
+        problems.append(body.reduced())
+    same_motion(problems, {"gamma": gamma, "k": np.cross(p, gamma) + f1 * gamma})
+    y = quiet_state(problems[0], gamma=gamma, p=p)
+    moment = y[3:] / problems[0].params[:3]
+    rate = gi.derivative(problems[0], y)[3:] / problems[0].params[:3]
+    expected = np.cross(moment, y[3:]) + gi.value(problems[0], "multiplier", y) * gamma
+    np.testing.assert_allclose(rate, expected, atol=1e-13)
+
+
 @pytest.mark.parametrize("n", DIMENSIONS)
 @pytest.mark.parametrize("make", [random_diagonal, random_full])
 def test_rubber_ball_is_the_veselova_problem(make, n):

@@ -5,6 +5,7 @@ import pytest
 from support import (
     DIMENSIONS,
     field_of,
+    generator_of,
     random_diagonal,
     random_full,
     random_special,
@@ -93,6 +94,31 @@ def test_lagranges_body_is_special(n):
     defects = ch.multiplier_defects(sphere.inertia, sphere.D, gamma, wedge(gamma, p))
     assert defects.closedness < ZERO
     assert {"f-1-2", "r1"} <= set(sphere.reduced().invariants)
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_where_lagranges_integrals_hold(n):
+    """ω_ij √U, i, j of equal a: constant without momentum; with momentum at n = 3 only (Routh)."""
+    a = np.append(np.full(n - 1, 0.8), 1.1)
+    problem, (gamma, p) = ch.ChaplyginSphere(a, 4.0).ball(), random_tangent(n)
+
+    def integral(y):
+        omega = np.zeros((n, n))
+        omega[np.triu_indices(n, 1)] = -generator_of(problem, y)
+        direction = y[-n:]
+        return omega[0, 1] * np.sqrt(direction @ (direction / a))
+
+    def rate(y):
+        h, velocity = 1e-3, gi.derivative(problem, y)
+        weights = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+        ends = [
+            (integral(y + k * h * velocity), integral(y - k * h * velocity)) for k in range(1, 5)
+        ]
+        return sum(w * (x - z) for w, (x, z) in zip(weights, ends, strict=True)) / h
+
+    assert abs(rate(problem.state(gamma=gamma, p=p))) < 1e-11
+    moving = abs(rate(problem.state(gamma=gamma, k=momentum(n))))
+    assert moving < 1e-11 if n == 3 else moving > 1e-3
 
 
 def test_mass_tensors():

@@ -51,15 +51,16 @@ def _build(parameters: VeselovaParameters, initial: VeselovaInitial) -> gi.Model
     if parameters.moments is None:
         gamma, p = veselova_tangent(body.a, body.D, initial.gamma, **given)
         if body.n == 3:
-            problems["classical"] = body.classical()
+            problems |= {"classical": body.classical(), "multiplier": body.multiplier()}
         states = {name: problem.state(gamma=gamma, p=p) for name, problem in problems.items()}
         return gi.Model(problems=problems, states=states)
     classical = body.classical(parameters.f1)
     start = classical.state(gamma=initial.gamma, **given)
     gamma, k = start[3:], triangle_of_vector(start[:3])
     states = {name: problem.state(gamma=gamma, k=k) for name, problem in problems.items()}
-    problems = {"classical": classical, **problems}
-    return gi.Model(problems=problems, states={"classical": start, **states})
+    multiplier = body.multiplier(parameters.f1)
+    states |= {"classical": start, "multiplier": multiplier.state(gamma=gamma, k=start[:3])}
+    return gi.Model({"classical": classical, **problems, "multiplier": multiplier}, states)
 
 
 VESELOVA = gi.System(

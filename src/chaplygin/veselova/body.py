@@ -12,6 +12,7 @@ import geomint as gi
 from ..inertia import positive_number, positive_vector
 from ..manifold import Array
 from .classical import veselova_classical_problem
+from .classical_multiplier import veselova_multiplier_problem
 from .hamiltonized import veselova_hamiltonized_problem
 from .reduced import veselova_reduced_problem
 
@@ -75,3 +76,7 @@ class Veselova:
     def classical(self, f1: Any = 0.0) -> gi.Problem:
         """Return the body in R³ in vectors, (w⃗, γ⃗) = f₁; see `veselova_classical_problem`."""
         return veselova_classical_problem(self.a, self.D, f1)
+
+    def multiplier(self, f1: Any = 0.0) -> gi.Problem:
+        """Return the body in R³ in (γ⃗, w⃗), eq. (3.1); see `veselova_multiplier_problem`."""
+        return veselova_multiplier_problem(self.a, self.D, f1)
