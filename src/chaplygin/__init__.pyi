@@ -24,6 +24,10 @@ from .correspondence.fedorov import fedorov_constants as fedorov_constants
 from .correspondence.fedorov import fedorov_state as fedorov_state
 from .correspondence.gauss_map import gauss_map as gauss_map
 from .correspondence.hamiltonization import hamiltonization as hamiltonization
+from .exact.classical import ExactBall as ExactBall
+from .exact.flow import ExactFlow as ExactFlow
+from .exact.reconstruction import ContactPath as ContactPath
+from .exact.reconstruction import attitude as attitude
 from .inertia import GeneralInertia as GeneralInertia
 from .inertia import SpecialInertia as SpecialInertia
 from .related.clebsch import clebsch_problem as clebsch_problem
@@ -46,7 +50,10 @@ from .veselova.stiefel import stiefel_problem as stiefel_problem
 
 __all__ = [
     "ChaplyginSphere",
+    "ContactPath",
     "Correspondence",
+    "ExactBall",
+    "ExactFlow",
     "GeneralInertia",
     "MultiplierDefects",
     "RubberSphere",
@@ -56,6 +63,7 @@ __all__ = [
     "Veselova",
     "VeselovaLR",
     "almost_poisson_tensor",
+    "attitude",
     "ball_problem",
     "chaplygin_change",
     "classical_problem",

@@ -205,6 +205,39 @@ def test_the_ball_at_any_area_constant(seed):
     )
 
 
+@pytest.mark.parametrize("momentum", [True, False])
+def test_attitude_and_contact_point(momentum):
+    """Against the reconstruction that is integrated, (k, γ, g, r), with and without area constant."""
+    sphere, rho = ch.ChaplyginSphere(inertia=random_special(3, 1)), 0.7
+    contact, classical = sphere.contact(rho=rho), sphere.classical()
+    y = contact.random_state(4)
+    if not momentum:
+        g = y[6:15].reshape(3, 3)
+        y = contact.state(g=g, p=np.cross(g[2], [0.3, -0.8, 0.5]), r=y[15:])
+    start = ch.converted(y, contact, classical)
+    path = ch.ContactPath(classical.exact(start), rho, y[6:15], y[15:])
+    np.testing.assert_allclose(path.attitude(0.0), y[6:15].reshape(3, 3), atol=1e-13)
+    np.testing.assert_allclose(path.contact(0.0), y[15:], atol=1e-14)
+    turn = 1.0 / np.max(np.abs(path.exact.mean_frequencies))
+    end = 40 * turn
+    run = gi.solve(
+        contact, y, t_end=end, step=0.02 * turn, method="dop853", save_every=50, progress=False
+    )
+    np.testing.assert_allclose(
+        path.attitude(run.t).reshape(-1, 9), run.y[:, 6:15], rtol=0, atol=1e-8
+    )
+    np.testing.assert_allclose(path.contact(run.t), run.y[:, 15:], rtol=0, atol=1e-8 * end)
+    vectors = np.array([ch.converted(z, contact, classical) for z in run.y[:20]])
+    found = ch.attitude(vectors[:, :3], vectors[:, 3:], y[6:15])
+    np.testing.assert_allclose(found.reshape(-1, 9), run.y[:20, 6:15], rtol=0, atol=1e-8)
+    far = path.contact(1e7) - path.contact(0.0)
+    np.testing.assert_allclose(far / 1e7, path.drift, atol=1e-5)
+    with pytest.raises(gi.DomainError, match="parallel"):
+        ch.attitude([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])
+    with pytest.raises(gi.DomainError, match="E_3"):
+        ch.ContactPath(path.exact, rho, np.eye(3))
+
+
 def test_windings_give_the_signs():
     """n = 2: γ goes round the circle, and comes back after 4π of the angle, not 2π."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.3], D=4.0).hamiltonized()
@@ -213,6 +246,24 @@ def test_windings_give_the_signs():
     half = 2 * np.pi / abs(exact.frequencies[0])
     np.testing.assert_allclose(exact.at_tau(half), -y, atol=1e-14)
     np.testing.assert_allclose(exact.at_tau(2 * half), y, atol=1e-14)
+
+
+@pytest.mark.parametrize("n", [2, 4])
+def test_equal_parameters_are_great_circles(n):
+    """The homogeneous ball and its body, in both times, forwards and backwards."""
+    sphere, body = ch.ChaplyginSphere.homogeneous(n, 1.5, 2.0), ch.Veselova(np.full(n, 0.8), 1.7)
+    for problem in (sphere.hamiltonized(), sphere.reduced(), body.hamiltonized(), body.reduced()):
+        y = problem.random_state(n)
+        exact = problem.exact(y)
+        np.testing.assert_allclose(exact.at_tau(0.0), y, atol=1e-15)
+        end = {"tau_end" if problem.time == "tau" else "t_end": -3.0}
+        run = gi.solve(problem, y, step=0.01, method="gauss-4", progress=False, **end)
+        got = exact.at_tau(-3.0) if problem.time == "tau" else exact(-3.0)
+        np.testing.assert_allclose(got, run.y[-1], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(exact.tau(exact.time([1.0, 2.0])), [1.0, 2.0])
+        assert exact.at_tau([1.0, 2.0]).shape == (2, 2 * n)
+        with pytest.raises(gi.DomainError, match="at rest"):
+            problem.exact(np.concatenate([y[:n], 0.0 * y[n:]]))
 
 
 def test_arrays_and_shapes():

@@ -54,16 +54,24 @@ class ExactBall(ExactFlow):
             moments[::-1] / (moments[::-1] + sphere.D),
         )
         self._scale = sphere.D
-        self._plain, self._rate, self._turns = self._rate, self._own_rate, 2
+        self._plain, self.rate, self._turns = self.rate, self._own_rate, 2
 
     def _own_rate(self, theta: Array) -> Array:
         """Return dt/dτ."""
-        state = self._vectors(*self._map(theta))
-        k, gamma = state[..., :3], state[..., 3:]
-        s = np.sum(gamma * self._b * k, axis=-1) / np.sum(gamma * self._w * gamma, axis=-1)
-        return np.asarray(
-            self._plain(theta) / (self._backward[0, 0] + self._backward[1, 0] * self._scale * s)
-        )
+        s = self._turning(self.states(theta))
+        along = self._backward[0, 0] + self._backward[1, 0] * self._scale * s
+        return np.asarray(self._plain(theta) / along)
+
+    def _turning(self, y: Array) -> Array:
+        """Return (ω⃗, γ⃗) = (γ⃗, Bk⃗)/(γ⃗, Wγ⃗) of states of the given ball."""
+        k, gamma = y[..., :3], y[..., 3:]
+        above = np.sum(gamma * self._b * k, axis=-1)
+        return np.asarray(above / np.sum(gamma * self._w * gamma, axis=-1))
+
+    def angular_velocity(self, y: Array) -> Array:
+        """Return ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗) of states, shape (..., 3), in the body."""
+        s = self._turning(y)[..., None]
+        return np.asarray(self._b * (y[..., :3] + self._scale * s * y[..., 3:]))
 
     def _vectors(self, gamma: Array, p_tilde: Array) -> Array:
         """Return (k⃗, γ⃗) of the given ball from (γ₁, p̃₁) of the other."""
@@ -72,8 +80,9 @@ class ExactBall(ExactFlow):
         both = self._backward @ first
         return np.asarray(both.reshape(*both.shape[:-2], 6))
 
-    def _states(self, phi: Array) -> Array:
-        return self._vectors(*self._map(self.torus.solve(phi)))
+    def states(self, theta: Array) -> Array:
+        """Return states (k⃗, γ⃗) at angles θ of the torus, shape (..., 2)."""
+        return self._vectors(*self._map(theta))
 
     def angles(self, y: Any) -> Array:
         """Return φ of a state (k⃗, γ⃗) on the torus, modulo 2π, shape (2,)."""

@@ -86,7 +86,7 @@ def multiplier_rate(a: Array, D: float, torus: Torus) -> Rate:
     return rate
 
 
-def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1) -> Clock:
+def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1, signed: bool = False) -> Clock:
     """Return the clock of a motion whose angles at τ = 0 are `start`.
 
     Parameters
@@ -97,6 +97,8 @@ def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1) -> Clock:
         dt/dτ of θ, shape (..., n−1) ↦ (...,); of one sign.
     turns : int
         The period of the rate in every angle over 2π: 2 where it changes with the signs of the γ_i.
+    signed : bool
+        The rate may change its sign: a quadrature that is no time, measured by its size.
 
     Raises
     ------
@@ -111,7 +113,8 @@ def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1) -> Clock:
     while True:
         spectrum = _spectrum(torus, rate, count, turns)
         mean = float(spectrum[(0,) * size].real)
-        edge = _edge(spectrum) / abs(mean)
+        largest = float(np.max(np.abs(spectrum))) if signed else abs(mean)
+        edge = _edge(spectrum) / largest
         if edge < DECAYED or count >= most:
             break
         count *= 2
@@ -120,7 +123,7 @@ def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1) -> Clock:
             f"a motion whose time has a Fourier series that decays; at {count} it is {edge:.3g}"
         )
         raise gi.DomainError("state", start, expected)
-    return _clock(spectrum, mean, torus, start, edge, turns)
+    return _clock(spectrum, mean, largest, torus, start, edge, turns)
 
 
 def _spectrum(torus: Torus, rate: Rate, count: int, turns: int) -> Array:
@@ -142,13 +145,19 @@ def _edge(spectrum: Array) -> float:
 
 
 def _clock(
-    spectrum: Array, mean: float, torus: Torus, start: Array, edge: float, turns: int
+    spectrum: Array,
+    mean: float,
+    largest: float,
+    torus: Torus,
+    start: Array,
+    edge: float,
+    turns: int,
 ) -> Clock:
     count, size = spectrum.shape[0], spectrum.ndim
     numbers = np.fft.fftfreq(count, 1.0 / count).astype(int)
     grids = np.stack(np.meshgrid(*([numbers] * size), indexing="ij"), axis=-1).reshape(-1, size)
     flat = spectrum.reshape(-1)
-    inside = np.all(np.abs(grids) < count // 2, axis=1) & (np.abs(flat) > KEPT * abs(mean))
+    inside = np.all(np.abs(grids) < count // 2, axis=1) & (np.abs(flat) > KEPT * largest)
     first = [next((int(x) for x in m if x), 0) for m in grids[inside]]
     chosen = np.flatnonzero(inside)[np.array(first) > 0]  # one of ±m
     waves = grids[chosen] / turns

@@ -81,7 +81,7 @@ class ExactFlow:
         self.torus = torus_of(self.separation, weights)
         self._map, theta = StateMap.at(a, self.separation, self.torus, gamma, p_tilde)
         self.start = self.torus.angles(theta)
-        self._rate, self._turns = multiplier_rate(a, D, self.torus), 1
+        self.rate, self._turns = multiplier_rate(a, D, self.torus), 1
 
     @property
     def frequencies(self) -> Array:
@@ -106,7 +106,7 @@ class ExactFlow:
     @functools.cached_property
     def clock(self) -> Clock:
         """Physical time as a function of τ; n ≤ 4."""
-        return clock_of(self.torus, self.start, self._rate, self._turns)
+        return clock_of(self.torus, self.start, self.rate, self._turns)
 
     @property
     def mean_frequencies(self) -> Array:
@@ -128,7 +128,7 @@ class ExactFlow:
         times = np.asarray(tau, dtype=np.float64)
         if not np.isfinite(times).all():
             raise gi.DomainError("tau", tau, "finite times")
-        return self._states(self._phases(times))
+        return self.states(self.torus.solve(self.phases(times)))
 
     def __call__(self, t: Any) -> Array:
         """Return states at physical times t, of any sign and size."""
@@ -140,30 +140,31 @@ class ExactFlow:
     def time(self, tau: Any) -> Array:
         """Return physical time at times τ."""
         times = np.asarray(tau, dtype=np.float64)
-        return np.asarray(self.clock.mean * times + self.clock.periodic(self._phases(times), times))
+        return np.asarray(self.clock.mean * times + self.clock.periodic(self.phases(times), times))
 
     def tau(self, t: Any) -> Array:
         """Return τ at physical times t."""
         times = np.asarray(t, dtype=np.float64)
         tau = times / self.clock.mean
         for _ in range(NEWTON):
-            phi = self._phases(tau)
-            rate = self._rate(self.torus.solve(phi))
+            phi = self.phases(tau)
+            rate = self.rate(self.torus.solve(phi))
             defect = self.clock.mean * tau + self.clock.periodic(phi, tau) - times
             tau = tau - defect / rate
             if np.all(np.abs(defect) <= 4e-16 * (np.abs(times) + abs(self.clock.mean))):
                 return np.asarray(tau)
         return np.asarray(tau)
 
-    def _phases(self, tau: Array) -> Array:
+    def phases(self, tau: Array) -> Array:
         """Return φ₀ + ωτ modulo 4π, shape (..., n−1): reduced as turns, in two parts."""
         turns = self.torus.turns
         product, error = _two_product(tau[..., None], turns)
         rest = (product - np.rint(product)) + (error + tau[..., None] * self.torus.turns_low)
         return np.asarray(self.start + 4.0 * np.pi * (rest - np.rint(rest)))
 
-    def _states(self, phi: Array) -> Array:
-        gamma, p_tilde = self._map(self.torus.solve(phi))
+    def states(self, theta: Array) -> Array:
+        """Return states at angles θ of the torus, shape (..., n−1)."""
+        gamma, p_tilde = self._map(theta)
         if self.physical:
             u = np.sum(gamma * gamma / self.a, axis=-1, keepdims=True)
             p_tilde = self.D * np.sqrt(u) * p_tilde

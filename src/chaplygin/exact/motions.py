@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ..manifold import Array
 
 __all__ = ["exact_ball", "exact_sphere", "exact_veselova"]
@@ -23,7 +25,10 @@ def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
 
     def motion(y: Array) -> Any:
         from .flow import ExactFlow, sphere_weights
+        from .great_circle import ExactGreatCircle
 
+        if np.ptp(a) == 0.0:
+            return ExactGreatCircle(float(a[0]), D, D / float(a[0]) - float(a[0]), y, physical)
         return ExactFlow(a, D, sphere_weights(a, D), y, physical)
 
     return motion
@@ -34,7 +39,10 @@ def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]
 
     def motion(y: Array) -> Any:
         from .flow import ExactFlow, veselova_weights
+        from .great_circle import ExactGreatCircle
 
+        if np.ptp(a) == 0.0:
+            return ExactGreatCircle(float(a[0]), D, D * D * float(a[0]), y, physical)
         return ExactFlow(a, D, veselova_weights(a, D), y, physical)
 
     return motion
