@@ -26,6 +26,11 @@ from .correspondence.gauss_map import gauss_map as gauss_map
 from .correspondence.hamiltonization import hamiltonization as hamiltonization
 from .exact.classical import ExactBall as ExactBall
 from .exact.flow import ExactFlow as ExactFlow
+from .exact.frequency_map import FrequencyMap as FrequencyMap
+from .exact.frequency_map import action_variables as action_variables
+from .exact.frequency_map import critical_energies as critical_energies
+from .exact.frequency_map import frequency_map as frequency_map
+from .exact.frequency_map import resonances as resonances
 from .exact.reconstruction import ContactPath as ContactPath
 from .exact.reconstruction import attitude as attitude
 from .inertia import GeneralInertia as GeneralInertia
@@ -54,6 +59,7 @@ __all__ = [
     "Correspondence",
     "ExactBall",
     "ExactFlow",
+    "FrequencyMap",
     "GeneralInertia",
     "MultiplierDefects",
     "RubberSphere",
@@ -62,6 +68,7 @@ __all__ = [
     "SpheroconicalPoint",
     "Veselova",
     "VeselovaLR",
+    "action_variables",
     "almost_poisson_tensor",
     "attitude",
     "ball_problem",
@@ -71,11 +78,13 @@ __all__ = [
     "contact_problem",
     "converted",
     "cotangent_problem",
+    "critical_energies",
     "ellipsoid_problem",
     "fedorov_ball",
     "fedorov_body",
     "fedorov_constants",
     "fedorov_state",
+    "frequency_map",
     "gauss_map",
     "hamiltonization",
     "hamiltonized_problem",
@@ -85,6 +94,7 @@ __all__ = [
     "poisson_problem",
     "poisson_tensor",
     "reduced_problem",
+    "resonances",
     "rolling_problem",
     "rubber_rolling_problem",
     "stiefel_problem",

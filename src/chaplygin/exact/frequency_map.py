@@ -1,0 +1,142 @@
+"""Frequencies over families of motions: rotation numbers, resonances, actions, critical values.
+
+* The *action variables* J_k = (1/2π) ∮ μ_k dλ_k over one turn of θ_k are functions of the r_j, and
+  ω_k = ∂H/∂J_k. On the oval μ dλ = (λ − lower)(upper − λ) √Q/(2λP) dθ; P cancels an end at an a_i.
+* *Rotation numbers* are ω_k/ω_1: they do not depend on time, and are the same in t and τ.
+* A *resonance* is m·ω = 0 with whole m: the motion fills a torus of one dimension less.
+* The *critical values* are where branch points merge. For n = 3 the one root of R is −r_0/r_1, and it
+  meets a_i where H = K (1 − a_ja_k/D)/(2D): three lines in the plane of (K, H), the steady turns.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+
+from ..inertia import positive_number
+from ..manifold import Array
+from .flow import ExactFlow
+
+__all__ = [
+    "FrequencyMap",
+    "action_variables",
+    "critical_energies",
+    "frequency_map",
+    "resonances",
+]
+
+POINTS = 512  # of the trapezoidal rule for actions
+
+
+@dataclass(frozen=True)
+class FrequencyMap:
+    """Frequencies of a family of motions.
+
+    Parameters
+    ----------
+    frequencies : array, shape (N, n−1)
+        In τ; rows of motions without a torus are NaN, and `refused` says why.
+    conditions : array, shape (N,)
+    refused : dict of int to str
+        By the index of the state.
+    """
+
+    frequencies: Array
+    conditions: Array
+    refused: dict[int, str]
+
+    @property
+    def rotation_numbers(self) -> Array:
+        """ω_k/ω_1, k = 2 … n−1, shape (N, n−2)."""
+        return np.asarray(self.frequencies[:, 1:] / self.frequencies[:, :1])
+
+
+def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
+    """Return the frequencies of the motions of a problem through several states.
+
+    Parameters
+    ----------
+    problem : Problem
+        One with an exact flow on tori.
+    states : iterable of array_like
+
+    Raises
+    ------
+    geomint.FormError
+        If the problem has no exact flow.
+    """
+    rows: list[Any] = []
+    conditions: list[float] = []
+    refused: dict[int, str] = {}
+    for index, y in enumerate(states):
+        try:
+            exact = problem.exact(y)
+        except gi.DomainError as error:
+            refused[index] = str(error)
+            rows.append(None)
+            conditions.append(np.inf)
+            continue
+        rows.append(exact.frequencies)
+        conditions.append(exact.condition)
+    size = next((len(row) for row in rows if row is not None), 1)
+    filled = [np.full(size, np.nan) if row is None else row for row in rows]
+    return FrequencyMap(np.array(filled).reshape(-1, size), np.array(conditions), refused)
+
+
+def resonances(omega: Any, order: int, tolerance: float = 1e-9) -> list[tuple[int, ...]]:
+    """Return all whole m ≠ 0 with |m_k| ≤ order and |m·ω| ≤ tolerance · |m| |ω|, the shortest first.
+
+    One of ±m is given, and only those whose entries have no common divisor.
+    """
+    rates = np.asarray(omega, dtype=np.float64)
+    found = []
+    for m in itertools.product(range(-order, order + 1), repeat=len(rates)):
+        leading = next((x for x in m if x), 0)
+        if leading <= 0 or np.gcd.reduce(m) != 1:
+            continue
+        if abs(m @ rates) <= tolerance * np.linalg.norm(m) * np.linalg.norm(rates):
+            found.append(m)
+    return sorted(found, key=lambda m: (sum(abs(x) for x in m), m))
+
+
+def action_variables(exact: ExactFlow) -> Array:
+    """Return J_k, shape (n−1,), of a motion; to about condition · 2⁻⁵²."""
+    theta = 2.0 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
+    result = []
+    for k, oval in enumerate(exact.separation.ovals):
+        lower, upper = float(oval.lower), float(oval.upper)
+        lam = exact.torus.middle[k] - exact.torus.radius[k] * np.cos(theta)
+        q = exact.torus.lead * np.prod(np.abs(lam[:, None] - exact.torus.others[k]), axis=1)
+        # (λ − lower)(upper − λ)/P, the ends at an a_i cancelled: λ − a_i is λ − lower, or −(upper − λ).
+        value = np.sqrt(q) / (2.0 * lam)
+        for i, axis in enumerate(exact.a):
+            if i not in (oval.low_axis, oval.high_axis):
+                value = value / (lam - axis)
+        if oval.low_axis is None:
+            value = value * (lam - lower)
+        value = -value if oval.high_axis is not None else value * (upper - lam)
+        result.append(float(np.mean(value)))
+    return np.array(result)
+
+
+def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
+    """Return the H at which the tori with that K degenerate, n = 3, in the order of the axes.
+
+    The least and the largest bound the energies that there are; at the one between them lie the
+    separatrices. H = K (1 − a_ja_k/D)/(2D) = K/(2(I_i + D)).
+
+    Raises
+    ------
+    geomint.DomainError
+        For other than three a_i.
+    """
+    values = gi.as_vector("a", a, 3)
+    scale, level = positive_number("D", D), positive_number("K", K)
+    products = np.array([values[1] * values[2], values[0] * values[2], values[0] * values[1]])
+    return np.asarray(level * (1.0 - products / scale) / (2.0 * scale))
