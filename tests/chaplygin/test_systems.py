@@ -143,19 +143,24 @@ TANGENT = ["reduced", "hamiltonized"]
             "homogeneous-ball", {"n": 2, "s": 1.0, "D": 1.0}, {"gamma": [0.6, 0.8], "k": [1.0]},
             ["ball", *TANGENT, "ball-attitude"],
         ),
-        ("veselova", A3, G3 | P3, [*TANGENT, "classical"]),
-        ("veselova", {"a": A3["a"]}, G3 | {"w": [0.6, 0.0, -0.8]}, [*TANGENT, "classical"]),
+        ("veselova", A3, G3 | P3, [*TANGENT, "classical", "multiplier"]),
+        (
+            "veselova",
+            {"a": A3["a"]},
+            G3 | {"w": [0.6, 0.0, -0.8]},
+            [*TANGENT, "classical", "multiplier"],
+        ),
         (
             "veselova", {"a": [1.0, 2.0, 3.0, 4.0]}, {"gamma": [0.5] * 4, "p": [1.0, -1.0, 2.0, -2.0]},
             TANGENT,
         ),
         (
             "veselova", {"moments": [2.0, 3.0, 5.0]}, G3 | {"w": [0.8, 1.0, -0.6]},
-            ["classical", *TANGENT],
+            ["classical", *TANGENT, "multiplier"],
         ),
         (
             "veselova", {"moments": [2.0, 3.0, 5.0], "f1": 1.0}, G3 | {"k": [0.6, 2.0, 0.8]},
-            ["classical"],
+            ["classical", "multiplier"],
         ),
         (
             "ellipsoid", {"a": [1.0, 4.0]}, {"x": [0.6, 1.6], "p": [0.4, -0.6]},
