@@ -135,6 +135,7 @@ from .plan import (
 from .plan import (
     run_scene as run_scene,
 )
+from .pointwise import pointwise as pointwise
 from .problem import (
     Problem as Problem,
 )
@@ -231,6 +232,7 @@ __all__ = [
     "natural_on_sphere",
     "observable",
     "part",
+    "pointwise",
     "run_methods",
     "run_scene",
     "scene_names",

@@ -46,7 +46,7 @@ def test_the_map_of_a_family():
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
     states = [problem.random_state(seed) for seed in range(3)]
     states += [np.concatenate([states[0][:3], 7.0 * states[0][3:]])]
-    states += [[0.6, 0.8, 0.0, -0.8, 0.6, 0.0]]
+    states += [problem.state(gamma=[1.0, 0.0, 0.0], p_tilde=[0.0, 1e-7, 0.2])]
     found = ch.frequency_map(problem, states)
     assert found.frequencies.shape == (5, 2)
     assert list(found.refused) == [4]

@@ -1,14 +1,18 @@
 """Constants of separation, branch points and ovals of a motion, in extended precision.
 
-In spheroconical coordinates every motion of the Hamiltonised sphere, of Veselova's and of what
-commutes with them lies on
+Let α_g be the different a_i, P(λ) = Π(λ − α_g), and ℓ_g the angular momenta of those that stand for
+several equal a_i (`symmetry`). In the spheroconical coordinates of the reduced axes every motion of the
+Hamiltonised sphere, of Veselova's and of what commutes with them lies on
 
-    −4 λ_k P(λ_k) μ_k² = R(λ_k),   P(λ) = Π(λ − a_i),   R of degree n − 2,
+    −4 λ_k μ_k² = F(λ_k),   F(λ) = Σ_g α_g ℓ_g²/(λ − α_g)² + R(λ)/P(λ),   deg R = q − 2,
 
-see `chaplygin.spheroconical`. λ_k runs to and fro in an *oval*: the interval between two
-neighbouring *branch points*, which are 0, the a_i and the roots e_j of R, that contains it and where
-−λPR > 0. The coefficients of R follow from the state without a division, and all of this is done with
-`DIGITS` digits: the phase of a motion is then known to a rounding error of double precision.
+whose coefficients c_0 … c_(q−2) of R are the constants of separation; see `chaplygin.spheroconical` for
+different a_i. λ_k runs to and fro in an *oval*. The *branch points* are 0, the α_g with ℓ_g = 0 and the
+roots of T = F P Π' (λ − α_g), Π' over those with ℓ_g ≠ 0: all of them are real, and in ascending order
+the first oval is between the first two that are not 0, the next one between the next two, and so on.
+
+The coefficients of T follow from the state without a division, and all of this is done with `DIGITS`
+digits: the phase of a motion is then known to a rounding error of double precision.
 """
 
 from __future__ import annotations
@@ -23,7 +27,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from ..spheroconical import Spheroconical
+from .symmetry import ReducedAxes
 
 __all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
 
@@ -39,7 +43,7 @@ MERGED = 1e-10  # distances of branch points below this part of their size: no t
 class Oval:
     """The interval [lower, upper] of one λ, and what the square root over it is made of.
 
-    With (λ − lower)(upper − λ) taken out, −λPR is Q(λ) = r_(n−2) Π (λ − b) over the other branch
+    With (λ − lower)(upper − λ) taken out, −λFP² is Q(λ) = lead Π (λ − b) over the other branch
     points b, positive on the oval.
 
     Parameters
@@ -47,7 +51,7 @@ class Oval:
     lower, upper : mpf
     others : tuple of mpf
     low_axis, high_axis : int or None
-        The i with a_i = lower, or upper: there γ_i = 0, and changes its sign.
+        The g with α_g = lower, or upper: there that component is 0, and changes its sign.
     """
 
     lower: Any
@@ -59,30 +63,41 @@ class Oval:
 
 @dataclass(frozen=True)
 class Separation:
-    """A motion's constants r_0 … r_(n−2), its ovals, and how near to degenerate it is.
+    """A motion's constants, its ovals, and how near to degenerate it is.
 
     Parameters
     ----------
-    r : tuple of mpf
+    alpha : tuple of mpf
+    ell : tuple of mpf
+        ℓ_g, 0 where α_g stands for one axis.
+    polynomial : tuple of mpf
+        The coefficients of T, ascending; for different a_i they are r_0 … r_(n−2) of R.
     ovals : tuple of Oval
         One for each λ_k, in ascending order.
     condition : float
-        The largest size of a branch point over the distance to the next one: about what relative
-        errors of the state are magnified by in frequencies.
+        The largest size of a branch point, or of an α_g with ℓ_g ≠ 0, over the distance to the next
+        one: about what relative errors of the state are magnified by in frequencies.
     """
 
-    r: tuple[Any, ...]
+    alpha: tuple[Any, ...]
+    ell: tuple[Any, ...]
+    polynomial: tuple[Any, ...]
     ovals: tuple[Oval, ...]
     condition: float
 
+    @property
+    def lead(self) -> Any:
+        """(p̃, Ap̃), the leading coefficient of T."""
+        return self.polynomial[-1]
 
-def separation_of(a: Array, gamma: Array, p_tilde: Array) -> Separation:
+
+def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation:
     """Return the separation of the motion through a state.
 
     Parameters
     ----------
-    a : array, shape (n,)
-        All different.
+    axes : ReducedAxes
+        Of that state.
     gamma, p_tilde : array, shape (n,)
 
     Raises
@@ -91,71 +106,85 @@ def separation_of(a: Array, gamma: Array, p_tilde: Array) -> Separation:
         For p̃ = 0, and where two branch points are so near to one another that the motion is all but
         a separatrix or a steady one: with the condition number.
     """
-    n = len(a)
     if not np.any(p_tilde):
         raise gi.DomainError(
             "p_tilde", p_tilde, "a momentum that is not zero: the state is at rest"
         )
-    r = _coefficients(a, gamma, p_tilde)
-    roots = _roots(r)
-    axes = [(mp.mpf(float(x)), i) for i, x in enumerate(a)]
-    points = sorted(
-        [(mp.mpf(0), None), *axes, *((e, None) for e in roots)], key=lambda pair: pair[0]
-    )
-    values = [value for value, _ in points]
-    gaps = [float((y - x) / abs(y)) for x, y in itertools.pairwise(values) if y > 0]
-    closest = min(gaps)
-    if closest < MERGED:
-        expected = (
-            f"a motion whose branch points are apart; two are nearer than {MERGED:g} of their size: "
-            f"condition number {1.0 / max(closest, 1e-300):.3g}"
-        )
-        raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
-    lam, _ = Spheroconical(a).coordinates(gamma)
-    ovals = tuple(_oval(points, r[-1], float(x)) for x in lam)
-    assert len(ovals) == n - 1
-    return Separation(tuple(r), ovals, 1.0 / closest)
+    alpha = [mp.mpf(float(x)) for x in axes.alpha]
+    products = _products(axes, gamma, p_tilde)
+    polynomial = _polynomial(alpha, axes.paired, products)
+    ell = [
+        mp.sqrt(g * p - b * b) if pair else mp.mpf(0)
+        for (g, b, p), pair in zip(products, axes.paired, strict=True)
+    ]
+    single = [(x, g) for g, x in enumerate(alpha) if not axes.paired[g]]
+    free: list[tuple[Any, int | None]] = [(e, None) for e in _roots(polynomial)]
+    points = sorted([*single, *free], key=lambda pair: pair[0])
+    pairs = [x for x, pair in zip(alpha, axes.paired, strict=True) if pair]
+    condition = _condition([x for x, _ in points] + pairs, gamma, p_tilde)
+    ovals = tuple(_oval(points, k) for k in range(0, len(points), 2))
+    assert len(ovals) == len(alpha) - 1
+    return Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, condition)
 
 
-def _coefficients(a: Array, gamma: Array, p_tilde: Array) -> list[Any]:
-    """Return r_0, …, r_(n−2) of the state, projected to T*S^(n−1) exactly."""
-    n = len(a)
-    axes = [mp.mpf(float(x)) for x in a]
+def _products(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> list[tuple[Any, Any, Any]]:
+    """Return (γ_g, γ_g), (γ_g, p̃_g), (p̃_g, p̃_g) of the state, projected to T*S^(n−1) exactly."""
     g, p = ([mp.mpf(float(x)) for x in v] for v in (gamma, p_tilde))
     size = mp.sqrt(sum(x * x for x in g))
     g = [x / size for x in g]
     along = sum(x * y for x, y in zip(g, p, strict=True))
     p = [y - along * x for x, y in zip(g, p, strict=True)]
-    pp = sum(y * y for y in p)
-    total = [mp.mpf(0)] * (n + 1)
-    for i in range(n):
-        for k, c in enumerate(_product(axes, {i})):
-            total[k] -= pp * g[i] * g[i] * c
-        for j in range(i + 1, n):
-            minor = (g[i] * p[j] - g[j] * p[i]) ** 2
-            for k, c in enumerate(_product(axes, {i, j})):
-                total[k + 1] += minor * c
-    return total[: n - 1]
+
+    def product(x: list[Any], y: list[Any], inside: Array) -> Any:
+        return mp.fsum(u * v for u, v, i in zip(x, y, inside, strict=True) if i)
+
+    return [(product(g, g, i), product(g, p, i), product(p, p, i)) for i in axes.members]
 
 
-def _product(roots: list[Any], without: set[int]) -> list[Any]:
+def _polynomial(alpha: list[Any], paired: Array, products: list[tuple[Any, Any, Any]]) -> list[Any]:
+    """Return the coefficients of T, ascending.
+
+    F = −(p̃, p̃) Σ (γ_g, γ_g)/(λ − α_g) + λ Σ_{g<h} |minors|²/((λ − α_g)(λ − α_h)) + λ Σ ℓ_g²/(λ − α_g)².
+    """
+    indices = range(len(alpha))
+    pairs = [g for g in indices if paired[g]]
+    momentum = mp.fsum(p for _, _, p in products)
+    degree = len(alpha) + len(pairs)
+    total = [mp.mpf(0)] * (degree + 1)
+
+    def add(weight: Any, shift: int, without: set[int], pairs_without: set[int]) -> None:
+        roots = [alpha[g] for g in indices if g not in without]
+        roots += [alpha[g] for g in pairs if g not in pairs_without]
+        for k, c in enumerate(_product(roots)):
+            total[k + shift] += weight * c
+
+    for g, (g_g, g_b, g_p) in enumerate(products):
+        add(-momentum * g_g, 0, {g}, set())
+        if paired[g]:
+            add(g_g * g_p - g_b * g_b, 1, {g}, {g})
+        for h in range(g + 1, len(products)):
+            h_g, h_b, h_p = products[h]
+            add(g_g * h_p + g_p * h_g - 2 * g_b * h_b, 1, {g, h}, set())
+    return total[: degree - 1]
+
+
+def _product(roots: list[Any]) -> list[Any]:
     """Return the coefficients of Π (λ − root), ascending."""
     result = [mp.mpf(1)]
-    for i, root in enumerate(roots):
-        if i not in without:
-            longer = [mp.mpf(0), *result]
-            result = [x - root * y for x, y in zip(longer, [*result, mp.mpf(0)], strict=True)]
+    for root in roots:
+        longer = [mp.mpf(0), *result]
+        result = [x - root * y for x, y in zip(longer, [*result, mp.mpf(0)], strict=True)]
     return result
 
 
-def _roots(r: list[Any]) -> list[Any]:
-    """Return the real roots of R, whose leading coefficient (p̃, Ap̃) is positive.
+def _roots(polynomial: list[Any]) -> list[Any]:
+    """Return the real roots of T, whose leading coefficient (p̃, Ap̃) is positive.
 
     Weierstrass' iteration for all at once, from what double precision gives.
     """
-    if len(r) == 1:
+    if len(polynomial) == 1:
         return []
-    monic = [c / r[-1] for c in r]
+    monic = [c / polynomial[-1] for c in polynomial]
     start = np.roots(np.array([float(c) for c in monic[::-1]]))
     found = [mp.mpc(complex(e)) * (1 + mp.mpf(i) * SPREAD) for i, e in enumerate(start)]
     for _ in range(ITERATIONS):
@@ -173,24 +202,29 @@ def _roots(r: list[Any]) -> list[Any]:
             break
     worst = max(abs(mp.im(e)) / abs(e) for e in found)
     if worst > mp.mpf(10) ** (-DIGITS // 2):
-        expected = "a motion with real roots of R: two of them merge, condition number "
-        raise gi.DomainError("state", [float(x) for x in r], f"{expected}{float(1 / worst):.3g}")
+        expected = "a motion with real branch points: two of them merge, condition number "
+        raise gi.DomainError(
+            "state", [float(x) for x in polynomial], f"{expected}{float(1 / worst):.3g}"
+        )
     return [mp.re(e) for e in found]
 
 
-def _oval(points: list[tuple[Any, int | None]], lead: Any, lam: float) -> Oval:
-    """Return the interval of neighbouring branch points around λ on which −λPR > 0."""
-    values = [value for value, _ in points]
-    best: tuple[float, int] | None = None
-    for k in range(1, len(points) - 1):  # from 0 to the least a_i there is no λ
-        lower, upper = values[k], values[k + 1]
-        above = len(points) - 2 - k  # branch points above the interval
-        if (-1) ** above * lead <= 0:  # Q > 0 there
-            continue
-        outside = max(float(lower) - lam, lam - float(upper), 0.0)
-        if best is None or outside < best[0]:
-            best = (outside, k)
-    assert best is not None
-    k = best[1]
-    others = tuple(value for i, value in enumerate(values) if i not in (k, k + 1))
-    return Oval(values[k], values[k + 1], others, points[k][1], points[k + 1][1])
+def _condition(points: list[Any], gamma: Array, p_tilde: Array) -> float:
+    """Return the condition number of points that must be apart, or raise `DomainError`."""
+    values = sorted(points)
+    gaps = [float((y - x) / abs(y)) for x, y in itertools.pairwise(values)]
+    closest = min(gaps, default=1.0)
+    if closest < MERGED:
+        expected = (
+            f"a motion whose branch points are apart; two are nearer than {MERGED:g} of their size: "
+            f"condition number {1.0 / max(closest, 1e-300):.3g}"
+        )
+        raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
+    return max(1.0, 1.0 / closest)
+
+
+def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:
+    """Return the oval between the points k and k + 1, which are in ascending order."""
+    (lower, low_axis), (upper, high_axis) = points[k], points[k + 1]
+    others = tuple(value for i, (value, _) in enumerate(points) if i not in (k, k + 1))
+    return Oval(lower, upper, (mp.mpf(0), *others), low_axis, high_axis)

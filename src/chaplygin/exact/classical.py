@@ -6,6 +6,7 @@ flow is exact in its τ. Time runs as dt = (D₁√U/(dt₁/dt)) dτ, again a fu
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,9 @@ import numpy as np
 from ..ball.sphere import ChaplyginSphere
 from ..correspondence.chaplygin_change import chaplygin_change
 from ..manifold import Array
-from .flow import ExactFlow, sphere_weights
+from .clock import Clock, sampled_clock
+from .flow import ExactFlow
+from .torus import SeparatedEnergy
 
 __all__ = ["ExactBall"]
 
@@ -28,7 +31,7 @@ class ExactBall(ExactFlow):
     Parameters
     ----------
     sphere : ChaplyginSphere
-        n = 3, with three different moments.
+        n = 3.
     y : array, shape (6,)
         The state at time 0.
 
@@ -41,26 +44,24 @@ class ExactBall(ExactFlow):
     def __init__(self, sphere: ChaplyginSphere, y: Array) -> None:
         change = chaplygin_change(sphere, y)
         self._backward = np.linalg.inv(_matrix(change.forward))
-        first, D = change.forward(y), change.target.parameters["D"]
-        a = np.array(change.target.parameters["a"])
-        k, gamma = first[:3], first[3:]
-        start = np.concatenate([gamma, np.cross(gamma, k)])
-        super().__init__(a, D, sphere_weights(a, D), start, True)
         # ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗), and dt₁/dt = α + ζ D(ω⃗, γ⃗): see `chaplygin_change`.
         moments = sphere.inertia.diagonal
         assert moments is not None
-        self._b, self._w = (
-            1.0 / (moments[::-1] + sphere.D),
-            moments[::-1] / (moments[::-1] + sphere.D),
-        )
-        self._scale = sphere.D
-        self._plain, self.rate, self._turns = self.rate, self._own_rate, 2
+        total = moments[::-1] + sphere.D
+        self._b, self._w, self._own = 1.0 / total, moments[::-1] / total, sphere.D
+        D = change.target.parameters["D"]
+        a = np.array(change.target.parameters["a"])
+        super().__init__(a, D, SeparatedEnergy(D, -1.0), y, True)
 
-    def _own_rate(self, theta: Array) -> Array:
-        """Return dt/dτ."""
-        s = self._turning(self.states(theta))
-        along = self._backward[0, 0] + self._backward[1, 0] * self._scale * s
-        return np.asarray(self._plain(theta) / along)
+    def rate(self, states: Array) -> Array:
+        """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
+        along = self._backward[0, 0] + self._backward[1, 0] * self._own * self._turning(states)
+        return np.asarray(super().rate(states) / along)
+
+    @functools.cached_property
+    def clock(self) -> Clock:
+        """Physical time as a function of τ."""
+        return sampled_clock(self.torus, lambda phi: self.rate(self.at_angles(phi)), 2)
 
     def _turning(self, y: Array) -> Array:
         """Return (ω⃗, γ⃗) = (γ⃗, Bk⃗)/(γ⃗, Wγ⃗) of states of the given ball."""
@@ -71,24 +72,20 @@ class ExactBall(ExactFlow):
     def angular_velocity(self, y: Array) -> Array:
         """Return ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗) of states, shape (..., 3), in the body."""
         s = self._turning(y)[..., None]
-        return np.asarray(self._b * (y[..., :3] + self._scale * s * y[..., 3:]))
+        return np.asarray(self._b * (y[..., :3] + self._own * s * y[..., 3:]))
 
-    def _vectors(self, gamma: Array, p_tilde: Array) -> Array:
-        """Return (k⃗, γ⃗) of the given ball from (γ₁, p̃₁) of the other."""
-        u = np.sum(gamma * gamma / self.a, axis=-1, keepdims=True)
-        first = np.stack([np.cross(self.D * np.sqrt(u) * p_tilde, gamma), gamma], axis=-2)
-        both = self._backward @ first
+    def inward(self, y: Array) -> Array:
+        """Return (γ₁, p₁) of the ball with area constant zero from (k⃗, γ⃗)."""
+        both = np.asarray(y).reshape(*np.shape(y)[:-1], 2, 3)
+        first = np.linalg.solve(self._backward, both)
+        k, gamma = first[..., 0, :], first[..., 1, :]
+        return np.concatenate([gamma, np.cross(gamma, k)], axis=-1)
+
+    def outward(self, y: Array) -> Array:
+        """Return (k⃗, γ⃗) from (γ₁, p₁) of the ball with area constant zero."""
+        gamma, p = y[..., :3], y[..., 3:]
+        both = self._backward @ np.stack([np.cross(p, gamma), gamma], axis=-2)
         return np.asarray(both.reshape(*both.shape[:-2], 6))
-
-    def states(self, theta: Array) -> Array:
-        """Return states (k⃗, γ⃗) at angles θ of the torus, shape (..., 2)."""
-        return self._vectors(*self._map(theta))
-
-    def angles(self, y: Any) -> Array:
-        """Return φ of a state (k⃗, γ⃗) on the torus, modulo 2π, shape (2,)."""
-        state = np.asarray(y, dtype=np.float64).reshape(2, 3)
-        first = np.linalg.solve(self._backward, state)
-        return super().angles(np.concatenate([first[1], np.cross(first[1], first[0])]))
 
 
 def _matrix(forward: Any) -> Array:

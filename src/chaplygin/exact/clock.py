@@ -1,13 +1,22 @@
 """Physical time on the torus: t as a function of τ, and back.
 
-dt/dτ, such as D√U with U = Πλ_k/Πa, is a function on the torus. In the linear angles φ it is a Fourier
+dt/dτ, such as D√U with U = Πλ_k/Πα, is a function on the torus. In the linear angles φ it is a Fourier
 series, and
 
     t(τ) = T τ + Σ_{m≠0} f_m (e^{im·φ(τ)} − e^{im·φ(0)})/(i m·ω),   T = f_0.
 
-Coefficients are by FFT over a grid in φ, which is refined until they have decayed; small divisors m·ω
-do no harm, because the quotient is then τ f_m to first order and is evaluated as such. t(τ) is
-monotone, and is inverted by Newton's method.
+Small divisors m·ω do no harm, because the quotient is then τ f_m to first order and is evaluated as
+such (`clock_functions`).
+
+* D√U is a product of functions of one θ_k each, as is e^{im·φ}, and φ is a sum of such functions. So
+  with the Jacobian of θ ↦ φ every coefficient is a determinant of one-dimensional integrals,
+
+      f_m = D/√Πα det_jk [(1/2π) ∫ √λ_k ∂φ_j/∂θ_k e^{−i(m_kθ_k + m·shift_k(θ_k))} dθ_k],
+
+  and is computed where it is large enough to matter: from m = 0 outwards. That is practical for tori
+  of up to four or five dimensions.
+* Other functions of the state are expanded by the fast Fourier transform over a grid in φ, which is
+  refined until the coefficients have decayed; on tori of one or two dimensions.
 """
 
 from __future__ import annotations
@@ -16,149 +25,253 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 import geomint as gi
 
 from ..manifold import Array
+from .clock_functions import MODE_EXTRA, product_integral
 from .torus import Torus
 
-__all__ = ["Clock", "Rate", "clock_of", "multiplier_rate"]
+__all__ = ["Clock", "packed_clock", "product_clock", "sampled_clock"]
 
-Rate = Callable[[Array], Array]
+QUIET = 6e-17  # of the mean: Fourier coefficients that are left out
+DECAYED = 4e-16  # of the mean: coefficients at the edge of a grid
+TOO_LARGE = 1e-9  # of the mean: an error of dt/dτ that is refused
+MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|
+GRIDS = {0: 1, 1: 4096, 2: 512}  # most points in every direction, by the dimension of the torus
+FEWEST_POINTS, MOST_POINTS = 128, 8192  # of the one-dimensional integrals
+FIRST_BOUND = 24  # largest m_k of the first tables
+CHECKS = 16  # angles at which a series is compared
+RESONANT = 1e-3  # of the fastest frequency: divisors below it are small
 
-DECAYED = 4e-16  # of the mean: Fourier coefficients at the edge of the grid
-KEPT = 1e-18
-GRIDS = {1: 4096, 2: 512, 3: 96}  # most points in every direction, by the dimension of the torus
-NEWTON = 50
+Sampled = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
 class Clock:
-    """t as a function of τ along one motion.
+    """The Fourier series of dt/dτ along one motion.
 
     Parameters
     ----------
     mean : float
         T, the mean of dt/dτ over the torus.
-    waves : array, shape (M, n−1)
-        m, one of each pair ±m.
+    waves : array of int, shape (M, d)
+        m times `period`, one of each pair ±m.
     coefficients : array of complex, shape (M,)
         2f_m.
-    rates : array, shape (M,)
-        m·ω.
-    start : array, shape (n−1,)
-        φ(0).
+    period : int
+        Of the series in every angle, over 2π.
     edge : float
-        Largest coefficient left out, relative to the mean: the error of dt/dτ.
+        Error of dt/dτ, relative to the mean: measured, or the largest coefficient that is left out.
     """
 
     mean: float
-    waves: Array
-    coefficients: Array
-    rates: Array
-    start: Array
+    waves: npt.NDArray[np.int64]
+    coefficients: npt.NDArray[np.complex128]
+    period: int
     edge: float
 
-    def periodic(self, phi: Array, tau: Array) -> Array:
-        """Return t − Tτ at the angles φ that the motion has at τ, shape (...,)."""
-        total = np.zeros(np.shape(tau))
-        for m, c, rate in zip(self.waves, self.coefficients, self.rates, strict=True):
-            first, last = m @ self.start, phi @ m
-            # (e^{ib} − e^{ia})/(ir) = e^{i(a+b)/2} 2 sin((b − a)/2)/r, and τ sinc where rτ is small.
-            whole = rate * tau
-            half = np.where(np.abs(whole) < 1.0, 0.5 * whole, 0.5 * (last - first))
-            middle = np.where(np.abs(whole) < 1.0, first + half, 0.5 * (first + last))
-            span = np.where(
-                np.abs(whole) < 1.0, tau * np.sinc(half / np.pi), 2.0 * np.sin(half) / rate
-            )
-            total = total + span * (c * np.exp(1j * middle)).real
-        return total
+
+def packed_clock(clock: Clock, torus: Torus, start: Array) -> Array:
+    """Return the clock's section of the parameters for a motion that starts at given angles."""
+    size = len(torus.middle)
+    omega = torus.frequencies[:size]
+    fastest = float(np.max(np.abs(torus.frequencies), initial=0.0))
+    waves = clock.waves / clock.period
+    rates, first = waves @ omega, waves @ start[:size]
+    resonant = np.abs(rates) < RESONANT * fastest
+    safe = np.where(resonant, 1.0, rates)
+    amplitudes = np.where(resonant, clock.coefficients, clock.coefficients / (1j * safe))
+    offset = -float(np.sum((amplitudes * np.exp(1j * first)).real[~resonant]))
+    bounds = np.max(np.abs(clock.waves), axis=0, initial=0) if size else np.zeros(0)
+    rows = np.zeros((len(waves), size + MODE_EXTRA))
+    rows[:, :size] = clock.waves
+    rows[:, size:] = np.stack([rates, amplitudes.real, amplitudes.imag, first], axis=-1)
+    rows = np.concatenate([rows[~resonant], rows[resonant]])
+    counts = [np.count_nonzero(~resonant), np.count_nonzero(resonant)]
+    header = [clock.mean, clock.period, fastest, *counts, offset, *bounds]
+    return np.concatenate([header, rows.reshape(-1)])
 
 
-def multiplier_rate(a: Array, D: float, torus: Torus) -> Rate:
-    """Return dt/dτ = D√U, U = Πλ_k/Πa, as a function of θ."""
-    order = np.sort(a)
-
-    def rate(theta: Array) -> Array:
-        ratio = np.prod(torus.lam(theta) / order[:-1], axis=-1) / order[-1]
-        return np.asarray(D * np.sqrt(ratio))
-
-    return rate
-
-
-def clock_of(torus: Torus, start: Array, rate: Rate, turns: int = 1, signed: bool = False) -> Clock:
-    """Return the clock of a motion whose angles at τ = 0 are `start`.
+def product_clock(torus: Torus, scale: float, rate: Sampled) -> Clock:
+    """Return the clock of dt/dτ = scale Π √λ_k.
 
     Parameters
     ----------
     torus : Torus
-    start : array, shape (n−1,)
+    scale : float
     rate : callable
-        dt/dτ of θ, shape (..., n−1) ↦ (...,); of one sign.
-    turns : int
-        The period of the rate in every angle over 2π: 2 where it changes with the signs of the γ_i.
+        dt/dτ at angles φ, shape (N, d) ↦ (N,): the series is compared with it.
+
+    Raises
+    ------
+    geomint.DomainError
+        Where too many coefficients matter, or the series is not what it should be: next to a
+        separatrix.
+    """
+    size = len(torus.middle)
+    integrals = _Integrals(torus)
+    mean = scale * float(integrals(np.zeros((1, size)))[0])
+    known = {(0,) * size}
+    waves, values = [np.zeros((0, size), dtype=np.int64)], [np.zeros(0)]
+    layer, count = np.array(sorted(_neighbours(np.zeros((1, size), dtype=np.int64), known))), 0
+    while layer.size:
+        if len(layer) > MOST_IN_LAYER or count > MOST_MODES:
+            expected = (
+                f"a motion whose time has less than {MOST_MODES} Fourier coefficients that matter; "
+                "at_tau takes any"
+            )
+            raise gi.DomainError("n", size + 1, expected)
+        found = scale * integrals(layer)
+        loud = np.abs(found) > QUIET * abs(mean)
+        waves.append(layer[loud])
+        values.append(found[loud])
+        count += int(np.count_nonzero(loud))
+        outward = loud | (np.sum(np.abs(layer), axis=1) < 3)  # some vanish by symmetry
+        layer = np.array(sorted(_neighbours(layer[outward], known)), dtype=np.int64)
+    all_waves, coefficients = (
+        np.concatenate(waves),
+        2.0 * np.concatenate(values).astype(np.complex128),
+    )
+    phi = np.random.default_rng(size).uniform(0.0, 2.0 * np.pi, (CHECKS, size))
+    series = np.array([mean + np.cos(all_waves @ x) @ coefficients.real for x in phi])
+    edge = float(np.max(np.abs(series - rate(phi)))) / abs(mean)
+    _refuse_slow(edge, torus)
+    return Clock(mean, all_waves, coefficients, 1, edge)
+
+
+def _refuse_slow(edge: float, torus: Torus) -> None:
+    if edge > TOO_LARGE:
+        expected = (
+            f"a motion whose time has a Fourier series that decays; it is wrong by {edge:.3g}"
+        )
+        raise gi.DomainError("state", torus.middle, expected)
+
+
+def _neighbours(waves: npt.NDArray[np.int64], known: set[tuple[int, ...]]) -> set[tuple[int, ...]]:
+    """Return the m next to given ones and farther out, one of each pair ±m, and note them."""
+    found = set()
+    for m in waves.tolist():
+        for k, value in enumerate(m):
+            for step in (1, -1):
+                if value * step < 0:
+                    continue
+                other = (*m[:k], value + step, *m[k + 1 :])
+                if next((x for x in other if x), 0) > 0 and other not in known:
+                    known.add(other)
+                    found.add(other)
+    return found
+
+
+class _Integrals:
+    """The determinants of `product_clock`, for many m at once, compiled.
+
+    Powers of e^{iφ_j} at the points of integration are kept in tables, which grow as m does.
+    """
+
+    def __init__(self, torus: Torus) -> None:
+        self._columns = [_column(torus, k) for k in range(len(torus.middle))]
+        self._bound = 0
+        self._params = np.zeros(0)
+
+    def __call__(self, waves: npt.NDArray[np.float64] | npt.NDArray[np.int64]) -> Array:
+        """Return the determinant of m, shape (M, d) ↦ (M,)."""
+        size = len(self._columns)
+        if size == 0:
+            return np.ones(len(waves))
+        largest = int(np.max(np.abs(waves)))
+        if largest > self._bound or not self._params.size:
+            self._bound = max(FIRST_BOUND, 2 * largest)
+            self._params = self._tables()
+        most = max(phases.shape[1] for phases, _ in self._columns)
+        work = 2 * most + size * size
+        return gi.pointwise(product_integral, self._params, waves, 1, work)[:, 0]
+
+    def _tables(self) -> Array:
+        """Return the parameters of `product_integral`."""
+        size = len(self._columns)
+        header, parts = [float(size), float(self._bound)], []
+        at = 2 + 2 * size
+        for phases, weights in self._columns:
+            powers = np.arange(self._bound + 1)[:, None] * phases[:, None, :]
+            waves = np.stack([np.cos(powers), np.sin(powers)], axis=2)  # j, m, cos or sin, point
+            parts.append(np.concatenate([weights.T.reshape(-1), waves.reshape(-1)]))
+            header += [float(phases.shape[1]), float(at)]
+            at += len(parts[-1])
+        return np.concatenate([header, *parts])
+
+
+def _column(torus: Torus, k: int) -> tuple[Array, Array]:
+    """Return φ_j as far as θ_k makes it, (d, N), and √λ_k ∂φ_j/∂θ_k, weighted, (N, d).
+
+    Over half of the circle: the phases are odd and the rest is even. As many points as the waves
+    that matter want, which do not reach much further than the terms of the shifts.
+    """
+    size, series = len(torus.middle), torus.shifts[k]
+    orders = np.arange(1, series.shape[1] + 1)
+    count = min(max(FEWEST_POINTS, 6 * len(orders)), MOST_POINTS)
+    theta = np.pi * (np.arange(count) + 0.5) / count
+    own = (np.arange(size) == k)[:, None]
+    phases = own * theta + series[:size] @ np.sin(np.outer(orders, theta))
+    slopes = own + (series[:size] * orders) @ np.cos(np.outer(orders, theta))
+    root = np.sqrt(torus.middle[k] - torus.radius[k] * np.cos(theta))
+    return phases, (slopes * root / count).T
+
+
+def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = False) -> Clock:
+    """Return the clock of any dt/dτ on a torus of one or two dimensions.
+
+    Parameters
+    ----------
+    torus : Torus
+    rate : callable
+        dt/dτ at angles φ, shape (N, d) ↦ (N,).
+    period : int
+        Its period in every angle over 2π: 2 where it changes with the signs of components.
     signed : bool
         The rate may change its sign: a quadrature that is no time, measured by its size.
 
     Raises
     ------
     geomint.DomainError
-        For tori of more than three dimensions, and where the series decays too slowly for its grid.
+        For tori of more dimensions, and where the series decays too slowly for its grid.
     """
     size = len(torus.middle)
     if size not in GRIDS:
-        expected = "n ≤ 4 for physical time (its Fourier series); at_tau has any n"
+        expected = "a motion with no more than two angles of separation: its series takes a grid"
         raise gi.DomainError("n", size + 1, expected)
+    if size == 0:
+        mean = float(rate(np.zeros((1, 0)))[0])
+        return Clock(mean, np.zeros((0, 0), dtype=np.int64), np.zeros(0, complex), period, 0.0)
     count, most = 32, GRIDS[size]
     while True:
-        spectrum = _spectrum(torus, rate, count, turns)
+        axis = 2.0 * np.pi * period * np.arange(count) / count
+        grid = np.meshgrid(*([axis] * size), indexing="ij")
+        phi = np.stack(grid, axis=-1).reshape(-1, size)
+        spectrum = np.fft.fftn(rate(phi).reshape((count,) * size)) / count**size
         mean = float(spectrum[(0,) * size].real)
         largest = float(np.max(np.abs(spectrum))) if signed else abs(mean)
         edge = _edge(spectrum) / largest
         if edge < DECAYED or count >= most:
             break
         count *= 2
-    if edge > 1e-9:
-        expected = (
-            f"a motion whose time has a Fourier series that decays; at {count} it is {edge:.3g}"
-        )
-        raise gi.DomainError("state", start, expected)
-    return _clock(spectrum, mean, largest, torus, start, edge, turns)
+    _refuse_slow(edge, torus)
+    numbers = np.fft.fftfreq(count, 1.0 / count).astype(np.int64)
+    waves = np.stack(np.meshgrid(*([numbers] * size), indexing="ij"), axis=-1).reshape(-1, size)
+    flat = spectrum.reshape(-1)
+    leading = np.zeros(len(waves), dtype=np.int64)
+    for k in range(size - 1, -1, -1):
+        leading = np.where(waves[:, k] != 0, waves[:, k], leading)
+    inside = np.all(np.abs(waves) < count // 2, axis=1) & (np.abs(flat) > 0.01 * QUIET * largest)
+    chosen = inside & (leading > 0)
+    return Clock(mean, waves[chosen], 2.0 * flat[chosen], period, edge)
 
 
-def _spectrum(torus: Torus, rate: Rate, count: int, turns: int) -> Array:
-    """Return the Fourier coefficients of dt/dτ in φ."""
-    size = len(torus.middle)
-    axis = 2.0 * np.pi * turns * np.arange(count) / count
-    phi = np.stack(np.meshgrid(*([axis] * size), indexing="ij"), axis=-1).reshape(-1, size)
-    values = rate(torus.solve(phi)).reshape((count,) * size)
-    return np.asarray(np.fft.fftn(values) / values.size)
-
-
-def _edge(spectrum: Array) -> float:
+def _edge(spectrum: npt.NDArray[np.complex128]) -> float:
     """Return the largest coefficient in the outer quarter of the frequencies."""
     count, worst = spectrum.shape[0], 0.0
     outer = np.abs(np.fft.fftfreq(count, 1.0 / count)) >= 0.375 * count
     for axis in range(spectrum.ndim):
         worst = max(worst, float(np.max(np.abs(np.compress(outer, spectrum, axis=axis)))))
     return worst
-
-
-def _clock(
-    spectrum: Array,
-    mean: float,
-    largest: float,
-    torus: Torus,
-    start: Array,
-    edge: float,
-    turns: int,
-) -> Clock:
-    count, size = spectrum.shape[0], spectrum.ndim
-    numbers = np.fft.fftfreq(count, 1.0 / count).astype(int)
-    grids = np.stack(np.meshgrid(*([numbers] * size), indexing="ij"), axis=-1).reshape(-1, size)
-    flat = spectrum.reshape(-1)
-    inside = np.all(np.abs(grids) < count // 2, axis=1) & (np.abs(flat) > KEPT * largest)
-    first = [next((int(x) for x in m if x), 0) for m in grids[inside]]
-    chosen = np.flatnonzero(inside)[np.array(first) > 0]  # one of ±m
-    waves = grids[chosen] / turns
-    return Clock(mean, waves, 2.0 * flat[chosen], waves @ torus.frequencies, start, edge)

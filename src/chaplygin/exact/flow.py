@@ -10,6 +10,8 @@ relative error ε of it turns into a phase error of about condition · ω τ ε.
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,47 +19,34 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from ..spheroconical import Spheroconical
 from ..states import multiplier
-from .branch_points import mp, separation_of
-from .clock import Clock, clock_of, multiplier_rate
-from .state_map import StateMap
-from .torus import torus_of
+from .angles import component_signs, linear_angles, theta_of
+from .branch_points import separation_of
+from .clock import Clock, packed_clock, product_clock, sampled_clock
+from .clock_functions import at_time, clock_work, tau_at, time_at
+from .functions import at_angles, at_tau, state_rows, state_work
+from .packing import packed_torus, with_clock
+from .symmetry import reduced_axes
+from .torus import SeparatedEnergy, torus_of
 
-__all__ = ["ExactFlow", "sphere_weights", "veselova_weights"]
+__all__ = ["ExactFlow", "Quadrature"]
 
-NEWTON = 60
-
-
-def sphere_weights(a: Array, D: float) -> list[Any]:
-    """Return ∂H/∂r_j of the sphere: H = (−1)ⁿ D r_0/(2Πa) − r_(n−2)/2."""
-    n = len(a)
-    weights = [mp.mpf(0)] * (n - 1)
-    weights[0] += (-1) ** n * mp.mpf(D) / (2 * mp.fprod(mp.mpf(float(x)) for x in a))
-    weights[-1] -= mp.mpf(1) / 2
-    return weights
-
-
-def veselova_weights(a: Array, D: float) -> list[Any]:
-    """Return ∂𝓗/∂r_j of Veselova's problem: 𝓗 = D² r_(n−2)/2."""
-    weights = [mp.mpf(0)] * (len(a) - 1)
-    weights[-1] += mp.mpf(D) ** 2 / 2
-    return weights
+LEFT = 1e-9  # of an iteration's last step: more is a failure
 
 
 class ExactFlow:
     """The motion through one state, at any time.
 
-    Made by ``problem.exact(y0)`` of a Hamiltonised or reduced problem with different a_i. Call it with
-    physical times t, a number or an array; `at_tau` takes times τ. Both return states of the problem
-    from which it was made, flat, shape (rows,) or (times, rows).
+    Made by ``problem.exact(y0)`` of a Hamiltonised or reduced problem. Call it with physical times t, a
+    number or an array; `at_tau` takes times τ. Both return states of the problem from which it was
+    made, flat, shape (rows,) or (times, rows). Equal a_i and motions within coordinate planes have
+    tori of less dimensions, see `symmetry`.
 
     Parameters
     ----------
     a, D
         Of the problem.
-    weights : sequence
-        ∂H/∂r_j.
+    energy : SeparatedEnergy
     y : array, shape (2n,)
         The state at time 0.
     physical : bool
@@ -66,26 +55,33 @@ class ExactFlow:
     Raises
     ------
     geomint.DomainError
-        For equal a_i, a state at rest, and motions next to a separatrix: with the condition number.
+        For a state at rest, and motions next to a separatrix: with the condition number.
     """
 
-    def __init__(self, a: Array, D: float, weights: Any, y: Array, physical: bool) -> None:
+    def __init__(
+        self, a: Array, D: float, energy: SeparatedEnergy, y: Array, physical: bool
+    ) -> None:
         self.a, self.D, self.physical = a, D, physical
-        Spheroconical(a)  # refuses equal a_i
-        gamma, p_tilde = self._split(y)
-        moving = (gamma != 0.0) | (p_tilde != 0.0)  # the others are 0 for ever
-        if np.any(p_tilde) and not moving.all():
-            expected = "a motion that leaves every coordinate plane; drop the axes in which it is 0"
-            raise gi.DomainError("gamma", gamma, expected)
-        self.separation = separation_of(a, gamma, p_tilde)
-        self.torus = torus_of(self.separation, weights)
-        self._map, theta = StateMap.at(a, self.separation, self.torus, gamma, p_tilde)
-        self.start = self.torus.angles(theta)
-        self.rate, self._turns = multiplier_rate(a, D, self.torus), 1
+        gamma, p_tilde = self._split(self.inward(y))
+        self.axes = reduced_axes(a, gamma, p_tilde)
+        self.separation = separation_of(self.axes, gamma, p_tilde)
+        self.torus = torus_of(self.separation, energy)
+        signs = component_signs(self.axes, self.torus, self.separation, gamma, p_tilde)
+        count = len(self.torus.turns)
+        self._scale = D / float(np.sqrt(np.prod(self.axes.alpha)))
+        scale = self._scale if physical else 0.0
+        unstarted = packed_torus(
+            self.axes, self.separation, self.torus, signs, np.zeros(count), scale
+        )
+        self._params = unstarted
+        self.start = self._angles(gamma, p_tilde)
+        self._params = packed_torus(
+            self.axes, self.separation, self.torus, signs, self.start, scale
+        )
 
     @property
     def frequencies(self) -> Array:
-        """ω = dφ/dτ, shape (n−1,)."""
+        """dφ/dτ: ω of the separated angles, then Ω of the pairs; n − 1 if all a_i are different."""
         return self.torus.frequencies
 
     @property
@@ -103,79 +99,156 @@ class ExactFlow:
         fastest = float(np.max(np.abs(self.frequencies)))
         return np.asarray((1.0 + fastest * times) * self.condition * 2.0**-52)
 
+    def rate(self, states: Array) -> Array:
+        """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
+        gamma = self.inward(states)[..., : len(self.a)]
+        return np.asarray(self.D * np.sqrt(np.sum(gamma * gamma / self.a, axis=-1)))
+
     @functools.cached_property
     def clock(self) -> Clock:
-        """Physical time as a function of τ; n ≤ 4."""
-        return clock_of(self.torus, self.start, self.rate, self._turns)
+        """Physical time as a function of τ."""
+        return product_clock(self.torus, self._scale, lambda phi: self.rate(self.at_angles(phi)))
 
     @property
     def mean_frequencies(self) -> Array:
-        """Mean frequencies in physical time, ω/T, shape (n−1,)."""
+        """Mean frequencies in physical time, `frequencies`/T."""
         return np.asarray(self.frequencies / self.clock.mean)
 
     def angles(self, y: Any) -> Array:
-        """Return φ of a state on the torus, modulo 4π, shape (n−1,)."""
-        return self.torus.angles(self._map.theta(*self._split(np.asarray(y, dtype=np.float64))))
+        """Return (φ, Φ) of a state on the torus, modulo 4π, shape of `frequencies`."""
+        return self._angles(*self._split(self.inward(np.asarray(y, dtype=np.float64))))
+
+    def at_tau(self, tau: Any) -> Array:
+        """Return states at times τ, of any sign and size.
+
+        Raises
+        ------
+        geomint.DomainError
+            For times that are not finite.
+        geomint.ConvergenceError
+            If an iteration fails: never seen where the torus could be made.
+        """
+        return self._states(at_tau, self._params, self._work, _times("tau", tau)[..., None])
+
+    def __call__(self, t: Any) -> Array:
+        """Return states at physical times t, of any sign and size; errors as `at_tau`."""
+        return self._states(at_time, self._timed, self._clock_work, _times("t", t)[..., None])
+
+    def at_angles(self, phi: Any) -> Array:
+        """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
+        given = np.asarray(phi, dtype=np.float64)
+        full = np.zeros((*given.shape[:-1], len(self.start)))
+        full[..., : given.shape[-1]] = given
+        return self._states(at_angles, self._params, self._work, full)
+
+    def time(self, tau: Any) -> Array:
+        """Return physical time at times τ."""
+        return Quadrature(self.clock, self._timed, self._clock_work)(tau)
+
+    def tau(self, t: Any) -> Array:
+        """Return τ at physical times t; errors as `at_tau`."""
+        points = _times("t", t)[..., None]
+        values = gi.pointwise(tau_at, self._timed, points, 2, self._clock_work)
+        _check(values[..., 1], points)
+        return values[..., 0]
+
+    def inward(self, y: Array) -> Array:
+        """Return the flow's own states (γ, p) or (γ, p̃) of states of the problem: these."""
+        return y
+
+    def outward(self, y: Array) -> Array:
+        """Return states of the problem of the flow's own: these."""
+        return y
+
+    def quadrature(self, rate: Callable[[Array], Array]) -> Quadrature:
+        """Return ∫ rate dτ along the motion, of a function of φ that need not be of one sign.
+
+        Parameters
+        ----------
+        rate : callable
+            Of φ, shape (N, d) ↦ (N,), of period 4π in every angle.
+
+        Raises
+        ------
+        geomint.DomainError
+            For more than two separated angles, and a function whose Fourier series does not decay.
+        """
+        clock = sampled_clock(self.torus, rate, 2, signed=True)
+        params = with_clock(self._params, packed_clock(clock, self.torus, self.start))
+        return Quadrature(clock, params, self._clock_rows(clock))
+
+    @functools.cached_property
+    def _timed(self) -> Array:
+        return with_clock(self._params, packed_clock(self.clock, self.torus, self.start))
+
+    @property
+    def _work(self) -> int:
+        return len(self.start) + state_work(len(self.torus.middle), len(self.start))
+
+    @functools.cached_property
+    def _clock_work(self) -> int:
+        return self._clock_rows(self.clock)
+
+    def _clock_rows(self, clock: Clock) -> int:
+        bounds = int(np.sum(np.max(np.abs(clock.waves), axis=0, initial=0)))
+        return clock_work(len(self.torus.middle), len(self.start), bounds)
+
+    def _states(self, function: Any, params: Array, work: int, points: Array) -> Array:
+        n = len(self.a)
+        values = gi.pointwise(function, params, points, state_rows(n), work)
+        _check(values[..., -1], points)
+        return self.outward(values[..., : 2 * n])
 
     def _split(self, y: Array) -> tuple[Array, Array]:
-        """Return γ and p̃."""
+        """Return γ and p̃ of one of the flow's own states."""
         n = len(self.a)
         scale = multiplier(self.a, self.D, y[:n]) if self.physical else 1.0
         return y[:n], np.asarray(y[n:] / scale)
 
-    def at_tau(self, tau: Any) -> Array:
-        """Return states at times τ, of any sign and size."""
-        times = np.asarray(tau, dtype=np.float64)
-        if not np.isfinite(times).all():
-            raise gi.DomainError("tau", tau, "finite times")
-        return self.states(self.torus.solve(self.phases(times)))
-
-    def __call__(self, t: Any) -> Array:
-        """Return states at physical times t, of any sign and size."""
-        times = np.asarray(t, dtype=np.float64)
-        if not np.isfinite(times).all():
-            raise gi.DomainError("t", t, "finite times")
-        return self.at_tau(self.tau(times))
-
-    def time(self, tau: Any) -> Array:
-        """Return physical time at times τ."""
-        times = np.asarray(tau, dtype=np.float64)
-        return np.asarray(self.clock.mean * times + self.clock.periodic(self.phases(times), times))
-
-    def tau(self, t: Any) -> Array:
-        """Return τ at physical times t."""
-        times = np.asarray(t, dtype=np.float64)
-        tau = times / self.clock.mean
-        for _ in range(NEWTON):
-            phi = self.phases(tau)
-            rate = self.rate(self.torus.solve(phi))
-            defect = self.clock.mean * tau + self.clock.periodic(phi, tau) - times
-            tau = tau - defect / rate
-            if np.all(np.abs(defect) <= 4e-16 * (np.abs(times) + abs(self.clock.mean))):
-                return np.asarray(tau)
-        return np.asarray(tau)
-
-    def phases(self, tau: Array) -> Array:
-        """Return φ₀ + ωτ modulo 4π, shape (..., n−1): reduced as turns, in two parts."""
-        turns = self.torus.turns
-        product, error = _two_product(tau[..., None], turns)
-        rest = (product - np.rint(product)) + (error + tau[..., None] * self.torus.turns_low)
-        return np.asarray(self.start + 4.0 * np.pi * (rest - np.rint(rest)))
-
-    def states(self, theta: Array) -> Array:
-        """Return states at angles θ of the torus, shape (..., n−1)."""
-        gamma, p_tilde = self._map(theta)
-        if self.physical:
-            u = np.sum(gamma * gamma / self.a, axis=-1, keepdims=True)
-            p_tilde = self.D * np.sqrt(u) * p_tilde
-        return np.concatenate([gamma, p_tilde], axis=-1)
+    def _angles(self, gamma: Array, p_tilde: Array) -> Array:
+        position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
+        theta = theta_of(self.axes, self.torus, position, momentum)
+        return linear_angles(self._params, theta, psi)
 
 
-def _two_product(x: Array, y: Array) -> tuple[Array, Array]:
-    """Return the rounded product, and what rounding took from it (Dekker)."""
-    product = x * y
-    factor = 134217729.0  # 2²⁷ + 1
-    xh = factor * x - (factor * x - x)
-    yh = factor * y - (factor * y - y)
-    xl, yl = x - xh, y - yh
-    return product, ((xh * yh - product) + xh * yl + xl * yh) + xl * yl
+@dataclass(frozen=True)
+class Quadrature:
+    """A quadrature along a motion, 0 at τ = 0; called with times τ.
+
+    Parameters
+    ----------
+    clock : Clock
+        The Fourier series of its rate.
+    params, work
+        For the compiled function.
+    """
+
+    clock: Clock
+    params: Array
+    work: int
+
+    @property
+    def mean(self) -> float:
+        """The mean rate in τ."""
+        return self.clock.mean
+
+    def __call__(self, tau: Any) -> Array:
+        """Return the integral from 0 to τ, for every τ."""
+        points = _times("tau", tau)[..., None]
+        return gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
+
+
+def _times(name: str, values: Any) -> Array:
+    times = np.asarray(values, dtype=np.float64)
+    if not np.isfinite(times).all():
+        raise gi.DomainError(name, values, "finite times")
+    return times
+
+
+def _check(left: Array, points: Array) -> None:
+    """Raise ConvergenceError where an iteration has left more than it may."""
+    failed = ~(left <= LEFT)
+    if np.any(failed):
+        first = np.argwhere(failed)[0]
+        at, residual = float(points[tuple(first)][0]), float(left[tuple(first)])
+        raise gi.ConvergenceError(at, 0, residual, 60, "angles on the torus")

@@ -106,23 +106,23 @@ def resonances(omega: Any, order: int, tolerance: float = 1e-9) -> list[tuple[in
 
 
 def action_variables(exact: ExactFlow) -> Array:
-    """Return J_k, shape (n−1,), of a motion; to about condition · 2⁻⁵²."""
+    """Return J_k, then the ℓ of pairs (`symmetry`), of a motion; to about condition · 2⁻⁵²."""
     theta = 2.0 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
-    result = []
+    torus, result = exact.torus, []
     for k, oval in enumerate(exact.separation.ovals):
         lower, upper = float(oval.lower), float(oval.upper)
-        lam = exact.torus.middle[k] - exact.torus.radius[k] * np.cos(theta)
-        q = exact.torus.lead * np.prod(np.abs(lam[:, None] - exact.torus.others[k]), axis=1)
-        # (λ − lower)(upper − λ)/P, the ends at an a_i cancelled: λ − a_i is λ − lower, or −(upper − λ).
+        lam = torus.middle[k] - torus.radius[k] * np.cos(theta)
+        q = torus.lead * np.prod(np.abs(lam[:, None] - torus.others[k]), axis=1)
+        # (λ − lower)(upper − λ)/P, the ends at an α cancelled: λ − α is λ − lower, or −(upper − λ).
         value = np.sqrt(q) / (2.0 * lam)
-        for i, axis in enumerate(exact.a):
-            if i not in (oval.low_axis, oval.high_axis):
+        for g, axis in enumerate(exact.axes.alpha):
+            if g not in (oval.low_axis, oval.high_axis):
                 value = value / (lam - axis)
         if oval.low_axis is None:
             value = value * (lam - lower)
         value = -value if oval.high_axis is not None else value * (upper - lam)
         result.append(float(np.mean(value)))
-    return np.array(result)
+    return np.array([*result, *(float(ell) for ell in exact.separation.ell if ell)])
 
 
 def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from ..manifold import Array
 
 __all__ = ["exact_ball", "exact_sphere", "exact_veselova"]
@@ -24,12 +22,10 @@ def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
     """
 
     def motion(y: Array) -> Any:
-        from .flow import ExactFlow, sphere_weights
-        from .great_circle import ExactGreatCircle
+        from .flow import ExactFlow
+        from .torus import SeparatedEnergy
 
-        if np.ptp(a) == 0.0:
-            return ExactGreatCircle(float(a[0]), D, D / float(a[0]) - float(a[0]), y, physical)
-        return ExactFlow(a, D, sphere_weights(a, D), y, physical)
+        return ExactFlow(a, D, SeparatedEnergy(D, -1.0), y, physical)
 
     return motion
 
@@ -38,12 +34,10 @@ def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]
     """Return y0 ↦ the exact motion of the Veselova problem with r = 1; as `exact_sphere`."""
 
     def motion(y: Array) -> Any:
-        from .flow import ExactFlow, veselova_weights
-        from .great_circle import ExactGreatCircle
+        from .flow import ExactFlow
+        from .torus import SeparatedEnergy
 
-        if np.ptp(a) == 0.0:
-            return ExactGreatCircle(float(a[0]), D, D * D * float(a[0]), y, physical)
-        return ExactFlow(a, D, veselova_weights(a, D), y, physical)
+        return ExactFlow(a, D, SeparatedEnergy(0.0, D * D), y, physical)
 
     return motion
 

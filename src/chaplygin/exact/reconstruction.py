@@ -21,7 +21,6 @@ from ..ball.rolling_states import upright
 from ..inertia import positive_number
 from ..manifold import PARALLEL, Array, admit_frame
 from .classical import ExactBall
-from .clock import clock_of
 
 __all__ = ["ContactPath", "attitude"]
 
@@ -100,8 +99,7 @@ class ContactPath:
     def contact(self, t: Any) -> Array:
         """Return the contact point at physical times t, shape (..., 2)."""
         tau = self.exact.tau(t)
-        phases = self.exact.phases(tau)
-        parts = [c.mean * tau + c.periodic(phases, tau) for c in self._quadratures]
+        parts = [quadrature(tau) for quadrature in self._quadratures]
         return np.asarray(self._r0 + np.stack(parts, axis=-1))
 
     @property
@@ -115,16 +113,15 @@ class ContactPath:
         exact = self.exact
 
         def component(i: int) -> Any:
-            def rate(theta: Array) -> Array:
-                y = exact.states(theta)
-                omega = exact.angular_velocity(y)
-                velocity = np.cross(omega, y[..., 3:])
+            def rate(phi: Array) -> Array:
+                y = exact.at_angles(phi)
+                velocity = np.cross(exact.angular_velocity(y), y[..., 3:])
                 moved = self._attitude(y) @ velocity[..., None]
-                return np.asarray(self.rho * moved[..., i, 0] * exact.rate(theta))
+                return np.asarray(self.rho * moved[..., i, 0] * exact.rate(y))
 
             return rate
 
-        return [clock_of(exact.torus, exact.start, component(i), 2, signed=True) for i in (0, 1)]
+        return [exact.quadrature(component(i)) for i in (0, 1)]
 
     def _attitude(self, y: Array) -> Array:
         frames = _frames(y[..., :3], y[..., 3:])

@@ -1,20 +1,25 @@
 """The invariant torus: periods, linear angles, and the angles θ in which states are simple.
 
 On the oval of λ_k let λ = m − d cos θ. With μ = d sin θ √Q/(2λP) the differentials of the variables
-conjugate to r_j are smooth and periodic,
+conjugate to the constants c_j and ℓ_g of `branch_points` are smooth and periodic,
 
-    ∂μ/∂r_j dλ = −¼ λ^j/√Q dθ,   β_j = Σ_k ∫ ∂μ_k/∂r_j dλ_k,   dβ_j/dτ = ∂H/∂r_j,
+    ∂μ/∂c_j dλ = −¼ λ^j/√Q dθ,   ∂μ/∂ℓ_g dλ = −½ ℓ_g α_g P/((λ − α_g)² √Q) dθ,
 
-H a linear combination of the r_j. For powers of λ take Lagrange's polynomials ℓ_j on the middles of the
-ovals, which only mixes the β_j: with them the period matrix, the means Π_jk over one turn of θ_k, is
-nearly diagonal, and nothing cancels in high dimensions. The angles φ = 2π Π⁻¹β are linear in time
-and advance by 2π where θ does, so that
+and β_j = Σ_k ∫ ∂μ_k/∂c_j dλ_k grows with the rate ∂H/∂c_j. For powers of λ take Lagrange's polynomials
+on the middles of the ovals, which only mixes the β_j: with them the period matrix, the means Π_jk over
+one turn of θ_k, is nearly diagonal, and nothing cancels in high dimensions. The angles φ = 2π Π⁻¹β are
+linear in time and advance by 2π where θ does, so that with sine series s
 
-    φ = θ + 2π Π⁻¹ Σ_k s_k(θ_k),   dφ/dτ = ω = 2π Π⁻¹ ∂H/∂r,
+    φ = θ + 2π Π⁻¹ Σ_k s_k(θ_k),   dφ/dτ = ω = 2π Π⁻¹ ∂H/∂c.
 
-with sine series s. Their coefficients decay geometrically: the trapezoidal rule gives the periods to
-`DIGITS` digits with a few dozen points, if the branch points are apart. A Newton iteration in all θ at
-once inverts the map.
+With m_gk, the means of ∂μ_k/∂ℓ_g dλ_k/dθ_k, the polar angle ψ_g of a pair has the linear angle
+
+    Φ_g = ψ_g + Σ_k [s_gk(θ_k) + m_gk (θ_k − φ_k)],   dΦ_g/dτ = Ω_g = ∂H/∂ℓ_g − Σ_k m_gk ω_k.
+
+So all of them are (φ, Φ) = (θ, ψ) + Σ_k shift_k(θ_k).
+
+Coefficients decay geometrically: the trapezoidal rule gives the periods to more than 32 digits with
+a few dozen points, if the branch points are apart.
 """
 
 from __future__ import annotations
@@ -27,150 +32,146 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from .branch_points import DIGITS, Oval, Separation, mp
+from .branch_points import Oval, Separation, mp
 
-__all__ = ["Torus", "torus_of"]
+__all__ = ["SeparatedEnergy", "Torus", "torus_of"]
 
-MOST_POINTS = 4096  # of the trapezoidal rule; more are needed only next to a separatrix
-NEWTON = 60  # iterations; where the map is far from linear the first steps are cut
-LONGEST = 1.0  # largest change of an angle in a Newton step
-TERMS = 1e-18  # Fourier coefficients below this part of the largest are left out
+MOST_POINTS = 16384  # of the trapezoidal rule; more are needed only next to a separatrix
+AGREEMENT = mp.mpf("1e-18")  # of N and N/2 points: the error is squared when N is doubled
+TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
+
+
+@dataclass(frozen=True)
+class SeparatedEnergy:
+    """A Hamiltonian that is separated in spheroconical coordinates: H = ½ (x F(0) + y (p̃, Ap̃)).
+
+    (p̃, Ap̃) is the limit of λ²F. Sphere: x = D, y = −1; Veselova: x = 0, y = D².
+
+    Parameters
+    ----------
+    at_zero, at_infinity : float
+        x and y.
+    """
+
+    at_zero: float
+    at_infinity: float
+
+    def slopes(self, alpha: Any) -> list[Any]:
+        """Return ∂H/∂c_j, j = 0 … q−2."""
+        weights = [mp.mpf(0)] * (len(alpha) - 1)
+        if weights:
+            weights[0] += mp.mpf(self.at_zero) / (2 * mp.fprod(-x for x in alpha))
+            weights[-1] += mp.mpf(self.at_infinity) / 2
+        return weights
+
+    def turning(self, alpha: Any, ell: Any) -> Any:
+        """Return ∂H/∂ℓ of a pair."""
+        return ell * (mp.mpf(self.at_zero) / alpha + mp.mpf(self.at_infinity) * alpha)
 
 
 @dataclass(frozen=True)
 class Torus:
-    """A torus with its angles, vectorised over many points.
+    """A torus of d = q − 1 angles θ and some pairs' angles ψ: numbers for `functions`.
 
     Parameters
     ----------
-    middle, radius : array, shape (n−1,)
+    middle, radius : array, shape (d,)
         m and d of every oval.
-    others : array, shape (n−1, 2n−3)
+    others : array, shape (d, 2d−1)
         The branch points of Q.
     lead : float
-        r_(n−2).
-    inverse : array, shape (n−1, n−1)
-        2π Π⁻¹.
-    sines : array, shape (n−1, n−1, M)
-        Coefficients of sin mθ_k, m = 1 … M, in −¼∫ℓ_j/√Q less its mean.
-    turns, turns_low : array, shape (n−1,)
-        Frequencies ω/4π in the flow's time τ, in two parts: turns of 4π, by which signs return.
+    shifts : tuple of array, shape (d + pairs, terms)
+        For every θ_k the coefficients of sin mθ_k, m = 1, 2, …
+    turns, turns_low : array, shape (d + pairs,)
+        Frequencies over 4π in the flow's time τ, in two parts: turns of 4π, by which signs return.
     """
 
     middle: Array
     radius: Array
     others: Array
     lead: float
-    inverse: Array
-    sines: Array
+    shifts: tuple[Array, ...]
     turns: Array
     turns_low: Array
 
     @property
     def frequencies(self) -> Array:
-        """ω = dφ/dτ, shape (n−1,)."""
+        """ω and Ω, shape (d + pairs,)."""
         return np.asarray(4.0 * np.pi * self.turns)
 
-    def lam(self, theta: Array) -> Array:
-        """Return λ_k at θ, shape (..., n−1)."""
-        return np.asarray(self.middle - self.radius * np.cos(theta))
 
-    def root_q(self, lam: Array) -> Array:
-        """Return √Q_k(λ_k), shape (..., n−1)."""
-        factors = np.abs(lam[..., None] - self.others)
-        return np.asarray(np.sqrt(self.lead * np.prod(factors, axis=-1)))
-
-    def slopes(self, theta: Array) -> Array:
-        """Return the matrix ∂φ/∂θ, shape (..., n−1, n−1)."""
-        lam = self.lam(theta)
-        values = lagrange(self.middle, lam)
-        return np.asarray(self.inverse @ (-0.25 * values / self.root_q(lam)[..., None, :]))
-
-    def angles(self, theta: Array) -> Array:
-        """Return φ at θ, shape (..., n−1)."""
-        orders = np.arange(1, self.sines.shape[2] + 1)
-        waves = np.sin(theta[..., None] * orders)
-        shifts = np.einsum("jkm,...km->...j", self.sines, waves)
-        return np.asarray(theta + shifts @ self.inverse.T)
-
-    def solve(self, phi: Array) -> Array:
-        """Return θ at φ, which winds as φ does, shape (..., n−1).
-
-        Raises
-        ------
-        geomint.ConvergenceError
-            If Newton's iteration does not end: never seen where the torus could be made.
-        """
-        theta: Array = np.array(phi, dtype=np.float64)
-        if not theta.size:
-            return theta
-        for _ in range(NEWTON):
-            defect = self.angles(theta) - phi
-            step = np.linalg.solve(self.slopes(theta), defect[..., None])[..., 0]
-            largest = np.max(np.abs(step), axis=-1, keepdims=True)
-            theta = theta - step * np.minimum(1.0, LONGEST / np.maximum(largest, 1e-300))
-            if np.max(largest) <= 1e-15 * max(1.0, float(np.max(np.abs(theta)))):
-                return theta
-            if np.max(largest) < 1e-10:  # one more step is quadratic
-                defect = self.angles(theta) - phi
-                return theta - np.linalg.solve(self.slopes(theta), defect[..., None])[..., 0]
-        residual = float(np.max(np.abs(self.angles(theta) - phi)))
-        raise gi.ConvergenceError(0.0, 0, residual, NEWTON, "angles on the torus")
-
-
-def lagrange(nodes: Any, x: Any) -> Any:
-    """Return ℓ_j(x_k), Lagrange's polynomials on the nodes, shape (..., nodes, x)."""
+def lagrange(nodes: Any, x: Any) -> list[Any]:
+    """Return ℓ_j(x), Lagrange's polynomials on the nodes."""
     rows = []
     for j, node in enumerate(nodes):
-        value = 1.0 + 0.0 * x
+        value = mp.mpf(1)
         for s, other in enumerate(nodes):
             if s != j:
                 value = value * ((x - other) / (node - other))
         rows.append(value)
-    return np.stack(rows, axis=-2) if isinstance(x, np.ndarray) else rows
+    return rows
 
 
-def torus_of(separation: Separation, weights: Any) -> Torus:
-    """Return the torus of a motion, for the flow of H = Σ weights_j r_j.
-
-    Parameters
-    ----------
-    separation : Separation
-    weights : sequence of mpf or float
-        ∂H/∂r_j, j = 0 … n−2.
+def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
+    """Return the torus of a motion, for the flow of an energy.
 
     Raises
     ------
     geomint.DomainError
         If the periods do not converge: the motion is next to a separatrix.
     """
-    ovals, lead = separation.ovals, separation.r[-1]
-    size, nodes = len(ovals), [(o.lower + o.upper) / 2 for o in ovals]
-    periods, samples = mp.zeros(size, size), []
-    for k, oval in enumerate(ovals):
-        means, values = _means(oval, lead, nodes, separation.condition)
+    ovals, size = separation.ovals, len(separation.ovals)
+    nodes = [(o.lower + o.upper) / 2 for o in ovals]
+    pairs = [g for g, ell in enumerate(separation.ell) if ell]
+    means, samples = [], []
+    for oval in ovals:
+        mean, values = _means(oval, separation, nodes, pairs)
+        means.append(mean)
         samples.append(values)
-        for j in range(size):
-            periods[j, k] = -means[j] * mp.pi / 2
-    inverse = 2 * mp.pi * mp.inverse(periods)
-    rates = inverse * mp.matrix(_mixed(nodes, weights))
-    turns = [rate / (4 * mp.pi) for rate in rates]
+    turns = _turns(separation, energy, nodes, pairs, means)
     high = [float(x) for x in turns]
-    low = [float(x - y) for x, y in zip(turns, high, strict=True)]
+    inverse = _inverse(means, size)
+    shifts = [_shift(values, inverse, means, k) for k, values in enumerate(samples)]
     return Torus(
         np.array([float(x) for x in nodes]),
         np.array([float((o.upper - o.lower) / 2) for o in ovals]),
         np.array([[float(b) for b in o.others] for o in ovals]),
-        float(lead),
-        np.array(inverse.tolist(), dtype=np.float64),
-        _sine_series(samples),
+        float(separation.lead),
+        tuple(_heard(s) for s in shifts),
         np.array(high),
-        np.array(low),
+        np.array([float(x - y) for x, y in zip(turns, high, strict=True)]),
     )
 
 
-def _mixed(nodes: list[Any], weights: Any) -> list[Any]:
-    """Return Σ_i c_ji ∂H/∂r_i, ℓ_j = Σ_i c_ji λ^i: the rates of what ℓ_j stands for."""
+def _inverse(means: list[list[Any]], size: int) -> Any:
+    """Return 2πΠ⁻¹."""
+    periods = mp.matrix(size, size)
+    for k in range(size):
+        for j in range(size):
+            periods[j, k] = 2 * mp.pi * means[k][j]
+    return 2 * mp.pi * mp.inverse(periods) if size else periods
+
+
+def _turns(
+    separation: Separation,
+    energy: SeparatedEnergy,
+    nodes: list[Any],
+    pairs: list[int],
+    means: list[list[Any]],
+) -> list[Any]:
+    """Return ω and Ω over 4π."""
+    size = len(nodes)
+    rates = _mixed(nodes, energy.slopes(separation.alpha))
+    inverse = _inverse(means, size)
+    omega = [mp.fsum(inverse[k, j] * rates[j] for j in range(size)) for k in range(size)]
+    for row, g in enumerate(pairs, start=size):
+        turning = energy.turning(separation.alpha[g], separation.ell[g])
+        omega.append(turning - mp.fsum(means[k][row] * omega[k] for k in range(size)))
+    return [rate / (4 * mp.pi) for rate in omega]
+
+
+def _mixed(nodes: list[Any], weights: list[Any]) -> list[Any]:
+    """Return Σ_i x_ji ∂H/∂c_i, ℓ_j = Σ_i x_ji λ^i: the rates of what ℓ_j stands for."""
     rates = []
     for j, node in enumerate(nodes):
         coefficients = [mp.mpf(1)]
@@ -182,59 +183,60 @@ def _mixed(nodes: list[Any], weights: Any) -> list[Any]:
                 coefficients = [
                     (x - other * y) / scale for x, y in zip(longer, shifted, strict=True)
                 ]
-        rates.append(sum(c * mp.mpf(w) for c, w in zip(coefficients, weights, strict=True)))
+        rates.append(mp.fsum(c * w for c, w in zip(coefficients, weights, strict=True)))
     return rates
 
 
-def _means(oval: Oval, lead: Any, nodes: list[Any], condition: float) -> tuple[list[Any], Array]:
-    """Return the means of ℓ_j/√Q over θ, and samples at θ = 2πi/N, shape (n−1, N)."""
-    size = len(nodes)
+def _means(
+    oval: Oval, separation: Separation, nodes: list[Any], pairs: list[int]
+) -> tuple[list[Any], Array]:
+    """Return the means over θ of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
     middle, radius = (oval.lower + oval.upper) / 2, (oval.upper - oval.lower) / 2
     count, previous = 16, None
 
     def row(i: int) -> list[Any]:
         lam = middle - radius * mp.cos(2 * mp.pi * i / count)
-        q = lead
+        value = separation.lead
         for b in oval.others:
-            q *= lam - b
-        value = 1 / mp.sqrt(q)
-        return [value * x for x in lagrange(nodes, lam)]
+            value *= lam - b
+        value = -1 / (4 * mp.sqrt(value))
+        product = 2 * mp.fprod(lam - x for x in separation.alpha)
+        turning = [
+            product * separation.ell[g] * separation.alpha[g] / (lam - separation.alpha[g]) ** 2
+            for g in pairs
+        ]
+        return [value * x for x in lagrange(nodes, lam) + turning]
 
     rows: list[list[Any]] = []  # even in θ: half of the circle
     while count <= MOST_POINTS:
         known = dict(zip(range(0, count // 2 + 1, 2), rows, strict=True)) if rows else {}
         rows = [known[i] if i in known else row(i) for i in range(count // 2 + 1)]
-        ends = [rows[0][j] + rows[-1][j] for j in range(size)]
-        sums = [2 * sum(row[j] for row in rows[1:-1]) + ends[j] for j in range(size)]
-        means = [total / count for total in sums]
+        columns = list(zip(*rows, strict=True))
+        means = [(2 * mp.fsum(c[1:-1]) + c[0] + c[-1]) / count for c in columns]
+        allowed = AGREEMENT * max(abs(z) for z in means)
         if previous is not None and all(
-            abs(x - y) < mp.mpf(10) ** (8 - DIGITS) * max(abs(z) for z in means)
-            for x, y in zip(means, previous, strict=True)
+            abs(x - y) < allowed for x, y in zip(means, previous, strict=True)
         ):
             half = np.array([[float(x) for x in row] for row in rows]).T
             return means, np.concatenate([half, half[:, -2:0:-1]], axis=1)
         previous, count = means, 2 * count
     expected = "a motion that is not next to a separatrix: the periods do not converge, condition "
-    raise gi.DomainError(
-        "state", [float(oval.lower), float(oval.upper)], f"{expected}{condition:.3g}"
-    )
+    ends = [float(oval.lower), float(oval.upper)]
+    raise gi.DomainError("state", ends, f"{expected}{separation.condition:.3g}")
 
 
-def _sine_series(samples: list[Array]) -> Array:
-    """Return the coefficients of sin mθ_k in the integral of −¼ ℓ_j/√Q less its mean, (j, k, m)."""
-    series = []
-    for values in samples:
-        count = values.shape[1]
-        cosines = np.fft.rfft(values, axis=1).real[:, 1 : count // 2] * (2.0 / count)
-        series.append(-0.25 * cosines / np.arange(1, count // 2))
-    largest = max(float(np.max(np.abs(s))) for s in series)
-    lengths = []
-    for s in series:
-        heard = np.flatnonzero(np.max(np.abs(s), axis=0) > TERMS * largest)
-        lengths.append(int(heard[-1]) + 1 if len(heard) else 1)
-    terms = max(lengths)
-    result = np.zeros((len(samples), len(samples), terms))
-    for k, s in enumerate(series):
-        kept = min(terms, s.shape[1])
-        result[:, k, :kept] = s[:, :kept]
-    return result
+def _shift(values: Array, inverse: Any, means: list[list[Any]], k: int) -> Array:
+    """Return the coefficients of sin mθ_k in (φ, Φ) − (θ, ψ), shape (d + pairs, terms)."""
+    count, size = values.shape[1], inverse.rows
+    cosines = np.fft.rfft(values, axis=1).real[:, 1 : count // 2] * (2.0 / count)
+    sines = cosines / np.arange(1, count // 2)
+    matrix = np.array(inverse.tolist(), dtype=np.float64).reshape(size, size)
+    phi = matrix @ sines[:size]
+    slopes = np.array([[float(m) for m in mean[size:]] for mean in means]).reshape(size, -1)
+    return np.concatenate([phi, sines[size:] - slopes.T @ phi])
+
+
+def _heard(series: Array) -> Array:
+    """Return the series without its last terms that are too small to matter."""
+    loud = np.flatnonzero(np.max(np.abs(series), axis=0) > TERMS)
+    return series[:, : int(loud[-1]) + 1 if len(loud) else 1]

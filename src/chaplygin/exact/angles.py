@@ -1,0 +1,58 @@
+"""Where a state stands on its torus: θ and ψ, and the signs of components, from γ and p̃."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import geomint as gi
+
+from ..manifold import Array
+from ..spheroconical import Spheroconical
+from .branch_points import Separation
+from .functions import at_angles, shifts, state_rows, state_work
+from .packing import packed_torus
+from .symmetry import ReducedAxes
+from .torus import Torus
+
+__all__ = ["component_signs", "linear_angles", "theta_of"]
+
+
+def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) -> Array:
+    """Return θ_k in [−π, π] from components, both sine and cosine, shape (d,)."""
+    if len(position) == 1:
+        return np.zeros(0)
+    lam, gaps = Spheroconical(axes.alpha).coordinates(position)
+    sines = np.zeros(len(lam))
+    for g in range(len(position)):  # P(λ_k) μ_k = ½ Σ_g p̃_gγ_g Π_{h≠g} (λ_k − α_h)
+        others = np.prod(np.delete(gaps, g, axis=1), axis=1)
+        sines += 0.5 * momentum[g] * position[g] * others
+    root_q = np.sqrt(torus.lead * np.prod(np.abs(lam[:, None] - torus.others), axis=1))
+    return np.asarray(
+        np.arctan2(2.0 * lam / root_q * sines, torus.middle - lam)
+    )  # d sin θ, d cos θ
+
+
+def component_signs(
+    axes: ReducedAxes, torus: Torus, separation: Separation, gamma: Array, p_tilde: Array
+) -> Array:
+    """Return the signs of the components, but for the sines and cosines of half angles, (q,)."""
+    position, momentum, psi, _ = axes.components(gamma, p_tilde)
+    theta = theta_of(axes, torus, position, momentum)
+    plain = np.ones(len(axes.alpha))
+    params = packed_torus(axes, separation, torus, plain, np.zeros(len(torus.turns)), 0.0)
+    phi = linear_angles(params, theta, psi)
+    n = len(gamma)
+    work = state_work(len(theta), len(phi))
+    state = gi.pointwise(at_angles, params, phi, state_rows(n), work)
+    bare, rate, _, _ = axes.components(state[:n], state[n : 2 * n])
+    # A component that is 0 now has the sign with which it is about to leave.
+    leaving = np.sign(momentum * rate)
+    signs = np.where(np.abs(position) >= 1e-8, np.sign(position * bare), leaving)
+    return np.where(axes.paired | (signs == 0.0), 1.0, signs)
+
+
+def linear_angles(params: Array, theta: Array, psi: Array) -> Array:
+    """Return (φ, Φ) at (θ, ψ), shape (d + pairs,)."""
+    angles, ovals = len(theta) + len(psi), len(theta)
+    shift = gi.pointwise(shifts, params, theta, angles, ovals * ovals)
+    return np.asarray(np.concatenate([theta, psi]) + shift)

@@ -1,0 +1,212 @@
+"""Compiled: physical time from τ and back, and states at physical times.
+
+The clock's section of the parameters (`clock`): T, the period of the waves over 2π, the fastest
+frequency, how many waves are regular and resonant, the constant −Σ Re(A e^{im·φ(0)}), the largest
+|m_k| in every direction; then for every wave m, r = m·ω and
+
+* regular: A = 2f_m/(ir), which adds Re(A e^{im·φ}) to t;
+* resonant, r all but 0: c = 2f_m and m·φ(0), which adds Re(c (e^{im·φ} − e^{im·φ(0)})/(ir)), evaluated
+  so that r = 0 does no harm.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import geomint as gi
+from geomint import part
+
+from .functions import phases, state_at
+from .packing import ANGLES, CLOCK, OVALS, ROWS, TURNS
+
+__all__ = ["MODE_EXTRA", "at_time", "clock_work", "product_integral", "tau_at", "time_at"]
+
+MEAN, PERIOD, FASTEST, REGULAR, RESONANT, OFFSET, BOUNDS = range(7)
+MODE_EXTRA = 4  # numbers of a wave after m
+NEWTON = 60
+HALVINGS = 40
+NOISE = 4e-16  # of the terms of the sum
+FOUR_PI = 12.566370614359172
+
+
+def clock_work(ovals: int, angles: int, bounds: int) -> int:
+    """Rows of scratch that the functions of this module need; `bounds` is the sum of the |m_k|."""
+    return 2 * (bounds + ovals) + 3 * angles + ovals * ovals + 6 * ovals + 3 * angles
+
+
+@gi.helper
+def fill_waves(params: Any, phi: Any, tables: Any) -> None:
+    """Write cos and sin of mφ_k/period, m = 0 … the largest, direction after direction."""
+    ovals, clock, at = int(params[OVALS]), int(params[CLOCK]), 0
+    for k in range(ovals):
+        angle = phi[k] / params[clock + PERIOD]
+        cos1, sin1 = gi.cos(angle), gi.sin(angle)
+        cos, sin = 1.0 + 0.0 * angle, 0.0 * angle
+        for _ in range(int(params[clock + BOUNDS + k]) + 1):
+            tables[at], tables[at + 1] = cos, sin
+            cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
+            at += 2
+
+
+@gi.helper
+def wave(params: Any, mode: int, tables: Any) -> Any:
+    """Return cos and sin of m·φ for the wave whose numbers begin at `mode`."""
+    ovals, clock = int(params[OVALS]), int(params[CLOCK])
+    cos, sin, at = 1.0, 0.0, 0
+    for k in range(ovals):
+        m = int(params[mode + k])
+        if m != 0:
+            c, s = tables[at + 2 * abs(m)], tables[at + 2 * abs(m) + 1]
+            if m < 0:
+                s = -s
+            cos, sin = cos * c - sin * s, sin * c + cos * s
+        at += 2 * (int(params[clock + BOUNDS + k]) + 1)
+    return cos, sin
+
+
+@gi.helper
+def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
+    """Return t − Tτ and dt/dτ at τ, where the angles are φ."""
+    ovals, clock = int(params[OVALS]), int(params[CLOCK])
+    fill_waves(params, phi, tables)
+    total, rate = params[clock + OFFSET], params[clock + MEAN]
+    mode, regular = clock + BOUNDS + ovals, int(params[clock + REGULAR])
+    for number in range(regular + int(params[clock + RESONANT])):
+        cos, sin = wave(params, mode, tables)
+        at = mode + ovals
+        r, re, im = params[at], params[at + 1], params[at + 2]
+        if number < regular:
+            total += re * cos - im * sin
+            rate -= r * (re * sin + im * cos)
+        else:
+            first, whole = params[at + 3], r * tau
+            rate += re * cos - im * sin
+            if abs(whole) < 1.0:  # (e^{ib} − e^{ia})/(ir) = e^{i(a+b)/2} τ sin(rτ/2)/(rτ/2)
+                half = 0.5 * whole
+                span = tau if half == 0.0 else tau * gi.sin(half) / half
+                total += span * (re * gi.cos(first + half) - im * gi.sin(first + half))
+            else:
+                x, y = cos - gi.cos(first), sin - gi.sin(first)
+                total += (re * y + im * x) / r
+        mode += ovals + MODE_EXTRA
+    return total, rate
+
+
+@gi.helper
+def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
+    """Write the angles at physical time t; return τ and what is left, as an angle."""
+    angles, clock, turns = int(params[ANGLES]), int(params[CLOCK]), int(params[TURNS])
+    mean = params[clock + MEAN]
+    base, tables = part(work, 0, angles), part(work, angles, len(work) - angles)
+    start = t / mean
+    rest = gi.fma(-mean, start, t)  # t − T start, without a rounding of its own
+    phases(params, start, base)
+    for j in range(angles):
+        phi[j] = base[j]
+    total, rate = clock_sums(params, start, phi, tables)
+    delta, defect = 0.0, total - rest
+    for _ in range(NEWTON):
+        if abs(defect) <= NOISE * (abs(total) + abs(rest) + abs(mean * delta)):
+            break
+        step, previous = -defect / rate, abs(defect)
+        for _ in range(HALVINGS):  # t is monotone: a step too long is cut, never turned
+            for j in range(angles):
+                phi[j] = base[j] + FOUR_PI * params[turns + j] * (delta + step)
+            total, rate = clock_sums(params, start + (delta + step), phi, tables)
+            defect = mean * (delta + step) + total - rest
+            if abs(defect) < previous:
+                break
+            if abs(step) * params[clock + FASTEST] < NOISE:
+                break
+            step *= 0.5
+        delta += step
+        if abs(step) * params[clock + FASTEST] < NOISE:
+            break
+    return start + delta, abs(defect / rate) * params[clock + FASTEST]
+
+
+@gi.field
+def time_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(τ) ↦ t."""
+    angles, clock = int(params[ANGLES]), int(params[CLOCK])
+    phi = part(work, 0, angles)
+    phases(params, x[0], phi)
+    total, _ = clock_sums(params, x[0], phi, part(work, angles, len(work) - angles))
+    out[0] = gi.fma(params[clock + MEAN], x[0], total)
+
+
+@gi.field
+def tau_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(t) ↦ τ, what is left of the iteration."""
+    angles = int(params[ANGLES])
+    out[0], out[1] = solve_tau(
+        params, x[0], part(work, 0, angles), part(work, angles, len(work) - angles)
+    )
+
+
+@gi.field
+def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(t) ↦ state, what is left of the iterations."""
+    angles, n = int(params[ANGLES]), int(params[ROWS])
+    phi, rest = part(work, 0, angles), part(work, angles, len(work) - angles)
+    _, left = solve_tau(params, x[0], phi, rest)
+    out[2 * n] = max(left, state_at(params, phi, out, rest))
+
+
+@gi.helper
+def determinant(size: int, matrix: Any) -> Any:
+    """Return the determinant, by elimination with partial pivoting in place."""
+    result = 1.0 + 0.0 * matrix[0]
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i * size + k]) > abs(matrix[best * size + k]):
+                best = i
+        if matrix[best * size + k] == 0.0:
+            return 0.0 * result
+        if best != k:
+            result = -result
+            for j in range(size):
+                matrix[k * size + j], matrix[best * size + j] = (
+                    matrix[best * size + j],
+                    matrix[k * size + j],
+                )
+        result *= matrix[k * size + k]
+        for i in range(k + 1, size):
+            factor = matrix[i * size + k] / matrix[k * size + k]
+            for j in range(k + 1, size):
+                matrix[i * size + j] -= factor * matrix[k * size + j]
+    return result
+
+
+@gi.field
+def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(m) ↦ det_jk Σ_i weight_kij cos(m·φ(θ_i)); the tables of `clock`."""
+    size, bound = int(params[0]), int(params[1])
+    matrix, rest = part(work, 0, size * size), part(work, size * size, len(work) - size * size)
+    for k in range(size):
+        count, at = int(params[2 + 2 * k]), int(params[3 + 2 * k])
+        cos, sin = part(rest, 0, count), part(rest, count, count)
+        for i in range(count):
+            cos[i], sin[i] = 1.0, 0.0
+        for j in range(size):
+            m = int(x[j])
+            if m == 0:
+                continue
+            table = at + size * count + 2 * count * (j * (bound + 1) + abs(m))
+            c, s = part(params, table, count), part(params, table + count, count)
+            sign = 1.0 if m > 0 else -1.0
+            for i in range(count):
+                cos[i], sin[i] = (
+                    cos[i] * c[i] - sign * sin[i] * s[i],
+                    sin[i] * c[i] + sign * cos[i] * s[i],
+                )
+        for j in range(size):
+            total, carry, weights = 0.0, 0.0, part(params, at + j * count, count)
+            for i in range(count):  # compensated: T is one of them
+                term = weights[i] * cos[i] - carry
+                longer = total + term
+                carry = (longer - total) - term
+                total = longer
+            matrix[j * size + k] = total
+    out[0] = determinant(size, matrix)

@@ -1,0 +1,241 @@
+"""Compiled: from times to angles, from angles to states; for `geomint.pointwise`.
+
+The parameters are packed by `packing`: a header with sizes and where each section begins.
+
+States from θ, without a division where a λ is at its turning point. With γ_g for a component (or ρ),
+
+    γ_g² = Π_k |α_g − λ_k| / Π_{h≠g} |α_g − α_h|,
+    p̃_g = −Σ_k d_k sin θ_k √Q_k/(λ_k Π_{s≠k}(λ_k − λ_s)) · γ_g/(λ_k − α_g).
+
+Where α_g is the lower end of the oval of λ_k, the factor α_g − λ_k is 2d sin²(θ_k/2), and γ_g has the
+sign of sin(θ_k/2): smooth, and of period 4π; where it is the upper end, cos. Half the sine then cancels
+the root of λ_k − α_g in the momentum. Other components keep their sign.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import part
+
+from .packing import (
+    ALPHA,
+    ANGLES,
+    AXES,
+    ELL,
+    FIRST,
+    HIGH,
+    LEAD,
+    LOW,
+    MIDDLE,
+    OTHERS,
+    OVALS,
+    PAIR,
+    RADIUS,
+    ROWS,
+    SCALE,
+    SECOND,
+    SERIES,
+    SIGNS,
+    SPREAD,
+    START,
+    TERMS,
+    TURNS,
+    TURNS_LOW,
+)
+
+__all__ = ["at_angles", "at_tau", "phases", "shifts", "state_rows", "state_work"]
+
+NEWTON = 60  # iterations; where the map is far from linear the first steps are cut
+LONGEST = 1.0  # largest change of an angle in a Newton step
+QUADRATIC = 1e-9  # after a step below this one more is enough
+
+
+def state_work(ovals: int, angles: int) -> int:
+    """Rows of scratch that the functions of this module need."""
+    return ovals * ovals + 6 * ovals + 3 * angles
+
+
+def state_rows(n: int) -> int:
+    """Rows of what `at_tau` writes: the state, and what is left of Newton's last step."""
+    return 2 * n + 1
+
+
+@gi.helper
+def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
+    """Write Σ_k shift_k(θ_k) for all angles, and the matrix ∂φ/∂θ."""
+    ovals, angles = int(params[OVALS]), int(params[ANGLES])
+    terms, at = int(params[TERMS]), int(params[SERIES])
+    for j in range(angles):
+        shift[j] = 0.0
+    for k in range(ovals):
+        for j in range(ovals):
+            slopes[j * ovals + k] = 1.0 if j == k else 0.0
+        cos1, sin1 = gi.cos(theta[k]), gi.sin(theta[k])
+        cos, sin = cos1, sin1
+        for m in range(int(params[terms + k])):
+            for j in range(angles):
+                shift[j] += params[at] * sin
+                if j < ovals:
+                    slopes[j * ovals + k] += (m + 1) * params[at] * cos
+                at += 1
+            cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
+
+
+@gi.helper
+def eliminate(size: int, matrix: Any, x: Any) -> None:
+    """Solve a linear system in place, with partial pivoting."""
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i * size + k]) > abs(matrix[best * size + k]):
+                best = i
+        if best != k:
+            for j in range(size):
+                matrix[k * size + j], matrix[best * size + j] = (
+                    matrix[best * size + j],
+                    matrix[k * size + j],
+                )
+            x[k], x[best] = x[best], x[k]
+        for i in range(k + 1, size):
+            factor = matrix[i * size + k] / matrix[k * size + k]
+            for j in range(k + 1, size):
+                matrix[i * size + j] -= factor * matrix[k * size + j]
+            x[i] -= factor * x[k]
+    for k in range(size - 1, -1, -1):
+        for j in range(k + 1, size):
+            x[k] -= matrix[k * size + j] * x[j]
+        x[k] /= matrix[k * size + k]
+
+
+@gi.helper
+def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
+    """Write θ at φ, which winds as φ does, and the shifts there; return the last step's size."""
+    ovals = int(params[OVALS])
+    slopes, step = part(work, 0, ovals * ovals), part(work, ovals * ovals, ovals)
+    for k in range(ovals):
+        theta[k] = phi[k]
+    largest, last = 1.0, False
+    for _ in range(NEWTON):
+        shift_sums(params, theta, shift, slopes)
+        for k in range(ovals):
+            step[k] = theta[k] - phi[k] + shift[k]
+        eliminate(ovals, slopes, step)
+        largest = 0.0
+        for k in range(ovals):
+            largest = max(largest, abs(step[k]))
+        cut = 1.0 if largest <= LONGEST else LONGEST / largest
+        for k in range(ovals):
+            theta[k] -= cut * step[k]
+        if last:
+            break
+        last = largest <= QUADRATIC
+    return largest
+
+
+@gi.helper
+def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
+    """Write (γ, p̃), or (γ, p) where the parameters say so, at θ and ψ."""
+    ovals, axes, n = int(params[OVALS]), int(params[AXES]), int(params[ROWS])
+    middle, radius = int(params[MIDDLE]), int(params[RADIUS])
+    alpha, signs, spread = int(params[ALPHA]), int(params[SIGNS]), int(params[SPREAD])
+    low, high, first = int(params[LOW]), int(params[HIGH]), int(params[FIRST])
+    second, pair, ell = int(params[SECOND]), int(params[PAIR]), int(params[ELL])
+    lam, weights = part(work, 0, ovals), part(work, ovals, ovals)
+    sin, cos = part(work, 2 * ovals, ovals), part(work, 3 * ovals, ovals)
+    physical = params[SCALE] > 0.0
+    scale = params[SCALE] if physical else 1.0
+    for k in range(ovals):
+        lam[k] = params[middle + k] - params[radius + k] * gi.cos(theta[k])
+        sin[k], cos[k] = gi.sin(0.5 * theta[k]), gi.cos(0.5 * theta[k])
+    for k in range(ovals):
+        q, apart = params[LEAD], 1.0
+        at = int(params[OTHERS]) + k * (2 * ovals - 1)
+        for b in range(2 * ovals - 1):
+            q *= abs(lam[k] - params[at + b])
+        for s in range(ovals):
+            if s != k:
+                apart *= lam[k] - lam[s]
+        weights[k] = -gi.sqrt(q) * params[radius + k] / (lam[k] * apart)
+        if physical:
+            scale *= gi.sqrt(lam[k])
+    for i in range(2 * n):
+        out[i] = 0.0
+    for g in range(axes):
+        own = int(max(params[low + g], params[high + g]))
+        square, momentum = params[spread + g], 0.0
+        for s in range(ovals):
+            if s != own:
+                square *= abs(lam[s] - params[alpha + g])
+                momentum += 2.0 * weights[s] * sin[s] * cos[s] / (lam[s] - params[alpha + g])
+        value = params[signs + g] * gi.sqrt(square)
+        if own >= 0:
+            wave, other = sin[own], cos[own]
+            if params[high + g] >= 0:
+                wave, other = cos[own], -sin[own]
+            value *= gi.sqrt(2.0 * params[radius + own])
+            # 2 sin cos · wave/(± 2d wave²) = ± other/d, the sign being that of the gap.
+            momentum = value * wave * momentum + value * weights[own] * other / params[radius + own]
+            value *= wave
+        else:
+            momentum *= value
+        x, y, u, v = value, 0.0, momentum, 0.0
+        if params[pair + g] >= 0:
+            angle = psi[int(params[pair + g])]
+            c, s1 = gi.cos(angle), gi.sin(angle)
+            across = params[ell + g] / value
+            x, y = value * c, value * s1
+            u, v = momentum * c - across * s1, momentum * s1 + across * c
+        for i in range(n):
+            e1, e2 = params[first + g * n + i], params[second + g * n + i]
+            out[i] += x * e1 + y * e2
+            out[n + i] += scale * (u * e1 + v * e2)
+
+
+@gi.helper
+def phases(params: Any, tau: Any, phi: Any) -> None:
+    """Write φ₀ + ωτ modulo 4π, reduced as turns, in two parts."""
+    turns, low, start = int(params[TURNS]), int(params[TURNS_LOW]), int(params[START])
+    for j in range(int(params[ANGLES])):
+        product = tau * params[turns + j]
+        error = gi.fma(tau, params[turns + j], -product)
+        rest = product - np.rint(product) + (error + tau * params[low + j])
+        phi[j] = params[start + j] + 4.0 * np.pi * (rest - np.rint(rest))
+
+
+@gi.helper
+def state_at(params: Any, phi: Any, out: Any, work: Any) -> Any:
+    """Write the state at linear angles (φ, Φ); return what is left of Newton's last step."""
+    ovals, angles = int(params[OVALS]), int(params[ANGLES])
+    theta, shift = part(work, 0, ovals), part(work, ovals, angles)
+    rest = part(work, ovals + angles, ovals * ovals + 5 * ovals)
+    left = solve_theta(params, phi, theta, shift, rest)
+    psi = part(shift, ovals, angles - ovals)
+    for j in range(angles - ovals):
+        psi[j] = phi[ovals + j] - psi[j]
+    fill_state(params, theta, psi, out, rest)
+    return left
+
+
+@gi.field
+def at_tau(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(τ) ↦ state, what is left of Newton's last step."""
+    angles, n = int(params[ANGLES]), int(params[ROWS])
+    phi = part(work, 0, angles)
+    phases(params, x[0], phi)
+    out[2 * n] = state_at(params, phi, out, part(work, angles, len(work) - angles))
+
+
+@gi.field
+def at_angles(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(φ, Φ) ↦ state, what is left of Newton's last step."""
+    out[2 * int(params[ROWS])] = state_at(params, x, out, work)
+
+
+@gi.field
+def shifts(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(θ) ↦ (φ, Φ) − (θ, ψ)."""
+    shift_sums(params, x, out, work)

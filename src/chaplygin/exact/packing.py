@@ -1,0 +1,125 @@
+"""The numbers of a torus and its clock in one flat array, as compiled functions take them.
+
+It begins with a header: sizes, then where each section starts.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..manifold import Array
+from .branch_points import Separation
+from .symmetry import ReducedAxes
+from .torus import Torus
+
+__all__ = ["packed_torus", "with_clock"]
+
+# Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then two numbers.
+OVALS, ANGLES, AXES, ROWS, LEAD, SCALE = range(6)
+SECTIONS = (
+    "middle",
+    "radius",
+    "others",
+    "terms",
+    "series",
+    "turns",
+    "turns_low",
+    "start",
+    "alpha",
+    "signs",
+    "spread",
+    "low",
+    "high",
+    "pair",
+    "ell",
+    "first",
+    "second",
+    "clock",
+)
+(
+    MIDDLE,
+    RADIUS,
+    OTHERS,
+    TERMS,
+    SERIES,
+    TURNS,
+    TURNS_LOW,
+    START,
+    ALPHA,
+    SIGNS,
+    SPREAD,
+    LOW,
+    HIGH,
+    PAIR,
+    ELL,
+    FIRST,
+    SECOND,
+    CLOCK,
+) = range(6, 6 + len(SECTIONS))
+HEADER = 6 + len(SECTIONS)
+
+
+def packed_torus(
+    axes: ReducedAxes,
+    separation: Separation,
+    torus: Torus,
+    signs: Array,
+    start: Array,
+    scale: float,
+) -> Array:
+    """Return the parameters of the functions of a torus.
+
+    Parameters
+    ----------
+    axes, separation, torus
+        Of the motion.
+    signs : array, shape (q,)
+        Of the components, but for the sines and cosines of half angles.
+    start : array, shape (d + pairs,)
+        The linear angles at τ = 0.
+    scale : float
+        p/(p̃ Π√λ_k) where states are (γ, p); 0 where they are (γ, p̃).
+    """
+    alpha, count = axes.alpha, len(axes.alpha)
+    low, high, pair = np.full(count, -1.0), np.full(count, -1.0), np.full(count, -1.0)
+    for k, oval in enumerate(separation.ovals):
+        if oval.low_axis is not None:
+            low[oval.low_axis] = k
+        if oval.high_axis is not None:
+            high[oval.high_axis] = k
+    pair[axes.paired] = np.arange(np.count_nonzero(axes.paired))
+    spread = [1.0 / np.prod(np.abs(np.delete(alpha, g) - alpha[g])) for g in range(count)]
+    sections = {
+        "middle": torus.middle,
+        "radius": torus.radius,
+        "others": torus.others.reshape(-1),
+        "terms": [s.shape[1] for s in torus.shifts],
+        "series": np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)]),
+        "turns": torus.turns,
+        "turns_low": torus.turns_low,
+        "start": start,
+        "alpha": alpha,
+        "signs": signs,
+        "spread": spread,
+        "low": low,
+        "high": high,
+        "pair": pair,
+        "ell": [float(x) for x in separation.ell],
+        "first": axes.first.reshape(-1),
+        "second": axes.second.reshape(-1),
+        "clock": [],
+    }
+    angles, n = len(torus.turns), axes.first.shape[1]
+    header = [len(torus.middle), angles, count, n, torus.lead, scale]
+    at, parts = HEADER, []
+    for name in SECTIONS:
+        values = np.asarray(sections[name], dtype=np.float64)
+        header.append(at)
+        at += len(values)
+        parts.append(values)
+    return np.concatenate([np.array(header, dtype=np.float64), *parts])
+
+
+def with_clock(params: Array, values: Array) -> Array:
+    """Return the parameters with the last section, that of the clock, filled."""
+    return np.concatenate([params[: int(params[CLOCK])], values])

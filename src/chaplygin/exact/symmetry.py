@@ -1,0 +1,88 @@
+"""What is left of a state when the symmetries of equal a_i are taken away.
+
+With equal a_i in a group G of indices H does not change under rotations of R^G, and the bivector
+γ_G∧p̃_G is constant: both vectors stay in one plane. In polar coordinates of that plane,
+
+    γ_G = ρ (cos ψ e_1 + sin ψ e_2),   π = (γ_G, p̃_G)/ρ,   ℓ = |γ_G∧p̃_G|,
+
+the group counts as one axis with component ρ and momentum π, and ℓ is constant. Such a group is called
+a *pair*. Where ℓ = 0 it moves along a line through the origin and counts as an axis of its own, as does
+a single index. Groups in which γ and p̃ are both 0 stay so, and are left out.
+
+That covers all motions at once: different a_i, Lagrange's case and other equal a_i, motions within
+coordinate planes, and the great circles of equal a_i, where one pair and no other degree of freedom
+is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..manifold import Array
+
+__all__ = ["ReducedAxes", "reduced_axes"]
+
+PARALLEL = 8.0 * 2.0**-52  # sine of the angle of γ_G and p̃_G below which they count as parallel
+
+
+@dataclass(frozen=True)
+class ReducedAxes:
+    """The axes of a motion in which equal a_i are taken together.
+
+    Parameters
+    ----------
+    alpha : array, shape (q,)
+        Different a_i that take part, ascending.
+    members : array of bool, shape (q, n)
+        Which indices they stand for.
+    paired : array of bool, shape (q,)
+        Whether an axis is a pair.
+    first, second : array, shape (q, n)
+        e_1 and e_2; of an axis that is no pair the direction and 0.
+    """
+
+    alpha: Array
+    members: Array
+    paired: Array
+    first: Array
+    second: Array
+
+    def components(self, gamma: Array, p_tilde: Array) -> tuple[Array, Array, Array, Array]:
+        """Return γ or ρ, p̃ or π, and of the pairs ψ and ℓ; shapes (q,), (q,), (pairs,), (pairs,)."""
+        x, y = self.first @ gamma, self.second @ gamma
+        u, v = self.first @ p_tilde, self.second @ p_tilde
+        radius = np.hypot(x, y)
+        safe = np.where(radius > 0.0, radius, 1.0)
+        position = np.where(self.paired, radius, x)
+        momentum = np.where(self.paired, (x * u + y * v) / safe, u)
+        psi = np.arctan2(y, x)[self.paired]
+        return position, momentum, psi, (x * v - y * u)[self.paired]
+
+
+def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:
+    """Return the axes of the motion through a state; a_i count as equal only if they are.
+
+    Parameters
+    ----------
+    a, gamma, p_tilde : array, shape (n,)
+    """
+    n = len(a)
+    rows = []
+    for value in np.unique(a):
+        inside = a == value
+        g, p = np.where(inside, gamma, 0.0), np.where(inside, p_tilde, 0.0)
+        position, momentum = np.linalg.norm(g), np.linalg.norm(p)
+        if position == 0.0 and momentum == 0.0:
+            continue
+        along = g / position if position > 0.0 else p / momentum
+        across = p - (along @ p) * along
+        across -= (along @ across) * along
+        size = np.linalg.norm(across)
+        paired = bool(position > 0.0 and size > PARALLEL * momentum)
+        if not paired and np.count_nonzero(inside) == 1:
+            along = 1.0 * inside
+        rows.append((value, inside, paired, along, across / size if paired else np.zeros(n)))
+    values, members, flags, first, second = (np.array(column) for column in zip(*rows, strict=True))
+    return ReducedAxes(values, members, flags, first, second)

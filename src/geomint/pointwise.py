@@ -1,0 +1,75 @@
+"""Functions at many points, compiled: maps that are no vector fields, as fast as those.
+
+What has no steps, such as an exact flow or a change of coordinates, is written once, for one point,
+with the rules of `geomint.field`, and evaluated here for as many as are wanted.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import DomainError
+from .kernels.blocks import Block, scalar_block
+from .kernels.pointwise import pointwise_sweep
+from .kernels.recorded import Recorded
+
+__all__ = ["pointwise"]
+
+Array = npt.NDArray[np.float64]
+BATCH = 4096  # points of one call, between which Ctrl-C is seen
+
+
+def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int = 0) -> Array:
+    """Return the values of a function at points.
+
+    Parameters
+    ----------
+    function : recorded ``f(params, t, x, out, work)``
+        Recorded by `geomint.field`; it writes its value at x to `out`. t is 0.
+    params : array_like
+        Flat.
+    points : array_like, shape (..., width)
+    rows : int
+        Length of a value.
+    work : int
+        Rows of scratch that the function needs.
+
+    Returns
+    -------
+    array, shape (..., rows)
+
+    Raises
+    ------
+    geomint.DomainError
+        For points of shape ().
+    """
+    if np.ndim(points) == 0:
+        raise DomainError("points", points, "an array whose last axis is a point")
+    x = np.ascontiguousarray(points, dtype=np.float64)
+    width, shape = x.shape[-1], x.shape[:-1]
+    count = int(np.prod(shape))
+    flat, out = x.reshape(-1), np.empty(count * rows)
+    sweep = _compiled(function)
+    block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
+    for first in range(0, count, BATCH):
+        number = min(BATCH, count - first)
+        given = Block(flat[first * width : (first + number) * width])
+        result = Block(out[first * rows : (first + number) * rows])
+        sweep(block, given, width, result, rows, number, scratch)
+    return out.reshape(*shape, rows)
+
+
+@functools.cache
+def _compiled(function: Recorded) -> Any:
+    """Return the sweep over points, compiled or found in the cache."""
+    from numba.core import types
+
+    from .kernels.compile import SCALAR, compile_function
+
+    block, integer = SCALAR.block, types.int64
+    signature = types.void(block, block, integer, block, integer, integer, block)
+    return compile_function(pointwise_sweep(function), signature)
