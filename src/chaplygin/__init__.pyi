@@ -7,6 +7,9 @@ from .ball.hamiltonized import hamiltonized_problem as hamiltonized_problem
 from .ball.momentum import ball_problem as ball_problem
 from .ball.poisson import poisson_problem as poisson_problem
 from .ball.poisson import poisson_tensor as poisson_tensor
+from .ball.reconstruction import RolledPath as RolledPath
+from .ball.reconstruction import geometric_phase as geometric_phase
+from .ball.reconstruction import rolled_path as rolled_path
 from .ball.reduced import reduced_problem as reduced_problem
 from .ball.rolling import rolling_problem as rolling_problem
 from .ball.sphere import ChaplyginSphere as ChaplyginSphere
@@ -62,6 +65,7 @@ __all__ = [
     "FrequencyMap",
     "GeneralInertia",
     "MultiplierDefects",
+    "RolledPath",
     "RubberSphere",
     "SpecialInertia",
     "Spheroconical",
@@ -86,6 +90,7 @@ __all__ = [
     "fedorov_state",
     "frequency_map",
     "gauss_map",
+    "geometric_phase",
     "hamiltonization",
     "hamiltonized_problem",
     "lr_problem",
@@ -95,6 +100,7 @@ __all__ = [
     "poisson_tensor",
     "reduced_problem",
     "resonances",
+    "rolled_path",
     "rolling_problem",
     "rubber_rolling_problem",
     "stiefel_problem",

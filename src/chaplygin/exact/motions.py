@@ -7,7 +7,7 @@ from typing import Any
 
 from ..manifold import Array
 
-__all__ = ["exact_ball", "exact_sphere", "exact_veselova"]
+__all__ = ["exact_ball", "exact_body", "exact_sphere", "exact_veselova"]
 
 
 def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
@@ -50,5 +50,16 @@ def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
         from .classical import ExactBall
 
         return ExactBall(ChaplyginSphere(inertia=inertia, D=D), y)
+
+    return motion
+
+
+def exact_body(inverse: Array, f1: float) -> Callable[[Array], Any]:
+    """Return y0 ↦ the exact motion of the classical Veselova problem; inverse moments, and f₁."""
+
+    def motion(y: Array) -> Any:
+        from .body import ExactBody
+
+        return ExactBody(inverse, f1, y)
 
     return motion

@@ -102,6 +102,18 @@ class ContactPath:
         parts = [quadrature(tau) for quadrature in self._quadratures]
         return np.asarray(self._r0 + np.stack(parts, axis=-1))
 
+    def state(self, t: Any) -> Array:
+        """Return states (k, γ, g, r) of ``sphere.contact(rho=…)`` at physical times t.
+
+        What that problem observes, such as the reaction, can be evaluated on them (`geomint.value`).
+        """
+        vectors = self.exact(t)
+        k, gamma = vectors[..., :3], vectors[..., 3:]
+        triangle = np.stack([-k[..., 2], k[..., 1], -k[..., 0]], axis=-1)
+        g = self._attitude(vectors)
+        flat = g.reshape(*g.shape[:-2], 9)
+        return np.concatenate([triangle, gamma, flat, self.contact(t)], axis=-1)
+
     @property
     def drift(self) -> Array:
         """The mean velocity of the contact point in physical time, shape (2,)."""

@@ -30,6 +30,7 @@ import geomint as gi
 from geomint import log
 
 from ..ball.classical import classical_area, classical_k, classical_norm, turn
+from ..exact.motions import exact_body
 from ..manifold import (
     Array,
     admit_unit,
@@ -160,6 +161,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
         constraints={"norm": classical_norm, "constraint": veselova_constraint},
         measure=gi.Measure(veselova_vectors_log_density, level_conditions, 2),
         make_state=make_state,
+        make_exact=exact_body(inverse, level),
         make_random=make_random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[3:]), "k": triangle_of_vector(y[:3])},

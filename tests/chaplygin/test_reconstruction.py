@@ -1,0 +1,103 @@
+"""Attitude and contact point along reduced motions, in any dimension; the geometric phase."""
+
+import numpy as np
+import pytest
+from support import random_special
+
+import chaplygin as ch
+import geomint as gi
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5])
+def test_along_the_exact_flow(n):
+    """Against the contact problem integrated; vertical and contact point to rounding."""
+    sphere = ch.ChaplyginSphere(inertia=random_special(n, 1))
+    reduced, contact = sphere.reduced(), sphere.contact(rho=0.7)
+    exact = reduced.exact(reduced.random_state(2))
+    turn = 1.0 / np.max(np.abs(exact.mean_frequencies))
+    t = np.linspace(0.0, -30 * turn, 1200)
+    path = ch.rolled_path(contact, reduced, t, exact(t), r0=np.arange(n - 1.0))
+    assert path.error < 1e-12
+    np.testing.assert_allclose(path.contact[0], np.arange(n - 1.0))
+    run = gi.solve(
+        contact, contact.canonical(path.states[0]), t_end=t[-1], step=0.01 * turn,
+        method="dop853", progress=False,
+    )  # fmt: skip
+    np.testing.assert_allclose(path.states[-1], run.y[-1], rtol=0, atol=1e-10)
+    eye = np.einsum("tij,tkj->tik", path.attitude, path.attitude)
+    np.testing.assert_allclose(eye, np.broadcast_to(np.eye(n), eye.shape), atol=1e-14)
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_along_a_trajectory_with_momentum(n):
+    """From (k, γ) by an integrator, momentum about the vertical and all; a given attitude."""
+    sphere = ch.ChaplyginSphere(inertia=random_special(n, 3))
+    ball, contact = sphere.ball(), sphere.contact(rho=0.4)
+    start = contact.random_state(5)
+    y = ch.converted(start, contact, ball)
+    run = gi.solve(ball, y, t_end=8.0, step=0.01, method="cf-4", save_every=2, progress=False)
+    g0 = start[contact.slices["g"]].reshape(n, n)
+    path = ch.rolled_path(contact, ball, run.t, run.y, g0, start[contact.slices["r"]])
+    other = gi.solve(contact, start, t_end=8.0, step=0.01, method="cf-4", progress=False)
+    np.testing.assert_allclose(path.states[-1], other.y[-1], rtol=0, atol=2e-5)
+    finer = gi.solve(contact, start, t_end=8.0, step=0.002, method="dop853", progress=False)
+    run = gi.solve(ball, y, t_end=8.0, step=0.01, method="dop853", save_every=2, progress=False)
+    path = ch.rolled_path(contact, ball, run.t, run.y, g0, start[contact.slices["r"]])
+    np.testing.assert_allclose(path.states[-1], finer.y[-1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("momentum", [True, False])
+def test_the_reaction_along_the_exact_motion(momentum):
+    """n = 3: algebraic attitude, transported attitude, reaction Λ = m dv/dt."""
+    sphere = ch.ChaplyginSphere(inertia=random_special(3, 1))
+    contact, classical = sphere.contact(rho=0.7), sphere.classical()
+    y = classical.random_state(4)
+    if not momentum:
+        y[:3] -= (y[:3] @ y[3:]) * y[3:]
+    exact = classical.exact(y)
+    path = ch.ContactPath(exact, 0.7)
+    t = np.linspace(0.0, 5.0, 500)
+    transported = ch.rolled_path(contact, classical, t, exact(t))
+    np.testing.assert_allclose(path.state(t), transported.states, rtol=0, atol=1e-9)
+    h, mass = 1e-3, contact.parameters["m"]
+    for at in (0.0, 7.3, 1e5):
+        ahead = path.contact(at + h * np.arange(-2, 3))
+        acceleration = np.array([-1, 16, -30, 16, -1]) @ ahead / (12 * h * h)
+        for i in (1, 2):
+            found = gi.value(contact, f"reaction-{i}", path.state(at))
+            assert found == pytest.approx(mass * acceleration[i - 1], rel=1e-3, abs=1e-4)
+
+
+def test_the_geometric_phase_is_the_area_gone_round():
+    """Gauss and Bonnet: γ along a circle of latitude, n = 3; a great circle has none."""
+    sphere = ch.ChaplyginSphere.homogeneous(3, 1.5, 2.0)
+    reduced, contact = sphere.reduced(), sphere.contact(rho=1.0)
+    probe = reduced.state(gamma=[1.0, 0.0, 0.0], p=[0.0, 1.0, 0.0])
+    speed = gi.derivative(reduced, probe)[1]  # γ̇ = speed · p
+    t = np.linspace(0.0, 2 * np.pi, 600)
+    for height in (0.0, 0.3, -0.8):
+        radius = np.sqrt(1 - height**2)
+        gamma = np.stack([radius * np.cos(t), radius * np.sin(t), np.full_like(t, height)], -1)
+        rate = radius * np.stack([-np.sin(t), np.cos(t), 0 * t], -1)
+        path = ch.rolled_path(contact, reduced, t, np.concatenate([gamma, rate / speed], -1))
+        phase = ch.geometric_phase(path)
+        area = 2 * np.pi * (1 - height)
+        np.testing.assert_allclose(np.trace(phase), 2 * np.cos(area), atol=1e-10)
+        np.testing.assert_allclose(abs(phase[0, 1]), abs(np.sin(area)), atol=1e-10)
+    half = np.concatenate([gamma, rate / speed], -1)[:300]
+    path = ch.rolled_path(contact, reduced, t[:300], half)
+    with pytest.raises(gi.DomainError, match="comes back"):
+        ch.geometric_phase(path)
+
+
+def test_refusals():
+    sphere = ch.ChaplyginSphere(inertia=random_special(3, 1))
+    reduced, contact = sphere.reduced(), sphere.contact(rho=1.0)
+    exact = reduced.exact(reduced.random_state(1))
+    with pytest.raises(gi.DomainError, match="at least 8 times"):
+        ch.rolled_path(contact, reduced, [0.0, 1.0], exact([0.0, 1.0]))
+    t = np.array([0.0, 2.0, 1.0, 3.0, 4.0, 5.0, 6.0, 7.0])
+    with pytest.raises(gi.DomainError, match="in order"):
+        ch.rolled_path(contact, reduced, t, exact(t))
+    t = np.linspace(0.0, 400.0, 60)  # far too few: said by the error
+    assert ch.rolled_path(contact, reduced, t, exact(t)).error > 1e-3
