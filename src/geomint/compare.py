@@ -2,7 +2,7 @@
 
 Every method runs in whatever representation and time suits it; all final states are turned into the
 same physical quantities (`Problem.physical_state`) at the same physical time, and compared with a
-reference of about 32 digits (`geomint.reference`).
+reference of about 32 digits (`geomint.reference`), or with the exact flow (`geomint.exact`).
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .drift import Drift
-from .errors import FormError, GeomintError
+from .errors import DomainError, FormError, GeomintError
+from .exact import exact_reference
 from .integrate import solve
 from .methods import Method, find_method
+from .methods.gauss import Gauss
 from .problem import Problem
 from .reference import Reference, reference_solution
 from .systems import Model
@@ -29,6 +31,8 @@ __all__ = ["Comparison", "Point", "compare"]
 Array = npt.NDArray[np.float64]
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+REFERENCES = ("auto", "extended", "exact")
+MOST_EXTENDED_STEPS = 100_000  # of gauss-8's default size: some minutes in double-double arithmetic
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 
@@ -112,6 +116,7 @@ def compare(
     steps: Iterable[float] | None = None,
     repeats: int = 5,
     observe: bool = True,
+    reference: str = "auto",
     report: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run every method at several steps and measure error and run time.
@@ -129,13 +134,20 @@ def compare(
         Timed runs of each point; the median counts.
     observe : bool
         Whether to measure, in an extra run at each method's finest step, the drifts.
+    reference : {"auto", "extended", "exact"}
+        What the truth is: an integration in double-double arithmetic; the exact flow, where the
+        system has one; or the first, and the second where the first would take minutes.
     report : callable
         Told what is being done.
+
+    Raises
+    ------
+    FormError, DomainError
+        If there is no exact flow and it is asked for.
     """
     chosen = [find_method(m) for m in methods]
-    report("reference solution in double-double arithmetic")
-    goal, reference = _goal(model, end)
-    result = Comparison([], reference)
+    goal, truth = _goal(model, end, reference, report)
+    result = Comparison([], truth)
     for method in chosen:
         best: tuple[Method, Problem, Array, float | None] | None = None
         last: Point | None = None
@@ -207,19 +219,64 @@ def representation_for(model: Model, method: Method) -> tuple[str, Problem]:
     )
 
 
-def _goal(model: Model, end: dict[str, float]) -> tuple[_Goal, dict[str, Any]]:
-    own_name, own = next(iter(model.problems.items()))
-    name, problem = own_name, own
-    if "t_end" in end and own.time == "tau":
-        name, problem = next(
-            (n, p) for n, p in model.problems.items() if p.time == "t" and p.field is not None
-        )
-    reference: Reference = reference_solution(problem, model.states[name], next(iter(end.values())))
-    physical_end = reference.physical_end if problem.time == "tau" else reference.own_end
-    goal = _Goal(own, end, float(physical_end or 0.0), problem.physical_state(reference.y))
-    numbers = {**reference.as_json(), "representation": name, "physical_end": goal.physical_end}
+def _goal(
+    model: Model, end: dict[str, float], reference: str, report: Callable[[str], None]
+) -> tuple[_Goal, dict[str, Any]]:
+    own = next(iter(model.problems.values()))
+    if reference not in REFERENCES:
+        raise DomainError("reference", reference, f"one of {list(REFERENCES)}")
+    found: tuple[str, Problem, Reference] | None = None
+    if reference == "exact" or (reference == "auto" and _takes_minutes(model, end)):
+        report("reference solution by the exact flow")
+        try:
+            found = _exact(model, end)
+        except GeomintError:
+            if reference == "exact":
+                raise
+    if found is None:
+        report("reference solution in double-double arithmetic")
+        found = _extended(model, end)
+    name, problem, truth = found
+    goal = _Goal(own, end, float(truth.physical_end or 0.0), problem.physical_state(truth.y))
+    numbers = {**truth.as_json(), "representation": name, "physical_end": goal.physical_end}
     numbers["quantities"] = {key: list(map(float, v)) for key, v in goal.truth.items()}
     return goal, numbers
+
+
+def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem]:
+    """Return the representation that is integrated in double-double arithmetic."""
+    name, problem = next(iter(model.problems.items()))
+    if "t_end" in end and problem.time == "tau":
+        return next(
+            (n, p) for n, p in model.problems.items() if p.time == "t" and p.field is not None
+        )
+    return name, problem
+
+
+def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
+    name, problem = _extended_problem(model, end)
+    steps = abs(next(iter(end.values()))) / default_step(problem, Gauss(8), model.states[name])
+    return steps > MOST_EXTENDED_STEPS
+
+
+def _extended(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
+    name, problem = _extended_problem(model, end)
+    truth = reference_solution(problem, model.states[name], next(iter(end.values())))
+    if problem.time != "tau":
+        truth = replace(truth, physical_end=truth.own_end)
+    return name, problem, truth
+
+
+def _exact(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
+    """Return the truth by the first representation that has an exact flow."""
+    own = next(iter(model.problems.values()))
+    offered = [(n, p) for n, p in model.problems.items() if p.make_exact is not None]
+    if "tau_end" in end:  # whose τ is meant
+        offered = [(n, p) for n, p in offered if p is own]
+    if not offered:
+        raise FormError(f"the system of {own.name!r} has no exact flow in the time of the end")
+    name, problem = offered[0]
+    return name, problem, exact_reference(problem, model.states[name], end)
 
 
 def _measure(

@@ -150,7 +150,7 @@ class Problem:
     def exact(self, y0: Any) -> Any:
         """Return the exact motion through a state, where the problem has one: states without stepping.
 
-        What it offers is said by the problem; it can be called with a time or an array of times.
+        See `geomint.exact.ExactMotion`; what more it offers is said by the problem.
 
         Raises
         ------

@@ -53,21 +53,24 @@ class Reference:
     y : array
         The state, rounded to float64.
     error : float
-        Largest difference, relative to its piece, of the two steps.
+        Largest difference, relative to its piece, of the two steps; of the exact flow the estimated
+        error of its phases.
     steps : tuple of float
-        The two steps.
+        The two steps; none of the exact flow.
+    method : str
     """
 
     own_end: float
     physical_end: float | None
     y: Array
     error: float
-    steps: tuple[float, float]
+    steps: tuple[float, ...]
+    method: str = f"gauss-{STAGES}, double-double"
 
     def as_json(self) -> dict[str, Any]:
         """Return the numbers for reports."""
         return {
-            "method": f"gauss-{STAGES}, double-double",
+            "method": self.method,
             "own_end": self.own_end,
             "physical_end": self.physical_end,
             "state": [float(v) for v in self.y],

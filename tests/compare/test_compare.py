@@ -65,6 +65,40 @@ def test_physical_end_gives_the_same_points(model, comparison):
     assert other.points[0].error < 1e-12
 
 
+def test_the_exact_flow_is_the_same_truth(model, comparison):
+    """Two truths that share nothing agree to rounding, in τ and in t."""
+    physical = comparison.reference["physical_end"]
+    for end in ({"tau_end": 10.0}, {"t_end": physical}):
+        other = compare(model, end, ["gauss-8"], repeats=1, observe=False, reference="exact")
+        assert other.reference["method"] == "exact flow"
+        assert other.reference["physical_end"] == pytest.approx(physical, rel=1e-14)
+        assert 1e-16 < other.reference["error_estimate"] < 1e-11
+        for name, expected in comparison.reference["quantities"].items():
+            np.testing.assert_allclose(other.reference["quantities"][name], expected, atol=1e-12)
+
+
+def test_the_exact_flow_is_taken_where_the_other_would_take_minutes(model, monkeypatch):
+    asked = []
+    monkeypatch.setattr("geomint.compare.MOST_EXTENDED_STEPS", 10)
+    result = compare(
+        model, {"tau_end": 1e4}, ["gauss-8"], steps=[0.5], repeats=1, observe=False,
+        report=asked.append,
+    )  # fmt: skip
+    assert result.reference["method"] == "exact flow"
+    assert result.points[0].error < 1e-5
+    assert any("exact flow" in text for text in asked)
+
+
+def test_without_an_exact_flow_it_is_refused():
+    system = find_system("neumann")
+    parameters = system.parameters(a=[0.7, 1.0, 1.6], strength=2.0)
+    model = system.build(parameters, system.initial(q=[0.6, 0.0, 0.8], v=[0.8, 1.0, -0.6]))
+    with pytest.raises(gi.FormError, match="no exact flow"):
+        compare(model, {"t_end": 1.0}, ["rk-4"], reference="exact")
+    with pytest.raises(gi.DomainError, match="auto"):
+        compare(model, {"t_end": 1.0}, ["rk-4"], reference="best")
+
+
 def test_failure_is_shown_with_its_reason(model):
     result = compare(model, {"tau_end": 10.0}, ["gauss-8"], steps=[5.0, 0.25], repeats=1)
     failed, good = result.points

@@ -21,6 +21,11 @@ __all__ = ["command"]
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for compare.html, compare.json and the plots.",
 )
+@click.option(
+    "--reference",
+    type=click.Choice(["auto", "extended", "exact"]),
+    help="The truth: double-double arithmetic, or the exact flow; default: auto, what is faster.",
+)
 @click.option("--t-end", type=float, help="End in physical time.")
 @click.option(
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
@@ -32,6 +37,7 @@ def command(
     methods: str | None,
     steps: str | None,
     repeats: int | None,
+    reference: str | None,
     out: Path,
     quiet: bool,
     t_end: float | None,
@@ -56,6 +62,7 @@ def command(
         repeats or section.repeats or 3,
         not quiet,
         reproducing_command(),
+        reference or section.reference or "auto",
     )
     if not quiet:
         click.echo(f"report: {out / 'compare.html'}")

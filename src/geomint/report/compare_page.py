@@ -95,6 +95,7 @@ def run_compare(
     repeats: int = 3,
     progress: bool = True,
     command: str | None = None,
+    reference: str = "auto",
 ) -> Comparison:
     """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`."""
     time = scene.content.time
@@ -106,6 +107,7 @@ def run_compare(
             methods,
             steps=steps,
             repeats=repeats,
+            reference=reference,
             report=tell,
         )
     write_compare_report(result, scene, out, command)

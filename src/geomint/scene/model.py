@@ -6,7 +6,7 @@ Unknown keys, numbers written as strings, and numbers that are not finite are er
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -141,6 +141,7 @@ class CompareSection(OtherEnd):
     methods: list[Name] | None = None
     steps: list[Positive] | None = None
     repeats: Count | None = None
+    reference: Literal["auto", "extended", "exact"] | None = None
 
 
 class Content(Section):
