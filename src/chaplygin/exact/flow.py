@@ -118,6 +118,11 @@ class ExactFlow:
         """Return (φ, Φ) of a state on the torus, modulo 4π, shape of `frequencies`."""
         return self._angles(*self._split(self.inward(np.asarray(y, dtype=np.float64))))
 
+    def theta(self, y: Any) -> Array:
+        """Return θ_k in [−π, π] of a state: λ_k is m_k − d_k cos θ_k, shape (d,)."""
+        components = self.axes.components(*self._split(self.inward(np.asarray(y))))
+        return theta_of(self.axes, self.torus, *components[:2])
+
     def at_tau(self, tau: Any) -> Array:
         """Return states at times τ, of any sign and size.
 

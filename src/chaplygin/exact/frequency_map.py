@@ -27,6 +27,7 @@ __all__ = [
     "FrequencyMap",
     "action_variables",
     "critical_energies",
+    "discriminant",
     "frequency_map",
     "resonances",
 ]
@@ -140,3 +141,27 @@ def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
     scale, level = positive_number("D", D), positive_number("K", K)
     products = np.array([values[1] * values[2], values[0] * values[2], values[0] * values[1]])
     return np.asarray(level * (1.0 - products / scale) / (2.0 * scale))
+
+
+def discriminant(a: Any, D: Any, K: Any, H: Any) -> Array:
+    """Return the discriminant of the branch points at n = 3, as a function of K and H.
+
+    The branch points are the a_i and the root −r_0/r_1 of R, with r_0 = −K Πa/D² and r_1 = K/D − 2H.
+    The product of their squared distances, times (Dr_1)⁶, is D⁶ Π (r_0 + a_i r_1)²: homogeneous of
+    degree 6 in (K, H), and 0 at the critical values, `critical_energies`.
+
+    Parameters
+    ----------
+    a : array_like, shape (3,)
+    D : float
+    K, H : array_like
+        Of shapes that broadcast.
+    """
+    values = gi.as_vector("a", a, 3)
+    scale = positive_number("D", D)
+    level, energy = np.asarray(K, dtype=np.float64), np.asarray(H, dtype=np.float64)
+    r0 = -level * np.prod(values) / scale**2
+    # H = −D r_0/(2Πa) − r_1/2
+    r1 = -2.0 * energy - scale * r0 / np.prod(values)
+    factors = [(r0 + x * r1) * scale for x in values]
+    return np.asarray(np.prod(np.array(factors), axis=0) ** 2)

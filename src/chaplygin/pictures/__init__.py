@@ -1,0 +1,1 @@
+"""Pictures of exact motions and of families of them, by matplotlib."""

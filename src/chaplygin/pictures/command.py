@@ -1,0 +1,121 @@
+"""``geomint exact``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+import geomint as gi
+
+__all__ = ["exact"]
+
+FRAME = 0.2  # time between frames over the time of a turn of the fastest angle by one
+
+
+@click.command("exact")
+@click.argument("scene")
+@click.option("--at", metavar="T,T,…", help="Physical times at which to print the state.")
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for exact.png and exact.svg.",
+)
+@click.option(
+    "--animate",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File (.gif, .html, .mp4) for an animation of the rolling ball, n = 3.",
+)
+@click.option(
+    "--frames", type=click.IntRange(min=2), default=200, show_default=True, help="Of the animation."
+)
+@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+def exact(scene: str, at: str | None, out: Path | None, animate: Path | None, frames: int) -> None:
+    """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
+
+    For the Chaplygin sphere with zero momentum, the ball in R³ with any, and Veselova's problem.
+    """
+    times = _times(at) if at else []
+    model = gi.load_scene(scene).model
+    name, motion = _motion(model)
+    _tell(name, motion)
+    for t in times:
+        click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
+    path = _path(model) if out or animate else None
+    if out is not None:
+        from .motion import motion_figure
+
+        out.mkdir(parents=True, exist_ok=True)
+        figure = motion_figure(motion, path)
+        figure.savefig(out / "exact.png", dpi=200)
+        figure.savefig(out / "exact.svg")
+        click.echo(f"picture: {out / 'exact.png'}")
+    if animate is not None:
+        if path is None:
+            raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
+        _animate(path, animate, frames)
+        click.echo(f"animation: {animate}")
+
+
+def _times(text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise gi.DomainError("--at", text, "numbers with commas between") from None
+
+
+def _motion(model: gi.Model) -> tuple[str, Any]:
+    """Return the first representation with an exact flow, and the scene's motion."""
+    for name, problem in model.problems.items():
+        if problem.make_exact is not None:
+            return name, problem.exact(model.states[name])
+    offered = ", ".join(model.problems)
+    raise gi.FormError(f"no representation of this scene has an exact flow: {offered}")
+
+
+def _path(model: gi.Model) -> Any:
+    """Return the contact path of the scene's ball in R³; None of other systems."""
+    problem = model.problems.get("classical")
+    if problem is None or problem.name != "classical-ball":
+        return None
+    from ..exact.reconstruction import ContactPath
+
+    rho = next((p.parameters["rho"] for p in model.problems.values() if "rho" in p.parameters), 1.0)
+    return ContactPath(problem.exact(model.states["classical"]), rho)
+
+
+def _tell(name: str, motion: Any) -> None:
+    def row(label: str, values: Any, form: str = ".15g") -> None:
+        click.echo(f"{label:<38}" + "  ".join(format(float(x), form) for x in values))
+
+    click.echo(f"exact flow in the representation {name!r}, n = {len(motion.a)}")
+    for k, oval in enumerate(motion.separation.ovals, 1):
+        row(f"λ_{k} between", (oval.lower, oval.upper))
+    row("frequencies in τ", motion.frequencies)
+    try:
+        row("mean frequencies in t", motion.mean_frequencies)
+        row("t per τ, mean", [motion.clock.mean])
+    except gi.DomainError as error:
+        click.echo(f"physical time is not available: {error}")
+    row("condition number", [motion.condition], ".3g")
+    fastest = max(abs(float(x)) for x in motion.frequencies)
+    row("error of phases, over their size", [motion.condition * 2.0**-52], ".3g")
+    row("a turn of the fastest angle takes τ", [6.283185307179586 / fastest], ".6g")
+
+
+def _animate(path: Any, file: Path, frames: int) -> None:
+    import numpy as np
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from .animation import rolling_animation
+
+    fastest = float(np.max(np.abs(path.exact.mean_frequencies)))
+    times = FRAME / fastest * np.arange(frames)
+    screen = Console(stderr=True)
+    with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
+        task = bar.add_task("frames", total=frames)
+        rolling_animation(
+            path, times, file, progress=lambda done, total: bar.update(task, completed=done)
+        )

@@ -1,0 +1,184 @@
+"""One exact motion: the vertical on the sphere, the separated coordinates, the torus, the trace.
+
+All functions draw into given axes; `motion_figure` makes a whole figure of them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import geomint as gi
+
+from ..manifold import Array
+from ..spheroconical import Spheroconical
+from .view import COLOURS, View, draw_curve
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..exact.flow import ExactFlow
+    from ..exact.reconstruction import ContactPath
+
+__all__ = ["draw_contact_point", "draw_separation", "draw_torus", "draw_vertical", "motion_figure"]
+
+TURNS = 40.0  # of the fastest angle, in figures of trajectories
+SAMPLES = 6000
+BOUNDARY = 400  # points of a curve
+
+
+def motion_figure(exact: ExactFlow, path: ContactPath | None = None) -> Figure:
+    """Return a figure of one motion.
+
+    Parameters
+    ----------
+    exact : ExactFlow
+        ``problem.exact(y0)``.
+    path : ContactPath, optional
+        At n = 3: adds the trace of the contact point.
+    """
+    from matplotlib.figure import Figure
+
+    panels = [draw_separation, draw_torus]
+    if len(exact.a) == 3:
+        panels.insert(0, draw_vertical)
+    count = len(panels) + (path is not None)
+    figure = Figure(figsize=(3.9 * count, 3.7), layout="constrained")
+    axes = figure.subplots(1, count, squeeze=False)[0]
+    for axis, draw in zip(axes, panels, strict=False):
+        draw(axis, exact)
+    if path is not None:
+        draw_contact_point(axes[-1], path)
+    return figure
+
+
+def draw_vertical(axis: Any, exact: ExactFlow, view: View | None = None) -> None:
+    """Draw γ on the sphere, n = 3, and the curves λ = const that bound it.
+
+    Of the ball with area constant zero, where the motion is that of a ball with another.
+    """
+    if len(exact.a) != 3:
+        raise gi.DomainError("n", len(exact.a), "a motion in three dimensions")
+    view = View() if view is None else view
+    gamma = _gamma(exact, _times(exact))
+    axis.add_patch(_disc())
+    for curve in _boundaries(exact):
+        draw_curve(axis, view, curve, color=COLOURS["orange"], lw=1.6)
+    draw_curve(axis, view, gamma, color=COLOURS["blue"], lw=0.6)
+    for i, name in enumerate(("$\\gamma_1$", "$\\gamma_2$", "$\\gamma_3$")):
+        x, y, _ = view(1.12 * np.eye(3)[i])
+        axis.text(x, y, name, ha="center", va="center", fontsize=9)
+    axis.set_aspect("equal")
+    axis.set_axis_off()
+    axis.set_title("vertical, bounded by λ = const")
+
+
+def draw_separation(axis: Any, exact: ExactFlow) -> None:
+    """Draw the separated coordinates λ_k, which run to and fro in their ovals, over some turns."""
+    tau = _times(exact)[: SAMPLES // 5]
+    lam = _separated(exact, tau)
+    palette = list(COLOURS.values())
+    for k in range(lam.shape[1]):
+        oval = exact.separation.ovals[k]
+        axis.axhspan(float(oval.lower), float(oval.upper), color="#000000", alpha=0.06, lw=0)
+        axis.plot(tau, lam[:, k], color=palette[k % 3], lw=1.0, label=f"$\\lambda_{k + 1}$")
+    for i, value in enumerate(exact.axes.alpha):
+        axis.axhline(
+            value, color=COLOURS["grey"], lw=0.6, ls=":", label="$a_i$" if i == 0 else None
+        )
+    axis.set_xlabel("τ (dimensionless)")
+    axis.set_ylabel("λ (dimensionless)")
+    axis.set_title("separated coordinates in their ovals")
+    axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+
+
+def draw_torus(axis: Any, exact: ExactFlow) -> None:
+    """Draw the first two angles unwrapped: θ, and φ, which is a straight line; or one against τ."""
+    tau = _times(exact)[: SAMPLES // 8]
+    phi = exact.start + np.outer(tau, exact.frequencies)
+    size = len(exact.torus.middle)
+    columns = [phi]
+    if size:
+        theta = phi.copy()
+        theta[:, :size] = np.unwrap(_theta(exact, tau), axis=0)
+        theta[:, :size] += 2 * np.pi * np.rint((phi - theta)[:1, :size] / (2 * np.pi))
+        columns.append(theta)
+    for values, name, style in zip(
+        columns,
+        ("linear angles φ", "angles θ of the ovals"),
+        ({"ls": "--", "color": COLOURS["orange"]}, {"color": COLOURS["blue"]}),
+        strict=False,
+    ):
+        x, y = (values[:, 0], values[:, 1]) if values.shape[1] > 1 else (tau, values[:, 0])
+        axis.plot(x / np.pi if values.shape[1] > 1 else x, y / np.pi, lw=1.0, label=name, **style)
+    wide = phi.shape[1] > 1
+    axis.set_xlabel("first angle / π" if wide else "τ (dimensionless)")
+    axis.set_ylabel("second angle / π" if wide else "angle / π")
+    axis.set_title("torus, unwrapped")
+    axis.legend(fontsize=8)
+    axis.grid(alpha=0.3)
+
+
+def draw_contact_point(axis: Any, path: ContactPath) -> None:
+    """Draw the contact point in the plane without its mean drift, over some turns."""
+    fastest = np.max(np.abs(path.exact.mean_frequencies))
+    times = np.linspace(0.0, 2 * np.pi * TURNS / fastest, SAMPLES)
+    trace = path.contact(times) - np.outer(times, path.drift)
+    axis.plot(*trace.T, color=COLOURS["blue"], lw=0.6)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.set_xlabel("$r_1$ less drift (dimensionless)")
+    axis.set_ylabel("$r_2$ less drift (dimensionless)")
+    axis.set_title(f"contact point, less a drift of {np.linalg.norm(path.drift):.3g}")
+    axis.grid(alpha=0.3)
+
+
+def _times(exact: ExactFlow) -> Array:
+    fastest = np.max(np.abs(exact.frequencies))
+    return np.linspace(0.0, 2 * np.pi * TURNS / fastest, SAMPLES)
+
+
+def _gamma(exact: ExactFlow, tau: Array) -> Array:
+    return exact.inward(exact.at_tau(tau))[:, : len(exact.a)]
+
+
+def _separated(exact: ExactFlow, tau: Array) -> Array:
+    """Return λ_k, shape (times, d)."""
+    theta = _theta(exact, tau)
+    return np.asarray(exact.torus.middle - exact.torus.radius * np.cos(theta))
+
+
+def _theta(exact: ExactFlow, tau: Array) -> Array:
+    size = len(exact.torus.middle)
+    if size == 0:
+        return np.zeros((len(tau), 0))
+    return np.array([exact.theta(y) for y in exact.at_tau(tau)])
+
+
+def _boundaries(exact: ExactFlow) -> list[Array]:
+    """Return the curves λ_k = const at ends of ovals that are no coordinate planes, n = 3."""
+    if len(exact.axes.alpha) != 3:
+        return []
+    chart = Spheroconical(exact.axes.alpha)
+    low, middle, high = exact.axes.alpha
+    curves = []
+    for oval in exact.separation.ovals:
+        ends = [(oval.lower, oval.low_axis), (oval.upper, oval.high_axis)]
+        for value in (float(end) for end, plane in ends if plane is None):
+            # Dense at the ends, where γ goes like a root.
+            s = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, BOUNDARY))
+            inside = low < value < middle
+            other = middle + s * (high - middle) if inside else low + s * (middle - low)
+            pair = [np.full(BOUNDARY, value), other]
+            lam = np.stack(pair if inside else pair[::-1])
+            points = np.array([chart.gamma(x[:, None] - chart.a, np.ones(3)) for x in lam.T])
+            signs = itertools.product((1.0, -1.0), repeat=3)
+            curves += [points * np.array(s) for s in signs]
+    return curves
+
+
+def _disc() -> Any:
+    from matplotlib.patches import Circle
+
+    return Circle((0, 0), 1, fill=False, color=COLOURS["grey"], lw=0.8)

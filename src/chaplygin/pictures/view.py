@@ -1,0 +1,53 @@
+"""Space seen from afar: an orthographic projection, and curves with their hidden parts faint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..manifold import Array
+
+__all__ = ["COLOURS", "View", "draw_curve"]
+
+# Okabe and Ito's: told apart by colour-blind readers.
+COLOURS = {"blue": "#0072b2", "orange": "#d55e00", "green": "#009e73", "grey": "#999999"}
+FAINT = 0.25
+
+
+@dataclass(frozen=True)
+class View:
+    """Where one looks from.
+
+    Parameters
+    ----------
+    azimuth, elevation : float
+        In degrees; E_3 points upwards.
+    """
+
+    azimuth: float = -55.0
+    elevation: float = 28.0
+
+    @property
+    def axes(self) -> Array:
+        """The directions to the right, upwards and towards the eye, as rows."""
+        a, e = np.radians([self.azimuth, self.elevation])
+        right = np.array([-np.sin(a), np.cos(a), 0.0])
+        eye = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+        return np.stack([right, np.cross(eye, right), eye])
+
+    def __call__(self, points: Array) -> Array:
+        """Return (right, up, towards the eye) of points, shape (..., 3)."""
+        return np.asarray(points @ self.axes.T)
+
+
+def draw_curve(axis: Any, view: View, points: Array, centre: Any = (0.0, 0.0, 0.0), **style: Any):  # type: ignore[no-untyped-def]
+    """Draw a curve on a sphere about a centre: what is behind is faint. Returns both lines."""
+    relative = view(points - np.asarray(centre))
+    shown = view(points)
+    front = np.where(relative[:, 2:] >= 0.0, shown[:, :2], np.nan)
+    back = np.where(relative[:, 2:] < 0.0, shown[:, :2], np.nan)
+    (behind,) = axis.plot(*back.T, alpha=FAINT, zorder=1, **{**style, "label": None})
+    (before,) = axis.plot(*front.T, zorder=3, **style)
+    return before, behind
