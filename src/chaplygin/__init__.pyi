@@ -32,6 +32,7 @@ from .exact.flow import ExactFlow as ExactFlow
 from .exact.frequency_map import FrequencyMap as FrequencyMap
 from .exact.frequency_map import action_variables as action_variables
 from .exact.frequency_map import critical_energies as critical_energies
+from .exact.frequency_map import discriminant as discriminant
 from .exact.frequency_map import frequency_map as frequency_map
 from .exact.frequency_map import resonances as resonances
 from .exact.reconstruction import ContactPath as ContactPath
@@ -83,6 +84,7 @@ __all__ = [
     "converted",
     "cotangent_problem",
     "critical_energies",
+    "discriminant",
     "ellipsoid_problem",
     "fedorov_ball",
     "fedorov_body",

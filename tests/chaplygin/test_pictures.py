@@ -1,0 +1,136 @@
+"""Pictures of exact motions, and the command that makes them."""
+
+import itertools
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from exact_support import problem_of
+from matplotlib.figure import Figure
+from PIL import Image
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.pictures.animation import rolling_animation
+from chaplygin.pictures.command import exact as command
+from chaplygin.pictures.diagrams import draw_bifurcations, draw_rotation_numbers
+from chaplygin.pictures.motion import draw_vertical, motion_figure
+from chaplygin.pictures.view import View
+
+
+@pytest.fixture(scope="module")
+def path():
+    problem = ch.ChaplyginSphere.from_moments([1.0, 1.5, 2.6], 1.0, 1.0).classical()
+    return ch.ContactPath(problem.exact(problem.random_state(1)), 1.0)
+
+
+def test_a_view_is_a_rotation():
+    axes = View(30.0, 40.0).axes
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(axes) == pytest.approx(1.0)
+    assert axes[1, 2] > 0.0  # E_3 points upwards
+
+
+def test_the_vertical_stays_within_its_curves(path):
+    """Where the trajectory goes the λ are inside of their ovals; the curves are at their ends."""
+    figure = motion_figure(path.exact, path)
+    assert len(figure.axes) == 4
+    curves = [line for line in figure.axes[0].lines if line.get_color() == "#d55e00"]
+    free = [e for o in path.exact.separation.ovals for e in (o.low_axis, o.high_axis) if e is None]
+    assert len(curves) == 2 * 8 * len(free)
+    for line in figure.axes[0].lines:
+        points = np.array(line.get_data())
+        inside = np.hypot(*points)
+        assert np.nanmax(inside, initial=0.0) < 1.0 + 1e-12
+
+
+@pytest.mark.parametrize("pattern", ["2", "4", "lagrange", "two-triples", "circle-4"])
+def test_figures_of_all_kinds_of_tori(pattern):
+    problem = problem_of(pattern, "sphere-tau")
+    figure = motion_figure(problem.exact(problem.random_state(1)))
+    assert len(figure.axes) == (3 if pattern == "lagrange" else 2)
+
+
+def test_the_vertical_needs_three_dimensions():
+    problem = problem_of("4", "sphere-tau")
+    with pytest.raises(gi.DomainError, match="three dimensions"):
+        draw_vertical(Figure().subplots(), problem.exact(problem.random_state(1)))
+
+
+def test_an_animation(path, tmp_path):
+    """As many frames as times, and no two alike; as HTML with everything in one file."""
+    times = np.linspace(0.0, 2.0, 5)
+    seen = []
+    film = rolling_animation(path, times, tmp_path / "a.gif", progress=lambda i, n: seen.append(n))
+    with Image.open(film) as image:
+        assert image.n_frames == 5
+        frames = []
+        for i in range(5):
+            image.seek(i)
+            frames.append(np.asarray(image.convert("L")))
+    assert all(np.any(x != y) for x, y in itertools.pairwise(frames))
+    assert seen == [5] * len(seen)
+    page = rolling_animation(path, times[:2], tmp_path / "a.html")
+    assert "data:image/png;base64" in page.read_text(encoding="utf-8")
+    with pytest.raises(gi.DomainError, match=r"\.gif"):
+        rolling_animation(path, times, tmp_path / "a.txt")
+    with pytest.raises(gi.DomainError, match="two times"):
+        rolling_animation(path, [0.0], tmp_path / "a.gif")
+
+
+def test_diagrams():
+    a, D = [0.8, 1.1, 1.5], 4.0
+    problem = ch.ChaplyginSphere(a, D).hamiltonized()
+    states = [problem.random_state(seed) for seed in range(5)]
+    axes = Figure().subplots(1, 2)
+    draw_bifurcations(axes[0], a, D, states)
+    heights = sorted(line.get_ydata()[0] for line in axes[0].lines[:3])
+    np.testing.assert_allclose(heights, sorted(ch.critical_energies(a, D, 1.0)))
+    found = draw_rotation_numbers(axes[1], problem, states, "number", range(5))
+    expected = ch.frequency_map(problem, states).rotation_numbers
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_the_discriminant():
+    """It vanishes at the critical energies, and is the product of squared distances of e and a_i."""
+    a, D, K = np.array([0.8, 1.1, 1.5]), 4.0, 2.0
+    for H in ch.critical_energies(a, D, K):
+        assert ch.discriminant(a, D, K, H) < 1e-28
+    problem = ch.ChaplyginSphere(a, D).hamiltonized()
+    y = problem.random_state(2)
+    exact = problem.exact(y)
+    K, H = gi.value(problem, "K", y), gi.value(problem, "energy", y)
+    r0, r1 = (float(c) for c in exact.separation.polynomial)
+    expected = np.prod((-r0 / r1 - a) ** 2) * (D * r1) ** 6
+    assert ch.discriminant(a, D, K, H) == pytest.approx(expected, rel=1e-10)
+
+
+def run(*words):
+    return CliRunner().invoke(command, words, catch_exceptions=True)
+
+
+def test_the_command(tmp_path):
+    film = tmp_path / "r.gif"
+    result = run(
+        "hamiltonized-n3", "--at", "0,1e9", "--out", str(tmp_path), "--animate", str(film),
+        "--frames", "2",
+    )  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert "frequencies in τ" in result.output
+    assert "t = 1000000000:" in result.output
+    assert film.stat().st_size > 1000
+    assert (tmp_path / "exact.png").stat().st_size > 10000
+
+
+@pytest.mark.parametrize(
+    ("words", "error", "told"),
+    [
+        (("neumann-n3",), gi.FormError, "no representation of this scene"),
+        (("veselova-n4", "--animate", "x.gif"), gi.DomainError, "ball in R³"),
+        (("hamiltonized-n3", "--at", "1,x"), gi.DomainError, "commas"),
+    ],
+)
+def test_bad_command_lines(words, error, told):
+    result = run(*words)
+    assert isinstance(result.exception, error)
+    assert told in str(result.exception)
