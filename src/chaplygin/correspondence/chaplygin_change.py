@@ -62,7 +62,11 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
         raise gi.DomainError("inertia", sphere.inertia.matrix, "an operator in principal axes")
     state = problem.canonical(y)
     moments = sphere.inertia.diagonal[::-1]
-    D1, matrix = _plane(sphere.D, gi.value(problem, "energy", state), state)
+    # In units in which |k⃗| is about 1: the sizes of k⃗ and γ⃗ have nothing to do with each other.
+    size = float(np.ldexp(1.0, int(np.frexp(np.max(np.abs(state[:3])))[1])))
+    scaled = np.concatenate([state[:3] / size, state[3:]])
+    D1, matrix = _plane(sphere.D, gi.value(problem, "energy", scaled), scaled)
+    matrix = matrix * np.array([[1.0, size], [1.0 / size, 1.0]])
     inverse = np.linalg.inv(matrix)
     other = ChaplyginSphere.from_moments(moments + sphere.D - D1, D1, 1.0)
     source = dataclasses.replace(problem, params=np.concatenate([problem.params, inverse[:, 0]]))

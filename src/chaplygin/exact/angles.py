@@ -39,7 +39,7 @@ def component_signs(
     position, momentum, psi, _ = axes.components(gamma, p_tilde)
     theta = theta_of(axes, torus, position, momentum)
     plain = np.ones(len(axes.alpha))
-    params = packed_torus(axes, separation, torus, plain, np.zeros(len(torus.turns)), 0.0)
+    params = packed_torus(axes, separation, torus, plain, np.zeros(len(torus.turns)), 1.0, False)
     phi = linear_angles(params, theta, psi)
     n = len(gamma)
     work = state_work(len(theta), len(phi))

@@ -56,7 +56,7 @@ class ExactBody(ExactFlow):
 
     def __init__(self, inverse: Array, f1: float, y: Array) -> None:
         self._inverse, self._f1 = inverse, f1
-        self._c = max(1.0, 2.0 * float(np.max(inverse)))
+        self._c = 2.0 * float(np.max(inverse))
         moments = 1.0 / (self._c / inverse - 1.0)
         ball = ChaplyginSphere.from_moments(moments, 1.0, 1.0)
         self._ball = ExactBall(ball, self._of_ball(y))

@@ -52,6 +52,11 @@ class ExactFlow:
     physical : bool
         Whether states are (γ, p), else (γ, p̃).
 
+    Attributes
+    ----------
+    unit, unit_p : float
+        Of the a_i and λ, and of p̃, in `axes`, `separation` and `torus`: powers of two.
+
     Raises
     ------
     geomint.DomainError
@@ -62,22 +67,23 @@ class ExactFlow:
         self, a: Array, D: float, energy: SeparatedEnergy, y: Array, physical: bool
     ) -> None:
         self.a, self.D, self.physical = a, D, physical
+        self.unit, self.unit_p = _power_of_two(np.max(a)), 1.0
         gamma, p_tilde = self._split(self.inward(y))
-        self.axes = reduced_axes(a, gamma, p_tilde)
+        self.unit_p = _power_of_two(np.max(np.abs(p_tilde)))
+        p_tilde = p_tilde / self.unit_p
+        self.axes = reduced_axes(a / self.unit, gamma, p_tilde)
         self.separation = separation_of(self.axes, gamma, p_tilde)
-        self.torus = torus_of(self.separation, energy)
+        self.torus = torus_of(self.separation, energy.in_units(self.unit, self.unit_p))
+        if not np.isfinite(self.torus.turns).all():
+            raise gi.DomainError("state", y, "a motion whose frequencies are finite numbers")
         signs = component_signs(self.axes, self.torus, self.separation, gamma, p_tilde)
-        count = len(self.torus.turns)
-        self._scale = D / float(np.sqrt(np.prod(self.axes.alpha)))
-        scale = self._scale if physical else 0.0
-        unstarted = packed_torus(
-            self.axes, self.separation, self.torus, signs, np.zeros(count), scale
-        )
-        self._params = unstarted
+        # p = D√U p̃, and dt/dτ = D√U.
+        self._rate = D / float(np.sqrt(self.unit) * np.sqrt(np.prod(self.axes.alpha)))
+        scale = self.unit_p * (self._rate if physical else 1.0)
+        parts = self.axes, self.separation, self.torus, signs
+        self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
-        self._params = packed_torus(
-            self.axes, self.separation, self.torus, signs, self.start, scale
-        )
+        self._params = packed_torus(*parts, self.start, scale, physical)
 
     @property
     def frequencies(self) -> Array:
@@ -107,7 +113,7 @@ class ExactFlow:
     @functools.cached_property
     def clock(self) -> Clock:
         """Physical time as a function of τ."""
-        return product_clock(self.torus, self._scale, lambda phi: self.rate(self.at_angles(phi)))
+        return product_clock(self.torus, self._rate, lambda phi: self.rate(self.at_angles(phi)))
 
     @property
     def mean_frequencies(self) -> Array:
@@ -118,10 +124,20 @@ class ExactFlow:
         """Return (φ, Φ) of a state on the torus, modulo 4π, shape of `frequencies`."""
         return self._angles(*self._split(self.inward(np.asarray(y, dtype=np.float64))))
 
+    @property
+    def ovals(self) -> Array:
+        """The ends of the intervals in which the λ_k run to and fro, shape (d, 2)."""
+        ends = [[float(o.lower), float(o.upper)] for o in self.separation.ovals]
+        return self.unit * np.array(ends).reshape(-1, 2)
+
     def theta(self, y: Any) -> Array:
-        """Return θ_k in [−π, π] of a state: λ_k is m_k − d_k cos θ_k, shape (d,)."""
+        """Return θ_k in [−π, π] of a state, shape (d,); see `lam`."""
         components = self.axes.components(*self._split(self.inward(np.asarray(y))))
         return theta_of(self.axes, self.torus, *components[:2])
+
+    def lam(self, theta: Any) -> Array:
+        """Return λ_k = m_k − d_k cos θ_k, shape (..., d)."""
+        return np.asarray(self.unit * (self.torus.middle - self.torus.radius * np.cos(theta)))
 
     def at_tau(self, tau: Any) -> Array:
         """Return states at times τ, of any sign and size.
@@ -205,10 +221,10 @@ class ExactFlow:
         return self.outward(values[..., : 2 * n])
 
     def _split(self, y: Array) -> tuple[Array, Array]:
-        """Return γ and p̃ of one of the flow's own states."""
+        """Return γ and p̃, in its unit, of one of the flow's own states."""
         n = len(self.a)
         scale = multiplier(self.a, self.D, y[:n]) if self.physical else 1.0
-        return y[:n], np.asarray(y[n:] / scale)
+        return y[:n], np.asarray(y[n:] / scale / self.unit_p)
 
     def _angles(self, gamma: Array, p_tilde: Array) -> Array:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
@@ -241,6 +257,11 @@ class Quadrature:
         """Return the integral from 0 to τ, for every τ."""
         points = _times("tau", tau)[..., None]
         return gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
+
+
+def _power_of_two(x: Any) -> float:
+    """Return a power of two near x > 0: in such units nothing overflows, and nothing is rounded."""
+    return float(np.ldexp(1.0, int(np.frexp(x)[1]))) if x > 0.0 else 1.0
 
 
 def _times(name: str, values: Any) -> Array:

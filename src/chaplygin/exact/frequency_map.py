@@ -123,7 +123,8 @@ def action_variables(exact: ExactFlow) -> Array:
             value = value * (lam - lower)
         value = -value if oval.high_axis is not None else value * (upper - lam)
         result.append(float(np.mean(value)))
-    return np.array([*result, *(float(ell) for ell in exact.separation.ell if ell)])
+    turning = [float(ell) for ell in exact.separation.ell if ell]
+    return exact.unit_p * np.array([*result, *turning])
 
 
 def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:

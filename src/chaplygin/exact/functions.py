@@ -34,6 +34,7 @@ from .packing import (
     OTHERS,
     OVALS,
     PAIR,
+    PHYSICAL,
     RADIUS,
     ROWS,
     SCALE,
@@ -146,8 +147,7 @@ def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
     second, pair, ell = int(params[SECOND]), int(params[PAIR]), int(params[ELL])
     lam, weights = part(work, 0, ovals), part(work, ovals, ovals)
     sin, cos = part(work, 2 * ovals, ovals), part(work, 3 * ovals, ovals)
-    physical = params[SCALE] > 0.0
-    scale = params[SCALE] if physical else 1.0
+    physical, scale = params[PHYSICAL] > 0.0, params[SCALE]
     for k in range(ovals):
         lam[k] = params[middle + k] - params[radius + k] * gi.cos(theta[k])
         sin[k], cos[k] = gi.sin(0.5 * theta[k]), gi.cos(0.5 * theta[k])

@@ -14,8 +14,8 @@ from .torus import Torus
 
 __all__ = ["packed_torus", "with_clock"]
 
-# Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then two numbers.
-OVALS, ANGLES, AXES, ROWS, LEAD, SCALE = range(6)
+# Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then three numbers.
+OVALS, ANGLES, AXES, ROWS, LEAD, SCALE, PHYSICAL = range(7)
 SECTIONS = (
     "middle",
     "radius",
@@ -55,8 +55,8 @@ SECTIONS = (
     FIRST,
     SECOND,
     CLOCK,
-) = range(6, 6 + len(SECTIONS))
-HEADER = 6 + len(SECTIONS)
+) = range(7, 7 + len(SECTIONS))
+HEADER = 7 + len(SECTIONS)
 
 
 def packed_torus(
@@ -66,6 +66,7 @@ def packed_torus(
     signs: Array,
     start: Array,
     scale: float,
+    physical: bool,
 ) -> Array:
     """Return the parameters of the functions of a torus.
 
@@ -78,7 +79,9 @@ def packed_torus(
     start : array, shape (d + pairs,)
         The linear angles at τ = 0.
     scale : float
-        p/(p̃ Π√λ_k) where states are (γ, p); 0 where they are (γ, p̃).
+        The unit of p̃; where states are (γ, p), times p/(p̃ Π√λ_k).
+    physical : bool
+        Whether states are (γ, p).
     """
     alpha, count = axes.alpha, len(axes.alpha)
     low, high, pair = np.full(count, -1.0), np.full(count, -1.0), np.full(count, -1.0)
@@ -110,7 +113,7 @@ def packed_torus(
         "clock": [],
     }
     angles, n = len(torus.turns), axes.first.shape[1]
-    header = [len(torus.middle), angles, count, n, torus.lead, scale]
+    header = [len(torus.middle), angles, count, n, torus.lead, scale, physical]
     at, parts = HEADER, []
     for name in SECTIONS:
         values = np.asarray(sections[name], dtype=np.float64)

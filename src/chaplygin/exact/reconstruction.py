@@ -52,7 +52,10 @@ def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
 
 def _frames(k: Array, gamma: Array) -> Array:
     """Return F, its columns the frame, shape (..., 3, 3)."""
-    vertical = gamma / np.linalg.norm(gamma, axis=-1, keepdims=True)
+    height = np.linalg.norm(gamma, axis=-1, keepdims=True)
+    if not np.all(height > 0.0):
+        raise gi.DomainError("gamma", gamma, "vectors that are not zero")
+    vertical = gamma / height
     across = k - np.sum(k * vertical, axis=-1, keepdims=True) * vertical
     across = across - np.sum(across * vertical, axis=-1, keepdims=True) * vertical
     size = np.linalg.norm(across, axis=-1, keepdims=True)

@@ -49,12 +49,17 @@ class SeparatedEnergy:
 
     Parameters
     ----------
-    at_zero, at_infinity : float
+    at_zero, at_infinity : float or mpf
         x and y.
     """
 
-    at_zero: float
-    at_infinity: float
+    at_zero: Any
+    at_infinity: Any
+
+    def in_units(self, unit: float, unit_p: float) -> SeparatedEnergy:
+        """Return the energy whose flow is the same in time where a and p̃ are measured in units."""
+        a, p = mp.mpf(unit), mp.mpf(unit_p)
+        return SeparatedEnergy(mp.mpf(self.at_zero) * p / a, mp.mpf(self.at_infinity) * p * a)
 
     def slopes(self, alpha: Any) -> list[Any]:
         """Return ∂H/∂c_j, j = 0 … q−2."""

@@ -90,8 +90,8 @@ def _tell(name: str, motion: Any) -> None:
         click.echo(f"{label:<38}" + "  ".join(format(float(x), form) for x in values))
 
     click.echo(f"exact flow in the representation {name!r}, n = {len(motion.a)}")
-    for k, oval in enumerate(motion.separation.ovals, 1):
-        row(f"λ_{k} between", (oval.lower, oval.upper))
+    for k, ends in enumerate(motion.ovals, 1):
+        row(f"λ_{k} between", ends)
     row("frequencies in τ", motion.frequencies)
     try:
         row("mean frequencies in t", motion.mean_frequencies)

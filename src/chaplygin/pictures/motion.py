@@ -78,13 +78,12 @@ def draw_vertical(axis: Any, exact: ExactFlow, view: View | None = None) -> None
 def draw_separation(axis: Any, exact: ExactFlow) -> None:
     """Draw the separated coordinates λ_k, which run to and fro in their ovals, over some turns."""
     tau = _times(exact)[: SAMPLES // 5]
-    lam = _separated(exact, tau)
+    lam = exact.lam(_theta(exact, tau))
     palette = list(COLOURS.values())
     for k in range(lam.shape[1]):
-        oval = exact.separation.ovals[k]
-        axis.axhspan(float(oval.lower), float(oval.upper), color="#000000", alpha=0.06, lw=0)
+        axis.axhspan(*exact.ovals[k], color="#000000", alpha=0.06, lw=0)
         axis.plot(tau, lam[:, k], color=palette[k % 3], lw=1.0, label=f"$\\lambda_{k + 1}$")
-    for i, value in enumerate(exact.axes.alpha):
+    for i, value in enumerate(exact.unit * exact.axes.alpha):
         axis.axhline(
             value, color=COLOURS["grey"], lw=0.6, ls=":", label="$a_i$" if i == 0 else None
         )
@@ -141,12 +140,6 @@ def _times(exact: ExactFlow) -> Array:
 
 def _gamma(exact: ExactFlow, tau: Array) -> Array:
     return exact.inward(exact.at_tau(tau))[:, : len(exact.a)]
-
-
-def _separated(exact: ExactFlow, tau: Array) -> Array:
-    """Return λ_k, shape (times, d)."""
-    theta = _theta(exact, tau)
-    return np.asarray(exact.torus.middle - exact.torus.radius * np.cos(theta))
 
 
 def _theta(exact: ExactFlow, tau: Array) -> Array:
