@@ -50,9 +50,8 @@ from .packing import (
 
 __all__ = ["at_angles", "at_tau", "phases", "shifts", "state_rows", "state_work"]
 
-NEWTON = 60  # iterations; where the map is far from linear the first steps are cut
-LONGEST = 1.0  # largest change of an angle in a Newton step
-QUADRATIC = 1e-9  # after a step below this one more is enough
+NEWTON, HALVINGS, MOST_STRETCHES = 12, 30, 400
+QUADRATIC = 1e-10  # after a step below this nothing is left
 
 
 def state_work(ovals: int, angles: int) -> int:
@@ -113,27 +112,86 @@ def eliminate(size: int, matrix: Any, x: Any) -> None:
 
 
 @gi.helper
-def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
-    """Write θ at φ, which winds as φ does, and the shifts there; return the last step's size."""
+def angle_defect(params: Any, phi: Any, theta: Any, shift: Any, slopes: Any, step: Any) -> Any:
+    """Write shifts, ∂φ/∂θ and φ(θ) − φ; return the size of the last."""
+    ovals, size = int(params[OVALS]), 0.0
+    shift_sums(params, theta, shift, slopes)
+    for k in range(ovals):
+        step[k] = theta[k] - phi[k] + shift[k]
+        size += step[k] * step[k]
+    return gi.sqrt(size)
+
+
+@gi.helper
+def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, count: int, work: Any) -> Any:
+    """Improve θ by at most `count` Newton steps; return the size of the last one.
+
+    A step is halved until it brings φ(θ) nearer to φ.
+    """
     ovals = int(params[OVALS])
     slopes, step = part(work, 0, ovals * ovals), part(work, ovals * ovals, ovals)
-    for k in range(ovals):
-        theta[k] = phi[k]
-    largest, last = 1.0, False
-    for _ in range(NEWTON):
-        shift_sums(params, theta, shift, slopes)
-        for k in range(ovals):
-            step[k] = theta[k] - phi[k] + shift[k]
+    before = part(work, ovals * ovals + ovals, ovals)
+    whole = part(work, ovals * ovals + 2 * ovals, ovals)
+    size = angle_defect(params, phi, theta, shift, slopes, step)
+    largest = 0.0
+    for _ in range(count):
         eliminate(ovals, slopes, step)
         largest = 0.0
         for k in range(ovals):
             largest = max(largest, abs(step[k]))
-        cut = 1.0 if largest <= LONGEST else LONGEST / largest
-        for k in range(ovals):
-            theta[k] -= cut * step[k]
-        if last:
+            before[k], whole[k] = theta[k], step[k]
+        cut = 1.0
+        for _ in range(HALVINGS):
+            for k in range(ovals):
+                theta[k] = before[k] - cut * whole[k]
+            if largest <= QUADRATIC:
+                break
+            trial = angle_defect(params, phi, theta, shift, slopes, step)
+            if trial < size:
+                size = trial
+                break
+            cut *= 0.5
+        if largest <= QUADRATIC:
             break
-        last = largest <= QUADRATIC
+    return largest
+
+
+@gi.helper
+def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
+    """Write θ at φ, which winds as φ does, and the shifts there; return the last step's size.
+
+    Newton's method from θ = φ. Next to separatrices the map is far from linear, and that may fail;
+    then φ is approached on a straight line, with steps as long as Newton's method allows, from the
+    next point whose coordinates are multiples of π: there θ = φ.
+    """
+    ovals = int(params[OVALS])
+    target = part(work, ovals * ovals + 3 * ovals, ovals)
+    known = part(work, ovals * ovals + 4 * ovals, ovals)
+    for k in range(ovals):
+        theta[k] = phi[k]
+    largest = newton_steps(params, phi, theta, shift, NEWTON, work)
+    if largest <= QUADRATIC:
+        return largest
+    for k in range(ovals):
+        known[k] = np.pi * np.rint(phi[k] / np.pi)
+        theta[k] = known[k]
+    done, ahead = 0.0, 0.125
+    for _ in range(MOST_STRETCHES):
+        reach = min(1.0, done + ahead)
+        for k in range(ovals):
+            start = np.pi * np.rint(phi[k] / np.pi)
+            target[k] = start + reach * (phi[k] - start)
+        largest = newton_steps(params, target, theta, shift, NEWTON, work)
+        if largest <= QUADRATIC:
+            if reach == 1.0:
+                break
+            done, ahead = reach, 2.0 * ahead
+            for k in range(ovals):
+                known[k] = theta[k]
+        else:
+            ahead *= 0.25
+            for k in range(ovals):
+                theta[k] = known[k]
     return largest
 
 
