@@ -62,13 +62,18 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     geomint.DomainError
         For fewer than 16 samples, numbers that are not finite, and other nonsense.
     """
-    z = np.asarray(signal, dtype=np.complex128)
+    try:
+        z = np.asarray(signal, dtype=np.complex128)
+    except (TypeError, ValueError):
+        raise DomainError("signal", signal, f"at least {FEWEST} finite numbers in a row") from None
     if z.ndim != 1 or len(z) < FEWEST or not np.isfinite(z).all():
         raise DomainError("signal", signal, f"at least {FEWEST} finite numbers in a row")
     if not (np.isfinite(step) and step > 0.0):
         raise DomainError("step", step, "a number > 0")
-    if terms < 1 or order < 0:
-        raise DomainError("terms, order", (terms, order), "numbers ≥ 1 and ≥ 0")
+    if not (isinstance(terms, int) and isinstance(order, int)) or terms < 1 or order < 0:
+        raise DomainError("terms, order", (terms, order), "whole numbers ≥ 1 and ≥ 0")
+    size = float(np.max(np.abs(z))) or 1.0
+    z = z / size
     times = np.arange(len(z)) - 0.5 * (len(z) - 1)  # symmetric, in steps
     window = _window(len(z), order)
     waves: list[Array] = []
@@ -83,7 +88,7 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
         amplitudes, *_ = np.linalg.lstsq(weights * basis, weights[:, 0] * z, rcond=None)
         rest = z - basis @ amplitudes
     return [
-        Term(nu / step, complex(c * np.exp(1j * nu * times[0])))
+        Term(nu / step, complex(size * c * np.exp(1j * nu * times[0])))
         for nu, c in zip(found, amplitudes, strict=True)
     ]
 

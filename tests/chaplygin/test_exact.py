@@ -189,6 +189,14 @@ def test_refusals():
     problem = sphere.hamiltonized()
     with pytest.raises(gi.DomainError, match="at rest"):
         problem.exact([0.6, 0.0, 0.8, 0.0, 0.0, 0.0])
+    exact = problem.exact(problem.random_state(1))
+    for bad in ("abc", 10**400, [[1.0], [1.0, 2.0]]):
+        with pytest.raises(gi.DomainError, match="real numbers"):
+            exact.at_tau(bad)
+    with pytest.raises(gi.DomainError, match="6 numbers"):
+        exact.angles([1.0, 2.0])
+    with pytest.raises(gi.DomainError, match="no more than 2 angles"):
+        exact.at_angles([1.0, 2.0, 3.0])
     with pytest.raises(gi.DomainError, match="finite times"):
         problem.exact(problem.random_state(1)).at_tau([np.nan])
     with pytest.raises(gi.FormError, match="no exact flow"):
@@ -196,6 +204,46 @@ def test_refusals():
     almost = ch.ChaplyginSphere(a=[0.8, 0.8 + 1e-14, 1.5], D=4.0).hamiltonized()
     with pytest.raises(gi.DomainError, match="condition number"):
         almost.exact(almost.random_state(1))
+
+
+def test_angles_are_found_wherever_they_are():
+    """Next to a separatrix the map from θ to φ is far from linear: Newton's method alone cycles."""
+    problem = ch.ChaplyginSphere(a=[0.8, 1.15, 1.5], D=4.0).hamiltonized()
+    times = np.linspace(-50.0, 1000.0, 2000)
+    rng, conditions = np.random.default_rng(3), []
+    for size in (0.1, 0.03, 0.03, 0.02, 0.02):
+        gamma = np.eye(3)[0] + size * rng.normal(size=3)
+        y = flow_of(problem, gamma, np.eye(3)[2] + size * rng.normal(size=3))
+        exact = problem.exact(y)
+        conditions.append(exact.condition)
+        z = exact.at_tau(times)
+        for i in (0, 700, 1999):
+            found, expected = exact.angles(z[i]), exact.start + exact.frequencies * times[i]
+            np.testing.assert_allclose(turned(found - expected), 0, atol=1e-12 * exact.condition)
+    assert max(conditions) > 5e3
+
+
+@pytest.mark.parametrize("unit", [1e-150, 1e-60, 1e60, 1e100])
+def test_units(unit):
+    """Parameters and momenta of any size: in powers of two nothing changes."""
+    plain = ch.Veselova([0.8, 1.1, 1.5], 4.0).hamiltonized()
+    y = plain.random_state(1)
+    exact = plain.exact(y)
+    scaled = ch.Veselova(np.array([0.8, 1.1, 1.5]) * unit, 4.0).hamiltonized()
+    np.testing.assert_allclose(
+        scaled.exact(y).at_tau(3.0 / unit)[:3], exact.at_tau(3.0)[:3], rtol=0, atol=1e-13
+    )
+    z = np.concatenate([y[:3], unit * y[3:]])
+    far = plain.exact(z).at_tau(3.0 / unit)
+    np.testing.assert_allclose(far[:3], exact.at_tau(3.0)[:3], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(far[3:] / unit, exact.at_tau(3.0)[3:], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-160, 1e-20, 1e-9])
+def test_components_that_are_all_but_zero(size):
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    y = flow_of(problem, [size, 0.5, 0.7], [0.9, -0.8, 1.1])
+    assert_exact(problem, y)
 
 
 @pytest.mark.parametrize("apart", [1e-3, 1e-6, 1e-9])

@@ -34,6 +34,23 @@ def test_the_ball_at_any_area_constant(seed):
     )
 
 
+@pytest.mark.parametrize("unit", [1e-100, 1e100])
+def test_momenta_of_any_size(unit):
+    problem = ch.ChaplyginSphere(inertia=random_special(3, 1)).classical()
+    y = problem.random_state(1)
+    exact = problem.exact(y)
+    other = problem.exact(np.concatenate([unit * y[:3], y[3:]]))
+    np.testing.assert_allclose(other(3.0 / unit)[3:], exact(3.0)[3:], atol=1e-14 * exact.condition)
+
+
+def test_all_but_parallel_vectors_are_refused():
+    problem = ch.ChaplyginSphere(inertia=random_special(3, 1)).classical()
+    gamma = np.array([0.48, 0.6, 0.64])
+    for apart in (1e-6, 1e-8, 0.0):
+        with pytest.raises(gi.DomainError, match="parallel"):
+            problem.exact(np.r_[3 * gamma + apart * np.cross(gamma, [0, 0, 1]), gamma])
+
+
 @pytest.mark.parametrize("momentum", [True, False])
 def test_attitude_and_contact_point(momentum):
     """Against the reconstruction that is integrated, (k, γ, g, r), with and without area constant."""
@@ -63,5 +80,11 @@ def test_attitude_and_contact_point(momentum):
     np.testing.assert_allclose(far / 1e7, path.drift, atol=1e-5)
     with pytest.raises(gi.DomainError, match="parallel"):
         ch.attitude([0.0, 0.0, 2.0], [0.0, 0.0, 1.0])
+    with pytest.raises(gi.DomainError, match="finite vectors"):
+        ch.attitude([np.nan, 0.0, 0.0], [0.0, 0.0, 1.0])
+    with pytest.raises(gi.DomainError, match="not zero"):
+        ch.attitude([1.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    with pytest.raises(gi.DomainError, match=r"classical\(\)"):
+        ch.ContactPath(sphere.reduced().exact(sphere.reduced().random_state(1)), 1.0)
     with pytest.raises(gi.DomainError, match="E_3"):
         ch.ContactPath(path.exact, rho, np.eye(3))

@@ -49,6 +49,23 @@ def test_without_area_constant_it_is_the_reduced_problem():
     )
 
 
+def test_large_constants():
+    """f₁ ≫ |k⃗|: right up to the estimate, or refused."""
+    for f1 in (10.0, 100.0):
+        problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(f1)
+        y = problem.random_state(3)
+        exact = problem.exact(y)
+        turn = 1.0 / np.max(np.abs(exact.mean_frequencies))
+        run = gi.solve(
+            problem, y, t_end=30 * turn, step=0.02 * turn, method="dop853", progress=False
+        )
+        off = np.max(np.abs(exact(run.t[-1]) - run.y[-1])) / np.max(np.abs(y))
+        assert off < float(exact.phase_error(exact.tau(run.t[-1])))
+    problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(1e4)
+    with pytest.raises(gi.DomainError):
+        problem.exact(problem.random_state(3))
+
+
 def test_parallel_vectors_are_refused():
     problem = random_body(3, 1).classical(0.5)
     with pytest.raises(gi.DomainError, match="parallel"):

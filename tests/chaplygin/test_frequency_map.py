@@ -55,6 +55,24 @@ def test_the_map_of_a_family():
     np.testing.assert_allclose(found.frequencies[3], 7.0 * found.frequencies[0], rtol=1e-12)
 
 
+def test_tori_of_different_dimensions():
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    states = [problem.random_state(1), problem.state(gamma=[1.0, 0, 0], p_tilde=[0, 1.0, 0])]
+    found = ch.frequency_map(problem, states).frequencies
+    assert np.isfinite(found[0]).all()
+    assert np.isfinite(found[1, 0])
+    assert np.isnan(found[1, 1])
+
+
+def test_resonances_of_nonsense():
+    for omega in (1.0, [[1.0, 2.0]], [np.nan, 1.0], [0.0, 0.0]):
+        with pytest.raises(gi.DomainError, match="omega"):
+            ch.resonances(omega, 2)
+    with pytest.raises(gi.DomainError, match="order"):
+        ch.resonances([1.0, 2.0], 2.5)
+    assert ch.resonances([1e200, 2e200], 2) == [(2, -1)]
+
+
 def test_resonances():
     assert ch.resonances([1.0, -2.0 / 3.0], 4) == [(2, 3)]
     assert ch.resonances([1.0, 1.0, 2.0], 1) == [(1, -1, 0), (1, 1, -1)]

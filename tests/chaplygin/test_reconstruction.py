@@ -99,5 +99,9 @@ def test_refusals():
     t = np.array([0.0, 2.0, 1.0, 3.0, 4.0, 5.0, 6.0, 7.0])
     with pytest.raises(gi.DomainError, match="in order"):
         ch.rolled_path(contact, reduced, t, exact(t))
+    with pytest.raises(gi.DomainError, match="a state for every time"):
+        ch.rolled_path(contact, reduced, np.arange(9.0), exact(np.arange(10.0)))
+    with pytest.raises(gi.DomainError, match="contact"):
+        ch.rolled_path(reduced, reduced, np.arange(9.0), exact(np.arange(9.0)))
     t = np.linspace(0.0, 400.0, 60)  # far too few: said by the error
     assert ch.rolled_path(contact, reduced, t, exact(t)).error > 1e-3

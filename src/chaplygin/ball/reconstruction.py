@@ -92,11 +92,18 @@ def rolled_path(
     >>> path.attitude.shape, path.contact.shape, path.error < 1e-9
     ((400, 4, 4), (400, 3), True)
     """
-    times = np.asarray(t, dtype=np.float64)
+    names = [name for name, _ in contact.pieces]
+    if names != ["k", "gamma", "g", "r"]:
+        raise gi.DomainError(
+            "contact", contact.name, "sphere.contact(…), with attitude and contact point"
+        )
+    times, given = np.asarray(t, dtype=np.float64), np.asarray(states)
+    if given.ndim != 2 or len(given) != np.size(times) or not np.isfinite(times).all():
+        raise gi.DomainError("states", given.shape, "a state for every time, and finite times")
     steps = np.diff(times)
     if times.ndim != 1 or len(times) <= DEGREE or not (np.all(steps > 0) or np.all(steps < 0)):
         raise gi.DomainError("t", t, f"at least {DEGREE + 1} times in order")
-    rows = np.array([converted(y, source, contact) for y in np.asarray(states)])
+    rows = np.array([converted(y, source, contact) for y in given])
     n, where = dict(contact.pieces)["gamma"], contact.slices
     first = contact.state(
         gamma=rows[0, where["gamma"]],

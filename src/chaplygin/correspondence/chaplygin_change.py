@@ -31,6 +31,8 @@ from .correspondence import Correspondence
 
 __all__ = ["chaplygin_change"]
 
+SMALLEST = 1e-12  # D₁/D: below it nothing but rounding is left of the difference of both balls
+
 
 @gi.observable
 def new_time(params: Any, t: Any, y: Any, work: Any) -> Any:
@@ -68,6 +70,9 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
     D1, matrix = _plane(sphere.D, gi.value(problem, "energy", scaled), scaled)
     matrix = matrix * np.array([[1.0, size], [1.0 / size, 1.0]])
     inverse = np.linalg.inv(matrix)
+    if not D1 > SMALLEST * sphere.D:
+        expected = f"a state whose k and gamma are less parallel: D of the other ball is {D1:.3g}"
+        raise gi.DomainError("y", y, expected)
     other = ChaplyginSphere.from_moments(moments + sphere.D - D1, D1, 1.0)
     source = dataclasses.replace(problem, params=np.concatenate([problem.params, inverse[:, 0]]))
 

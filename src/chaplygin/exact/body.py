@@ -21,6 +21,8 @@ import functools
 
 import numpy as np
 
+import geomint as gi
+
 from ..ball.sphere import ChaplyginSphere
 from ..manifold import Array
 from .classical import ExactBall
@@ -31,6 +33,7 @@ from .torus import SeparatedEnergy
 __all__ = ["ExactBody"]
 
 STATES = 12  # on the torus, from which x and y are computed
+TOLERANCE = 1e-6  # of the velocities
 
 
 class ExactBody(ExactFlow):
@@ -55,12 +58,17 @@ class ExactBody(ExactFlow):
     """
 
     def __init__(self, inverse: Array, f1: float, y: Array) -> None:
-        self._inverse, self._f1 = inverse, f1
+        self._inverse, self._f1, self._sensitivity = inverse, f1, 1.0
         self._c = 2.0 * float(np.max(inverse))
         moments = 1.0 / (self._c / inverse - 1.0)
         ball = ChaplyginSphere.from_moments(moments, 1.0, 1.0)
         self._ball = ExactBall(ball, self._of_ball(y))
         super().__init__(self._ball.a, self._ball.D, self._energy(), y, True)
+
+    @property
+    def condition(self) -> float:
+        """About what relative errors of the state are magnified by in frequencies."""
+        return max(1.0, self._sensitivity / self.separation.condition) * self._ball.condition
 
     def rate(self, states: Array) -> Array:
         """Return dt/ds of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
@@ -110,5 +118,17 @@ class ExactBody(ExactFlow):
         steep = ball.a * p_tilde
         steep = steep - np.sum(steep * gamma, axis=-1, keepdims=True) * gamma
         columns = np.stack([u * p_tilde, steep], axis=-1).reshape(-1, 2)
-        (x, y), *_ = np.linalg.lstsq(columns, velocity.reshape(-1), rcond=1e-12)
-        return SeparatedEnergy(float(x), float(y))
+        sizes, scale = np.linalg.norm(columns, axis=0), np.linalg.norm(velocity)
+        columns = columns / sizes
+        weights, _, _, singular = np.linalg.lstsq(columns, velocity.reshape(-1), rcond=1e-14)
+        left = float(np.linalg.norm(columns @ weights - velocity.reshape(-1)) / scale)
+        # Parallel columns are no loss where all a_i of the ball are equal: then one flow is enough.
+        if np.ptp(ball.a) > 0.0:
+            self._sensitivity = float(singular[0] / max(singular[-1], 1e-300))
+        if not left < TOLERANCE:
+            expected = (
+                "a state whose k and gamma are less parallel: the body's flow on its torus cannot be "
+                f"told from others, condition number {self._sensitivity:.3g}"
+            )
+            raise gi.DomainError("state", own[0], expected)
+        return SeparatedEnergy(*(float(w) for w in weights / sizes))

@@ -76,7 +76,8 @@ class Separation:
         One for each λ_k, in ascending order.
     condition : float
         The largest size of a branch point, or of an α_g with ℓ_g ≠ 0, over the distance to the next
-        one: about what relative errors of the state are magnified by in frequencies.
+        one, and width of an oval over its distance to the next, 0 among them: about what relative
+        errors of the state are magnified by in frequencies.
     """
 
     alpha: tuple[Any, ...]
@@ -121,9 +122,10 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     free: list[tuple[Any, int | None]] = [(e, None) for e in _roots(polynomial)]
     points = sorted([*single, *free], key=lambda pair: pair[0])
     pairs = [x for x, pair in zip(alpha, axes.paired, strict=True) if pair]
-    condition = _condition([x for x, _ in points] + pairs, gamma, p_tilde)
     ovals = tuple(_oval(points, k) for k in range(0, len(points), 2))
     assert len(ovals) == len(alpha) - 1
+    condition = _condition([x for x, _ in points] + pairs, gamma, p_tilde)
+    condition = max(condition, *(_crowding(oval, pairs) for oval in ovals), 1.0)
     return Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, condition)
 
 
@@ -221,6 +223,13 @@ def _condition(points: list[Any], gamma: Array, p_tilde: Array) -> float:
         )
         raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
     return max(1.0, 1.0 / closest)
+
+
+def _crowding(oval: Oval, pairs: list[Any]) -> float:
+    """Return the width of an oval over its distance to the next singular point."""
+    around = [b for b in (*oval.others, *pairs) if not oval.lower <= b <= oval.upper]
+    gap = min(max(oval.lower - b, b - oval.upper) for b in around)
+    return float((oval.upper - oval.lower) / gap)
 
 
 def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..ball.sphere import ChaplyginSphere
 from ..correspondence.chaplygin_change import chaplygin_change
-from ..manifold import Array
+from ..manifold import Array, length
 from .clock import Clock, sampled_clock
 from .flow import ExactFlow
 from .torus import SeparatedEnergy
@@ -43,6 +43,8 @@ class ExactBall(ExactFlow):
 
     def __init__(self, sphere: ChaplyginSphere, y: Array) -> None:
         change = chaplygin_change(sphere, y)
+        k, gamma = y[:3] / length(y[:3]), y[3:] / length(y[3:])
+        self._slant = 1.0 / length(np.cross(k, gamma))
         self._backward = np.linalg.inv(_matrix(change.forward))
         # ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗), and dt₁/dt = α + ζ D(ω⃗, γ⃗): see `chaplygin_change`.
         moments = sphere.inertia.diagonal
@@ -52,6 +54,15 @@ class ExactBall(ExactFlow):
         D = change.target.parameters["D"]
         a = np.array(change.target.parameters["a"])
         super().__init__(a, D, SeparatedEnergy(D, -1.0), y, True)
+
+    @property
+    def condition(self) -> float:
+        """About what relative errors of the state are magnified by in frequencies.
+
+        That of the other ball, over the sine of the angle of k⃗ and γ⃗: the change of variables is
+        made of their plane.
+        """
+        return self._slant * self.separation.condition
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""

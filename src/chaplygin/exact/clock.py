@@ -122,7 +122,7 @@ def product_clock(torus: Torus, scale: float, rate: Sampled) -> Clock:
                 f"a motion whose time has less than {MOST_MODES} Fourier coefficients that matter; "
                 "at_tau takes any"
             )
-            raise gi.DomainError("n", size + 1, expected)
+            raise gi.DomainError("state", torus.middle, expected)
         found = scale * integrals(layer)
         loud = np.abs(found) > QUIET * abs(mean)
         waves.append(layer[loud])

@@ -18,7 +18,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..manifold import Array
+from ..manifold import Array, length
 from ..states import multiplier
 from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
@@ -107,7 +107,7 @@ class ExactFlow:
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
-        gamma = self.inward(states)[..., : len(self.a)]
+        gamma = self.inward(np.asarray(states))[..., : len(self.a)]
         return np.asarray(self.D * np.sqrt(np.sum(gamma * gamma / self.a, axis=-1)))
 
     @functools.cached_property
@@ -122,7 +122,7 @@ class ExactFlow:
 
     def angles(self, y: Any) -> Array:
         """Return (φ, Φ) of a state on the torus, modulo 4π, shape of `frequencies`."""
-        return self._angles(*self._split(self.inward(np.asarray(y, dtype=np.float64))))
+        return self._angles(*self._split(self.inward(self._state(y))))
 
     @property
     def ovals(self) -> Array:
@@ -132,7 +132,7 @@ class ExactFlow:
 
     def theta(self, y: Any) -> Array:
         """Return θ_k in [−π, π] of a state, shape (d,); see `lam`."""
-        components = self.axes.components(*self._split(self.inward(np.asarray(y))))
+        components = self.axes.components(*self._split(self.inward(self._state(y))))
         return theta_of(self.axes, self.torus, *components[:2])
 
     def lam(self, theta: Any) -> Array:
@@ -157,9 +157,12 @@ class ExactFlow:
 
     def at_angles(self, phi: Any) -> Array:
         """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
-        given = np.asarray(phi, dtype=np.float64)
+        given = _numbers("phi", phi)
+        if given.ndim == 0 or given.shape[-1] > len(self.start):
+            expected = f"an array whose last axis has no more than {len(self.start)} angles"
+            raise gi.DomainError("phi", phi, expected)
         full = np.zeros((*given.shape[:-1], len(self.start)))
-        full[..., : given.shape[-1]] = given
+        full[..., : given.shape[-1]] = np.remainder(given, 4.0 * np.pi)
         return self._states(at_angles, self._params, self._work, full)
 
     def time(self, tau: Any) -> Array:
@@ -220,11 +223,15 @@ class ExactFlow:
         _check(values[..., -1], points)
         return self.outward(values[..., : 2 * n])
 
+    def _state(self, y: Any) -> Array:
+        return gi.as_vector("y", y, 2 * len(self.a))
+
     def _split(self, y: Array) -> tuple[Array, Array]:
         """Return γ and p̃, in its unit, of one of the flow's own states."""
         n = len(self.a)
-        scale = multiplier(self.a, self.D, y[:n]) if self.physical else 1.0
-        return y[:n], np.asarray(y[n:] / scale / self.unit_p)
+        gamma = y[:n] / length(y[:n])
+        scale = multiplier(self.a, self.D, gamma) if self.physical else 1.0
+        return gamma, np.asarray(y[n:] / scale / self.unit_p)
 
     def _angles(self, gamma: Array, p_tilde: Array) -> Array:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
@@ -234,7 +241,7 @@ class ExactFlow:
 
 @dataclass(frozen=True)
 class Quadrature:
-    """A quadrature along a motion, 0 at τ = 0; called with times τ.
+    """A quadrature along a motion, 0 at τ = 0 up to rounding; called with times τ.
 
     Parameters
     ----------
@@ -256,7 +263,10 @@ class Quadrature:
     def __call__(self, tau: Any) -> Array:
         """Return the integral from 0 to τ, for every τ."""
         points = _times("tau", tau)[..., None]
-        return gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
+        values = gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
+        if not np.isfinite(values).all():
+            raise gi.DomainError("tau", tau, "times at which the integral is a finite number")
+        return values
 
 
 def _power_of_two(x: Any) -> float:
@@ -265,10 +275,17 @@ def _power_of_two(x: Any) -> float:
 
 
 def _times(name: str, values: Any) -> Array:
-    times = np.asarray(values, dtype=np.float64)
+    times = _numbers(name, values)
     if not np.isfinite(times).all():
         raise gi.DomainError(name, values, "finite times")
     return times
+
+
+def _numbers(name: str, values: Any) -> Array:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise gi.DomainError(name, values, "real numbers") from None
 
 
 def _check(left: Array, points: Array) -> None:
@@ -277,4 +294,6 @@ def _check(left: Array, points: Array) -> None:
     if np.any(failed):
         first = np.argwhere(failed)[0]
         at, residual = float(points[tuple(first)][0]), float(left[tuple(first)])
-        raise gi.ConvergenceError(at, 0, residual, 60, "angles on the torus")
+        raise gi.ConvergenceError(
+            at, 0, residual, 60, "no step: the inversion of the torus' angles"
+        )

@@ -42,7 +42,8 @@ class FrequencyMap:
     Parameters
     ----------
     frequencies : array, shape (N, n−1)
-        In τ; rows of motions without a torus are NaN, and `refused` says why.
+        In τ; rows of motions without a torus are NaN, and `refused` says why. A torus of fewer
+        angles than others leaves NaN at the end of its row.
     conditions : array, shape (N,)
     refused : dict of int to str
         By the index of the state.
@@ -85,17 +86,30 @@ def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
             continue
         rows.append(exact.frequencies)
         conditions.append(exact.condition)
-    size = next((len(row) for row in rows if row is not None), 1)
-    filled = [np.full(size, np.nan) if row is None else row for row in rows]
-    return FrequencyMap(np.array(filled).reshape(-1, size), np.array(conditions), refused)
+    size = max((len(row) for row in rows if row is not None), default=1)
+    filled = np.full((len(rows), size), np.nan)
+    for values, row in zip(filled, rows, strict=True):
+        if row is not None:
+            values[: len(row)] = row
+    return FrequencyMap(filled, np.array(conditions), refused)
 
 
 def resonances(omega: Any, order: int, tolerance: float = 1e-9) -> list[tuple[int, ...]]:
     """Return all whole m ≠ 0 with |m_k| ≤ order and |m·ω| ≤ tolerance · |m| |ω|, the shortest first.
 
     One of ±m is given, and only those whose entries have no common divisor.
+
+    Raises
+    ------
+    geomint.DomainError
+        For frequencies that are not finite numbers in a row, and an order that is not a whole one.
     """
     rates = np.asarray(omega, dtype=np.float64)
+    if rates.ndim != 1 or not np.isfinite(rates).all() or not rates.any():
+        raise gi.DomainError("omega", omega, "finite frequencies in a row, not all of them 0")
+    if not (isinstance(order, int) and order > 0):
+        raise gi.DomainError("order", order, "a whole number > 0")
+    rates = rates / np.max(np.abs(rates))
     found = []
     for m in itertools.product(range(-order, order + 1), repeat=len(rates)):
         leading = next((x for x in m if x), 0)

@@ -145,6 +145,8 @@ def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, count: int, work
             for k in range(ovals):
                 theta[k] = before[k] - cut * whole[k]
             if largest <= QUADRATIC:
+                if int(params[ANGLES]) > ovals:  # pairs want the shifts where θ is now
+                    shift_sums(params, theta, shift, slopes)
                 break
             trial = angle_defect(params, phi, theta, shift, slopes, step)
             if trial < size:

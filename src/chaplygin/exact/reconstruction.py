@@ -44,9 +44,17 @@ def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
     geomint.DomainError
         If k⃗ and γ⃗ are parallel: the ball turns steadily about the vertical, and they say not how far.
     """
-    frames = _frames(np.asarray(k, dtype=np.float64), np.asarray(gamma, dtype=np.float64))
+    momenta, verticals = np.asarray(k, dtype=np.float64), np.asarray(gamma, dtype=np.float64)
+    for name, given in (("k", momenta), ("gamma", verticals)):
+        if given.shape[-1:] != (3,) or given.size == 0 or not np.isfinite(given).all():
+            raise gi.DomainError(name, given, "finite vectors of R³")
+    frames = _frames(momenta, verticals)
     first = frames.reshape(-1, 3, 3)[0]
-    start = upright(first[:, 0]) if g0 is None else admit_frame(np.ravel(g0), 3).reshape(3, 3)
+    start = (
+        upright(first[:, 0])
+        if g0 is None
+        else admit_frame(gi.as_vector("g0", g0, 9), 3).reshape(3, 3)
+    )
     return np.asarray(start @ first @ np.swapaxes(frames, -1, -2))
 
 
@@ -86,6 +94,8 @@ class ContactPath:
     """
 
     def __init__(self, exact: ExactBall, rho: Any, g0: Any = None, r0: Any = (0.0, 0.0)) -> None:
+        if not isinstance(exact, ExactBall):
+            raise gi.DomainError("exact", exact, "the exact motion of a ball in R³, classical()")
         self.exact, self.rho = exact, positive_number("rho", rho)
         self._r0 = gi.as_vector("r0", r0, 2)
         start = exact.at_tau(0.0)

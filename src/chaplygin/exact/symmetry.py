@@ -20,11 +20,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..manifold import Array
+from ..manifold import Array, length
 
 __all__ = ["ReducedAxes", "reduced_axes"]
 
-PARALLEL = 8.0 * 2.0**-52  # sine of the angle of γ_G and p̃_G below which they count as parallel
+PARALLEL = 4.0 * 2.0**-52  # roundings of the angle of γ_G and p̃_G with which they count as parallel
+TINY = 1e-300
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,17 @@ class ReducedAxes:
         u, v = self.first @ p_tilde, self.second @ p_tilde
         radius = np.hypot(x, y)
         safe = np.where(radius > 0.0, radius, 1.0)
+        cos, sin = x / safe, y / safe
         position = np.where(self.paired, radius, x)
-        momentum = np.where(self.paired, (x * u + y * v) / safe, u)
+        momentum = np.where(self.paired, cos * u + sin * v, u)
         psi = np.arctan2(y, x)[self.paired]
-        return position, momentum, psi, (x * v - y * u)[self.paired]
+        return position, momentum, psi, (radius * (cos * v - sin * u))[self.paired]
+
+
+def unit_of(v: Array) -> Array:
+    """Return v/|v|, also where the squares of v underflow."""
+    scaled = v / np.max(np.abs(v))
+    return np.asarray(scaled / np.linalg.norm(scaled))
 
 
 def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:
@@ -73,16 +81,18 @@ def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:
     for value in np.unique(a):
         inside = a == value
         g, p = np.where(inside, gamma, 0.0), np.where(inside, p_tilde, 0.0)
-        position, momentum = np.linalg.norm(g), np.linalg.norm(p)
-        if position == 0.0 and momentum == 0.0:
+        if not np.any(g) and not np.any(p):
             continue
-        along = g / position if position > 0.0 else p / momentum
-        across = p - (along @ p) * along
+        if np.count_nonzero(inside) == 1:
+            rows.append((value, inside, False, 1.0 * inside, np.zeros(n)))
+            continue
+        along = unit_of(g) if np.any(g) else unit_of(p)
+        turning = unit_of(p) if np.any(p) else along
+        across = turning - (along @ turning) * along
         across -= (along @ across) * along
-        size = np.linalg.norm(across)
-        paired = bool(position > 0.0 and size > PARALLEL * momentum)
-        if not paired and np.count_nonzero(inside) == 1:
-            along = 1.0 * inside
-        rows.append((value, inside, paired, along, across / size if paired else np.zeros(n)))
+        # What a rounding of γ and p̃ makes of the sine of the angle: their parts may be small.
+        share = length(gamma) / max(length(g), TINY) + length(p_tilde) / max(length(p), TINY)
+        paired = bool(np.any(g) and np.any(p) and length(across) > PARALLEL * share)
+        rows.append((value, inside, paired, along, unit_of(across) if paired else np.zeros(n)))
     values, members, flags, first, second = (np.array(column) for column in zip(*rows, strict=True))
     return ReducedAxes(values, members, flags, first, second)

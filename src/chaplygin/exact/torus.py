@@ -225,7 +225,7 @@ def _means(
             half = np.array([[float(x) for x in row] for row in rows]).T
             return means, np.concatenate([half, half[:, -2:0:-1]], axis=1)
         previous, count = means, 2 * count
-    expected = "a motion that is not next to a separatrix: the periods do not converge, condition "
+    expected = "a motion with branch points farther apart: the periods do not converge, condition "
     ends = [float(oval.lower), float(oval.upper)]
     raise gi.DomainError("state", ends, f"{expected}{separation.condition:.3g}")
 

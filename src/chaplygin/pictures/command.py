@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import geomint as gi
 
 __all__ = ["exact"]
 
+ENDINGS = (".gif", ".html", ".mp4")
 FRAME = 0.2  # time between frames over the time of a turn of the fastest angle by one
 
 
@@ -36,7 +38,9 @@ def exact(scene: str, at: str | None, out: Path | None, animate: Path | None, fr
 
     For the Chaplygin sphere with zero momentum, the ball in R³ with any, and Veselova's problem.
     """
-    times = _times(at) if at else []
+    times = [] if at is None else _times(at)
+    if animate is not None and animate.suffix not in ENDINGS:
+        raise gi.DomainError("--animate", str(animate), f"a name that ends in {', '.join(ENDINGS)}")
     model = gi.load_scene(scene).model
     name, motion = _motion(model)
     _tell(name, motion)
@@ -60,9 +64,12 @@ def exact(scene: str, at: str | None, out: Path | None, animate: Path | None, fr
 
 def _times(text: str) -> list[float]:
     try:
-        return [float(part) for part in text.split(",")]
+        times = [float(part) for part in text.split(",")]
     except ValueError:
-        raise gi.DomainError("--at", text, "numbers with commas between") from None
+        times = [math.nan]
+    if not all(math.isfinite(t) for t in times):
+        raise gi.DomainError("--at", text, "finite numbers with commas between")
+    return times
 
 
 def _motion(model: gi.Model) -> tuple[str, Any]:
