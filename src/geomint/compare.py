@@ -16,23 +16,19 @@ import numpy as np
 import numpy.typing as npt
 
 from .drift import Drift
-from .errors import DomainError, FormError, GeomintError
-from .exact import exact_reference
+from .errors import FormError, GeomintError
 from .integrate import solve
 from .methods import Method, find_method
-from .methods.gauss import Gauss
 from .problem import Problem
-from .reference import Reference, reference_solution
 from .systems import Model
 from .timeline import default_step
+from .truth import Goal, goal_of
 
 __all__ = ["Comparison", "Point", "compare"]
 
 Array = npt.NDArray[np.float64]
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-REFERENCES = ("auto", "extended", "exact")
-MOST_EXTENDED_STEPS = 100_000  # of gauss-8's default size: some minutes in double-double arithmetic
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 
@@ -83,31 +79,6 @@ class Comparison:
         return {"points": [asdict(point) for point in self.points], "reference": self.reference}
 
 
-@dataclass(frozen=True)
-class _Goal:
-    """Where all runs end, and what they should find there."""
-
-    own: Problem
-    end: dict[str, float]
-    physical_end: float
-    truth: dict[str, Array]
-
-    def end_for(self, problem: Problem) -> dict[str, Any]:
-        """Return the keyword arguments of `solve` that end a run of `problem` there."""
-        if problem is self.own and "tau_end" in self.end:
-            return {**self.end, "clock": False}
-        return {"t_end": self.physical_end}
-
-    def error(self, problem: Problem, y: Array) -> float:
-        """Return the largest relative deviation of a physical quantity."""
-        found = problem.physical_state(y)
-        return max(
-            float(np.max(np.abs(found[name] - right)) / np.max(np.abs(right)))
-            for name, right in self.truth.items()
-            if name in found
-        )
-
-
 def compare(
     model: Model,
     end: dict[str, float],
@@ -146,7 +117,7 @@ def compare(
         If there is no exact flow and it is asked for.
     """
     chosen = [find_method(m) for m in methods]
-    goal, truth = _goal(model, end, reference, report)
+    goal, truth = goal_of(model, end, reference, report)
     result = Comparison([], truth)
     for method in chosen:
         best: tuple[Method, Problem, Array, float | None] | None = None
@@ -219,68 +190,8 @@ def representation_for(model: Model, method: Method) -> tuple[str, Problem]:
     )
 
 
-def _goal(
-    model: Model, end: dict[str, float], reference: str, report: Callable[[str], None]
-) -> tuple[_Goal, dict[str, Any]]:
-    own = next(iter(model.problems.values()))
-    if reference not in REFERENCES:
-        raise DomainError("reference", reference, f"one of {list(REFERENCES)}")
-    found: tuple[str, Problem, Reference] | None = None
-    if reference == "exact" or (reference == "auto" and _takes_minutes(model, end)):
-        report("reference solution by the exact flow")
-        try:
-            found = _exact(model, end)
-        except GeomintError:
-            if reference == "exact":
-                raise
-    if found is None:
-        report("reference solution in double-double arithmetic")
-        found = _extended(model, end)
-    name, problem, truth = found
-    goal = _Goal(own, end, float(truth.physical_end or 0.0), problem.physical_state(truth.y))
-    numbers = {**truth.as_json(), "representation": name, "physical_end": goal.physical_end}
-    numbers["quantities"] = {key: list(map(float, v)) for key, v in goal.truth.items()}
-    return goal, numbers
-
-
-def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem]:
-    """Return the representation that is integrated in double-double arithmetic."""
-    name, problem = next(iter(model.problems.items()))
-    if "t_end" in end and problem.time == "tau":
-        return next(
-            (n, p) for n, p in model.problems.items() if p.time == "t" and p.field is not None
-        )
-    return name, problem
-
-
-def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
-    name, problem = _extended_problem(model, end)
-    steps = abs(next(iter(end.values()))) / default_step(problem, Gauss(8), model.states[name])
-    return steps > MOST_EXTENDED_STEPS
-
-
-def _extended(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
-    name, problem = _extended_problem(model, end)
-    truth = reference_solution(problem, model.states[name], next(iter(end.values())))
-    if problem.time != "tau":
-        truth = replace(truth, physical_end=truth.own_end)
-    return name, problem, truth
-
-
-def _exact(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
-    """Return the truth by the first representation that has an exact flow."""
-    own = next(iter(model.problems.values()))
-    offered = [(n, p) for n, p in model.problems.items() if p.make_exact is not None]
-    if "tau_end" in end:  # whose τ is meant
-        offered = [(n, p) for n, p in offered if p is own]
-    if not offered:
-        raise FormError(f"the system of {own.name!r} has no exact flow in the time of the end")
-    name, problem = offered[0]
-    return name, problem, exact_reference(problem, model.states[name], end)
-
-
 def _measure(
-    goal: _Goal,
+    goal: Goal,
     method: Method,
     representation: str,
     problem: Problem,
@@ -321,7 +232,7 @@ def _measure(
 
 
 def _drifts(
-    goal: _Goal, method: Method, problem: Problem, y0: Array, step: float | None
+    goal: Goal, method: Method, problem: Problem, y0: Array, step: float | None
 ) -> dict[str, Drift]:
     """Return the drifts over physical time, so that all methods share an axis."""
     return solve(

@@ -79,7 +79,7 @@ def test_the_exact_flow_is_the_same_truth(model, comparison):
 
 def test_the_exact_flow_is_taken_where_the_other_would_take_minutes(model, monkeypatch):
     asked = []
-    monkeypatch.setattr("geomint.compare.MOST_EXTENDED_STEPS", 10)
+    monkeypatch.setattr("geomint.truth.MOST_EXTENDED_STEPS", 10)
     result = compare(
         model, {"tau_end": 1e4}, ["gauss-8"], steps=[0.5], repeats=1, observe=False,
         report=asked.append,

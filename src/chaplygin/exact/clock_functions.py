@@ -16,6 +16,7 @@ from typing import Any
 import geomint as gi
 from geomint import part
 
+from .elimination import determinant
 from .functions import phases, state_at
 from .packing import ANGLES, CLOCK, OVALS, ROWS, TURNS
 
@@ -151,32 +152,6 @@ def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     phi, rest = part(work, 0, angles), part(work, angles, len(work) - angles)
     _, left = solve_tau(params, x[0], phi, rest)
     out[2 * n] = max(left, state_at(params, phi, out, rest))
-
-
-@gi.helper
-def determinant(size: int, matrix: Any) -> Any:
-    """Return the determinant, by elimination with partial pivoting in place."""
-    result = 1.0 + 0.0 * matrix[0]
-    for k in range(size):
-        best = k
-        for i in range(k + 1, size):
-            if abs(matrix[i * size + k]) > abs(matrix[best * size + k]):
-                best = i
-        if matrix[best * size + k] == 0.0:
-            return 0.0 * result
-        if best != k:
-            result = -result
-            for j in range(size):
-                matrix[k * size + j], matrix[best * size + j] = (
-                    matrix[best * size + j],
-                    matrix[k * size + j],
-                )
-        result *= matrix[k * size + k]
-        for i in range(k + 1, size):
-            factor = matrix[i * size + k] / matrix[k * size + k]
-            for j in range(k + 1, size):
-                matrix[i * size + j] -= factor * matrix[k * size + j]
-    return result
 
 
 @gi.field

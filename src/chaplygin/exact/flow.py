@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,15 +22,14 @@ from ..states import multiplier
 from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
 from .clock import Clock, packed_clock, product_clock, sampled_clock
-from .clock_functions import at_time, clock_work, tau_at, time_at
+from .clock_functions import at_time, clock_work, tau_at
 from .functions import at_angles, at_tau, state_rows, state_work
 from .packing import packed_torus, with_clock
+from .quadrature import Quadrature, as_numbers, finite_times, refuse_left_over
 from .symmetry import reduced_axes
 from .torus import SeparatedEnergy, torus_of
 
-__all__ = ["ExactFlow", "Quadrature"]
-
-LEFT = 1e-9  # of an iteration's last step: more is a failure
+__all__ = ["ExactFlow"]
 
 
 class ExactFlow:
@@ -149,15 +147,15 @@ class ExactFlow:
         geomint.ConvergenceError
             If an iteration fails: never seen where the torus could be made.
         """
-        return self._states(at_tau, self._params, self._work, _times("tau", tau)[..., None])
+        return self._states(at_tau, self._params, self._work, finite_times("tau", tau)[..., None])
 
     def __call__(self, t: Any) -> Array:
         """Return states at physical times t, of any sign and size; errors as `at_tau`."""
-        return self._states(at_time, self._timed, self._clock_work, _times("t", t)[..., None])
+        return self._states(at_time, self._timed, self._clock_work, finite_times("t", t)[..., None])
 
     def at_angles(self, phi: Any) -> Array:
         """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
-        given = _numbers("phi", phi)
+        given = as_numbers("phi", phi)
         if given.ndim == 0 or given.shape[-1] > len(self.start):
             expected = f"an array whose last axis has no more than {len(self.start)} angles"
             raise gi.DomainError("phi", phi, expected)
@@ -171,9 +169,9 @@ class ExactFlow:
 
     def tau(self, t: Any) -> Array:
         """Return τ at physical times t; errors as `at_tau`."""
-        points = _times("t", t)[..., None]
+        points = finite_times("t", t)[..., None]
         values = gi.pointwise(tau_at, self._timed, points, 2, self._clock_work)
-        _check(values[..., 1], points)
+        refuse_left_over(values[..., 1], points)
         return values[..., 0]
 
     def inward(self, y: Array) -> Array:
@@ -220,7 +218,7 @@ class ExactFlow:
     def _states(self, function: Any, params: Array, work: int, points: Array) -> Array:
         n = len(self.a)
         values = gi.pointwise(function, params, points, state_rows(n), work)
-        _check(values[..., -1], points)
+        refuse_left_over(values[..., -1], points)
         return self.outward(values[..., : 2 * n])
 
     def _state(self, y: Any) -> Array:
@@ -239,61 +237,6 @@ class ExactFlow:
         return linear_angles(self._params, theta, psi)
 
 
-@dataclass(frozen=True)
-class Quadrature:
-    """A quadrature along a motion, 0 at τ = 0 up to rounding; called with times τ.
-
-    Parameters
-    ----------
-    clock : Clock
-        The Fourier series of its rate.
-    params, work
-        For the compiled function.
-    """
-
-    clock: Clock
-    params: Array
-    work: int
-
-    @property
-    def mean(self) -> float:
-        """The mean rate in τ."""
-        return self.clock.mean
-
-    def __call__(self, tau: Any) -> Array:
-        """Return the integral from 0 to τ, for every τ."""
-        points = _times("tau", tau)[..., None]
-        values = gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
-        if not np.isfinite(values).all():
-            raise gi.DomainError("tau", tau, "times at which the integral is a finite number")
-        return values
-
-
 def _power_of_two(x: Any) -> float:
     """Return a power of two near x > 0: in such units nothing overflows, and nothing is rounded."""
     return float(np.ldexp(1.0, int(np.frexp(x)[1]))) if x > 0.0 else 1.0
-
-
-def _times(name: str, values: Any) -> Array:
-    times = _numbers(name, values)
-    if not np.isfinite(times).all():
-        raise gi.DomainError(name, values, "finite times")
-    return times
-
-
-def _numbers(name: str, values: Any) -> Array:
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise gi.DomainError(name, values, "real numbers") from None
-
-
-def _check(left: Array, points: Array) -> None:
-    """Raise ConvergenceError where an iteration has left more than it may."""
-    failed = ~(left <= LEFT)
-    if np.any(failed):
-        first = np.argwhere(failed)[0]
-        at, residual = float(points[tuple(first)][0]), float(left[tuple(first)])
-        raise gi.ConvergenceError(
-            at, 0, residual, 60, "no step: the inversion of the torus' angles"
-        )

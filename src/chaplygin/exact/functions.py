@@ -21,6 +21,7 @@ import numpy as np
 import geomint as gi
 from geomint import part
 
+from .inversion import shift_sums, solve_theta
 from .packing import (
     ALPHA,
     ANGLES,
@@ -39,19 +40,14 @@ from .packing import (
     ROWS,
     SCALE,
     SECOND,
-    SERIES,
     SIGNS,
     SPREAD,
     START,
-    TERMS,
     TURNS,
     TURNS_LOW,
 )
 
 __all__ = ["at_angles", "at_tau", "phases", "shifts", "state_rows", "state_work"]
-
-NEWTON, HALVINGS, MOST_STRETCHES = 12, 30, 400
-QUADRATIC = 1e-10  # after a step below this nothing is left
 
 
 def state_work(ovals: int, angles: int) -> int:
@@ -62,139 +58,6 @@ def state_work(ovals: int, angles: int) -> int:
 def state_rows(n: int) -> int:
     """Rows of what `at_tau` writes: the state, and what is left of Newton's last step."""
     return 2 * n + 1
-
-
-@gi.helper
-def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
-    """Write Σ_k shift_k(θ_k) for all angles, and the matrix ∂φ/∂θ."""
-    ovals, angles = int(params[OVALS]), int(params[ANGLES])
-    terms, at = int(params[TERMS]), int(params[SERIES])
-    for j in range(angles):
-        shift[j] = 0.0
-    for k in range(ovals):
-        for j in range(ovals):
-            slopes[j * ovals + k] = 1.0 if j == k else 0.0
-        cos1, sin1 = gi.cos(theta[k]), gi.sin(theta[k])
-        cos, sin = cos1, sin1
-        for m in range(int(params[terms + k])):
-            for j in range(angles):
-                shift[j] += params[at] * sin
-                if j < ovals:
-                    slopes[j * ovals + k] += (m + 1) * params[at] * cos
-                at += 1
-            cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
-
-
-@gi.helper
-def eliminate(size: int, matrix: Any, x: Any) -> None:
-    """Solve a linear system in place, with partial pivoting."""
-    for k in range(size):
-        best = k
-        for i in range(k + 1, size):
-            if abs(matrix[i * size + k]) > abs(matrix[best * size + k]):
-                best = i
-        if best != k:
-            for j in range(size):
-                matrix[k * size + j], matrix[best * size + j] = (
-                    matrix[best * size + j],
-                    matrix[k * size + j],
-                )
-            x[k], x[best] = x[best], x[k]
-        for i in range(k + 1, size):
-            factor = matrix[i * size + k] / matrix[k * size + k]
-            for j in range(k + 1, size):
-                matrix[i * size + j] -= factor * matrix[k * size + j]
-            x[i] -= factor * x[k]
-    for k in range(size - 1, -1, -1):
-        for j in range(k + 1, size):
-            x[k] -= matrix[k * size + j] * x[j]
-        x[k] /= matrix[k * size + k]
-
-
-@gi.helper
-def angle_defect(params: Any, phi: Any, theta: Any, shift: Any, slopes: Any, step: Any) -> Any:
-    """Write shifts, ∂φ/∂θ and φ(θ) − φ; return the size of the last."""
-    ovals, size = int(params[OVALS]), 0.0
-    shift_sums(params, theta, shift, slopes)
-    for k in range(ovals):
-        step[k] = theta[k] - phi[k] + shift[k]
-        size += step[k] * step[k]
-    return gi.sqrt(size)
-
-
-@gi.helper
-def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, count: int, work: Any) -> Any:
-    """Improve θ by at most `count` Newton steps; return the size of the last one.
-
-    A step is halved until it brings φ(θ) nearer to φ.
-    """
-    ovals = int(params[OVALS])
-    slopes, step = part(work, 0, ovals * ovals), part(work, ovals * ovals, ovals)
-    before = part(work, ovals * ovals + ovals, ovals)
-    whole = part(work, ovals * ovals + 2 * ovals, ovals)
-    size = angle_defect(params, phi, theta, shift, slopes, step)
-    largest = 0.0
-    for _ in range(count):
-        eliminate(ovals, slopes, step)
-        largest = 0.0
-        for k in range(ovals):
-            largest = max(largest, abs(step[k]))
-            before[k], whole[k] = theta[k], step[k]
-        cut = 1.0
-        for _ in range(HALVINGS):
-            for k in range(ovals):
-                theta[k] = before[k] - cut * whole[k]
-            if largest <= QUADRATIC:
-                if int(params[ANGLES]) > ovals:  # pairs want the shifts where θ is now
-                    shift_sums(params, theta, shift, slopes)
-                break
-            trial = angle_defect(params, phi, theta, shift, slopes, step)
-            if trial < size:
-                size = trial
-                break
-            cut *= 0.5
-        if largest <= QUADRATIC:
-            break
-    return largest
-
-
-@gi.helper
-def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
-    """Write θ at φ, which winds as φ does, and the shifts there; return the last step's size.
-
-    Newton's method from θ = φ. Next to separatrices the map is far from linear, and that may fail;
-    then φ is approached on a straight line, with steps as long as Newton's method allows, from the
-    next point whose coordinates are multiples of π: there θ = φ.
-    """
-    ovals = int(params[OVALS])
-    target = part(work, ovals * ovals + 3 * ovals, ovals)
-    known = part(work, ovals * ovals + 4 * ovals, ovals)
-    for k in range(ovals):
-        theta[k] = phi[k]
-    largest = newton_steps(params, phi, theta, shift, NEWTON, work)
-    if largest <= QUADRATIC:
-        return largest
-    for k in range(ovals):
-        known[k] = np.pi * np.rint(phi[k] / np.pi)
-        theta[k] = known[k]
-    done, ahead = 0.0, 0.125
-    for _ in range(MOST_STRETCHES):
-        reach = min(1.0, done + ahead)
-        for k in range(ovals):
-            start = np.pi * np.rint(phi[k] / np.pi)
-            target[k] = start + reach * (phi[k] - start)
-        largest = newton_steps(params, target, theta, shift, NEWTON, work)
-        if largest <= QUADRATIC:
-            if reach == 1.0:
-                break
-            done, ahead = reach, 2.0 * ahead
-            for k in range(ovals):
-                known[k] = theta[k]
-        else:
-            ahead *= 0.25
-            for k in range(ovals):
-                theta[k] = known[k]
-    return largest
 
 
 @gi.helper

@@ -1,0 +1,75 @@
+"""Quadratures along a motion, and what times may be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+
+from ..manifold import Array
+from .clock import Clock
+from .clock_functions import time_at
+
+__all__ = ["Quadrature", "as_numbers", "finite_times", "refuse_left_over"]
+
+LEFT = 1e-9  # of an iteration's last step: more is a failure
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """A quadrature along a motion, 0 at τ = 0 up to rounding; called with times τ.
+
+    Parameters
+    ----------
+    clock : Clock
+        The Fourier series of its rate.
+    params, work
+        For the compiled function.
+    """
+
+    clock: Clock
+    params: Array
+    work: int
+
+    @property
+    def mean(self) -> float:
+        """The mean rate in τ."""
+        return self.clock.mean
+
+    def __call__(self, tau: Any) -> Array:
+        """Return the integral from 0 to τ, for every τ."""
+        points = finite_times("tau", tau)[..., None]
+        values = gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
+        if not np.isfinite(values).all():
+            raise gi.DomainError("tau", tau, "times at which the integral is a finite number")
+        return values
+
+
+def finite_times(name: str, values: Any) -> Array:
+    """Return times as an array, or raise `DomainError` for what is no finite number."""
+    times = as_numbers(name, values)
+    if not np.isfinite(times).all():
+        raise gi.DomainError(name, values, "finite times")
+    return times
+
+
+def as_numbers(name: str, values: Any) -> Array:
+    """Return an array of float64, or raise `DomainError`."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise gi.DomainError(name, values, "real numbers") from None
+
+
+def refuse_left_over(left: Array, points: Array) -> None:
+    """Raise ConvergenceError where an iteration has left more than it may."""
+    failed = ~(left <= LEFT)
+    if np.any(failed):
+        first = np.argwhere(failed)[0]
+        at, residual = float(points[tuple(first)][0]), float(left[tuple(first)])
+        raise gi.ConvergenceError(
+            at, 0, residual, 60, "no step: the inversion of the torus' angles"
+        )
