@@ -141,12 +141,12 @@ def test_report_files(tmp_path):
 
 
 def test_error_is_relative_to_the_largest_entry(model):
-    from geomint.compare import _Goal
+    from geomint.truth import Goal
 
     problem = model.problems["hamiltonized"]
     y = model.states["hamiltonized"]
     truth = problem.physical_state(y)
-    goal = _Goal(problem, {"tau_end": 1.0}, 1.0, truth)
+    goal = Goal(problem, {"tau_end": 1.0}, 1.0, truth)
     assert goal.error(problem, y) == 0.0
     moved = y.copy()
     moved[0] += 1e-6
