@@ -20,11 +20,8 @@ from .algebra import (
 )
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_introduction import (
-    contact_momentum,
-    horizontal_rotation,
-    space_momentum,
-)
+from .claims_introduction import horizontal_rotation
+from .momenta import contact_momentum, space_momentum
 from .motion import general_motion
 from .points import Point
 

@@ -10,7 +10,7 @@ from .algebra import Array, apply, bracket, hat, inner, rank, vector
 from .calculus import derivative, gradient
 from .claim import Section, Sides
 from .claims_ball import log_rho
-from .claims_introduction import contact_momentum
+from .momenta import contact_momentum
 from .motion import general_motion
 from .points import Point
 

@@ -9,8 +9,10 @@ import numpy as np
 from .algebra import Array, apply, bracket, coordinates, inner, project, rank, skew, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
+from .claims_reduction import almost_hamiltonian_on_bundle
 from .equations import multiplier, ro
 from .forms import canonical, exterior_derivative, symplectic_divergence, tangent_basis
+from .momenta import CONVENTION, contact_momentum, space_momentum
 from .motion import ball_motion, general_motion
 from .particles import Particles
 from .points import Point
@@ -28,8 +30,6 @@ from .reduction import (
 __all__ = ["claim"]
 
 claim = Section("1 Introduction")
-CONVENTION = "i_X w = −dH with dp∧dq as in (OMEGA); as printed with the convention i_X w = w(·, X)"
-
 claim.unchecked("constraints", "(α^j, q̇) = 0", "74", "definition")
 
 
@@ -96,16 +96,6 @@ def around_vertical(point: Point, key: str) -> Array:
     return xi - project(xi, point.Gamma)
 
 
-def space_momentum(
-    point: Point, inertia: Array, omega: Array, omega_dot: Array
-) -> tuple[Array, Array]:
-    """Return M = Ad_g(Iω) and Ṁ, by the product rule alone."""
-    g, g_dot = point.g, point.g @ omega
-    body, body_dot = apply(inertia, omega), apply(inertia, omega_dot)
-    rate = g_dot @ body @ g.T + g @ body_dot @ g.T + g @ body @ g_dot.T
-    return g @ body @ g.T, rate
-
-
 claim.unchecked(
     "dim:uslov", "T_qQ = 𝒟_q ⊕ 𝔨_q", "129–132", "definition; for the ball it is checked as bundle*"
 )
@@ -132,16 +122,6 @@ def almost_hamiltonian(point: Point, form: Any, convention: bool) -> Sides:
     left = form(k, moving.omega, Y, X) if convention else form(k, moving.omega, X, Y)
     size = np.sqrt(inner(k_dot, k_dot) * inner(Y[0], Y[0]))
     return left, energy_slope(point, point.general, k, Y), size
-
-
-def contact_momentum(
-    point: Point, inertia: Array, omega: Array, omega_dot: Array
-) -> tuple[Array, Array]:
-    """Return k = Iω + D(ωγ)∧γ and k̇, with γ̇ from γ = g⁻¹Γ and ġ = gω."""
-    gamma, gamma_dot = point.gamma, (point.g @ omega).T @ point.Gamma
-    u, u_dot = omega @ gamma, omega_dot @ gamma + omega @ gamma_dot
-    k = apply(inertia, omega) + point.D * wedge(u, gamma)
-    return k, apply(inertia, omega_dot) + point.D * (wedge(u_dot, gamma) + wedge(u, gamma_dot))
 
 
 @claim(
@@ -310,8 +290,6 @@ def truncated_flow(point: Point, restricted: bool) -> Sides:
     "red:eq2", "i_X w_η = dH_η, evaluated at η = 0 on T*S^(n−1)", "223–233", restriction=CONVENTION
 )
 def red_eq2(point: Point, restricted: bool) -> Sides:
-    from .claims_reduction import almost_hamiltonian_on_bundle
-
     return almost_hamiltonian_on_bundle(point, restricted)
 
 

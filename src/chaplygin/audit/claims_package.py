@@ -26,11 +26,11 @@ from .algebra import Array, coordinates, inner, wedge
 from .calculus import derivative
 from .claim import Section, Sides
 from .claims_classical import classical_field, tensor_of
-from .claims_introduction import contact_momentum
 from .claims_multiplier import flow_in_tau, to_tau
 from .claims_reduction import true_rates
 from .claims_veselova import capital_k, extended
 from .claims_veselova_reduced import veselova_rates
+from .momenta import contact_momentum
 from .motion import general_motion
 from .points import Point
 

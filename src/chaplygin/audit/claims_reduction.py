@@ -9,7 +9,6 @@ import numpy as np
 from .algebra import Array, apply, bracket, coordinates, inner, null_space, project, rank, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_introduction import CONVENTION, contact_momentum, space_momentum
 from .equations import extended_xi, multiplier, ro, split
 from .forms import (
     canonical,
@@ -18,6 +17,7 @@ from .forms import (
     symplectic_divergence,
     tangent_basis,
 )
+from .momenta import CONVENTION, contact_momentum, space_momentum
 from .motion import ball_motion, general_motion, zero_momentum_motion
 from .points import Point
 from .reduction import reduced_form
