@@ -38,12 +38,12 @@ def assert_exact(problem, y):
         if problem.time == "t":
             u = z[:n] @ (z[:n] / np.array(problem.parameters["a"]))
             expected = expected * problem.parameters["D"] * np.sqrt(u)
-        allowed = 1e-9 * np.max(np.abs(expected)) * exact.condition
+        allowed = 1e-10 * np.max(np.abs(expected)) * exact.condition
         np.testing.assert_allclose(rate, expected, rtol=0, atol=allowed)
     first, second = 3.7 * turn, -11.3 * turn
     middle = problem.canonical(exact.at_tau(first))
     again = problem.exact(middle).at_tau(second)
-    allowed = 3e-13 * exact.condition * size
+    allowed = 3e-14 * exact.condition * size
     np.testing.assert_allclose(again, exact.at_tau(first + second), rtol=0, atol=allowed)
 
 
@@ -74,7 +74,7 @@ def test_integrals_and_constraints_at_large_times(pattern):
             for name in problem.invariants:
                 expected = gi.value(problem, name, y)
                 size = max(abs(expected), 1e-2 * np.max(np.abs(y)) ** 2)
-                assert abs(gi.value(problem, name, z) - expected) < 1e-11 * size, name
+                assert abs(gi.value(problem, name, z) - expected) < 1e-12 * size, name
             for name in problem.constraints:
                 assert abs(gi.value(problem, name, z)) < 1e-12 * max(1.0, np.max(np.abs(y)))
 

@@ -20,7 +20,7 @@ def test_the_ball_at_any_area_constant(seed):
     turn = 1.0 / np.max(np.abs(exact.mean_frequencies))
     for t in (30 * turn, -7 * turn):
         run = gi.solve(problem, y, t_end=t, step=0.02 * turn, method="dop853", progress=False)
-        np.testing.assert_allclose(exact(t), run.y[-1], rtol=0, atol=1e-10 * exact.condition)
+        np.testing.assert_allclose(exact(t), run.y[-1], rtol=0, atol=1e-14 * exact.condition)
     far = exact(1e9)
     for name in problem.invariants:
         expected = gi.value(problem, name, y)
@@ -70,12 +70,12 @@ def test_attitude_and_contact_point(momentum):
         contact, y, t_end=end, step=0.02 * turn, method="dop853", save_every=50, progress=False
     )
     np.testing.assert_allclose(
-        path.attitude(run.t).reshape(-1, 9), run.y[:, 6:15], rtol=0, atol=1e-8
+        path.attitude(run.t).reshape(-1, 9), run.y[:, 6:15], rtol=0, atol=1e-11
     )
-    np.testing.assert_allclose(path.contact(run.t), run.y[:, 15:], rtol=0, atol=1e-8 * end)
+    np.testing.assert_allclose(path.contact(run.t), run.y[:, 15:], rtol=0, atol=1e-12 * end)
     vectors = np.array([ch.converted(z, contact, classical) for z in run.y[:20]])
     found = ch.attitude(vectors[:, :3], vectors[:, 3:], y[6:15])
-    np.testing.assert_allclose(found.reshape(-1, 9), run.y[:20, 6:15], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found.reshape(-1, 9), run.y[:20, 6:15], rtol=0, atol=1e-11)
     far = path.contact(1e7) - path.contact(0.0)
     np.testing.assert_allclose(far / 1e7, path.drift, atol=1e-5)
     with pytest.raises(gi.DomainError, match="parallel"):

@@ -17,17 +17,13 @@ the torus belongs. F(0) is U (p̃, p̃), and x = 0 only for f₁ = 0; x and y fo
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
 from ..manifold import Array
-from .classical import ExactBall
-from .clock import Clock, sampled_clock
-from .flow import ExactFlow
+from .classical import BallFlow, ExactBall
 from .torus import SeparatedEnergy
 
 __all__ = ["ExactBody"]
@@ -36,7 +32,7 @@ STATES = 12  # on the torus, from which x and y are computed
 TOLERANCE = 1e-6  # of the velocities
 
 
-class ExactBody(ExactFlow):
+class ExactBody(BallFlow):
     """The motion of the classical Veselova problem through one state (k⃗, γ⃗), at any time.
 
     Made by ``problem.exact(y0)``. Call it with physical times; `at_tau` takes times s. Angles are those
@@ -73,11 +69,6 @@ class ExactBody(ExactFlow):
     def rate(self, states: Array) -> Array:
         """Return dt/ds of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
         return self._ball.rate(self._of_ball(states))
-
-    @functools.cached_property
-    def clock(self) -> Clock:
-        """Physical time as a function of s."""
-        return sampled_clock(self.torus, lambda phi: self.rate(self.at_angles(phi)), 2)
 
     def angular_velocity(self, y: Array) -> Array:
         """Return w⃗ = B(k⃗ + mγ⃗) of states, shape (..., 3), in the body."""

@@ -18,10 +18,19 @@ from .clock import Clock, sampled_clock
 from .flow import ExactFlow
 from .torus import SeparatedEnergy
 
-__all__ = ["ExactBall"]
+__all__ = ["BallFlow", "ExactBall"]
 
 
-class ExactBall(ExactFlow):
+class BallFlow(ExactFlow):
+    """A motion whose dt/dτ is a function of the state (k⃗, γ⃗), with the signs of its components."""
+
+    @functools.cached_property
+    def clock(self) -> Clock:
+        """Physical time as a function of τ."""
+        return sampled_clock(self.torus, lambda phi: self.rate(self.at_angles(phi)), 2)
+
+
+class ExactBall(BallFlow):
     """The motion of the ball in R³ through one state (k⃗, γ⃗), at any time.
 
     Made by ``problem.exact(y0)`` of a classical ball in its principal axes. Call it with physical
@@ -68,11 +77,6 @@ class ExactBall(ExactFlow):
         """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
         along = self._backward[0, 0] + self._backward[1, 0] * self._own * self._turning(states)
         return np.asarray(super().rate(states) / along)
-
-    @functools.cached_property
-    def clock(self) -> Clock:
-        """Physical time as a function of τ."""
-        return sampled_clock(self.torus, lambda phi: self.rate(self.at_angles(phi)), 2)
 
     def _turning(self, y: Array) -> Array:
         """Return (ω⃗, γ⃗) = (γ⃗, Bk⃗)/(γ⃗, Wγ⃗) of states of the given ball."""
