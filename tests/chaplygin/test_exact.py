@@ -201,6 +201,9 @@ def test_refusals():
         problem.exact(problem.random_state(1)).at_tau([np.nan])
     with pytest.raises(gi.FormError, match="no exact flow"):
         sphere.ball().exact(sphere.ball().random_state(1))
+    small = ch.ChaplyginSphere(a=[1e-6, 1.0, 1.9], D=4.0).hamiltonized()
+    with pytest.raises(gi.DomainError, match=r"condition 1e\+06"):  # 0 is near to an oval
+        small.exact(small.random_state(1))
     almost = ch.ChaplyginSphere(a=[0.8, 0.8 + 1e-14, 1.5], D=4.0).hamiltonized()
     with pytest.raises(gi.DomainError, match="condition number"):
         almost.exact(almost.random_state(1))
@@ -237,6 +240,16 @@ def test_units(unit):
     far = plain.exact(z).at_tau(3.0 / unit)
     np.testing.assert_allclose(far[:3], exact.at_tau(3.0)[:3], rtol=0, atol=1e-13)
     np.testing.assert_allclose(far[3:] / unit, exact.at_tau(3.0)[3:], rtol=0, atol=1e-13)
+
+
+def test_momenta_whose_squares_are_no_numbers():
+    problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).hamiltonized()
+    y = problem.random_state(1)
+    expected = problem.exact(y).at_tau(3.0)
+    for unit in (1e-250, 1e-170, 1e170):
+        far = problem.exact(np.concatenate([y[:3], unit * y[3:]])).at_tau(3.0 / unit)
+        np.testing.assert_allclose(far[:3], expected[:3], rtol=0, atol=1e-13)
+        np.testing.assert_allclose(far[3:] / unit, expected[3:], rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("size", [1e-300, 1e-160, 1e-20, 1e-9])

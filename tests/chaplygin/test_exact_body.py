@@ -59,7 +59,7 @@ def test_large_constants():
         run = gi.solve(
             problem, y, t_end=30 * turn, step=0.02 * turn, method="dop853", progress=False
         )
-        off = np.max(np.abs(exact(run.t[-1]) - run.y[-1])) / np.max(np.abs(y))
+        off = np.max(np.abs(exact(run.t[-1]) - run.y[-1])[3:])
         assert off < float(exact.phase_error(exact.tau(run.t[-1])))
     problem = ch.Veselova([0.8, 1.1, 1.5], 4.0).classical(1e4)
     with pytest.raises(gi.DomainError):

@@ -17,7 +17,8 @@ from .packing import ANGLES, OVALS, SERIES, TERMS
 
 __all__ = ["shift_sums", "solve_theta"]
 
-NEWTON, HALVINGS, MOST_STRETCHES = 12, 30, 400
+NEWTON, MOST_STRETCHES = 12, 400
+TOO_FAR = 1e3  # a step longer than that, or NaN, leads nowhere
 QUADRATIC = 1e-10  # after a step below this nothing is left
 
 
@@ -43,49 +44,24 @@ def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
 
 
 @gi.helper
-def angle_defect(params: Any, phi: Any, theta: Any, shift: Any, slopes: Any, step: Any) -> Any:
-    """Write shifts, ∂φ/∂θ and φ(θ) − φ; return the size of the last."""
-    ovals, size = int(params[OVALS]), 0.0
-    shift_sums(params, theta, shift, slopes)
-    for k in range(ovals):
-        step[k] = theta[k] - phi[k] + shift[k]
-        size += step[k] * step[k]
-    return gi.sqrt(size)
-
-
-@gi.helper
-def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, count: int, work: Any) -> Any:
-    """Improve θ by at most `count` Newton steps; return the size of the last one.
-
-    A step is halved until it brings φ(θ) nearer to φ.
-    """
-    ovals = int(params[OVALS])
+def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
+    """Improve θ by Newton's method; write the shifts there and return the size of the last step."""
+    ovals, pairs = int(params[OVALS]), int(params[ANGLES]) > int(params[OVALS])
     slopes, step = part(work, 0, ovals * ovals), part(work, ovals * ovals, ovals)
-    before = part(work, ovals * ovals + ovals, ovals)
-    whole = part(work, ovals * ovals + 2 * ovals, ovals)
-    size = angle_defect(params, phi, theta, shift, slopes, step)
     largest = 0.0
-    for _ in range(count):
+    for _ in range(NEWTON):
+        shift_sums(params, theta, shift, slopes)
+        for k in range(ovals):
+            step[k] = theta[k] - phi[k] + shift[k]
         solve_in_place(ovals, slopes, step)
         largest = 0.0
         for k in range(ovals):
             largest = max(largest, abs(step[k]))
-            before[k], whole[k] = theta[k], step[k]
-        cut = 1.0
-        for _ in range(HALVINGS):
-            for k in range(ovals):
-                theta[k] = before[k] - cut * whole[k]
-            if largest <= QUADRATIC:
-                if int(params[ANGLES]) > ovals:  # pairs want the shifts where θ is now
-                    shift_sums(params, theta, shift, slopes)
-                break
-            trial = angle_defect(params, phi, theta, shift, slopes, step)
-            if trial < size:
-                size = trial
-                break
-            cut *= 0.5
-        if largest <= QUADRATIC:
+            theta[k] -= step[k]
+        if largest <= QUADRATIC or not largest < TOO_FAR:
             break
+    if pairs and largest <= QUADRATIC:  # they want the shifts where θ is now
+        shift_sums(params, theta, shift, slopes)
     return largest
 
 
@@ -98,11 +74,11 @@ def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any
     next point whose coordinates are multiples of π: there θ = φ.
     """
     ovals = int(params[OVALS])
-    target = part(work, ovals * ovals + 3 * ovals, ovals)
-    known = part(work, ovals * ovals + 4 * ovals, ovals)
+    target = part(work, ovals * ovals + ovals, ovals)
+    known = part(work, ovals * ovals + 2 * ovals, ovals)
     for k in range(ovals):
         theta[k] = phi[k]
-    largest = newton_steps(params, phi, theta, shift, NEWTON, work)
+    largest = newton_steps(params, phi, theta, shift, work)
     if largest <= QUADRATIC:
         return largest
     for k in range(ovals):
@@ -114,7 +90,7 @@ def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any
         for k in range(ovals):
             start = np.pi * np.rint(phi[k] / np.pi)
             target[k] = start + reach * (phi[k] - start)
-        largest = newton_steps(params, target, theta, shift, NEWTON, work)
+        largest = newton_steps(params, target, theta, shift, work)
         if largest <= QUADRATIC:
             if reach == 1.0:
                 break

@@ -83,9 +83,6 @@ def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:
         g, p = np.where(inside, gamma, 0.0), np.where(inside, p_tilde, 0.0)
         if not np.any(g) and not np.any(p):
             continue
-        if np.count_nonzero(inside) == 1:
-            rows.append((value, inside, False, 1.0 * inside, np.zeros(n)))
-            continue
         along = unit_of(g) if np.any(g) else unit_of(p)
         turning = unit_of(p) if np.any(p) else along
         across = turning - (along @ turning) * along
