@@ -28,7 +28,7 @@ FEW = {
     ("sphere-metric-3", 6),
     ("chaplygin-sphere-hamiltonized", 6),
     ("chaplygin-sphere-reduced", 6),
-    ("chaplygin-ball-classical", 6),
+    ("classical-ball", 6),
 }
 
 

@@ -81,9 +81,7 @@ def rounding_left(change: Any, number: Any) -> Any:
 
 
 @helper
-def solved(
-    change: Any, last: Any, before: Any, tolerance: Any, rounding: Any, final: bool
-) -> Any:
+def solved(change: Any, last: Any, before: Any, tolerance: Any, rounding: Any, final: bool) -> Any:
     """Tell, in every lane, whether the iteration has ended.
 
     Parameters

@@ -21,7 +21,7 @@ from ..integrate import solve
 from ..methods import Method
 from ..problem import Problem
 from ..solution import Solution
-from ..timeline import characteristic_time
+from ..time_scale import characteristic_time
 from .promises import Quantities
 from .truth import (
     Truth,
