@@ -68,7 +68,7 @@ class Confirmation:
         return self.difference <= self.accuracy + error
 
 
-class _TooLong(Exception):
+class _TooLongError(Exception):
     """A run in Python that takes more evaluations than were allowed."""
 
 
@@ -126,7 +126,7 @@ def _second(
     for name, run in ways:
         try:
             ends = [run(problem, y0, end, tight), run(*shifted(problem, y0, 0, SHIFT), end, loose)]
-        except _TooLong:
+        except _TooLongError:
             continue
         best, other = (_named(problem, y) for y in ends)
         return name, best, max(relative_error(other, best), LEAST)
@@ -156,8 +156,9 @@ def _compiled(problem: Problem, y0: Array, end: float, tolerance: float) -> Arra
 @np.errstate(all="ignore")
 def _plain(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
     """Return the end of a run of SciPy's DOP853, in units of the end and of the pieces."""
-    from scipy.integrate import DOP853
+    from scipy.integrate import DOP853  # type: ignore[attr-defined]
 
+    method: Any = DOP853
     sizes, rows, left = sizes_of(problem, y0), problem.rows, PLAIN // problem.rows
     start = y0 / sizes
     if problem.clock is not None:
@@ -168,14 +169,14 @@ def _plain(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
         nonlocal left
         left -= 1
         if left < 0:
-            raise _TooLong
+            raise _TooLongError
         y, t = (sizes * z)[:rows], s * end
         slope = derivative(problem, y, t)
         if problem.clock is not None:
             slope = np.append(slope, value(problem, problem.clock, y, t))
         return np.asarray(slope * (end / sizes))
 
-    solver = DOP853(rates, 0.0, start, 1.0, rtol=tolerance, atol=tolerance)
+    solver = method(rates, 0.0, start, 1.0, rtol=tolerance, atol=tolerance)
     while solver.status == "running":
         message = solver.step()
         if not np.isfinite(solver.y).all():

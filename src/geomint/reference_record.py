@@ -75,7 +75,7 @@ class Reference:
         if self.agrees:
             known = self.error
         elif second is not None and second.own_end == self.own_end:
-            known = max(self.error, second.difference + second.accuracy)
+            known = float(np.maximum(self.error, second.difference + second.accuracy))  # or NaN
         else:
             known = math.inf
         return known if known == known else math.inf

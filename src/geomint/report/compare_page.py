@@ -104,7 +104,9 @@ def reference_text(reference: dict[str, Any]) -> list[str]:
         told = [f"without stepping; rounding makes an error of about {own} of its phases."]
     told[0] = f"{reference['method']}, in “{reference['representation']}”, {told[0]}"
     there = "there" if second["own_end"] == reference["own_end"] else f"at {second['own_end']:.4g},"
-    end = f"to its end at {reference['own_end']:.6g}" if there == "there" else "on a part of the way"
+    end = (
+        f"to its end at {reference['own_end']:.6g}" if there == "there" else "on a part of the way"
+    )
     verb = "Confirmed" if second["agrees"] else "Not confirmed"
     told.append(
         f"{verb} {end} by {second['method']}, which {there} is known to {second['accuracy']:.2g}: "

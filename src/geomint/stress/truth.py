@@ -87,13 +87,14 @@ def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) ->
 
     reference = reference_solution(problem, y0, end, judges=ROUNDOFF)
     second = reference.confirmation
+    assert second is not None
     h = 0.75 * default_step(problem, Gauss(8), y0)
 
     def from_other(shifted: Problem, y: Array) -> Array:
         return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)
 
     condition = condition_of(problem, y0, from_other, named)
-    return Truth(named(reference.y), condition, reference.known, second and second.accuracy)
+    return Truth(named(reference.y), condition, reference.known, second.accuracy)
 
 
 def condition_of(
