@@ -235,20 +235,20 @@ def test_the_refusal_says_what_was_found():
 
 def test_a_reference_whose_two_steps_err_alike_is_refused(planted):
     """The planted mistake: both steps are off by 0.0045 and say 0."""
-    planted(lambda y, end, h: y + [0.0045, 0.0])
+    planted(lambda y, end, h: y + np.array([0.0045, 0.0]))
     with pytest.raises(gi.TruthError, match="SciPy") as raised:
         reference_solution(CIRCLE, EAST, 3.0, judges=1e-5)
     assert raised.value.known == pytest.approx(0.0045, rel=0.05)
 
 
 def test_a_reference_that_has_not_converged_is_refused(planted):
-    planted(lambda y, end, h: y + [0.14 * h, 0.0])
+    planted(lambda y, end, h: y + np.array([0.14 * h, 0.0]))
     with pytest.raises(gi.TruthError, match="errs by"):
         reference_solution(CIRCLE, EAST, 3.0, judges=1e-5)
 
 
 def test_by_default_a_reference_judges_what_float64_can_show(planted):
-    planted(lambda y, end, h: y + [1e-13 * h, 0.0])
+    planted(lambda y, end, h: y + np.array([1e-13 * h, 0.0]))
     with pytest.raises(gi.TruthError):
         reference_solution(CIRCLE, EAST, 3.0)
     assert reference_solution(CIRCLE, EAST, 3.0, judges=1e-9).known < 1e-13
@@ -284,7 +284,7 @@ def test_the_confirmation_is_kept_on_disk(own_folder, monkeypatch):
 
 
 def test_a_refused_reference_is_refused_from_disk_too(planted, monkeypatch):
-    planted(lambda y, end, h: y + [0.0045, 0.0])
+    planted(lambda y, end, h: y + np.array([0.0045, 0.0]))
     messages = []
     for _ in range(2):
         with pytest.raises(gi.TruthError) as raised:
