@@ -62,7 +62,7 @@ class Reference:
     def agrees(self) -> bool:
         """Whether a second method confirms this one, as accurately as that is."""
         second = self.confirmation
-        return second is not None and second.accuracy < math.inf and second.agrees(self.error)
+        return second is not None and second.agrees(self.error)
 
     @property
     def known(self) -> float:

@@ -133,7 +133,7 @@ def parting(params, t, y, out, work):
 @pytest.mark.parametrize(("shift", "least", "most"), [(2.0**-48, 1e-9, 1e-6), (0.0, 0.0, 1e-14)])
 def test_the_accuracy_counts_what_roundings_grow_to(monkeypatch, shift, least, most):
     """Next to the way into a saddle they grow by e¹⁶, whatever the tolerances."""
-    monkeypatch.setattr(confirmation, "TOLERANCES", (1e-13, 1e-13))
+    monkeypatch.setattr(confirmation, "LOOSER", 1.0)
     monkeypatch.setattr(confirmation, "SHIFT", shift)
     problem = gi.Problem("saddle", (("x", 2),), params=[10.0], field=parting)
     end, near = 0.8, np.array([1.0, -1.0 + 1e-9])
@@ -166,7 +166,6 @@ def second_of(accuracies):
         ({64.0: 1e-9}, 64.0),
         ({64.0: 0.3, 16.0: 1e-9}, 16.0),
         ({64.0: None, 16.0: 0.3, 4.0: 1e-9}, 4.0),
-        ({64.0: 0.3, 16.0: 0.2, 4.0: 0.1, 1.0: 0.1}, 1.0),
     ],
 )
 def test_where_the_second_loses_itself_a_part_of_the_run_is_confirmed(monkeypatch, accuracies, end):
@@ -174,6 +173,15 @@ def test_where_the_second_loses_itself_a_part_of_the_run_is_confirmed(monkeypatc
     found = confirm(CIRCLE, EAST, 64.0, on_circle)
     assert (found.own_end, found.accuracy) == (end, accuracies[end])
     assert found.agrees(0.0)
+
+
+@pytest.mark.nojit
+def test_a_second_that_is_never_accurate_confirms_nothing(monkeypatch):
+    poor = {64.0 / 4.0**k: 1e-3 for k in range(9)}
+    monkeypatch.setattr(confirmation, "_second", second_of(poor))
+    found = confirm(CIRCLE, EAST, 64.0, on_circle)
+    assert found.difference < found.accuracy
+    assert not found.agrees(0.0)
 
 
 @pytest.mark.nojit
@@ -210,6 +218,7 @@ BAD = Confirmation("other", 3.0, 1e-13, 4.5e-3)
         (1e-25, Confirmation("other", 3.0, np.inf, np.inf), np.inf),
         (np.nan, GOOD, np.inf),
         (1e-25, Confirmation("other", 3.0, 1e-13, np.nan), np.inf),
+        (1e-25, Confirmation("other", 1.0, 0.5, 1e-3), np.inf),
     ],
 )
 def test_what_is_known_of_a_reference(error, second, known):
