@@ -44,7 +44,7 @@ def test_reference_is_better_than_double(comparison):
     second = comparison.reference["confirmation"]
     assert second["agrees"]
     assert second["own_end"] == comparison.reference["own_end"]
-    assert second["difference"] < second["accuracy"] < 1e-10
+    assert second["difference"] < second["accuracy"] < 1e-9
     assert comparison.reference["physical_end"] > 10.0
 
 
@@ -143,7 +143,7 @@ def test_report_files(tmp_path):
     assert 'src="http' not in page
     second = record["reference"]["confirmation"]
     assert second["agrees"]
-    for word in ("double-double", "SciPy", f"{second['accuracy']:.2g}", "Confirmed to its end"):
+    for word in ("double-double", "SciPy", f"{second['accuracy']:.2g}", "Confirmed at its end"):
         assert word in page
     assert f"differ by {second['difference']:.2g}" in page
     for name in ("compare.png", "compare.svg", "compare-drift.png", "compare-drift.svg"):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..compare import Comparison, compare
+from ..reference_record import MARGIN, RESOLUTION
 from .compare_plots import work_precision_figure
 from .pages import render
 from .plots import drift_figure
@@ -99,23 +100,24 @@ def reference_text(reference: dict[str, Any]) -> list[str]:
     own = f"{max(reference['error_estimate'], 1e-19):.2g}"
     if reference["steps"]:
         coarse, fine = reference["steps"]
-        told = [f"steps {coarse:.4g} and {fine:.4g} agree to {own} or better, relative."]
+        first = f"steps {coarse:.4g} and {fine:.4g} agree to {own} or better, relative."
     else:
-        told = [f"without stepping; rounding makes an error of about {own} of its phases."]
-    told[0] = f"{reference['method']}, in “{reference['representation']}”, {told[0]}"
-    there = "there" if second["own_end"] == reference["own_end"] else f"at {second['own_end']:.4g},"
-    end = (
-        f"to its end at {reference['own_end']:.6g}" if there == "there" else "on a part of the way"
-    )
+        first = f"without stepping; rounding makes an error of about {own} of its phases."
+    told = [f"{reference['method']}, in “{reference['representation']}”, {first}"]
     verb = "Confirmed" if second["agrees"] else "Not confirmed"
+    end = f"at its end, {reference['own_end']:.6g},"
+    if second["own_end"] != reference["own_end"]:
+        end = f"on a part of the way, at {second['own_end']:.6g} of {reference['own_end']:.6g},"
     told.append(
-        f"{verb} {end} by {second['method']}, which {there} is known to {second['accuracy']:.2g}: "
-        f"they differ by {second['difference']:.2g}."
+        f"{verb} {end} by {second['method']}: that is known to {second['accuracy']:.2g} there, and "
+        f"the two differ by {second['difference']:.2g}."
     )
     if not second["agrees"]:
         told.append("One of the two is wrong by more than it says.")
-    smallest = max(10.0 * known, 2.0**-52)
-    told.append(f"So errors of {smallest:.2g} and more are judged.")
+    told.append(
+        f"The quantities compared are known to {max(known, 1e-19):.2g}: errors of "
+        f"{max(MARGIN * known, RESOLUTION):.2g} and more are judged."
+    )
     return told
 
 
