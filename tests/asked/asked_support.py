@@ -61,10 +61,8 @@ def of_problem(problem: gi.Problem) -> Any:
     found = {name: value(problem, f, y, 0.4) for name, f in problem.diagnostics.items()}
     clock = None if problem.clock is None else value(problem, problem.clock, y, 0.4)
     density = problem.measure and value(problem, problem.measure.log_density, y)
-    return seen(
-        [problem.name, problem.pieces, problem.params, problem.forms, problem.time, y, rates]
-        + [found, clock, density, dict(problem.parameters), problem.physical_state(y)]
-    )
+    data = [problem.name, problem.pieces, problem.params, problem.forms, problem.time]
+    return seen([*data, y, rates, found, clock, density, dict(problem.parameters)])
 
 
 def of_solution(solution: gi.Solution) -> Any:
