@@ -17,12 +17,39 @@ import numpy as np
 import geomint as gi
 from geomint.evaluate import derivative, value
 
-__all__ = ["arguments_of", "said", "seen"]
+__all__ = ["arguments_of", "called", "methods_of", "said", "seen"]
 
 
 def arguments_of(function: Callable[..., Any]) -> set[str]:
     """Return the names of all arguments of a function or a class."""
     return set(inspect.signature(function).parameters)
+
+
+def methods_of(kind: type) -> set[str]:
+    """Return the names of the public methods of a class that take arguments."""
+    found = inspect.getmembers(kind, lambda f: inspect.isfunction(f) or inspect.ismethod(f))
+    return {
+        name
+        for name, f in found
+        if not name.startswith("_")
+        and arguments_of(f) - ({"self"} if inspect.isfunction(f) else set())
+    }
+
+
+def called(function: Callable[..., Any], given: Mapping[str, Any]) -> Any:
+    """Return what can be seen of a call's result, or of its typed error.
+
+    Arguments are given by position where a function takes them so.
+    """
+    try:
+        kinds = inspect.signature(function).parameters
+        if all(p.kind is p.POSITIONAL_OR_KEYWORD for p in kinds.values()) and set(kinds) == set(
+            given
+        ):
+            return seen(function(*(given[name] for name in kinds)))
+        return seen(function(**given))
+    except gi.GeomintError as error:
+        return ["error", str(error)]
 
 
 def seen(x: Any) -> Any:

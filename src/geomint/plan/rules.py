@@ -22,9 +22,10 @@ _PROBE_ROWS = 64
 def choose_method(c: Context) -> Choice:
     """State the method."""
     method = c.scene.method
-    kind = " and ".join(
-        word for word in ("symmetric", "symplectic") if getattr(method, word)
-    )  # fmt: skip
+    splitting = c.problem.splitting
+    of_no_use = method.needs == "splitting" and splitting is not None and not splitting.symplectic
+    words = ["symmetric"] * method.symmetric + ["symplectic"] * (method.symplectic and not of_no_use)
+    kind = " and ".join(words)
     reason = f"order {method.order}{', ' + kind if kind else ''}: {method.summary}"
     options = ", ".join(f"{k} {v!r}" for k, v in c.scene.content.integrate.options.items())
     return Choice("method", f"{method.name}{' with ' + options if options else ''}", reason)
