@@ -17,20 +17,17 @@ import numpy as np
 import numpy.typing as npt
 
 from .drift import Drift
-from .errors import DomainError, FormError, GeomintError, nearest
+from .errors import FormError, GeomintError
 from .integrate import solve
+from .ladder import check_representation, checked_steps, ladder, representation_for
 from .methods import Method, find_method
-from .methods.tolerances import LARGEST_RTOL, LEAST_RTOL
 from .problem import Problem
 from .systems import Model
-from .timeline import default_step, positive
 from .truth import Goal, goal_of
 
 __all__ = ["Comparison", "Point", "compare"]
 
 Array = npt.NDArray[np.float64]
-STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
-RTOL_POWERS = (4, 2, 0, -2, -4)  # of ten, times a method's own rtol
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 
@@ -131,8 +128,8 @@ def compare(
         have; for no methods, no steps, or steps where all methods are adaptive.
     """
     chosen = [find_method(m) for m in methods]
-    steps = _checked_steps(chosen, steps)
-    _check_representation(model, representation)
+    steps = checked_steps(chosen, steps)
+    check_representation(model, representation)
     goal, truth = goal_of(model, end, reference, report)
     result = Comparison([], truth)
     for method in chosen:
@@ -145,7 +142,7 @@ def compare(
             continue
         y0 = model.states[name]
         base = (first_steps or {}).get(method.name)
-        for variant, step in _ladder(method, problem, y0, steps, base):
+        for variant, step in ladder(method, problem, y0, steps, base):
             options = variant.options
             setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
             report(f"{method.name}, {setting}")
@@ -161,44 +158,6 @@ def compare(
         if observe and best is not None:
             result.drifts.append((method.name, _drifts(goal, *best)))
     return result
-
-
-def _checked_steps(methods: list[Method], steps: Iterable[float] | None) -> list[float] | None:
-    if not methods:
-        raise DomainError("methods", methods, "at least one method")
-    if steps is None:
-        return None
-    checked = [positive("steps", step) for step in steps]
-    if not checked:
-        raise DomainError("steps", checked, "at least one step")
-    if all(method.adaptive for method in methods):
-        names = ", ".join(method.name for method in methods)
-        raise DomainError("steps", checked, f"none: {names} choose their steps: give rtol")
-    return checked
-
-
-def _check_representation(model: Model, asked: str | None) -> None:
-    known = ["own", *model.problems]
-    if asked is not None and asked not in known:
-        raise DomainError("representation", asked, f"one of {known}.{nearest(asked, known)}")
-
-
-def _ladder(
-    method: Method,
-    problem: Problem,
-    y0: Array,
-    steps: list[float] | None,
-    base: float | None,
-) -> list[tuple[Method, float | None]]:
-    """Return what to run: the method at several steps, an adaptive one at several tolerances."""
-    if method.adaptive:
-        own = method.options["rtol"]
-        ratio = method.options["atol"] / own
-        scaled = (own * 10.0**power for power in RTOL_POWERS)
-        kept = dict.fromkeys(min(max(r, LEAST_RTOL), LARGEST_RTOL) for r in scaled)
-        return [(method.with_options(rtol=r, atol=ratio * r), base) for r in kept]
-    base = default_step(problem, method, y0) if base is None else base
-    return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]
 
 
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
@@ -220,28 +179,6 @@ def _point(method: Method, representation: str, step: float | None) -> Point:
         0.0 if method.adaptive else step or 0.0,
         options.get("tolerance"),
         rtol=options.get("rtol"),
-    )
-
-
-def representation_for(
-    model: Model, method: Method, end: Mapping[str, float], asked: str | None = None
-) -> tuple[str, Problem]:
-    """Return the representation asked for, or the first that the method fits, or raise `FormError`."""
-    own = next(iter(model.problems))
-    for name, problem in model.problems.items():
-        in_tau = name == own and "tau_end" in end
-        clockless = problem.time == "tau" and method.needs == "action" and not in_tau
-        wanted = asked is None or name == (own if asked == "own" else asked)
-        if wanted and method.needs in problem.forms and not clockless:
-            return name, problem
-    if asked is not None:
-        raise FormError(
-            f"method {method.name!r} does not fit the representation {asked!r} that is asked for"
-        )
-    offered = sorted({form for problem in model.problems.values() for form in problem.forms})
-    raise FormError(
-        f"method {method.name!r} needs the form {method.needs!r}; "
-        f"for this system and initial state there are only {', '.join(offered)}"
     )
 
 

@@ -154,7 +154,8 @@ def _check_counts(watched: Any, save_every: Any, observe_every: Any, measure_ste
         ("measure_steps", measure_steps, True),
     ):
         whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
-        if not (whole and count >= 1 or count is None and optional):
+        left_out = count is None and optional
+        if not left_out and not (whole and count >= 1):
             raise DomainError(name, count, "a whole number ≥ 1")
     if observe_every != 1 and not watched:
         raise DomainError("observe_every", observe_every, "1, or something to observe")

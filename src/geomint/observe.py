@@ -183,9 +183,7 @@ class Observers:
         late = [name for name, windows in self.windows.items() if windows.last_time != label]
         self._evaluate(np.array([time]), np.array([label]), state[None, :], late)
 
-    def _evaluate(
-        self, times: Array, labels: Array, states: Array, names: Iterable[str]
-    ) -> None:
+    def _evaluate(self, times: Array, labels: Array, states: Array, names: Iterable[str]) -> None:
         if not self._functions or not len(times):
             return
         count, stride = states.shape

@@ -113,7 +113,9 @@ def test_arguments_that_choose_the_method() -> None:
         (gi.Compose(gi.Gauss(1), 4), gi.Compose(gi.Rattle(), 4)),
     ]
     for one, other in pairs:
-        results = [solved(m, **({} if m.adaptive else {"step": 0.1})).y for m in (one, other)]
+        results = [
+            solved(m, t_end=0.1, **({} if m.adaptive else {"step": 0.1})).y for m in (one, other)
+        ]
         assert not np.array_equal(*results), (one.name, other.name)
     for make, options in ((gi.RungeKutta, {"rtol": 1e-4}), (gi.RKMK, {"max_steps": 5})):
         with pytest.raises(gi.MethodError, match="only with adaptive=True"):

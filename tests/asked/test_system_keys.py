@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,3 +209,10 @@ def test_a_unit_of_time_that_nothing_is_measured_in_is_refused() -> None:
         for D in (1.0, 2.0)
     ]
     assert states[0] != states[1]
+
+
+def test_the_docs_name_every_system_and_key() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "scene-files.md").read_text("utf-8")
+    for name, _, key in keys():
+        assert f"`{name}`" in page, name
+        assert f"`{key}`" in page, (name, key)

@@ -1,4 +1,4 @@
-"""The end of a run is observed, however seldom something is sampled: `final_error` is that of the end."""
+"""The end of a run is observed, however seldom something is sampled."""
 
 from __future__ import annotations
 

@@ -51,7 +51,9 @@ def test_constraints_of_another_representation_are_its_own():
         assert watched.detail[:2] == ["energy", "K"]
         assert "norm" in watched.detail
         assert "tangency" not in watched.detail
-    with pytest.raises(gi.FormError, match=r"'classical'.*has no tangency\. It has energy, K, .*norm"):
+    with pytest.raises(
+        gi.FormError, match=r"'classical'.*has no tangency\. It has energy, K, .*norm"
+    ):
         gi.make_plan(named)
     told = choices(named, "drift")
     assert told["watched"].detail == ["energy", "K"]

@@ -96,9 +96,7 @@ def spatial_momentum(g: Any, k: Array, n: int) -> Array:
     return flat_triangle(attitude @ skew_matrix(k, n) @ attitude.T)
 
 
-def _model(
-    problems: Problems, gamma: Array, k: Array, p: Array | None, g: Any = None
-) -> gi.Model:
+def _model(problems: Problems, gamma: Array, k: Array, p: Array | None, g: Any = None) -> gi.Model:
     """Return the model whose every problem starts from the same state."""
     states = {}
     for name, problem in problems.items():

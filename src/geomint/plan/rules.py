@@ -22,9 +22,9 @@ _PROBE_ROWS = 64
 def choose_method(c: Context) -> Choice:
     """State the method."""
     method = c.scene.method
-    splitting = c.problem.splitting
-    of_no_use = method.needs == "splitting" and splitting is not None and not splitting.symplectic
-    words = ["symmetric"] * method.symmetric + ["symplectic"] * (method.symplectic and not of_no_use)
+    form = getattr(c.problem, method.needs)
+    symplectic = method.symplectic and getattr(form, "symplectic", True)  # a splitting may not be
+    words = ["symmetric"] * method.symmetric + ["symplectic"] * symplectic
     kind = " and ".join(words)
     reason = f"order {method.order}{', ' + kind if kind else ''}: {method.summary}"
     options = ", ".join(f"{k} {v!r}" for k, v in c.scene.content.integrate.options.items())
