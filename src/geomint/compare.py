@@ -9,7 +9,8 @@ second method of another family confirms. Errors that it is not far better than 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
@@ -19,17 +20,15 @@ import numpy.typing as npt
 from .drift import Drift
 from .errors import FormError, GeomintError
 from .integrate import solve
+from .ladder import check_representation, checked_steps, ladder, representation_for
 from .methods import Method, find_method
 from .problem import Problem
 from .systems import Model
-from .timeline import default_step
 from .truth import Goal, goal_of
 
 __all__ = ["Comparison", "Point", "compare"]
 
 Array = npt.NDArray[np.float64]
-STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
-TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 
@@ -90,6 +89,8 @@ def compare(
     methods: Iterable[str | Method],
     *,
     steps: Iterable[float] | None = None,
+    first_steps: Mapping[str, float] | None = None,
+    representation: str | None = None,
     repeats: int = 5,
     observe: bool = True,
     reference: str = "auto",
@@ -103,9 +104,18 @@ def compare(
         The system in its representations; the first is the scene's own.
     end : dict
         ``{"t_end": …}`` or ``{"tau_end": …}`` in the scene's own time.
+    methods : iterable of str or Method
+        A method with options of its own keeps them.
     steps : iterable of float, optional
         Steps in each method's own time. Default: 4, 2, 1, 1/2, 1/4 of its default step. Adaptive
-        methods run at tolerances instead, rtol from 1e-4 to 1e-12 with atol in proportion.
+        methods run at tolerances instead: 10⁴ … 10⁻⁴ times their own rtol, which is 1e-8 unless
+        given, with atol in proportion.
+    first_steps : mapping of name to float, optional
+        Steps that take the place of the default steps of these methods; of an adaptive one that of
+        its first step.
+    representation : str, optional
+        The name of the only representation to use, or ``"own"`` for the scene's own. Default: for
+        each method the first that fits it.
     repeats : int
         Timed runs of each point; the median counts.
     observe : bool
@@ -119,24 +129,29 @@ def compare(
     Raises
     ------
     FormError, DomainError
-        If there is no exact flow and it is asked for.
+        If there is no exact flow and it is asked for; for a representation that the system does not
+        have; for no methods, no steps, or steps where all methods are adaptive.
     TruthError
         If the reference is not known, or not confirmed, well enough to judge errors of 1e-5.
     """
     chosen = [find_method(m) for m in methods]
+    steps = checked_steps(chosen, steps)
+    check_representation(model, representation)
     goal, truth = goal_of(model, end, reference, report)
     result = Comparison([], truth)
     for method in chosen:
         best: tuple[Method, Problem, Array, float | None] | None = None
         last: Point | None = None
         try:
-            name, problem = representation_for(model, method)
+            name, problem = representation_for(model, method, end, representation)
         except FormError as error:
             result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
             continue
         y0 = model.states[name]
-        for variant, step in _ladder(method, problem, y0, steps):
-            setting = f"rtol {variant.options['rtol']:.0e}" if step is None else f"step {step:.4g}"
+        base = (first_steps or {}).get(method.name)
+        for variant, step in ladder(method, problem, y0, steps, base):
+            options = variant.options
+            setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
             report(f"{method.name}, {setting}")
             expected = 0.0 if last is None else _expected_seconds(last, variant, step)
             if expected > MAX_SECONDS:
@@ -152,21 +167,10 @@ def compare(
     return result
 
 
-def _ladder(
-    method: Method, problem: Problem, y0: Array, steps: Iterable[float] | None
-) -> list[tuple[Method, float | None]]:
-    """Return what to run: the method at several steps, an adaptive one at several tolerances."""
-    if method.adaptive:
-        ratio = method.options["atol"] / method.options["rtol"]
-        return [(method.with_options(rtol=r, atol=ratio * r), None) for r in TOLERANCES]
-    base = default_step(problem, method, y0)
-    return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]
-
-
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
     """Return the run time that the last point lets expect of the next one."""
     seconds = last.seconds or 0.0
-    if step is not None:
+    if step is not None and not method.adaptive:
         return seconds * last.step / step
     rtol = method.options["rtol"]
     return seconds * float(((last.rtol or rtol) / rtol) ** (1.0 / (method.order + 1)))
@@ -179,21 +183,9 @@ def _point(method: Method, representation: str, step: float | None) -> Point:
         method.name,
         method.order,
         representation,
-        step or 0.0,
+        0.0 if method.adaptive else step or 0.0,
         options.get("tolerance"),
         rtol=options.get("rtol"),
-    )
-
-
-def representation_for(model: Model, method: Method) -> tuple[str, Problem]:
-    """Return the first representation with the form that the method needs, or raise `FormError`."""
-    for name, problem in model.problems.items():
-        if method.needs in problem.forms:
-            return name, problem
-    offered = sorted({form for problem in model.problems.values() for form in problem.forms})
-    raise FormError(
-        f"method {method.name!r} needs the form {method.needs!r}; "
-        f"for this system and initial state there are only {', '.join(offered)}"
     )
 
 
@@ -217,9 +209,13 @@ def _measure(
     try:
         seconds = []
         for _ in range(max(repeats, 1)):
-            solution = solve(problem, y0, **arguments)
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "step = .* is longer than the run")
+                solution = solve(problem, y0, **arguments)
             if solution.status == "interrupted":  # a part of a run has no error at the end
                 raise KeyboardInterrupt
+            if not (solution.steps or method.adaptive):  # the step that was asked for is none of it
+                return replace(point, status="not measured: the step is longer than the run")
             result.compile_seconds += solution.compile_seconds
             seconds.append(solution.run_seconds)
             if sum(seconds) > MAX_SECONDS:
@@ -230,7 +226,7 @@ def _measure(
     return Point(
         **{
             **asdict(point),
-            "step": abs(solution.step) if step is None else step,
+            "step": abs(solution.step) if method.adaptive else step,
             **goal.judged(problem, solution.y[-1]),
             "seconds": statistics.median(seconds),
             "steps": solution.steps,

@@ -109,7 +109,8 @@ class Splitting:
     parts : int
         How many; at least 2.
     symplectic : bool
-        Whether every part is Hamiltonian in the same symplectic structure.
+        Whether every part is Hamiltonian in the same symplectic structure: if not, a plan does not
+        call the method symplectic.
     """
 
     flow: Recorded

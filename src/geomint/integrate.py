@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -9,10 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .driver import Account, drive
-from .errors import DomainError, StepError
+from .errors import DomainError, GeomintWarning, StepError
 from .methods import Method, Start, find_method
 from .methods.stepper import Stepper
-from .observe import Observers, choose_observables
+from .observe import MEASURE, Observers, choose_observables
 from .problem import Problem
 from .progress import Progress
 from .recorder import Recorder
@@ -60,19 +61,23 @@ def solve(
         For an adaptive method the first step, by default one that its tolerances allow; all further
         ones are the method's choice.
     t_eval : array_like, optional
-        Increasing physical times within the run at which states are wanted, met exactly by partial
-        steps beside the run, which they do not disturb.
+        Physical times in the order of the run and within it at which states are wanted, met exactly by
+        partial steps beside the run, which they do not disturb. Without `save_every` the states at
+        these times alone are saved, just as they are asked for.
     save_every : int, optional
         Save the initial state, every that many steps, and the last state. Default: the last only.
+        With `t_eval` both kinds of states are saved, in the order of the run and each once: a time of
+        `t_eval` that is that of a saved step, to rounding, is that step.
     observe : names, or mapping of names to functions
         What to watch, see `geomint.observe.choose_observables`.
     observe_every : int
-        Watch every that many steps.
+        Watch every that many steps, and at the end. Only with something to observe.
     measure_steps : int, optional
         Watch the measure over the first that many steps only; it costs as much as tens of steps.
-        Default: all.
+        Default: all. Only if the measure is observed.
     clock : bool, optional
-        Whether physical time is integrated beside a problem in τ. Default: if the method can.
+        Whether physical time is integrated beside a problem in τ. Default: if the method and the
+        problem can.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
     compiled : bool
@@ -95,15 +100,8 @@ def solve(
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step)
     wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
     chosen.check_fits(problem, wants_clock)
-    for name, count in (
-        ("save_every", save_every),
-        ("observe_every", observe_every),
-        ("measure_steps", measure_steps),
-    ):
-        whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
-        if count is not None and not (whole and count >= 1):
-            raise DomainError(name, count, "a whole number ≥ 1")
     watched = choose_observables(problem, observe)
+    _check_counts(watched, save_every, observe_every, measure_steps)
     stepper = chosen.start(
         Start(
             problem,
@@ -125,6 +123,8 @@ def solve(
         account = Account()
         status = _integrate(stepper, timeline, recorder, account, _shower(bar, recorder, timeline))
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
+    if step is not None:
+        _tell_short_run(solution, abs(recorder.own_time), step)
     if isinstance(status, StepError):
         status.partial = solution
         raise status
@@ -142,7 +142,36 @@ def _wants_clock(
         if clock is False:
             raise DomainError("clock", clock, "True: t_end and t_eval are physical time")
         return True
-    return method.needs != "action" if clock is None else clock
+    possible = problem.clock is not None and method.needs != "action"
+    return possible if clock is None else clock
+
+
+def _check_counts(watched: Any, save_every: Any, observe_every: Any, measure_steps: Any) -> None:
+    """Raise `DomainError` for numbers of steps that are none, or that nothing would follow."""
+    for name, count, optional in (
+        ("save_every", save_every, True),
+        ("observe_every", observe_every, False),
+        ("measure_steps", measure_steps, True),
+    ):
+        whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
+        left_out = count is None and optional
+        if not left_out and not (whole and count >= 1):
+            raise DomainError(name, count, "a whole number ≥ 1")
+    if observe_every != 1 and not watched:
+        raise DomainError("observe_every", observe_every, "1, or something to observe")
+    if measure_steps is not None and MEASURE not in watched:
+        raise DomainError("measure_steps", measure_steps, "None, or 'measure' to be observed")
+
+
+def _tell_short_run(solution: Solution, end: float, step: float) -> None:
+    """Warn if the run was shorter than the step that was asked for, which it did not take."""
+    if solution.success and end < step * (1.0 - 1e-9):
+        warnings.warn(
+            f"step = {step:.9g} is longer than the run to {solution.problem.time} = "
+            f"{end:.9g}: a step of that length was taken instead",
+            GeomintWarning,
+            stacklevel=3,
+        )
 
 
 def _shower(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
@@ -159,6 +188,18 @@ def _integrate(
     progress: Callable[[int], None],
 ) -> str | StepError:
     """Run to the end; return "success", "interrupted", or the error of the step that failed."""
+    status = _to_the_end(stepper, timeline, recorder, account, progress)
+    recorder.observe_end()
+    return status
+
+
+def _to_the_end(
+    stepper: Stepper,
+    timeline: Timeline,
+    recorder: Recorder,
+    account: Account,
+    progress: Callable[[int], None],
+) -> str | StepError:
     try:
         drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)
         recorder.catch_up(account.steps)

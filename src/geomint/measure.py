@@ -85,6 +85,7 @@ class MeasureObserver:
         self._entry: Any = None
         self._arguments: tuple[Any, ...] = ()
         self.windows = Windows(0.0)
+        self._end = np.zeros(0), np.zeros(0)  # time and sum after the last step
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
 
     def _lane_functions(self, y0: Array) -> tuple[tuple[Recorded, ...], int]:
@@ -182,7 +183,14 @@ class MeasureObserver:
                     Block(values[here]),
                 )
         self._time = float(times[-1])
+        self._end = labels[-1:].copy(), values[-1:]
         self.windows.add(labels[watched], values[watched])
+
+    def add_end(self) -> None:
+        """Sample the sum after the last of the steps that were taken, if that is still to do."""
+        labels, values = self._end
+        if len(labels) and labels[0] != self.windows.last_time:
+            self.windows.add(labels, values)
 
     @property
     def deviation(self) -> float:

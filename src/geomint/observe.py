@@ -171,15 +171,28 @@ class Observers:
         self.prepare()
         if self._measure is not None and len(times):
             self._measure.add(times, labels, states, watched, step)
-        times, labels, states = times[watched], labels[watched], states[watched]
+        self._evaluate(times[watched], labels[watched], states[watched], self._entries)
+
+    def add_end(self, time: float, label: float, state: Array) -> None:
+        """Sample the last state of a run, however seldom something is sampled.
+
+        What has been sampled there already is left alone: the end counts once.
+        """
+        if self._measure is not None:
+            self._measure.add_end()
+        late = [name for name, windows in self.windows.items() if windows.last_time != label]
+        self._evaluate(np.array([time]), np.array([label]), state[None, :], late)
+
+    def _evaluate(self, times: Array, labels: Array, states: Array, names: Iterable[str]) -> None:
         if not self._functions or not len(times):
             return
         count, stride = states.shape
         flat = Block(np.ascontiguousarray(states).reshape(-1))
         now, out = Block(np.ascontiguousarray(times)), scalar_block(count)
-        for name, entry in self._entries.items():
+        for name in names:
             self._sample(
-                entry, self._params, now, flat, stride, self._problem.rows, count, self._work, out
+                self._entries[name],
+                *(self._params, now, flat, stride, self._problem.rows, count, self._work, out),
             )
             self.windows[name].add(labels, out.data)
 

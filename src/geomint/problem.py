@@ -45,7 +45,7 @@ class Problem:
     time : ``"t"`` or ``"tau"``
         The problem's own time. With ``"tau"``, `clock` is needed for physical time.
     clock : recorded ``f(params, t, y, work) -> number``
-        dt/dτ along the flow.
+        dt/dτ along the flow, for a problem in τ only.
     invariants, constraints, observables : mapping of name to recorded ``f(params, t, y, work)``
         Constants of motion; functions that vanish on the manifold of states; others of interest.
     measure : Measure, optional
@@ -99,6 +99,8 @@ class Problem:
             raise FormError(f"problem {self.name!r} has no form: give one of {', '.join(FORMS)}")
         if self.time not in ("t", "tau"):
             raise DomainError("time", self.time, "'t' or 'tau'")
+        if self.time == "t" and self.clock is not None:
+            raise DomainError("clock", self.clock, "None, or time='tau': t is physical time itself")
 
     @property
     def rows(self) -> int:

@@ -9,15 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from .driver import Account
-from .errors import DomainError, GeomintWarning, StepError
+from .errors import GeomintWarning, StepError
 from .evaluate import value
 from .methods.adaptive import AdaptiveStepper
 from .methods.method import Method
 from .methods.stepper import Stepper
 from .observe import Observers
 from .problem import Problem
+from .saved import State, merged, rounding
 from .solution import Solution, StepSizes
-from .timeline import Timeline
+from .timeline import Timeline, evaluation_times
 
 __all__ = ["Recorder"]
 
@@ -44,9 +45,10 @@ class Recorder:
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = len(stepper.state) > problem.rows
-        self._wanted = _evaluation_times(t_eval, problem, timeline)
+        self._wanted = evaluation_times(t_eval, problem, timeline)
         self._next_wanted = 0
-        self._saved: list[tuple[float, Array]] = []
+        self._saved: list[State] = []  # every so many steps
+        self._asked: list[State] = []  # at the times wanted
         self._before = (0.0, stepper.state.copy())
         self._number = 0  # of the step that led there
         if save_every is not None:
@@ -67,6 +69,11 @@ class Recorder:
     def physical_time(self) -> float:
         """Physical time of the last state handed out, where it is integrated."""
         return float(self._before[1][-1]) if self._clock else self._before[0]
+
+    @property
+    def own_time(self) -> float:
+        """The problem's own time of the last state handed out."""
+        return self._before[0]
 
     @property
     def reached(self) -> float:
@@ -125,6 +132,10 @@ class Recorder:
         self._observers.add(np.array([time]), np.array([time]), state[None, :], np.array([True]))
         self._before = (time, state.copy())
 
+    def observe_end(self) -> None:
+        """Sample the last state that was reached, if that has not been done on the way."""
+        self._observers.add_end(self._before[0], self.reached, self._before[1])
+
     def _finish_physical(self, end: float) -> None:
         time, state = self._at_physical(self._number, *self._before, end)
         self._evaluate(np.array([self._number]), np.array([time]), state[None, :])
@@ -146,7 +157,7 @@ class Recorder:
                 return
             i = int(np.searchsorted(sign * clocks, sign * wanted, side="right")) - 1
             known = (int(numbers[i]), all_times[i], all_states[i])
-            self._saved.append(self._at_physical(*known, wanted))
+            self._asked.append(self._at_physical(*known, wanted))
             self._next_wanted += 1
 
     def _at_physical(
@@ -157,7 +168,7 @@ class Recorder:
         `before` is the number of the step that led to that state.
         """
         # Implicit steps of a length in the last bits of the time would only add noise.
-        nothing = 4 * np.spacing(abs(wanted))
+        nothing = rounding(wanted)
 
         def step(length: float) -> Array:
             return self._stepper.single_step(state, time, length, before=before)
@@ -189,8 +200,6 @@ class Recorder:
         self, method: Method, account: Account, compile_seconds: float, status: str | StepError
     ) -> Solution:
         """Return what has been gathered."""
-        if not len(self._wanted) and (not self._saved or self._saved[-1][0] != self._last[0]):
-            self._saved.append(self._last)
         rows = self._problem.rows
         missed = len(self._wanted) - self._next_wanted
         if missed and status == "success":
@@ -201,8 +210,7 @@ class Recorder:
                 stacklevel=3,
             )
         sizes = self._step_sizes(account.steps)
-        direction = np.sign(self._timeline.h)
-        saved = sorted(self._saved, key=lambda entry: direction * entry[0])
+        saved = self._kept()
         tau = np.array([time for time, _ in saved])
         full = np.array([state for _, state in saved]).reshape(-1, len(self._stepper.state))
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
@@ -236,23 +244,11 @@ class Recorder:
         smallest, largest = self._adaptive.extremes
         return StepSizes(smallest or mean, mean, largest or mean)
 
-    @property
-    def _last(self) -> tuple[float, Array]:
-        return self._before
-
-
-def _evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:
-    if t_eval is None:
-        return np.zeros(0)
-    try:
-        times = np.atleast_1d(np.array(t_eval, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise DomainError("t_eval", t_eval, "numbers") from None
-    forward = np.sign(timeline.h) * times
-    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(forward) < 0).any():
-        raise DomainError("t_eval", t_eval, "finite times in the order of the run")
-    # With an end in τ the physical time there is only known afterwards.
-    end = timeline.own_end if problem.time == "t" else timeline.physical_end
-    if len(times) and (forward[0] < 0 or (end is not None and forward[-1] > abs(end))):
-        raise DomainError("t_eval", t_eval, f"times from 0 to {end if end is not None else '…'}")
-    return times
+    def _kept(self) -> list[State]:
+        """Return the saved states: those at wanted times, as they were asked for; or with the last."""
+        if len(self._wanted) and not self._save_every:
+            return self._asked
+        steps, last = self._saved, self._before
+        if not steps or steps[-1][0] != last[0]:
+            steps = [*steps, last]
+        return merged(steps, self._asked, float(np.sign(self._timeline.h)), self._clock)

@@ -14,7 +14,7 @@ from .methods.method import Method
 from .problem import Problem
 from .time_scale import characteristic_time
 
-__all__ = ["Timeline", "default_step", "plan_timeline"]
+__all__ = ["Timeline", "default_step", "evaluation_times", "plan_timeline"]
 
 Array = npt.NDArray[np.float64]
 
@@ -105,6 +105,29 @@ def plan_timeline(
     if steps >= 1 and steps == round(count) and abs(count - steps) <= 1e-9 * max(count, 1.0):
         return Timeline(end / steps, steps, 0.0, end, None)
     return Timeline(h, steps, end - steps * h, end, None)
+
+
+def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:
+    """Return the physical times at which states are wanted, none for None, or raise `DomainError`.
+
+    They must be in the order of the run, and within it as far as that can be known.
+    """
+    if t_eval is None:
+        return np.zeros(0)
+    try:
+        times = np.atleast_1d(np.array(t_eval, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise DomainError("t_eval", t_eval, "numbers") from None
+    forward = np.sign(timeline.h) * times
+    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(forward) < 0).any():
+        raise DomainError("t_eval", t_eval, "finite times in the order of the run")
+    if not len(times):
+        raise DomainError("t_eval", t_eval, "at least one time, or None for the last state alone")
+    # With an end in τ the physical time there is only known afterwards.
+    end = timeline.own_end if problem.time == "t" else timeline.physical_end
+    if forward[0] < 0 or (end is not None and forward[-1] > abs(end)):
+        raise DomainError("t_eval", t_eval, f"times from 0 to {end if end is not None else '…'}")
+    return times
 
 
 def default_step(problem: Problem, method: Method, y0: Array, end: float = math.inf) -> float:

@@ -43,10 +43,22 @@ def test_the_own_representation_unless_the_method_needs_another():
 
 
 def test_constraints_of_another_representation_are_its_own():
+    """As a group; one that is named is meant itself, and a representation without it does not serve."""
     integrate = {"method": "cf-4", "representation": "classical"}
-    watched = choices(gi.Scene(**REDUCED, integrate=integrate))["watched"]
-    assert watched.detail == ["energy", "K", "norm"]
-    assert "tangency" in watched.reason
+    named = gi.Scene(**REDUCED, integrate=integrate)
+    for group in (["energy", "K", "constraints"], ["all"]):
+        watched = choices(named.changed_observation(group))["watched"]
+        assert watched.detail[:2] == ["energy", "K"]
+        assert "norm" in watched.detail
+        assert "tangency" not in watched.detail
+    with pytest.raises(
+        gi.FormError, match=r"'classical'.*has no tangency\. It has energy, K, .*norm"
+    ):
+        gi.make_plan(named)
+    told = choices(named, "drift")
+    assert told["watched"].detail == ["energy", "K"]
+    assert told["not watched"].detail == ["tangency"]
+    assert gi.make_plan(named, "drift").notes[0].startswith("not watched: tangency: classical has")
 
 
 def test_a_wrong_pair_is_refused_with_what_would_fit():

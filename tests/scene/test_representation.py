@@ -118,9 +118,9 @@ def test_a_drift_report_does_without_what_no_representation_has():
         gi.make_plan(scene, "run")
     choices = gi.make_plan(scene, "drift").context.choices
     assert choices["representation"].detail == "hamiltonized"
-    assert choices["not watched"].detail == ["momentum"]
-    assert "only in ball-attitude, ball" in choices["not watched"].reason
-    assert choices["watched"].detail == ["energy", "norm", "tangency"]
+    assert choices["not watched"].detail == ["momentum", "spatial-momentum"]
+    assert "only in ball-attitude" in choices["not watched"].reason
+    assert choices["watched"].detail == ["energy"]
 
 
 @pytest.mark.parametrize("content", [FREE, SPINNING], ids=["reduced", "without g"])

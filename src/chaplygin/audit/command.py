@@ -64,6 +64,8 @@ def audit(
     Exit code 1 if something holds neither as printed nor as corrected.
     """
     chosen = _dimensions(dimensions)
+    if brief and quiet:
+        raise gi.DomainError("--brief", brief, "no --quiet beside it, which prints no table at all")
 
     from rich.console import Console
     from rich.progress import Progress

@@ -261,6 +261,8 @@ def classical_problem(
     params = coefficients(inertia_tensor(inertia), D)
     full = len(params) > DIAGONAL_SIZE
     routh = {f"routh-{i + 1}": routh_integral(i) for i in axes_of_symmetry(params)}
+    if k0 is not None and not attitude:
+        raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     constraints = {"norm": classical_norm}
     if attitude:
         constraints["orthogonality"] = classical_orthogonality

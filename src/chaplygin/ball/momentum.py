@@ -53,6 +53,8 @@ def ball_problem(
     size = n * (n - 1) // 2
     omega, params = omega_for(inertia, D)
     forms, kept = ball_forms(omega, n), ball_integrals(n, size, size + n)
+    if k0 is not None and not attitude:
+        raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     constraints = {"norm": kept.norm}
     if attitude:
         constraints["orthogonality"] = kept.orthogonality

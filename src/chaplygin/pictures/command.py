@@ -13,6 +13,7 @@ import geomint as gi
 __all__ = ["exact"]
 
 ENDINGS = (".gif", ".html", ".mp4")
+FRAMES = 200
 FRAME = 0.2  # time between frames over the time of a turn of the fastest angle by one
 
 
@@ -30,10 +31,15 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
     help="File (.gif, .html, .mp4) for an animation of the rolling ball, n = 3.",
 )
 @click.option(
-    "--frames", type=click.IntRange(min=2), default=200, show_default=True, help="Of the animation."
+    "--frames",
+    type=click.IntRange(min=2),
+    show_default=str(FRAMES),
+    help="Of the animation.",
 )
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
-def exact(scene: str, at: str | None, out: Path | None, animate: Path | None, frames: int) -> None:
+def exact(
+    scene: str, at: str | None, out: Path | None, animate: Path | None, frames: int | None
+) -> None:
     """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
 
     For the Chaplygin sphere with zero momentum, the ball in R³ with any, and Veselova's problem.
@@ -41,6 +47,8 @@ def exact(scene: str, at: str | None, out: Path | None, animate: Path | None, fr
     times = [] if at is None else _times(at)
     if animate is not None and animate.suffix not in ENDINGS:
         raise gi.DomainError("--animate", str(animate), f"a name that ends in {', '.join(ENDINGS)}")
+    if animate is None and frames is not None:
+        raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
     model = gi.load_scene(scene).model
     name, motion = _motion(model)
     _tell(name, motion)
@@ -58,7 +66,7 @@ def exact(scene: str, at: str | None, out: Path | None, animate: Path | None, fr
     if animate is not None:
         if path is None:
             raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
-        _animate(path, animate, frames)
+        _animate(path, animate, FRAMES if frames is None else frames)
         click.echo(f"animation: {animate}")
 
 

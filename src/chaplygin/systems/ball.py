@@ -6,9 +6,9 @@ import geomint as gi
 
 from ..ball.rolling_states import initial_attitude
 from ..ball.sphere import ChaplyginSphere
-from ..manifold import flat_triangle, skew_matrix, vector_of_triangle
+from ..manifold import vector_of_triangle
 from ..states import initial_momentum
-from .models import ball_model
+from .models import ball_model, spatial_momentum
 from .parameters import (
     Dimension,
     Initial,
@@ -88,9 +88,7 @@ def _build_group(parameters: AnyBall, initial: GroupInitial) -> gi.Model:
     given = {name: value for name, value in initial.components().items() if name != "g"}
     gamma, g = initial_attitude(initial.gamma, initial.g, sphere.n)
     _, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **given)
-    attitude = g.reshape(sphere.n, sphere.n)
-    k0 = flat_triangle(attitude @ skew_matrix(k, sphere.n) @ attitude.T)
-    group, ball = sphere.on_group(k0), sphere.ball()
+    group, ball = sphere.on_group(spatial_momentum(g, k, sphere.n)), sphere.ball()
     states = {"group": group.state(g=g, k=k), "ball": ball.state(gamma=gamma, k=k)}
     return gi.Model({"group": group, "ball": ball}, states)
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
-from ..manifold import Array, vector_of_triangle, wedge
+from ..manifold import Array, flat_triangle, skew_matrix, vector_of_triangle, wedge
 from ..states import initial_momentum, initial_tangent, momentum_free
 
-__all__ = ["ball_model", "sphere_model"]
+__all__ = ["ball_model", "spatial_momentum", "sphere_model"]
 
 Problems = dict[str, gi.Problem]
 TANGENT = ("reduced", "hamiltonized")  # on T*S^(n−1)
@@ -41,6 +43,7 @@ def ball_model(
     gamma: Any,
     vector: bool = False,
     attitude: bool = False,
+    g: Any = None,
     **components: Any,
 ) -> gi.Model:
     """Return all representations of a ball with any momentum.
@@ -53,15 +56,17 @@ def ball_model(
         k and omega are 3-vectors, and the classical form is the scene's own.
     attitude : bool
         The scene's own form carries g.
+    g : array_like, shape (n, n), optional
+        The attitude, where a form carries it; 1 unless given.
     **components
         One of p, p_tilde, k, omega.
     """
     vertical, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **components)
-    plain, carrying = _ball_problems(sphere, k, "classical" if vector else "ball")
+    plain, carrying = _ball_problems(sphere, k, "classical" if vector else "ball", g)
     p = momentum_free(vertical, k)
     tangent = {} if p is None else _tangent_problems(sphere)
     parts = (carrying, plain, tangent) if attitude else (plain, tangent, carrying)
-    return _model({name: q for part in parts for name, q in part.items()}, vertical, k, p)
+    return _model({name: q for part in parts for name, q in part.items()}, vertical, k, p, g)
 
 
 def _tangent_problems(sphere: ChaplyginSphere) -> Problems:
@@ -71,25 +76,35 @@ def _tangent_problems(sphere: ChaplyginSphere) -> Problems:
     return problems
 
 
-def _ball_problems(sphere: ChaplyginSphere, k: Array, first: str) -> tuple[Problems, Problems]:
+def _ball_problems(
+    sphere: ChaplyginSphere, k: Array, first: str, g: Any = None
+) -> tuple[Problems, Problems]:
     """Return the problems without and with the attitude, `first` before the other."""
-    makers: dict[str, Any] = {"ball": (sphere.ball, k)}
+    k0 = k if g is None else spatial_momentum(g, k, sphere.n)
+    makers: dict[str, Any] = {"ball": (sphere.ball, k0)}
     if sphere.n == 3:
-        makers["classical"] = (sphere.classical, vector_of_triangle(k))
+        makers["classical"] = (sphere.classical, vector_of_triangle(k0))
     makers = {first: makers[first], **makers}
     plain = {name: make() for name, (make, _) in makers.items()}
     carrying = {f"{name}-attitude": make(True, k0) for name, (make, k0) in makers.items()}
     return plain, carrying
 
 
-def _model(problems: Problems, gamma: Array, k: Array, p: Array | None) -> gi.Model:
+def spatial_momentum(g: Any, k: Array, n: int) -> Array:
+    """Return the flat triangle of Ad_g k."""
+    attitude = np.reshape(g, (n, n))
+    return flat_triangle(attitude @ skew_matrix(k, n) @ attitude.T)
+
+
+def _model(problems: Problems, gamma: Array, k: Array, p: Array | None, g: Any = None) -> gi.Model:
     """Return the model whose every problem starts from the same state."""
     states = {}
     for name, problem in problems.items():
+        carried = {"g": g} if "g" in problem.slices else {}
         if name.startswith("ball"):
-            states[name] = problem.state(gamma=gamma, k=k)
+            states[name] = problem.state(gamma=gamma, k=k, **carried)
         elif name.startswith("classical"):
-            states[name] = problem.state(gamma=gamma, k=vector_of_triangle(k))
+            states[name] = problem.state(gamma=gamma, k=vector_of_triangle(k), **carried)
         else:
             states[name] = problem.state(gamma=gamma, p=p)
     conditions = {name: "no SO(n−1)-momentum" for name in problems if name in TANGENT}

@@ -7,9 +7,9 @@ from typing import Any
 import geomint as gi
 
 from ..ball.rolling_states import initial_attitude, initial_rolling
-from ..manifold import flat_triangle, skew_components, skew_matrix
+from ..manifold import skew_components, skew_matrix
 from .ball import AnyBall
-from .models import ball_model
+from .models import ball_model, spatial_momentum
 from .parameters import Matrix, Numbers, Strict
 
 __all__ = ["ROLLING"]
@@ -52,8 +52,7 @@ def _build(parameters: RollingParameters, initial: RollingInitial) -> gi.Model:
     n, scale = sphere.n, parameters.mass_and_radius()
     gamma, g = initial_attitude(initial.gamma, initial.g, n)
     k, omega = initial_rolling(sphere.inertia, sphere.D, gamma, **initial.momentum(n, vector))
-    attitude = g.reshape(n, n)
-    k0 = flat_triangle(attitude @ skew_matrix(k, n) @ attitude.T)
+    k0 = spatial_momentum(g, k, n)
     rolling, contact = sphere.rolling(*scale, k0), sphere.contact(*scale, k0)
     states = {
         "rolling": rolling.state(g=g, r=initial.r, omega=omega, v=initial.v),
@@ -62,7 +61,7 @@ def _build(parameters: RollingParameters, initial: RollingInitial) -> gi.Model:
     problems = {"rolling": rolling, "contact": contact}
     if not parameters.multipliers:
         problems = {"contact": contact, "rolling": rolling}
-    others = ball_model(sphere, gamma, vector, k=skew_matrix(k, n))
+    others = ball_model(sphere, gamma, vector, g=g, k=skew_matrix(k, n))
     states = {**states, **others.states}
     return gi.Model({**problems, **others.problems}, states, others.conditions)
 

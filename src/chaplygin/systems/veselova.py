@@ -45,6 +45,9 @@ class VeselovaInitial(Direction):
 def _build(parameters: VeselovaParameters, initial: VeselovaInitial) -> gi.Model:
     """Return the model: T*S^(n−1) has only the states with f₁ = 0."""
     body, given = parameters.body(), initial.components()
+    if parameters.f1 != 0.0 and "D" in parameters.model_fields_set and "p_tilde" not in given:
+        expected = "none with f1 ≠ 0: it is the unit of τ and of p_tilde, and neither is there"
+        raise gi.DomainError("D", parameters.D, expected)
     problems: dict[str, gi.Problem] = {}
     if parameters.f1 == 0.0:
         problems = {"reduced": body.reduced(), "hamiltonized": body.hamiltonized()}

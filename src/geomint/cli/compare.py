@@ -45,20 +45,21 @@ def command(
 ) -> None:
     """Run many methods on one scene: run time against error, drift against time."""
     from ..report.compare_page import reference_text, run_compare
+    from ..scene.entries import split_list
     from .options import chosen_scene, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
     if t_end is not None or tau_end is not None:
         chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare
-    names = methods.split(",") if methods else section.methods or [chosen.method.name]
+    names = section.methods or [chosen.method.name] if methods is None else split_list(methods)
     tell_notes(chosen)
     out.mkdir(parents=True, exist_ok=True)
     result = run_compare(
         chosen,
-        [name.strip() for name in names if name.strip()],
+        names,
         out,
-        _numbers(steps) if steps else section.steps,
+        section.steps if steps is None else _numbers(steps),
         repeats or section.repeats or 3,
         not quiet,
         reproducing_command(),
@@ -70,6 +71,11 @@ def command(
 
 
 def _numbers(text: str) -> list[float]:
+    from ..errors import DomainError
+    from ..scene.entries import split_list
     from ..timeline import positive
 
-    return [positive("--steps", part) for part in text.split(",") if part.strip()]
+    try:
+        return [positive("--steps", float(part)) for part in split_list(text)]
+    except ValueError:
+        raise DomainError("--steps", text, "positive numbers with commas between") from None

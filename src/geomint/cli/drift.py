@@ -64,7 +64,7 @@ def _one(scene: Scene, out: Path, quiet: bool) -> int:
     from ..plan import make_plan
 
     plan = make_plan(scene, "drift")
-    tell_notes(scene)
+    tell_notes(scene, plan.notes)
     out.mkdir(parents=True, exist_ok=True)
     failure: StepError | None = None
     try:

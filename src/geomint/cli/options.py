@@ -109,9 +109,9 @@ def several_methods(
     return names
 
 
-def tell_notes(scene: Scene) -> None:
-    """Print what was changed to make the initial state admissible."""
-    for note in scene.notes:
+def tell_notes(scene: Scene, more: tuple[str, ...] = ()) -> None:
+    """Print what was changed to make the initial state admissible, and `more`."""
+    for note in (*scene.notes, *more):
         click.echo(f"geomint: note: {note}", err=True)
 
 

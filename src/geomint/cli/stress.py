@@ -25,7 +25,13 @@ FORBIDDEN, INTERRUPTED = 1, 130
 @click.option("--systems", help="Names with commas between; default: all.")
 @click.option("--axis", help="Names with commas between; default: all.")
 @click.option("--quick", is_flag=True, help="A small part, in less than a minute.")
-@click.option("--seconds", type=float, default=60.0, show_default=True, help="Cap of a cell.")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=60.0,
+    show_default=True,
+    help="Cap of a cell.",
+)
 @click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)

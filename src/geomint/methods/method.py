@@ -117,7 +117,9 @@ class Method:
                 f"{problem.name!r} offers {', '.join(problem.forms)}. {_advice(problem)}"
             )
         if clock and problem.clock is None:
-            raise FormError(f"problem {problem.name!r} has no clock: its own time is physical time")
+            raise FormError(
+                f"problem {problem.name!r} in {problem.time!r} has no clock: physical time is not known"
+            )
         if clock and self.needs == "action":
             raise FormError(
                 f"method {self.name!r} acts by a group and cannot integrate a clock beside it: "

@@ -41,8 +41,8 @@ def Rattle(  # noqa: N802 - reads as the method it is
     """
     if not 0.0 <= tolerance < 1e-2:
         raise DomainError("tolerance", tolerance, "a number in [0, 0.01)")
-    if max_iterations < 1:
-        raise DomainError("max_iterations", max_iterations, "a number ≥ 1")
+    if not isinstance(max_iterations, int) or max_iterations < 1:
+        raise DomainError("max_iterations", max_iterations, "a whole number ≥ 1")
 
     def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
         return functools.partial(_start, tolerance, max_iterations, lengths, starts)

@@ -17,7 +17,7 @@ from ..tableaux import Tableau
 __all__ = ["Tolerances", "tolerances"]
 
 Array = npt.NDArray[np.float64]
-LEAST_RTOL = 2.0**-50
+LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Tolerances:
     max_steps: int = 10**8
 
     def __post_init__(self) -> None:
-        if not LEAST_RTOL <= self.rtol <= 0.1:
+        if not LEAST_RTOL <= self.rtol <= LARGEST_RTOL:
             raise DomainError("rtol", self.rtol, "a number from 2⁻⁵⁰ = 8.9e-16 to 0.1")
         if not 0.0 <= self.atol < math.inf:
             raise DomainError("atol", self.atol, "a number ≥ 0")

@@ -8,6 +8,7 @@ from os import PathLike
 from typing import Any
 
 from ..errors import DomainError
+from ..observe import MEASURE
 from ..problem import Problem
 from ..scene.load import load_scene
 from ..scene.scene import Scene
@@ -43,12 +44,19 @@ class Plan:
         """The problem that is integrated."""
         return self.context.problem
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is asked for and will not be done, in words."""
+        missing = self.context.choices.get("not watched")
+        return () if missing is None else (f"not watched: {missing.value}: {missing.reason}",)
+
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
         from ..integrate import solve
 
         content = self.scene.content
         keeps = self.context.purpose == "run"
+        watched = self.context.choices["watched"].detail
         return solve(
             self.problem,
             self.context.state,
@@ -58,9 +66,9 @@ class Plan:
             step=content.integrate.step,
             t_eval=content.save.t_eval if keeps else None,
             save_every=content.save.every if keeps else None,
-            observe=self.context.choices["watched"].detail,
-            observe_every=content.observe.every,
-            measure_steps=content.observe.measure_steps,
+            observe=watched,
+            observe_every=content.observe.every if watched else 1,
+            measure_steps=content.observe.measure_steps if MEASURE in watched else None,
             clock=self.context.clock,
             progress=progress,
         )

@@ -59,9 +59,12 @@ def _asked(c: Context, asked: str) -> Choice:
     name = _own(c) if asked == "own" else asked
     obstacle = _obstacle(c, name)
     if obstacle and not (c.purpose == "drift" and not _unfit(c, name)):
+        problem = c.scene.model.problems[name]
+        has = f"It has {', '.join(quantities_of(problem))}"
+        fitting = f"Methods that fit {name!r}: {_methods_for(problem)}"
         raise FormError(
             f"representation {asked!r}, which [integrate] asks for, does not serve: {obstacle}. "
-            f"Methods that fit {name!r}: {_methods_for(c.scene.model.problems[name])}"
+            f"{fitting if _unfit(c, name) else has}"
         )
     return _choice(c, name, f"[integrate] representation = {asked!r}")
 
@@ -112,14 +115,36 @@ def _unfit(c: Context, name: str) -> str:
         return f"no form {method.needs!r}"
     if problem.time == "t" and time.tau_end is not None:
         return "in physical time, so tau_end says nothing: give t_end"
-    if problem.time == "tau" and method.needs == "action" and time.t_end is not None:
-        return f"{method.name} cannot integrate physical time beside it: give tau_end"
+    if problem.time == "tau" and method.needs == "action":
+        if time.t_end is not None:
+            return f"{method.name} cannot integrate physical time beside it: give tau_end"
+        if c.purpose == "run" and c.scene.content.save.t_eval is not None:
+            return f"{method.name} cannot integrate physical time beside it, which t_eval is"
     return ""
 
 
-def wanted_quantities(c: Context) -> list[str]:
-    """Return the names that are observed, with groups as the scene's own representation has them."""
-    return list(dict.fromkeys(_expanded(c, c.scene.problem, GROUPS)))
+def wanted_quantities(c: Context, name: str) -> list[str]:
+    """Return the names that are observed, if a representation is integrated.
+
+    Groups are those of the scene's own representation, but constraints those of what is integrated: a
+    group says "whatever keeps the state on its manifold". A constraint that is named is meant itself.
+    """
+    own, constraints = c.scene.problem, list(c.scene.model.problems[name].constraints)
+    wanted: list[str] = []
+    for quantity in c.scene.content.observe.quantities:
+        if quantity == "constraints":
+            wanted += constraints
+        elif quantity == "all":
+            wanted += [q for q in quantities_of(own) if q not in own.constraints] + constraints
+        else:
+            wanted += getattr(own, quantity) if quantity in GROUPS else [quantity]
+    return list(dict.fromkeys(wanted))
+
+
+def missing_quantities(c: Context, name: str) -> list[str]:
+    """Return what is observed and a representation does not have."""
+    has = quantities_of(c.scene.model.problems[name])
+    return [quantity for quantity in wanted_quantities(c, name) if quantity not in has]
 
 
 def _expanded(c: Context, problem: Problem, groups: tuple[str, ...]) -> Iterator[str]:
@@ -128,15 +153,6 @@ def _expanded(c: Context, problem: Problem, groups: tuple[str, ...]) -> Iterator
             yield name
         elif name in groups:
             yield from quantities_of(problem) if name == "all" else getattr(problem, name)
-
-
-def missing_quantities(c: Context, name: str) -> list[str]:
-    """Return what is observed and a representation does not have.
-
-    Constraints of the scene's own do not count: those of the other are watched instead.
-    """
-    has = {*quantities_of(c.scene.model.problems[name]), *c.scene.problem.constraints}
-    return [quantity for quantity in wanted_quantities(c) if quantity not in has]
 
 
 def _cheaper(c: Context, first: str) -> tuple[str, str]:

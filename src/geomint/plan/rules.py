@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from ..errors import StepError
+from ..errors import SceneError, StepError
 from ..evaluate import value
 from ..methods.method import Start
 from ..observe import MEASURE, quantities_of
 from ..time_scale import characteristic_time
+from ..timeline import evaluation_times
 from .context import Choice, Context
 from .representation import choose_representation, missing_quantities, wanted_quantities
 
@@ -22,9 +23,10 @@ _PROBE_ROWS = 64
 def choose_method(c: Context) -> Choice:
     """State the method."""
     method = c.scene.method
-    kind = " and ".join(
-        word for word in ("symmetric", "symplectic") if getattr(method, word)
-    )  # fmt: skip
+    form = getattr(c.problem, method.needs)
+    symplectic = method.symplectic and getattr(form, "symplectic", True)  # a splitting may not be
+    words = ["symmetric"] * method.symmetric + ["symplectic"] * symplectic
+    kind = " and ".join(words)
     reason = f"order {method.order}{', ' + kind if kind else ''}: {method.summary}"
     options = ", ".join(f"{k} {v!r}" for k, v in c.scene.content.integrate.options.items())
     return Choice("method", f"{method.name}{' with ' + options if options else ''}", reason)
@@ -54,6 +56,7 @@ def choose_states(c: Context) -> Choice:
         reason = "a drift report shows no states: memory does not grow with the run"
         return Choice("states kept", "the last", reason)
     if save.t_eval is not None:
+        evaluation_times(save.t_eval, c.problem, c.timeline)
         reason = "[save] t_eval; each met exactly by a partial step beside the run"
         return Choice("states kept", f"at {len(save.t_eval)} physical times", reason)
     if save.every is not None:
@@ -67,25 +70,23 @@ def choose_states(c: Context) -> Choice:
 def choose_quantities(c: Context) -> Choice:
     """Evaluate the watched quantities and no others.
 
-    A constraint that only the scene's own representation has is replaced by the constraints of
-    the one that is integrated.
+    The group of constraints means those of the representation that is integrated.
     """
-    has, wanted = quantities_of(c.problem), wanted_quantities(c)
+    has, wanted = quantities_of(c.problem), wanted_quantities(c, c.representation)
     names = [name for name in wanted if name in has]
-    gone = [name for name in wanted if name not in has and name in c.scene.problem.constraints]
-    if gone:
-        names += [name for name in c.problem.constraints if name not in names]
+    if not names and c.purpose == "drift":
+        lacking = f": {c.representation} has no {', '.join(wanted)}" if wanted else " is empty"
+        raise SceneError(f"a drift report has nothing to show: [observe] quantities{lacking}")
     if not names:
         return Choice("watched", "nothing", "[observe] quantities is empty", [])
     every = c.scene.content.observe.every
-    often = "after every step" if every == 1 else f"every {every} steps"
+    often = "after every step" if every == 1 else f"every {every} steps and at the end"
     limit = c.scene.content.observe.measure_steps
     if MEASURE in names and limit is not None:
         often += f" ({MEASURE}: the first {limit} steps)"
     rest = len(has) - len(names)
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
-    instead = f"; {', '.join(gone)} is no constraint of this representation" if gone else ""
-    reason = f"[observe], {often}, reduced to windows on the way{left}{instead}"
+    reason = f"[observe], {often}, reduced to windows on the way{left}"
     return Choice("watched", ", ".join(names), reason, names)
 
 
@@ -112,7 +113,9 @@ def choose_step(c: Context) -> Choice:
         return _adaptive_step(c, f"{h:.4g} in {unit}")
     if given is not None:
         reason = "[integrate] step"
-        if h != given:
+        if c.timeline.steps == 0:
+            reason += ", longer than the run: one step to the end is taken instead"
+        elif h != given:
             reason += f" = {given!r}, adjusted by rounding to reach the end in whole steps"
     else:
         natural = characteristic_time(c.problem, c.state)

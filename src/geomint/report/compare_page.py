@@ -131,15 +131,22 @@ def run_compare(
     command: str | None = None,
     reference: str = "auto",
 ) -> Comparison:
-    """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`."""
-    time = scene.content.time
+    """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`.
+
+    The scene's own method, if it is one of them, runs with its options and about its step; all run in
+    the representation that the scene asks for, if it does.
+    """
+    time, integrate = scene.content.time, scene.content.integrate
+    own = integrate.method
     end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
     with status_line(progress) as tell:
         result = compare(
             scene.model,
             {key: value for key, value in end.items() if value is not None},
-            methods,
+            [scene.method if name == own else name for name in methods],
             steps=steps,
+            first_steps={} if integrate.step is None else {own: integrate.step},
+            representation=integrate.representation,
             repeats=repeats,
             reference=reference,
             report=tell,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any, overload
 
 from ..drift import ROUNDOFF, Drift
-from ..errors import DomainError
+from ..errors import DomainError, GeomintWarning
 from ..growth import RULE
 from ..plan import Plan, SeveralRuns, make_plan, run_methods
 from ..quantities import KINDS, kind_of
@@ -86,6 +87,8 @@ def drift_report(
         write_several_report(result, Path(out))
         return result
     plan = make_plan(chosen, "drift")
+    for note in plan.notes:
+        warnings.warn(note, GeomintWarning, stacklevel=2)
     solution = plan.solve(progress)
     write_drift_report(solution, chosen, Path(out), plan)
     return solution

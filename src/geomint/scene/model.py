@@ -90,7 +90,7 @@ class SaveSection(Section):
     """``[save]``: which states are kept: every so many steps, or at given physical times."""
 
     every: Count | None = None
-    t_eval: list[Number] | None = None
+    t_eval: Annotated[list[Number], Field(min_length=1)] | None = None
 
     @model_validator(mode="after")
     def _one_way(self) -> SaveSection:
@@ -138,8 +138,8 @@ class DriftSection(OtherEnd):
 class CompareSection(OtherEnd):
     """``[compare]``: what ``geomint compare`` does if its command line says nothing else."""
 
-    methods: list[Name] | None = None
-    steps: list[Positive] | None = None
+    methods: Annotated[list[Name], Field(min_length=1)] | None = None
+    steps: Annotated[list[Positive], Field(min_length=1)] | None = None
     repeats: Count | None = None
     reference: Literal["auto", "extended", "exact"] | None = None
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import GeomintWarning
 from ..methods.method import Method
+from ..observe import MEASURE
 from ..problem import Problem
 from ..systems import Model
 from .model import Content
@@ -164,10 +165,17 @@ class Scene:
     def changed_observation(
         self, quantities: Iterable[str] | None = None, every: int | None = None
     ) -> Scene:
-        """Return a scene that watches other quantities, or every so many steps."""
-        changes = {"quantities": None if quantities is None else list(quantities), "every": every}
-        given = {key: value for key, value in changes.items() if value is not None}
-        return self.changed(observe=given) if given else self
+        """Return a scene that watches other quantities, or every so many steps.
+
+        What was said of quantities that are watched no longer goes: `measure_steps` with the measure.
+        """
+        changes: dict[str, Any] = {} if every is None else {"every": every}
+        if quantities is not None:
+            names = list(quantities)
+            gone = [] if {MEASURE, "all"} & set(names) else ["measure_steps"]
+            gone += [] if names else ["every"]
+            changes = {**dict.fromkeys(gone), **changes, "quantities": names}
+        return self.changed(observe=changes) if changes else self
 
     @property
     def sections(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from ..errors import DomainError, GeomintWarning, MethodError, SceneError, nearest
 from ..methods.method import Method
 from ..methods.registry import find_method
-from ..observe import GROUPS, quantities_of
+from ..observe import GROUPS, MEASURE, quantities_of
 from ..systems import Model, System, find_system
 from .entries import method_and_step
 from .explain import explained, shown
@@ -49,6 +49,7 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
     flaws = [
         *_representation(model, content),
         *_quantities(model, content),
+        *_observation(model, content),
         *_ends(model, content),
     ]
     if flaws:
@@ -191,6 +192,26 @@ def _quantities(model: Model, content: Content) -> Iterator[str]:
                     f"[{section}] quantities[{i}] = {name!r}: no such quantity."
                     f"{nearest(name, known)}"
                 )
+
+
+def _observation(model: Model, content: Content) -> Iterator[str]:
+    """Yield what is said of quantities that are not observed."""
+    observe, others = content.observe, content.drift.quantities
+    names = {*observe.quantities, *(others or [])}
+    if others is not None and not others:
+        yield "[drift] quantities = []: expected at least one"
+    if not names:
+        for section in ("observe", "drift"):
+            if (getattr(content, section).every or 1) != 1:
+                every = getattr(content, section).every
+                yield f"[{section}] every = {every!r}: nothing is observed: quantities is empty"
+    own = next(iter(model.problems.values()))
+    measured = MEASURE in names or ("all" in names and own.measure is not None)
+    if observe.measure_steps is not None and not measured:
+        yield (
+            f"[observe] measure_steps = {observe.measure_steps!r}: {MEASURE!r} is observed neither in "
+            "[observe] nor in [drift]"
+        )
 
 
 def _ends(model: Model, content: Content) -> Iterator[str]:

@@ -83,6 +83,8 @@ def selected(selection: Selection) -> tuple[list[int], list[Method]]:
         and (not selection.systems or case.system in selection.systems)
         and (case.quick or not selection.quick)
     ]
+    if not numbers:
+        raise GeomintError("no case has these --systems and --axis together, or none is --quick")
     names = selection.methods or tuple(method_names())
     methods = [find_method(name) for name in names]
     if selection.quick and not selection.methods:
@@ -255,6 +257,8 @@ def run_selection(
     begun = time.perf_counter()
     numbers, methods = selected(selection)
     groups, cells = items_of(numbers, methods, selection.quick)
+    if not groups and not cells:
+        raise GeomintError("none of these --methods fits any of these cases")
     listener.begin(len(cells) + sum(len(group) for group in groups))
     for cell in cells:
         listener.tell(cell)

@@ -1,0 +1,254 @@
+"""Every option of every command does something: what is printed, written or asked for differs."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from asked_support import seen
+from click.testing import CliRunner
+
+import geomint as gi
+import geomint.report
+from geomint.cli import main
+from geomint.plan import Plan
+
+SCENE = """
+[system]
+name = "chaplygin-sphere-hamiltonized"
+a = [0.8, 1.1, 1.5]
+D = 4.0
+[initial]
+gamma = [0.48, 0.6, 0.64]
+p = [3.0, -4.0, 1.5]
+[time]
+tau_end = 0.5
+[integrate]
+method = "rk-4"
+step = 0.125
+[observe]
+quantities = ["energy"]
+"""
+OTHER = SCENE.replace("1.5]\nD", "1.4]\nD")
+NOTHING: tuple[str, ...] = ()
+SCENE_OPTIONS = {
+    "scene": (("s.toml",), ("o.toml",)),
+    "--method": (("s.toml", "--method", "gauss-4"), ("s.toml", "--method", "gauss-5")),
+    "--step": (("s.toml", "--step", "0.25"), ("s.toml", "--step", "0.0625")),
+    "--t-end": (("s.toml", "--t-end", "2"), ("s.toml", "--t-end", "1")),
+    "--tau-end": (("s.toml", "--tau-end", "2"), ("s.toml", "--tau-end", "1")),
+    "--representation": (
+        ("s.toml", "--t-end", "1", "--representation", "own"),
+        ("s.toml", "--t-end", "1", "--representation", "reduced"),
+    ),
+    "--observe": (("s.toml", "--observe", "energy"), ("s.toml", "--observe", "energy,K")),
+    "--debug": (("no-such",), ("no-such", "--debug")),
+}
+QUIET = {"--quiet": (("s.toml",), ("s.toml", "--quiet"))}
+OUT = {"--out": (("s.toml", "--out", "one"), ("s.toml", "--out", "two"))}
+METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
+
+# command: {option: (arguments, other arguments)}
+TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
+    "scenes": {},
+    "methods": {"--form": (("--form", "field"), ("--form", "action"))},
+    "check": {**SCENE_OPTIONS, **METHODS, "--for-drift": (("s.toml",), ("s.toml", "--for-drift"))},
+    "run": {**SCENE_OPTIONS, **OUT, **QUIET},
+    "drift": {**SCENE_OPTIONS, **METHODS, **OUT, **QUIET},
+    "compare": {
+        "scene": SCENE_OPTIONS["scene"],
+        "--t-end": SCENE_OPTIONS["--t-end"],
+        "--tau-end": SCENE_OPTIONS["--tau-end"],
+        "--debug": SCENE_OPTIONS["--debug"],
+        "--steps": (("s.toml", "--steps", "0.1,0.2"), ("s.toml", "--steps", "0.1,0.25")),
+        "--repeats": (("s.toml", "--repeats", "1"), ("s.toml", "--repeats", "2")),
+        "--reference": (("s.toml", "--reference", "exact"), ("s.toml", "--reference", "extended")),
+        **METHODS,
+        **OUT,
+        **QUIET,
+    },
+    "stress": {
+        "--methods": (("--methods", "rk-4"), ("--methods", "rk-4,cf-4")),
+        "--systems": (("--systems", "neumann"), ("--systems", "clebsch")),
+        "--axis": (("--axis", "step"), ("--axis", "span")),
+        "--quick": (NOTHING, ("--quick",)),
+        "--seconds": (("--seconds", "1"), ("--seconds", "2")),
+        "--workers": (("--workers", "1"), ("--workers", "2")),
+        "--out": (("--out", "one"), ("--out", "two")),
+        "--quiet": (NOTHING, ("--quiet",)),
+        "--debug": (("--seconds", "7"), ("--seconds", "7", "--debug")),
+    },
+    "inertia": {
+        "--moments": (("--d", "1", "--moments", "1,2,3"), ("--d", "1", "--moments", "1,2,2.5")),
+        "--a": (("--d", "4", "--a", "1,1.5"), ("--d", "4", "--a", "1,1.25")),
+        "--d": (("--d", "4", "--a", "1,1.5"), ("--d", "5", "--a", "1,1.5")),
+        "--m": (
+            ("--m", "1", "--rho", "2", "--a", "1,1.5"),
+            ("--m", "2", "--rho", "2", "--a", "1,1.5"),
+        ),
+        "--rho": (
+            ("--m", "1", "--rho", "2", "--a", "1,1.5"),
+            ("--m", "1", "--rho", "3", "--a", "1,1.5"),
+        ),
+        "--debug": (NOTHING, ("--debug",)),
+    },
+    "exact": {
+        "scene": (("s.toml",), ("o.toml",)),
+        "--at": (("s.toml", "--at", "1"), ("s.toml", "--at", "1,2")),
+        "--out": (("s.toml",), ("s.toml", "--out", "two")),
+        "--animate": (("s.toml",), ("s.toml", "--animate", "a.gif")),
+        "--frames": (
+            ("s.toml", "--animate", "a.gif", "--frames", "5"),
+            ("s.toml", "--animate", "a.gif", "--frames", "6"),
+        ),
+        "--debug": (("no-such",), ("no-such", "--debug")),
+    },
+    "audit": {
+        "--n": (("--n", "2"), ("--n", "3")),
+        "--points": (("--points", "1"), ("--points", "2")),
+        "--seed": (("--seed", "1"), ("--seed", "2")),
+        "--out": (NOTHING, ("--out", "two")),
+        "--markdown": (NOTHING, ("--markdown", "two.md")),
+        "--brief": (NOTHING, ("--brief",)),
+        "--quiet": (NOTHING, ("--quiet",)),
+        "--debug": (("--n", "99"), ("--n", "99", "--debug")),
+    },
+}
+
+
+def commands() -> dict[str, click.Command]:
+    context = click.Context(main)
+    return {name: main.get_command(context, name) for name in main.list_commands(context)}
+
+
+def options(command: click.Command) -> set[str]:
+    return {p.opts[0] if isinstance(p, click.Option) else p.name for p in command.params}
+
+
+def test_every_command_and_option_is_in_the_table() -> None:
+    assert {name: options(command) for name, command in commands().items()} == {
+        name: set(entries) for name, entries in TABLE.items()
+    }
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Record what commands ask of the rest, where that would take long, instead of doing it."""
+    found: list[Any] = []
+
+    def note(name: str, answer: Any = None):
+        def instead(*args: Any, **kwargs: Any) -> Any:
+            kwargs = {k: x for k, x in kwargs.items() if k != "progress"}
+            found.append((name, seen(args), seen(kwargs)))
+            return answer() if answer else None
+
+        return instead
+
+    from chaplygin.audit import report as audit_report
+    from chaplygin.audit import run as audit_run
+    from chaplygin.pictures import command, motion
+    from geomint.report import compare_page
+    from geomint.stress import page, sweep
+
+    nothing = audit_run.Audit((), (), (), 0, 0, 0.0)
+    monkeypatch.setattr(audit_run, "audit", note("audit", lambda: nothing))
+    monkeypatch.setattr(audit_report, "print_audit", note("table"))
+    monkeypatch.setattr(command, "_animate", note("animation"))
+    monkeypatch.setattr(command, "_path", lambda model: model.problems)
+    monkeypatch.setattr(motion, "motion_figure", lambda *args: Picture())
+    monkeypatch.setattr(compare_page, "run_compare", note("compare"))
+    monkeypatch.setattr(page, "write_stress_report", note("report", lambda: Path("page")))
+
+    def run_selection(selection: Any, watch: Any, *, seconds: float, workers: int) -> Any:
+        if seconds == 7.0:
+            raise gi.GeomintError("seven")
+        found.append((seen(selection), seconds, workers))
+        return sweep.Result([], [], [], 0.0, False)
+
+    def written(*args: Any) -> Path:
+        folder = next(x for x in args if isinstance(x, Path))
+        (folder / "report.html").touch()
+        return folder / "report.html"
+
+    monkeypatch.setattr(sweep, "run_selection", run_selection)
+    monkeypatch.setattr(geomint.report, "write_drift_report", written)
+    monkeypatch.setattr(geomint.report, "write_several_report", written)
+    return found
+
+
+class Picture:
+    def savefig(self, path: Path, **kwargs: Any) -> None:
+        Path(path).touch()
+
+
+def outcome(command: str, arguments: tuple[str, ...], asked: list[Any], folder: Path) -> Any:
+    """Return what is asked for, printed and written."""
+    asked.clear()
+    folder.mkdir()
+    (folder / "s.toml").write_text(SCENE, encoding="utf-8")
+    (folder / "o.toml").write_text(OTHER, encoding="utf-8")
+    with contextlib.chdir(folder):
+        result = CliRunner().invoke(main, [command, *arguments], env={"COLUMNS": "160"})
+        written = sorted(str(path) for path in Path().rglob("*"))
+    told = " ".join(word for word in result.stdout.split() if not word.startswith("("))
+    return [list(asked), result.exit_code, told, result.stderr, written]
+
+
+SLOW = {"run", "drift"}
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [(c, o) for c, entries in TABLE.items() for o in entries],
+    ids=lambda name: name.lstrip("-"),
+)
+def test_an_option_does_something(
+    command: str,
+    option: str,
+    asked: list[Any],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    if command in SLOW and option not in ("--out", "--quiet"):
+
+        def planned(plan: Plan, progress: Any = None) -> None:
+            told = [(c.what, c.value, seen(c.detail)) for c in plan.choices]
+            asked.append([plan.context.purpose, told, seen(plan.problem), seen(plan.context.state)])
+            raise gi.GeomintError("planned")
+
+        monkeypatch.setattr(Plan, "solve", planned)
+    one, other = (
+        outcome(command, arguments, asked, tmp_path / str(i))
+        for i, arguments in enumerate(TABLE[command][option])
+    )
+    assert one != other
+    if option == "--debug":
+        assert "Traceback" in other[3]
+        assert "Traceback" not in one[3]
+        return
+    assert one[1] == other[1], (one, other)
+    assert "Usage" not in one[3] + other[3]
+
+
+def test_the_docs_name_every_option() -> None:
+    """Each with its dashes, somewhere."""
+    root = Path(__file__).parents[2]
+    pages = "".join(p.read_text("utf-8") for p in [*root.glob("docs/*.md"), root / "README.md"])
+    named = {option for entries in TABLE.values() for option in entries if option[:1] == "-"}
+    assert {option for option in named if option not in pages} <= HELP_IS_ENOUGH
+
+
+HELP_IS_ENOUGH = {"--debug", "--quiet"}
+
+
+def test_commands_take_the_options_that_they_show() -> None:
+    """No parameter of a command's function goes unread."""
+    for name, command in commands().items():
+        function = inspect.unwrap(command.callback)
+        source = inspect.getsource(function).split(") ->", 1)[1]
+        for parameter in inspect.signature(function).parameters:
+            assert parameter in source, (name, parameter)
