@@ -28,7 +28,7 @@ from .evaluate import derivative, value
 from .integrate import solve
 from .methods import RungeKutta
 from .problem import Problem
-from .timeline import characteristic_time
+from .time_scale import characteristic_time
 
 __all__ = ["Confirmation", "confirm"]
 
