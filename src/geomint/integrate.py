@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .declaration import check_problem
 from .driver import Account, drive
 from .errors import DomainError, StepError
 from .methods import Method, Start, find_method
@@ -85,8 +86,9 @@ def solve(
 
     Raises
     ------
-    DomainError, FormError, MethodError
-        Before anything is computed.
+    DomainError, FormError, MethodError, DeclarationError
+        Before anything is computed; the last where a function of the problem does not fit what it
+        declares (`geomint.declaration`).
     ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
@@ -104,6 +106,7 @@ def solve(
         if count is not None and not (whole and count >= 1):
             raise DomainError(name, count, "a whole number ≥ 1")
     watched = choose_observables(problem, observe)
+    check_problem(problem, state, chosen.needs, wants_clock, watched)
     stepper = chosen.start(
         Start(
             problem,

@@ -16,6 +16,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from .declaration import check_problem
 from .errors import ConvergenceError, FormError, NonFiniteError
 from .kernels.blocks import scalar_block
 from .kernels.double_double import DoubleDoubleBlock, double_double_block, lane_rows
@@ -86,11 +87,14 @@ def reference_solution(problem: Problem, y0: Array, own_end: float) -> Reference
     ------
     FormError
         If the problem has no field.
+    DeclarationError
+        If a function of the problem does not fit what it declares.
     ConvergenceError, NonFiniteError
         If the solution cannot be followed, or the two steps do not agree.
     """
     if problem.field is None:
         raise FormError(f"problem {problem.name!r} has no field: no reference can be computed")
+    check_problem(problem, y0, "field", problem.clock is not None)
     stored = _stored(problem, y0, own_end)
     if stored is not None:
         return stored

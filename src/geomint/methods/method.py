@@ -117,7 +117,10 @@ class Method:
                 f"{problem.name!r} offers {', '.join(problem.forms)}. {_advice(problem)}"
             )
         if clock and problem.clock is None:
-            raise FormError(f"problem {problem.name!r} has no clock: its own time is physical time")
+            raise FormError(
+                f"problem {problem.name!r} in τ has no clock dt/dτ: give it one, or the end as "
+                f"tau_end with clock=False"
+            )
         if clock and self.needs == "action":
             raise FormError(
                 f"method {self.name!r} acts by a group and cannot integrate a clock beside it: "
