@@ -82,7 +82,7 @@ class Sizes(NamedTuple):
 
 
 def own_sizes(group: Group) -> Sizes | None:
-    """Return what a group of this module takes by its layout, None for a group with others' functions."""
+    """Return what a group of this module takes by its layout; None for one with other functions."""
     functions = group.functions.values()
     codes = [int(code) for code in group.layout[1:]]
     if all(f in _SO3 for f in functions):

@@ -585,8 +585,8 @@ def test_references(nothing_runs: None) -> None:
     """In double-double arithmetic too."""
     with pytest.raises(gi.DeclarationError, match="row -1 of y"):
         reference_solution(fielded(changed(oscillator, "out[0] = y[-1]")), np.array(Y2), 1.0)
-    with pytest.raises(gi.DeclarationError, match="clock.*row 5 of params"):
-        wrong = gi.observable(changed(rate, "params[5]"))
+    wrong = gi.observable(changed(rate, "params[5]"))
+    with pytest.raises(gi.DeclarationError, match=r"clock.*row 5 of params"):
         reference_solution(fielded(clock=wrong), np.array(Y2), 1.0)
 
 
