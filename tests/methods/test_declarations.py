@@ -18,6 +18,7 @@ from geomint.kernels.blocks import part
 from geomint.kernels.watched import AccessError, Fresh, Given
 from geomint.reference import reference_solution
 from geomint.scene.load import load_scene, scene_names
+from geomint.stress.promises import Quantities
 from geomint.testproblems import examples
 
 pytestmark = pytest.mark.nojit
@@ -652,7 +653,13 @@ def test_what_depends_on_the_state() -> None:
 
 def test_parts_at_rest() -> None:
     """Parts that move nothing from here are not the same part; that would show elsewhere."""
-    gi.solve(split(), [0.0, 0.0], t_end=1.0, method="verlet-2", step=0.1, compiled=False)
+    check_problem(split(), np.zeros(2), "splitting")
+
+    def two_that_rest(k, params, t, h, y, out, work):
+        for i in range(2):
+            out[i] = h * y[i] if k == 0 else 0.0 * h
+
+    check_problem(split(two_that_rest, 3), np.array(Y2), "splitting")
 
 
 def test_large_problems_are_checked_where_they_are_used() -> None:
@@ -676,6 +683,8 @@ def test_large_problems_are_checked_where_they_are_used() -> None:
     assert not calls
     with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
         gi.solve(problem, np.ones(rows), observe="invariants", **run)
+    with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
+        Quantities(problem, np.ones(rows)).value("bad", 0.0, np.ones(rows))
 
 
 def test_once() -> None:
