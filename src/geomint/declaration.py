@@ -76,11 +76,11 @@ def check_form(problem: Problem, form: str, y: Array) -> None:
 
 def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> None:
     """Raise `DeclarationError` unless ``f(params, t, y, work) -> number`` fits the problem."""
-    if _is_new(problem, f):
-        own = next((name for name, value in _values(problem) if value is f), role)
+    if _is_new(problem, f.function):
+        own = next((name for name, g in _values(problem) if g.function is f.function), role)
         arguments = _usual(problem, y)
         watched_call(problem.name, own or f.function.__name__, f, arguments, number=True)
-        _remember(problem, f)
+        _remember(problem, f.function)
 
 
 def known_rates(problem: Problem, y: Array) -> Array | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import FunctionType
+
 import numpy as np
 import numpy.typing as npt
 
@@ -32,7 +34,9 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
         if f not in known:
             raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
         f = known[f]
-    y = _flat(problem, y)
+    if not isinstance(f, Recorded | FunctionType):
+        raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
+    y, f = _flat(problem, y), f if isinstance(f, Recorded) else Recorded(f)
     check_value(problem, f, y)
     return float(f(Block(problem.params), np.float64(t), Block(y), Block(np.zeros(problem.work))))
 

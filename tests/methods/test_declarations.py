@@ -535,7 +535,7 @@ def test_a_state_that_admit_spoils() -> None:
     """What it returns is a state, of the same length."""
     for spoilt in (lambda y: None, lambda y: y[:1], lambda y: y * math.nan):
         with pytest.raises(gi.DomainError, match="state"):
-            gi.solve(fielded(admit=spoilt), Y2, method="rk-4", tau_end=1.0)
+            fielded(admit=spoilt).canonical(Y2)
 
 
 # --- every way in ---------------------------------------------------------------------------------
@@ -555,6 +555,11 @@ def test_values_and_derivatives() -> None:
     for f in ("bad", bad):
         with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
             value(problem, f, np.array(Y2))
+    assert value(problem, energy, Y2) == value(problem, gi.observable(energy), np.array(Y2))
+    with pytest.raises(gi.DeclarationError, match=r"energy of problem .fielded. .*row 9 of y"):
+        value(problem, changed(energy, "y[9]"), Y2)
+    with pytest.raises(gi.DomainError, match="a function recorded"):
+        value(problem, 3, Y2)
     with pytest.raises(gi.DeclarationError, match="never writes row 1 of out"):
         derivative(fielded(without(oscillator, "out", 1)), np.array(Y2))
     for evaluate in (lambda y: value(fielded(), "energy", y), lambda y: derivative(fielded(), y)):
