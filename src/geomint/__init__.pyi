@@ -37,6 +37,9 @@ from .errors import (
 from .errors import (
     StepSizeError as StepSizeError,
 )
+from .errors import (
+    TruthError as TruthError,
+)
 from .evaluate import (
     derivative as derivative,
 )
@@ -216,6 +219,7 @@ __all__ = [
     "StressCase",
     "System",
     "Term",
+    "TruthError",
     "Verlet",
     "as_vector",
     "cos",

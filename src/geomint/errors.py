@@ -19,6 +19,7 @@ __all__ = [
     "StepError",
     "StepLimitError",
     "StepSizeError",
+    "TruthError",
     "nearest",
 ]
 
@@ -153,6 +154,24 @@ class StepSizeError(StepError):
     ) -> None:
         super().__init__(t, step, residual, iterations, hint)
         self.h = h
+
+
+class TruthError(GeomintError, ArithmeticError):
+    """A reference solution that is not known well enough for the errors that it should judge.
+
+    Attributes
+    ----------
+    known : float
+        To what it is known, relative; infinity where nothing is known of it.
+    judges : float
+        The smallest error that it was meant to judge.
+    """
+
+    def __init__(self, reason: str, known: float, judges: float, advice: str) -> None:
+        super().__init__(
+            f"no truth to judge errors of {judges:.2g} by: {reason}. Expected: {advice}"
+        )
+        self.known, self.judges = known, judges
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -11,8 +11,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from .confirmation import confirm
 from .problem import Problem
-from .reference import Reference
+from .reference_record import SMALL, Reference
 
 __all__ = ["ExactMotion", "exact_reference"]
 
@@ -38,8 +39,17 @@ class ExactMotion(Protocol):
         """Return an estimate of the error of the angles at times τ."""
 
 
-def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Reference:
+def exact_reference(
+    problem: Problem, y0: Array, end: dict[str, float], *, judges: float = SMALL
+) -> Reference:
     """Return the state at an end, ``{"t_end": …}`` or ``{"tau_end": …}``, by the exact motion.
+
+    A second method confirms it (`geomint.confirmation`).
+
+    Parameters
+    ----------
+    judges : float
+        The smallest error, relative, that it will be used to judge.
 
     Raises
     ------
@@ -47,15 +57,24 @@ def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Refer
         If the problem has no exact motion.
     DomainError
         If there is none through this state.
+    TruthError
+        If its estimated error, or the second method, leaves more than a tenth of `judges`
+        uncertain.
     """
     motion: ExactMotion = problem.exact(y0)
+    in_tau = problem.time == "tau"
     if "tau_end" in end:
         tau = float(end["tau_end"])
         y, own, physical = motion.at_tau(tau), tau, float(motion.time(tau))
     else:
         physical = float(end["t_end"])
         tau = float(motion.tau(physical))
-        y, own = motion(physical), tau if problem.time == "tau" else physical
+        y, own = motion(physical), tau if in_tau else physical
+
+    def first(at: float) -> Array:
+        state = np.asarray(motion.at_tau(at) if in_tau else motion(at))
+        return state if problem.clock is None else np.append(state, motion.time(at))
+
     return Reference(
         own_end=own,
         physical_end=physical,
@@ -63,4 +82,5 @@ def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Refer
         error=float(motion.phase_error(tau)),
         steps=(),
         method="exact flow",
-    )
+        confirmation=confirm(problem, y0, own, first),
+    ).for_errors(judges)

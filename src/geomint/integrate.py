@@ -56,7 +56,7 @@ def solve(
         Such as ``"gauss-8"`` or ``geomint.Gauss(8)``.
     step : float, optional
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
-        characteristic time at y0 (`geomint.timeline.characteristic_time`). If the end is a whole
+        characteristic time at y0 (`geomint.time_scale.characteristic_time`). If the end is a whole
         number of steps away, to 1e-9, the step is adjusted to meet it; else a last partial step is.
         For an adaptive method the first step, by default one that its tolerances allow; all further
         ones are the method's choice.

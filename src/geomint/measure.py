@@ -40,7 +40,7 @@ from .kernels.recorded import Recorded
 from .methods import binding
 from .methods.stepper import Stepper
 from .problem import Problem
-from .timeline import characteristic_time
+from .time_scale import characteristic_time
 from .windows import Windows
 
 __all__ = ["MeasureObserver"]

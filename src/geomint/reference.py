@@ -1,21 +1,20 @@
 """Reference solutions better than double precision.
 
 The field's own source, compiled for double-double numbers (about 32 digits), is integrated by a
-Gauss method of high order at two steps; their difference bounds the error. References are kept on
-disk under a hash of everything that they depend on.
+Gauss method of high order at two steps; their difference bounds the error. A second method of another
+family confirms it (`geomint.confirmation`), as two steps of one method may err alike. References are
+kept on disk under a hash of everything that they depend on.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from .confirmation import confirm
 from .declaration import check_problem
 from .errors import ConvergenceError, FormError, NonFiniteError
 from .kernels.blocks import scalar_block
@@ -28,6 +27,7 @@ from .methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
 from .methods.method import Start
 from .methods.stepper import filled_block
 from .problem import Problem
+from .reference_record import RESOLUTION, Reference, place_of, stored
 from .tableaux import gauss_legendre
 from .timeline import default_step
 
@@ -35,53 +35,26 @@ __all__ = ["Reference", "integrate_extended", "reference_solution"]
 
 Array = npt.NDArray[np.float64]
 STAGES = 12
+METHOD = f"gauss-{STAGES}, double-double"
 MAX_ITERATIONS = 200
 TOLERANCE = 2.0**-110
 TARGET = 1e-19  # relative agreement of the two steps, beyond what double precision can show
 MAX_HALVINGS = 4
 
 
-@dataclass(frozen=True)
-class Reference:
-    """A state at the end of a run, to more digits than it is given in.
-
-    Attributes
-    ----------
-    own_end : float
-        End in the problem's own time.
-    physical_end : float or None
-        Physical time there, for a problem in τ with a clock.
-    y : array
-        The state, rounded to float64.
-    error : float
-        Largest difference, relative to its piece, of the two steps; of the exact flow the estimated
-        error of its phases.
-    steps : tuple of float
-        The two steps; none of the exact flow.
-    method : str
-    """
-
-    own_end: float
-    physical_end: float | None
-    y: Array
-    error: float
-    steps: tuple[float, ...]
-    method: str = f"gauss-{STAGES}, double-double"
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the numbers for reports."""
-        return {
-            "method": self.method,
-            "own_end": self.own_end,
-            "physical_end": self.physical_end,
-            "state": [float(v) for v in self.y],
-            "error_estimate": self.error,
-            "steps": list(self.steps),
-        }
-
-
-def reference_solution(problem: Problem, y0: Array, own_end: float) -> Reference:
+def reference_solution(
+    problem: Problem, y0: Array, own_end: float, *, judges: float = RESOLUTION
+) -> Reference:
     """Integrate `problem` from `y0` at 0 to `own_end` in double-double arithmetic.
+
+    The result is confirmed by a second method (`geomint.confirmation`) and kept on disk with what
+    that says.
+
+    Parameters
+    ----------
+    judges : float
+        The smallest error, relative, that it will be used to judge. Default: 2⁻⁵², the smallest
+        that float64 can show.
 
     Raises
     ------
@@ -90,31 +63,43 @@ def reference_solution(problem: Problem, y0: Array, own_end: float) -> Reference
     DeclarationError
         If a function of the problem does not fit what it declares.
     ConvergenceError, NonFiniteError
-        If the solution cannot be followed, or the two steps do not agree.
+        If the solution cannot be followed.
+    TruthError
+        If the two steps, or the second method, leave more than a tenth of `judges` uncertain.
     """
     if problem.field is None:
         raise FormError(f"problem {problem.name!r} has no field: no reference can be computed")
     check_problem(problem, y0, "field", problem.clock is not None)
-    stored = _stored(problem, y0, own_end)
-    if stored is not None:
-        return stored
-    h = 0.75 * default_step(problem, Gauss(8), y0)
-    coarse = integrate_extended(problem, y0, own_end, h)
+    path = place_of(problem, y0, own_end)
+    found = stored(path)
+    if found is None:
+        found = _computed(problem, y0, own_end)
+        found.store(path)
+    return found.for_errors(judges)
+
+
+def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
+    h = 1.5 * default_step(problem, Gauss(8), y0)
+    fine = integrate_extended(problem, y0, own_end, 0.5 * h)
     for _ in range(MAX_HALVINGS):
+        h, coarse = 0.5 * h, fine
         fine = integrate_extended(problem, y0, own_end, 0.5 * h)
         error = _difference(problem, coarse, fine)
         if error <= TARGET:
             break
-        h, coarse = 0.5 * h, fine
-    reference = Reference(
+
+    def first(end: float) -> npt.NDArray[Any]:
+        return fine if end == own_end else integrate_extended(problem, y0, end, 0.5 * h)
+
+    return Reference(
         own_end=own_end,
         physical_end=float(fine[-1]) if problem.clock is not None else None,
         y=fine[: problem.rows].astype(np.float64),
         error=error,
         steps=(h, 0.5 * h),
+        method=METHOD,
+        confirmation=confirm(problem, y0, own_end, first),
     )
-    _store(problem, y0, own_end, reference)
-    return reference
 
 
 def _difference(problem: Problem, coarse: npt.NDArray[Any], fine: npt.NDArray[Any]) -> float:
@@ -217,35 +202,3 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     predictor = spread_columns(table.predictor(1.0), at, width)
     parts.append(lane_rows(predictor, np.zeros_like(predictor)))
     return DoubleDoubleBlock(filled_block(*parts).data)
-
-
-def _path(problem: Problem, y0: Array, end: float) -> Any:
-    from .kernels.cache import cache_folder
-
-    digest = hashlib.sha256()
-    for f in (problem.field, problem.clock):
-        digest.update(f.fingerprint.encode() if f is not None else b"-")
-    for numbers in (problem.params, y0, np.array([end, STAGES, TARGET])):
-        digest.update(np.ascontiguousarray(numbers).tobytes())
-    return cache_folder().parent / "references" / f"{digest.hexdigest()[:32]}.json"
-
-
-def _stored(problem: Problem, y0: Array, end: float) -> Reference | None:
-    try:
-        with open(_path(problem, y0, end), encoding="utf-8") as file:
-            data = json.load(file)
-        return Reference(**{**data, "y": np.array(data["y"]), "steps": tuple(data["steps"])})
-    except (OSError, ValueError, TypeError, KeyError):
-        return None
-
-
-def _store(problem: Problem, y0: Array, end: float, reference: Reference) -> None:
-    path = _path(problem, y0, end)
-    data = {**reference.__dict__, "y": list(reference.y), "steps": list(reference.steps)}
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_suffix(".part")
-        temporary.write_text(json.dumps(data), encoding="utf-8")
-        temporary.replace(path)
-    except OSError:
-        pass  # an unwritable cache costs time, nothing else

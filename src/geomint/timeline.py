@@ -12,8 +12,9 @@ import numpy.typing as npt
 from .errors import DomainError
 from .methods.method import Method
 from .problem import Problem
+from .time_scale import characteristic_time
 
-__all__ = ["Timeline", "characteristic_time", "default_step", "plan_timeline"]
+__all__ = ["Timeline", "default_step", "plan_timeline"]
 
 Array = npt.NDArray[np.float64]
 
@@ -114,35 +115,3 @@ def default_step(problem: Problem, method: Method, y0: Array, end: float = math.
     if method.first_step is not None:
         return method.first_step(problem, y0, end)
     return method.step_fraction * characteristic_time(problem, y0)
-
-
-def characteristic_time(problem: Problem, y0: Array) -> float:
-    """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
-
-    For a unit vector turning at angular velocity ω this is 1/ω.
-
-    Raises
-    ------
-    DomainError
-        If the derivative at y0 is not finite, or so large that no time is left.
-    """
-    from .evaluate import derivative
-
-    rates = derivative(problem, y0)
-    times = []
-    for rows in problem.slices.values():
-        size, rate = _length(y0[rows]), _length(rates[rows])
-        if not (math.isfinite(rate) and (rate == 0.0 or size / rate > 0.0 or size == 0.0)):
-            expected = "a state with a finite derivative, of which it is a time: give a step"
-            raise DomainError("state", y0, expected)
-        if rate > 0.0 and size > 0.0:
-            times.append(size / rate)
-    return min(times) if times else 1.0
-
-
-def _length(v: Array) -> float:
-    """Return ‖v‖ without overflow or underflow of its square."""
-    largest = float(np.max(np.abs(v)))
-    if largest == 0.0 or not math.isfinite(largest):
-        return largest
-    return largest * float(np.linalg.norm(v / largest))

@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .errors import DomainError, FormError, GeomintError
+from .deviation import relative_error, shifted
+from .errors import DomainError, FormError, GeomintError, TruthError
 from .exact import exact_reference
 from .methods.gauss import Gauss
 from .problem import Problem
-from .reference import Reference, reference_solution
+from .reference import reference_solution
+from .reference_record import MARGIN, RESOLUTION, SMALL, Reference
 from .systems import Model
 from .timeline import default_step
 
@@ -25,17 +27,29 @@ __all__ = ["Goal", "goal_of"]
 
 Array = npt.NDArray[np.float64]
 REFERENCES = ("auto", "extended", "exact")
+NEAR, SAMPLES = 2.0**-26, 3
 MOST_EXTENDED_STEPS = 100_000  # of gauss-8's default size: some minutes in double-double arithmetic
 
 
 @dataclass(frozen=True)
 class Goal:
-    """Where all runs end, and what they should find there."""
+    """Where all runs end, and what they should find there.
+
+    Attributes
+    ----------
+    own : Problem
+        The representation in whose time `end` is.
+    truth : dict of name to array
+        Physical quantities.
+    known : float
+        To what those are known, relative to each.
+    """
 
     own: Problem
     end: dict[str, float]
     physical_end: float
     truth: dict[str, Array]
+    known: float = 0.0
 
     def end_for(self, problem: Problem) -> dict[str, Any]:
         """Return the keyword arguments of `solve` that end a run of `problem` there."""
@@ -46,11 +60,19 @@ class Goal:
     def error(self, problem: Problem, y: Array) -> float:
         """Return the largest relative deviation of a physical quantity."""
         found = problem.physical_state(y)
-        return max(
-            float(np.max(np.abs(found[name] - right)) / np.max(np.abs(right)))
-            for name, right in self.truth.items()
-            if name in found
-        )
+        return relative_error(found, {n: v for n, v in self.truth.items() if n in found})
+
+    def judged(self, problem: Problem, y: Array) -> dict[str, Any]:
+        """Return `error`, `bound` and `status` of a run that ended at y.
+
+        An error is told only where the truth is known to a tenth of it, or to a tenth of what
+        float64 can show; else what it is at most.
+        """
+        off = self.error(problem, y)
+        if MARGIN * self.known <= max(off, RESOLUTION):
+            return {"error": off, "bound": off, "status": "ok"}
+        status = f"not judged: the reference is known to {self.known:.2g} only"
+        return {"error": None, "bound": off + self.known, "status": status}
 
 
 def goal_of(
@@ -64,6 +86,8 @@ def goal_of(
     ------
     FormError, DomainError
         If there is no exact flow and it is asked for.
+    TruthError
+        If the truth cannot judge even errors of 1e-5.
     """
     own = next(iter(model.problems.values()))
     if reference not in REFERENCES:
@@ -73,17 +97,27 @@ def goal_of(
         report("reference solution by the exact flow")
         try:
             found = _exact(model, end)
-        except GeomintError:
-            if reference == "exact":
+        except GeomintError as error:
+            if reference == "exact" or isinstance(error, TruthError):
                 raise
     if found is None:
         report("reference solution in double-double arithmetic")
         found = _extended(model, end)
     name, problem, truth = found
-    goal = Goal(own, end, float(truth.physical_end or 0.0), problem.physical_state(truth.y))
+    known = truth.known * _magnified(problem, truth.y)
+    quantities = problem.physical_state(truth.y)
+    goal = Goal(own, end, float(truth.physical_end or 0.0), quantities, known)
     numbers = {**truth.as_json(), "representation": name, "physical_end": goal.physical_end}
+    numbers["known"] = known
     numbers["quantities"] = {key: list(map(float, v)) for key, v in goal.truth.items()}
     return goal, numbers
+
+
+def _magnified(problem: Problem, y: Array) -> float:
+    """Return how many times larger a small error is in physical quantities; at least 1."""
+    right = problem.physical_state(y)
+    near = [shifted(problem, y, seed, NEAR)[1] for seed in range(SAMPLES)]
+    return max(1.0, *(relative_error(problem.physical_state(z), right) / NEAR for z in near))
 
 
 def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem]:
@@ -104,7 +138,8 @@ def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
 
 def _extended(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
     name, problem = _extended_problem(model, end)
-    truth = reference_solution(problem, model.states[name], next(iter(end.values())))
+    own_end = next(iter(end.values()))
+    truth = reference_solution(problem, model.states[name], own_end, judges=SMALL)
     if problem.time != "tau":
         truth = replace(truth, physical_end=truth.own_end)
     return name, problem, truth

@@ -40,6 +40,11 @@ def test_all_methods_converge_to_one_truth(comparison):
 
 def test_reference_is_better_than_double(comparison):
     assert comparison.reference["error_estimate"] < 1e-17
+    assert comparison.reference["known"] < 1e-16
+    second = comparison.reference["confirmation"]
+    assert second["agrees"]
+    assert second["own_end"] == comparison.reference["own_end"]
+    assert second["difference"] < second["accuracy"] < 1e-9
     assert comparison.reference["physical_end"] > 10.0
 
 
@@ -136,6 +141,11 @@ def test_report_files(tmp_path):
     page = (tmp_path / "compare.html").read_text()
     assert "gauss-8" in page
     assert 'src="http' not in page
+    second = record["reference"]["confirmation"]
+    assert second["agrees"]
+    for word in ("double-double", "SciPy", f"{second['accuracy']:.2g}", "Confirmed at its end"):
+        assert word in page
+    assert f"differ by {second['difference']:.2g}" in page
     for name in ("compare.png", "compare.svg", "compare-drift.png", "compare-drift.svg"):
         assert (tmp_path / name).stat().st_size > 1000
 
@@ -156,6 +166,84 @@ def test_error_is_relative_to_the_largest_entry(model):
             for k in truth
         )
     )
+
+
+def test_a_quantity_that_is_zero_is_measured_against_the_others():
+    """0/0 was NaN in a point that said ok."""
+    from geomint.truth import Goal
+
+    problem = gi.Problem(
+        "two", (("x", 1), ("v", 1)), field=falling, physical=lambda y: {"x": y[:1], "v": y[1:]}
+    )
+    goal = Goal(problem, {"t_end": 1.0}, 1.0, {"x": np.array([2.0]), "v": np.zeros(1)})
+    assert goal.error(problem, np.array([2.0, 0.0])) == 0.0
+    assert goal.error(problem, np.array([2.0, 1e-3])) == pytest.approx(5e-4)
+
+
+@gi.field
+def falling(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -1.0
+
+
+def planted(monkeypatch, off):
+    """Make double-double solutions err by that in every number, and say that they do not."""
+    from geomint import reference
+
+    right = reference.integrate_extended
+    monkeypatch.setattr(reference, "integrate_extended", lambda *a: right(*a) * (1.0 + off))
+    monkeypatch.setattr(reference, "stored", lambda path: None)
+    monkeypatch.setattr(reference.Reference, "store", lambda self, path: None)
+
+
+def test_a_wrong_truth_calls_no_method_wrong(model, monkeypatch):
+    planted(monkeypatch, 4.5e-3)
+    with pytest.raises(gi.TruthError, match=r"0\.0045.*SciPy") as raised:
+        compare(model, {"tau_end": 10.0}, ["gauss-8"], repeats=1)
+    assert raised.value.known == pytest.approx(4.5e-3, rel=0.1)
+
+
+def test_a_wrong_truth_in_physical_time_calls_no_method_wrong(model, monkeypatch):
+    """Where the scene's own problem is in τ, another representation is the reference."""
+    planted(monkeypatch, 4.5e-3)
+    with pytest.raises(gi.TruthError, match="SciPy"):
+        compare(model, {"t_end": 10.0}, ["gauss-8"], repeats=1)
+
+
+def test_points_nearer_than_the_truth_is_known_are_not_judged(model, monkeypatch, tmp_path):
+    planted(monkeypatch, 1e-8)
+    scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
+    result = run_compare(scene, ["gauss-8", "rk-4"], tmp_path, repeats=1, progress=False)
+    known = result.reference["known"]
+    assert 1e-8 < known < 1e-6
+    assert not result.reference["confirmation"]["agrees"]
+    fine = [p for p in result.points if p.method == "gauss-8"][-1]
+    coarse = next(p for p in result.points if p.method == "rk-4")
+    assert fine.error is None
+    assert known <= fine.bound < 20.0 * known
+    assert fine.status == f"not judged: the reference is known to {known:.2g} only"
+    assert fine.seconds > 0.0
+    assert coarse.error == coarse.bound > 10.0 * known
+    assert all(p.error is None or p.error >= 10.0 * known for p in result.points)
+    page = (tmp_path / "compare.html").read_text()
+    assert "Not confirmed" in page
+    assert "One of the two is wrong" in page
+    assert "≤ " in page
+    record = json.loads((tmp_path / "compare.json").read_text())
+    assert record["reference"]["known"] == known
+
+
+def test_an_interrupted_run_is_no_point(model, monkeypatch):
+    """A part of a run was compared with the truth at the end, and called wrong."""
+
+    def interrupted(*arguments, **options):
+        solution = gi.solve(*arguments, **options)
+        solution.status = "interrupted"
+        return solution
+
+    monkeypatch.setattr("geomint.compare.solve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        compare(model, {"tau_end": 1.0}, ["rk-4"], repeats=1)
 
 
 def test_a_point_that_would_take_too_long_says_so(model, monkeypatch):

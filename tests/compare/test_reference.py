@@ -9,6 +9,7 @@ import pytest
 import geomint as gi
 from geomint import reference
 from geomint.reference import reference_solution
+from geomint.reference_record import place_of
 
 
 @gi.field
@@ -30,7 +31,7 @@ def circle_rate(params, t, y, work):
 
 @pytest.fixture
 def forget(monkeypatch, tmp_path):
-    monkeypatch.setattr(reference, "_path", lambda *a: tmp_path / "reference.json")
+    monkeypatch.setattr(reference, "place_of", lambda *a: tmp_path / "reference.json")
     return tmp_path / "reference.json"
 
 
@@ -79,14 +80,15 @@ def test_hash_depends_on_everything():
     make = lambda **k: gi.Problem("circle", (("x", 2),), **{"field": circle, **k})  # noqa: E731
     y0 = np.array([1.0, 0.0])
     paths = {
-        reference._path(make(), y0, 1.0),
-        reference._path(make(), y0, 2.0),
-        reference._path(make(), y0 + 1e-16 * np.array([0, 1]), 1.0),
-        reference._path(make(params=[1.0]), y0, 1.0),
-        reference._path(make(field=pendulum), y0, 1.0),
-        reference._path(make(clock=circle_rate, time="tau"), y0, 1.0),
+        place_of(make(), y0, 1.0),
+        place_of(make(), y0, 2.0),
+        place_of(make(), y0 + 1e-16 * np.array([0, 1]), 1.0),
+        place_of(make(params=[1.0]), y0, 1.0),
+        place_of(make(field=pendulum), y0, 1.0),
+        place_of(gi.Problem("circle", (("x", 1), ("y", 1)), field=circle), y0, 1.0),
+        place_of(make(clock=circle_rate, time="tau"), y0, 1.0),
     }
-    assert len(paths) == 6
+    assert len(paths) == 7
 
 
 def test_no_field_no_reference():

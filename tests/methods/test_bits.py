@@ -42,6 +42,7 @@ PROBLEMS = {
     "frame-in-field": (FRAME, frame_in_field.initial(FRAME)),
     "abc-flow": (abc_flow.problem(), abc_flow.INITIAL),
     "neumann": (neumann.problem((2.0, 0.3, 1.1, 2.7), 0.4), neumann.initial(4)),
+    "neumann-at-rest": (neumann.problem(), neumann.initial() * [1, 1, 1, 0, 0, 0]),
 }
 FAMILIES = [
     ("rk-4", "lotka-volterra"),
@@ -64,6 +65,8 @@ FAMILIES = [
     ("rattle-2", "frame-in-field"),
     ("verlet-2", "neumann"),
     ("verlet-4", "abc-flow"),
+    ("gauss-8", "neumann-at-rest"),
+    ("rattle-2", "neumann-at-rest"),
 ]
 families = pytest.mark.parametrize(("name", "problem"), FAMILIES)
 H = 0.05
@@ -172,6 +175,7 @@ def tangent_state(p: gi.Problem, y: np.ndarray) -> np.ndarray:
         ("rattle-2", "sphere-metric"),
         ("rattle-6", "spherical-pendulum"),
         ("rattle-2", "neumann"),
+        ("rattle-2", "neumann-at-rest"),
         ("verlet-4", "neumann"),
         ("verlet-2", "abc-flow"),
     ],

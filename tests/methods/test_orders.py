@@ -135,6 +135,40 @@ def test_order(name: str) -> None:
         assert found == pytest.approx([method.order] * 2, abs=0.2), (name, found)
 
 
+def at_rest(form: str) -> tuple[gi.Problem, np.ndarray]:
+    """A problem of a form with a piece of the state that is exactly 0."""
+    if form == "action":
+        y0 = pulsating_body.INITIAL.copy()
+        y0[:3] = 0.0
+        return pulsating_body.problem(), y0
+    y0 = neumann.initial()
+    y0[3:] = 0.0
+    return neumann.problem(season=0.4), y0
+
+
+@pytest.mark.parametrize("name", [name for name in IN_FLOAT64 if find_method(name).order <= 6])
+def test_order_from_rest(name: str) -> None:
+    """Where all that moves in the first step is a piece that was 0."""
+    method = find_method(name)
+    problem, y0 = at_rest(method.needs)
+    exact = gi.solve(problem, y0, t_end=T_END, step=T_END / 256, method="dop853").y[-1]
+    counts = COUNTS[method.order]
+    errors = [
+        float(
+            np.max(
+                np.abs(
+                    gi.solve(problem, y0, t_end=T_END, step=T_END / n, method=method).y[-1] - exact
+                )
+            )
+        )
+        for n in counts
+    ]
+    assert errors[0] < 0.1
+    if errors[-1] > 20 * PLATEAU:
+        found = slopes(counts, errors)
+        assert min(found) > method.order - 0.4, (name, found, errors)
+
+
 # --- longer numbers -------------------------------------------------------------------------------
 
 

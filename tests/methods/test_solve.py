@@ -27,7 +27,8 @@ from geomint.testproblems import (
     sphere_metric,
     spherical_pendulum,
 )
-from geomint.timeline import characteristic_time, default_step, plan_timeline
+from geomint.time_scale import characteristic_time
+from geomint.timeline import default_step, plan_timeline
 
 pytestmark = pytest.mark.nojit
 compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="too many steps for plain Python")

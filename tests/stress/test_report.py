@@ -53,8 +53,12 @@ def test_files(tmp_path):
     assert len(data["cells"]) == 14
     wanted = {"method", "system", "axis", "value", "n", "verdict", "error", "allowed", "message"}
     for cell in data["cells"]:
-        assert wanted | {"seconds", "quantity", "label", "h", "steps"} == set(cell)
+        assert wanted | {"seconds", "quantity", "label", "h", "steps", "known", "confirmed"} == set(
+            cell
+        )
         assert cell["verdict"] in VERDICTS
+    assert "References: none." in text
+    assert data["references"]["judged"] == 0
     assert data["counts"] == dict.fromkeys(VERDICTS, 2)
     assert {"versions", "cpu", "date", "command", "seconds"} <= set(data["provenance"])
 

@@ -44,7 +44,7 @@ def command(
     tau_end: float | None,
 ) -> None:
     """Run many methods on one scene: run time against error, drift against time."""
-    from ..report.compare_page import run_compare
+    from ..report.compare_page import reference_text, run_compare
     from .options import chosen_scene, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
@@ -54,7 +54,7 @@ def command(
     names = methods.split(",") if methods else section.methods or [chosen.method.name]
     tell_notes(chosen)
     out.mkdir(parents=True, exist_ok=True)
-    run_compare(
+    result = run_compare(
         chosen,
         [name.strip() for name in names if name.strip()],
         out,
@@ -65,6 +65,7 @@ def command(
         reference or section.reference or "auto",
     )
     if not quiet:
+        click.echo(f"reference: {' '.join(reference_text(result.reference))}")
         click.echo(f"report: {out / 'compare.html'}")
 
 

@@ -16,11 +16,20 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import epsilon, fma, lane, maximum, top
+from .arithmetic import fma, lane, maximum, top
 from .blocks import as_lanes, part
 from .compensated import add_compensated
+from .fixed_point import (
+    BEGINNING,
+    COARSE,
+    failure,
+    finite,
+    inverse_size,
+    rounding_left,
+    solved,
+)
 from .recorded import Recorded, helper, inlined
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .status import NOT_CONVERGED, OK
 
 __all__ = ["gauss_header", "gauss_memory_size", "gauss_stepper", "gauss_work_size"]
 
@@ -126,25 +135,22 @@ def increment(stages: Any, row: int, groups: int, rows: int) -> float:
 
 @helper
 def inverse_scales(pieces: Any, y: Any, stages: Any, groups: int, scales: Any) -> None:
-    """Write 1 / (largest size of y in the row's piece) for each row; 0 for rows of no piece.
+    """Write 1 / (size of the row's piece) for each row; 0 for rows of no piece, as the clock's is.
 
-    Pieces are rows that are measured together (γ, or p): so an unknown that passes through zero
-    and a momentum of 1e-150 are both solved for to relative accuracy. Where a piece is zero its
-    increments are the measure.
+    The size is the largest of |y| and of the increments of the stages (`geomint.kernels.fixed_point`).
     """
     rows = len(scales)
     r = 0
     while r < rows:
         end = r
         largest = 0.0
+        moves = 0.0 * stages[r]
         while end < rows and top(pieces[end]) == top(pieces[r]):
             largest = max(largest, top(abs(y[end])))
+            for g in range(groups):
+                moves = maximum(abs(stages[g * rows + end]), moves)
             end += 1
-        if largest == 0.0:
-            for i in range(r, end):
-                for g in range(groups):
-                    largest = max(largest, top(abs(stages[g * rows + i])))
-        inverse = 1.0 / largest if largest > 0.0 and top(pieces[r]) >= 0.0 else 0.0
+        inverse = inverse_size(max(largest, top(moves))) if top(pieces[r]) >= 0.0 else 0.0
         for i in range(r, end):
             scales[i] = inverse
         r = end
@@ -195,12 +201,14 @@ def gauss_step(
         stages[i] = Y[i]
 
     m = eight_columns(mu, 0, 0, groups)
-    last = 1e300
+    last = BEGINNING
+    before = BEGINNING
+    coarse = True
     for iteration in range(cap):
         stage_sums(m, mu, stages, y, carry, Y, groups, rows)
         for g in range(groups):
             field(params, t + c[g] * h, part(Y, g * rows, rows), part(F, g * rows, rows), scratch)
-        if iteration == 0:
+        if coarse:
             inverse_scales(pieces, y, stages, groups, scales)
         worst = 0.0 * c[0]
         for g in range(groups):
@@ -210,17 +218,15 @@ def gauss_step(
                 worst = maximum(abs(new - stages[g * rows + r]) * top(scales[r]), worst)
                 stages[g * rows + r] = new
         delta = top(worst)
-        if (
-            not delta < 1e300
-        ):  # a field that fails at the first guess, or an iteration that diverges
-            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, delta
-        stagnated = delta >= last and delta <= 16 * epsilon(c[0])
-        # What a further iteration would still change, were the contraction the same again.
-        settled = delta <= 1e-6 and delta * delta <= tolerance * last and last < 1e300
-        if delta == 0.0 or stagnated or settled:
+        if not finite(delta):
+            return failure(iteration), iteration + 1, delta
+        rounding = rounding_left(delta, c[0])
+        if solved(delta, last, before, tolerance, rounding, iteration + 1 == cap):
             for r in range(rows):
                 add_compensated(y, carry, r, increment(stages, r, groups, rows))
             return OK, iteration + 1, delta
+        coarse = delta > COARSE
+        before = last
         last = delta
     return NOT_CONVERGED, cap, last
 

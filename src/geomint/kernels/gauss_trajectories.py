@@ -12,11 +12,20 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import epsilon, like, maximum, select, top
+from .arithmetic import like, maximum, select, top
 from .blocks import part
 from .compensated import add_compensated
+from .fixed_point import (
+    BEGINNING,
+    COARSE,
+    failure,
+    finite,
+    inverse_size,
+    rounding_left,
+    solved,
+)
 from .recorded import Recorded, helper
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .status import NOT_CONVERGED, OK
 
 __all__ = [
     "gauss_trajectories_memory_size",
@@ -39,23 +48,22 @@ def gauss_trajectories_work_size(rows: int, field_work: int) -> int:
 
 
 @helper
-def inverse_sizes(pieces: Any, y: Any, L: Any, stages: int, inverse: Any) -> None:
-    """Write 1 / (largest size of y in the row's piece), of L where that is 0; 0 for no piece."""
+def inverse_sizes(pieces: Any, y: Any, L: Any, stages: int, coarse: Any, inverse: Any) -> None:
+    """Write 1 / (size of the row's piece) to the lanes that are `coarse`; 0 for rows of no piece."""
     rows = len(inverse)
     r = 0
     while r < rows:
         end = r
         size = 0.0 * y[r]
-        moves = 0.0 * y[r]
         while end < rows and pieces[end] == pieces[r]:
             size = maximum(abs(y[end]), size)
             for i in range(stages):
-                moves = maximum(abs(L[i * rows + end]), moves)
+                size = maximum(abs(L[i * rows + end]), size)
             end += 1
-        size = select(size > 0.0, size, moves)
-        one = like(1.0 if pieces[r] >= 0.0 else 0.0, y[0])
+        counts = 1.0 if pieces[r] >= 0.0 else 0.0
+        by = counts * inverse_size(size)
         for i in range(r, end):
-            inverse[i] = select(size > 0.0, one / size, 0.0 * one)
+            inverse[i] = select(coarse > 0.0, by, inverse[i])
         r = end
 
 
@@ -89,10 +97,13 @@ def gauss_trajectories_step(
     inverse = part(work, 2 * rows, rows)
     scratch = part(work, 3 * rows, len(work) - 3 * rows)
     zero = 0.0 * y[0]
-    last = like(1e300, y[0])
+    last = like(BEGINNING, y[0])
+    before = like(BEGINNING, y[0])
     going = like(1.0, y[0])  # 0 in the lanes that have converged
-    inverse_sizes(pieces, y, L, stages, inverse)
+    coarse = like(1.0, y[0])  # 1 in the lanes whose sizes are still to be found
     for iteration in range(cap):
+        if top(coarse) > 0.0:
+            inverse_sizes(pieces, y, L, stages, coarse, inverse)
         delta = zero
         for i in range(stages):
             for r in range(rows):
@@ -106,15 +117,13 @@ def gauss_trajectories_step(
                 old = L[i * rows + r]
                 delta = maximum(abs(new - old) * inverse[r], delta)
                 L[i * rows + r] = select(going > 0.0, new, old)
-        if iteration == 0:
-            inverse_sizes(pieces, y, L, stages, inverse)
         worst = top(delta)
-        if not worst < 1e300:
-            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, worst
-        stagnated = (delta >= last) & (delta <= 16 * epsilon(y[0]))
-        settled = (delta <= 1e-6) & (delta * delta <= tolerance * last) & (last < 1e300)
-        going = select((delta == 0.0) | stagnated | settled, zero, going)
-        if top(going) == 0.0 and iteration > 0:
+        if not finite(worst):
+            return failure(iteration), iteration + 1, worst
+        rounding = rounding_left(delta, zero)
+        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
+        going = select(done, zero, going)
+        if top(going) == 0.0:
             for r in range(rows):
                 total = zero
                 for i in range(stages // 2):
@@ -123,6 +132,8 @@ def gauss_trajectories_step(
                     total += L[stages // 2 * rows + r]
                 add_compensated(y, carry, r, total)
             return OK, iteration + 1, worst
+        coarse = select(delta > COARSE, going, zero)
+        before = last
         last = delta
     return NOT_CONVERGED, cap, top(last)
 

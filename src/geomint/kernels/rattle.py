@@ -6,18 +6,27 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import like, maximum, select, top
+from .arithmetic import epsilon, like, maximum, select, top
 from .blocks import part
 from .compensated import add_compensated
+from .fixed_point import (
+    BEGINNING,
+    COARSE,
+    ROUNDINGS,
+    failure,
+    finite,
+    inverse_size,
+    larger,
+    solved,
+)
 from .recorded import Recorded, helper, inlined
 from .small_matrices import along, contract, solve_small
-from .status import NOT_CONVERGED, NOT_FINITE, OK
+from .status import NOT_CONVERGED, OK
 
 __all__ = ["rattle_memory_size", "rattle_stepper", "rattle_work_size"]
 
 # coefficients: rows of q, constraints, cap on iterations, tolerance, 1 if a clock row follows (q, p)
 HEADER = 5
-EPSILON = 2.220446049250313e-16
 
 
 def rattle_memory_size(n: int, m: int, clock: int) -> int:
@@ -183,8 +192,10 @@ def rattle_step(
     add_normal_response(
         gradients, params, t1, Q, P, dp1, G0, half * half, response, three, scratch, n, m
     )
-    last = like(1e300, q[0])
+    last = like(BEGINNING, q[0])
+    before = like(BEGINNING, q[0])
     going = like(1.0, q[0])  # 0 in the lanes that have converged: they change no more
+    coarse = like(1.0, q[0])  # 1 in the lanes whose sizes are still to be found
     q_inverse = zero
     p_inverse = zero
     for iteration in range(cap):
@@ -199,12 +210,8 @@ def rattle_step(
         solve_small(m, matrix, g)
         for a in range(m):
             lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
-        if iteration == 0:
-            for i in range(n):
-                q_inverse = maximum(abs(q[i]), q_inverse)
-                p_inverse = maximum(abs(p[i]) + abs(half * dq0[i]), p_inverse)
-            q_inverse = 1.0 / maximum(q_inverse, like(1e-300, q_inverse))
-            p_inverse = 1.0 / maximum(p_inverse, like(1e-300, p_inverse))
+        q_inverse = select(coarse > 0.0, inverse_size(larger(q, last_q, n)), q_inverse)
+        p_inverse = select(coarse > 0.0, inverse_size(larger(p, last_p, n)), p_inverse)
         delta = zero
         moved = zero
         for i in range(n):
@@ -220,12 +227,13 @@ def rattle_step(
             Q[i] = new_q
             P[i] = new_p
         worst = top(delta)
-        if not worst < 1e300:  # functions that fail at the first guess, or a diverging iteration
-            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, worst
+        if not finite(worst):
+            return failure(iteration), iteration + 1, worst
         # λ turns a rounding ε of g(q₁) into ε |q| / |q₁ − q| of P, along the normals.
-        stagnated = (delta >= last) & (delta * moved <= 16 * EPSILON * (4.0 + moved))
-        settled = (delta <= 1e-6) & (delta * delta <= tolerance * last) & (last < 1e300)
-        going = select((delta == 0.0) | stagnated | settled, zero, going)
+        rounding = delta * moved <= ROUNDINGS * epsilon(zero) * (4.0 + moved)
+        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
+        going = select(done, zero, going)
+        coarse = select(delta > COARSE, going, zero)
         if top(going) == 0.0:
             start_rate = clock(params, t0, qp, scratch) if clock_rows > 0 else zero
             gradients(params, t1, Q, P, dq1, dp1, scratch)
@@ -247,6 +255,7 @@ def rattle_step(
                 )
             last_h[0] = 2.0 * half
             return OK, iteration + 1, worst
+        before = last
         last = delta
     return NOT_CONVERGED, cap, top(last)
 

@@ -6,9 +6,10 @@ import functools
 from typing import Any
 
 from .advance import stepper
-from .arithmetic import epsilon, like, maximum, select, top
+from .arithmetic import like, maximum, select, top
 from .blocks import part
 from .compensated import add_compensated
+from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
 from .recorded import Recorded, helper, inlined
 from .small_matrices import along, contract, solve_small
 from .status import NOT_CONVERGED, NOT_FINITE, OK
@@ -18,10 +19,6 @@ __all__ = [
     "separable_rattle_stepper",
     "separable_rattle_work_size",
 ]
-
-# Newton's method either falls quadratically or has met the rounding of g. A change larger than
-# this that no longer falls is neither.
-STAGNATION = 2.0**-40
 
 
 def separable_rattle_memory_size(n: int, m: int, clock: int) -> int:
@@ -113,12 +110,8 @@ def project_on_manifold(
     """
     zero = 0.0 * q[0]
     per_force = 1.0 / (0.5 * step * step)
-    q_inverse = zero
-    for i in range(n):
-        q_inverse = maximum(abs(q[i]), q_inverse)
-    q_inverse = 1.0 / maximum(q_inverse, like(1e-300, zero))
-    enough = maximum(like(epsilon(zero), zero), like(tolerance, zero))
-    last = like(1e300, zero)
+    q_inverse = inverse_size(larger(q, free, n))
+    last = like(BEGINNING, zero)
     going = like(1.0, zero)  # 0 in the lanes that have converged: they change no more
     for iteration in range(cap):
         displace(q, carry, free, response, step, lam, increment, Q, rest, n, m)
@@ -134,12 +127,11 @@ def project_on_manifold(
         for i in range(n):
             delta = maximum(abs(along(n, m, i, response, g)) * q_inverse, delta)
         worst = top(delta)
-        if not worst < 1e300:  # functions that fail at the first guess, or a diverging iteration
-            return NOT_FINITE if iteration == 0 else NOT_CONVERGED, iteration + 1, worst
-        stagnated = (delta >= last) & (delta <= STAGNATION)
+        if not finite(worst):
+            return failure(iteration), iteration + 1, worst
         for a in range(m):
             lam[a] = select(going > 0.0, lam[a] + g[a] * per_force, lam[a])
-        going = select((delta <= enough) | stagnated, zero, going)
+        going = select(solved_by_newton(delta, last, tolerance), zero, going)
         if top(going) == 0.0:
             displace(q, carry, free, response, step, lam, increment, Q, rest, n, m)
             constraint(params, Q, g, G, scratch)
@@ -255,7 +247,7 @@ def separable_rattle_step(
         kick[i] = kick[i] - along(n, m, i, G1, g)
         worst = maximum(abs(kick[i]), worst)
     largest = top(worst)
-    if not largest < 1e300:
+    if not finite(largest):
         return NOT_FINITE, iterations, largest
     for i in range(n):
         add_compensated(q, carry, i, increment[i])

@@ -9,7 +9,7 @@ from ..errors import StepError
 from ..evaluate import value
 from ..methods.method import Start
 from ..observe import MEASURE, quantities_of
-from ..timeline import characteristic_time
+from ..time_scale import characteristic_time
 from .context import Choice, Context
 from .representation import choose_representation, missing_quantities, wanted_quantities
 

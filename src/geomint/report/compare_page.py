@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..compare import Comparison, compare
+from ..reference_record import MARGIN, RESOLUTION
 from .compare_plots import work_precision_figure
 from .pages import render
 from .plots import drift_figure
@@ -52,9 +53,11 @@ def write_compare_report(
         verdict=_verdict(record["points"], best),
         points=record["points"],
         reference=record["reference"],
+        told=reference_text(record["reference"]),
         provenance=record["provenance"],
         quantities=" and ".join(record["reference"]["quantities"]),
         best=best,
+        hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
     (out / "compare.html").write_text(page, encoding="utf-8")
@@ -63,7 +66,8 @@ def write_compare_report(
 def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
     """Return the result in a sentence or two."""
     methods = list(dict.fromkeys(p["method"] for p in points))
-    failed = sum(p["error"] is None for p in points)
+    failed = sum(p["bound"] is None for p in points)
+    unjudged = sum(p["error"] is None for p in points) - failed
     told = f"{len(methods)} methods at {len(points)} points. "
     if best:
         finest = best[-1]
@@ -73,18 +77,48 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
         )
     if failed:
         points_have = "point has" if failed == 1 else "points have"
-        told += f"{failed} {points_have} no result; the table says why."
-    return told
+        told += f"{failed} {points_have} no result; the table says why. "
+    if unjudged:
+        points_are = "point is" if unjudged == 1 else "points are"
+        told += f"{unjudged} {points_are} too near to the reference to be judged by it."
+    return told.rstrip()
 
 
 def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return for each whole power of ten the fastest point with at most that error."""
+    """Return for every second power of ten the fastest point with at most that error."""
     rows = []
     for exponent in range(-2, -14, -2):
-        fit = [p for p in points if p["error"] is not None and p["error"] <= 10.0**exponent]
+        fit = [p for p in points if p["bound"] is not None and p["bound"] <= 10.0**exponent]
         if fit:
             rows.append({"exponent": exponent, **min(fit, key=lambda p: p["seconds"])})
     return rows
+
+
+def reference_text(reference: dict[str, Any]) -> list[str]:
+    """Return in sentences what the truth is, what confirms it, and what it can judge."""
+    second, known = reference["confirmation"], reference["known"]
+    own = f"{max(reference['error_estimate'], 1e-19):.2g}"
+    if reference["steps"]:
+        coarse, fine = reference["steps"]
+        first = f"steps {coarse:.4g} and {fine:.4g} agree to {own} or better, relative."
+    else:
+        first = f"without stepping; rounding makes an error of about {own} of its phases."
+    told = [f"{reference['method']}, in “{reference['representation']}”, {first}"]
+    verb = "Confirmed" if second["agrees"] else "Not confirmed"
+    end = f"at its end, {reference['own_end']:.6g},"
+    if second["own_end"] != reference["own_end"]:
+        end = f"on a part of the way, at {second['own_end']:.6g} of {reference['own_end']:.6g},"
+    told.append(
+        f"{verb} {end} by {second['method']}: that is known to {second['accuracy']:.2g} there, and "
+        f"the two differ by {second['difference']:.2g}."
+    )
+    if not second["agrees"]:
+        told.append("One of the two is wrong by more than it says.")
+    told.append(
+        f"The quantities compared are known to {max(known, 1e-19):.2g}: errors of "
+        f"{max(MARGIN * known, RESOLUTION):.2g} and more are judged."
+    )
+    return told
 
 
 def run_compare(

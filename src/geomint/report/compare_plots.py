@@ -18,8 +18,9 @@ __all__ = ["work_precision_figure"]
 def work_precision_figure(points: Sequence[Point]) -> Figure:
     """Return a figure of run time against error, a line a method, both logarithmic.
 
-    Points that failed have no place in it; the page lists them. An error of exactly 0 is drawn at
-    1e-17, below what float64 resolves.
+    Points that failed have no place in it; the page lists them. Those that the reference cannot
+    judge are hollow, at what their error is at most. An error of exactly 0 is drawn at 1e-17, below
+    what float64 resolves.
     """
     from matplotlib.figure import Figure
 
@@ -33,13 +34,19 @@ def work_precision_figure(points: Sequence[Point]) -> Figure:
         names = list(dict.fromkeys(point.method for point in points))
         for i, name in enumerate(names):
             own = [
-                (max(point.error, 1e-17), point.seconds)
+                (max(point.bound, 1e-17), point.seconds, point.error is None)
                 for point in points
-                if point.method == name and point.error is not None and point.seconds is not None
+                if point.method == name and point.bound is not None and point.seconds is not None
             ]
             if own:
-                errors, seconds = zip(*own, strict=True)
-                axes.plot(errors, seconds, label=name, markersize=4.5, **series_style(i))
+                errors, seconds, _ = zip(*own, strict=True)
+                style = series_style(i)
+                axes.plot(errors, seconds, label=name, markersize=4.5, **style)
+                at_most = [point for point in own if point[2]]
+                if at_most:
+                    errors, seconds, _ = zip(*at_most, strict=True)
+                    style.update(linestyle="none", markerfacecolor="white")
+                    axes.plot(errors, seconds, markersize=4.5, **style)
         if axes.get_legend_handles_labels()[0]:
             figure.legend(loc="outside upper center", ncols=min(len(names), 5))
         else:

@@ -15,22 +15,24 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..deviation import pieces_of, relative_error
 from ..drift import ROUNDOFF
-from ..errors import DomainError, GeomintError, GeomintWarning, StepError, StepLimitError
+from ..errors import (
+    DomainError,
+    FormError,
+    GeomintError,
+    GeomintWarning,
+    StepError,
+    StepLimitError,
+    TruthError,
+)
 from ..integrate import solve
 from ..methods import Method
 from ..problem import Problem
 from ..solution import Solution
-from ..timeline import characteristic_time
+from ..time_scale import characteristic_time
 from .promises import Quantities
-from .truth import (
-    Truth,
-    condition_of,
-    parting_time,
-    pieces_of,
-    relative_error,
-    truth_of,
-)
+from .truth import Truth, condition_of, parting_time, truth_of
 
 __all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "judge"]
 
@@ -66,6 +68,8 @@ class Cell:
         `error` is relative for the state; of promised quantities relative to their scale.
     h : float or None
         Step, in characteristic times.
+    known, confirmed : float or None
+        To what the reference is known, and to what a second method confirms it; None without one.
     seconds : float
         Of the computation, compilations included.
     """
@@ -83,6 +87,8 @@ class Cell:
     allowed: float | None = None
     h: float | None = None
     steps: int | None = None
+    known: float | None = None
+    confirmed: float | None = None
     seconds: float = 0.0
 
 
@@ -96,7 +102,8 @@ class Trial:
     span, fraction, step, steps, steady
         See `geomint.StressCase`.
     truth : callable, optional
-        ``truth(end) -> Truth or None``; by default that of the problem itself.
+        ``truth(end) -> Truth or None``, or a typed error that says why there is none; by default
+        that of the problem itself.
     physical : bool
         Whether that is in physical quantities.
     """
@@ -120,7 +127,7 @@ class Trial:
         self._span, self._steps = span, steps
         self._step = fraction * self.time if fraction is not None else step
         self._truth = truth or (lambda end: truth_of(problem, y0, end))
-        self._truths: dict[float, Truth | None] = {}
+        self._truths: dict[float, tuple[Truth | None, str]] = {}
         self._scales: dict[tuple[str, bool], float] = {}
 
     def plan(self, method: Method) -> tuple[float, int]:
@@ -131,12 +138,15 @@ class Trial:
             end, steps = self._step * self._steps, self._steps
         return end, steps
 
-    def truth(self, end: float, steps: int) -> Truth | None:
-        """Return the truth at `end`, or None where it is not known."""
+    def truth(self, end: float, steps: int) -> tuple[Truth | None, str]:
+        """Return the truth at `end`, or None and the reason why it is not known."""
         if abs(end) / steps > LONGEST * self.time:
-            return None
+            return None, "no reference for steps this long"
         if end not in self._truths:
-            self._truths[end] = self._truth(end)
+            try:
+                self._truths[end] = self._truth(end), "no reference"
+            except (StepError, FormError, TruthError) as error:
+                self._truths[end] = None, f"no reference ({type(error).__name__}: {error})"
         return self._truths[end]
 
     def run(
@@ -290,14 +300,15 @@ def _accuracy(
     trial: Trial, method: Method, solution: Solution, end: float, steps: int
 ) -> dict[str, Any]:
     """Return the verdict on the state at the end."""
-    truth = trial.truth(end, steps)
-    notes = [] if truth else ["no reference: compared with a finer run"]
+    truth, why_not = trial.truth(end, steps)
+    notes = [] if truth else [f"{why_not}: compared with a finer run"]
 
     def error_of(y: Array, finer: tuple[Method, int]) -> float:
         right = truth.pieces if truth else trial.named(trial.end_state(end, *finer))
         return relative_error(trial.named(y), right)
 
-    found: dict[str, Any] = {}
+    sure = {"known": truth.known, "confirmed": truth.confirmed} if truth else {}
+    found: dict[str, Any] = {**sure}
     exact = trial.steady and "steady motions" in method.keeps
     hopeless = False
     try:
@@ -306,7 +317,7 @@ def _accuracy(
         if method.adaptive:
             floor = max(floor, condition * _tolerance(trial, method) * solution.steps)
         error = error_of(solution.y[-1], _finer(method, steps, 1))
-        found = {"error": error, "allowed": floor}
+        found = {**sure, "error": error, "allowed": floor}
         good = error <= min(floor, RESOLVED)
         if error <= RESOLVED and not (good or exact or method.adaptive):
             good = _shows_order(trial, method, end, steps, error, floor, error_of, notes)

@@ -16,6 +16,7 @@ from ..report.style import data_uri, save_figure
 from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell
 from .picture import SYMBOLS, stress_figure
+from .references import references_of, references_told
 from .rules import RULES
 from .sweep import family_of
 
@@ -34,13 +35,14 @@ def stress_record(
     command: str | None = None,
     interrupted: bool = False,
 ) -> dict[str, Any]:
-    """Return the content of ``stress.json``: `cells`, `axes`, `counts` and `provenance`."""
+    """Return the content of ``stress.json``: its cells, axes, counts, references, provenance."""
     counts = Counter(cell.verdict for cell in cells)
     record: dict[str, Any] = finite_json(
         {
             "cells": [asdict(cell) for cell in cells],
             "axes": [asdict(axis) for axis in axes],
             "counts": {verdict: counts[verdict] for verdict in VERDICTS},
+            "references": references_of(cells),
             "provenance": {
                 **environment(),
                 "command": command,
@@ -84,6 +86,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
         forbidden=[cell for cell in cells if cell["verdict"] in FORBIDDEN],
         picture=data_uri(picture),
         rules=RULES,
+        references=references_told(record["references"]),
     )
     path = out / "stress.html"
     path.write_text(page, encoding="utf-8")

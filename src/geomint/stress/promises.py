@@ -23,12 +23,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..declaration import check_value
+from ..deviation import sizes_of
 from ..evaluate import value
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
 from ..methods.binding import bind_field, bind_value
 from ..problem import Problem
-from .truth import sizes_of
 
 __all__ = ["Quantities"]
 

@@ -22,11 +22,13 @@ unresolved  not ok, and none can be expected: the step is longer than the method
 ==========  ========================================================================================
 
 What is neither ok nor unresolved is wrong. The error of the state is the largest difference of a
-piece from the reference, relative to that piece, or to the state where the piece is 0. Where no
-reference can be computed it is the difference from the same method at half the step, or with a
-sixteenth of the tolerance. The shortest time of the motion is the shortest characteristic time of
-the states of the run, or ten times that in which neighbouring states part by a factor e, whichever
-is shorter. Scales of what an iteration keeps count numbers with the size of their piece. How
-`condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved by a method
-that promises to follow it. Adaptive methods may take a million steps.
+piece from the reference, relative to that piece, or to the state where the piece is 0. A reference
+is a double-double solution that is known to 3 ε by its own estimate, and that DOP853, twice at
+different tolerances, confirms to the accuracy which that reaches. One that is not is refused, and
+the cell says why. Where there is none the error is the difference from the same method at half the
+step, or with a sixteenth of the tolerance. The shortest time of the motion is the shortest
+characteristic time of the states of the run, or ten times that in which neighbouring states part by
+a factor e, whichever is shorter. Scales of what an iteration keeps count numbers with the size of
+their piece. How `condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved
+by a method that promises to follow it. Adaptive methods may take a million steps.
 """

@@ -174,16 +174,15 @@ def _trial(number: int, representation: str) -> Trial:
 
 def _truth(
     case: StressCase, model: Model, representation: str
-) -> tuple[Callable[[float], Truth | None] | None, bool]:
+) -> tuple[Callable[[float], Truth] | None, bool]:
     """Return what the reference solution comes from, if not from the problem itself."""
     units = case.rescaled
     if units is not None:
         other = _built(units.build)
         problem, y0 = other.problems[representation], other.states[representation]
 
-        def in_units(end: float) -> Truth | None:
-            found = truth_of(problem, y0, end / units.time)
-            return found and found.scaled(units.pieces)
+        def in_units(end: float) -> Truth:
+            return truth_of(problem, y0, end / units.time).scaled(units.pieces)
 
         return in_units, False
     name = case.reference

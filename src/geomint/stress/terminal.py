@@ -8,6 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from .judge import FORBIDDEN, VERDICTS, Cell
+from .references import references_of, references_told
 
 __all__ = ["Watch"]
 
@@ -65,7 +66,7 @@ class Watch:
         self._bar.update(self._task, advance=1, description=f"stress: {cell.axis}")
 
     def summary(self, cells: Sequence[Cell]) -> None:
-        """Print the number of each verdict by axis, and what is forbidden."""
+        """Print the number of each verdict by axis, what they rest on, and what is forbidden."""
         from rich.console import Console
         from rich.table import Table
 
@@ -78,6 +79,7 @@ class Watch:
             counts = Counter(cell.verdict for cell in cells if cell.axis == axis)
             table.add_row(axis, *(str(counts[verdict] or "") for verdict in VERDICTS))
         console.print(table)
+        console.print(references_told(references_of(cells)), highlight=False)
         bad = [cell for cell in cells if cell.verdict in FORBIDDEN]
         for cell in bad[:MOST]:
             console.print(told(cell), markup=False, highlight=False)

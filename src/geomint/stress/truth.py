@@ -3,7 +3,8 @@
 The reference solution is that of `geomint.reference`, in double-double numbers. How far a problem
 magnifies roundings is measured: the reference is computed again from states and parameters that are
 off by 2⁻²⁶, relative to their piece (2⁻⁴⁰ if that is too much), and the differences at the end are
-divided by that.
+divided by that. A reference that its own estimate, or the second method that confirms it
+(`geomint.confirmation`), does not let judge rounding errors is refused.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ConvergenceError, FormError, NonFiniteError, StepError
+from ..deviation import pieces_of, relative_error, shifted, sizes_of
+from ..drift import ROUNDOFF
+from ..errors import StepError
 from ..evaluate import derivative
 from ..methods import Gauss
 from ..problem import Problem
@@ -27,9 +30,6 @@ __all__ = [
     "Truth",
     "condition_of",
     "parting_time",
-    "pieces_of",
-    "relative_error",
-    "sizes_of",
     "truth_of",
 ]
 
@@ -51,41 +51,50 @@ class Truth:
         The state there, piece by piece, or physical quantities.
     condition : float
         At least 1: what a relative change of state and parameters grows to, relative, at the end.
+    known, confirmed : float or None
+        To what its own estimate says that it is known; and to what a second method confirms that.
     """
 
     pieces: Named
     condition: float
+    known: float | None = None
+    confirmed: float | None = None
 
     def scaled(self, factors: Mapping[str, float]) -> Truth:
         """Return the same in other units."""
         pieces = {name: factors.get(name, 1.0) * v for name, v in self.pieces.items()}
-        return Truth(pieces, self.condition)
+        return dataclasses.replace(self, pieces=pieces)
 
 
-def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) -> Truth | None:
-    """Return the truth at the problem's own time `end`, or None where it cannot be computed.
+def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) -> Truth:
+    """Return the truth at the problem's own time `end`.
 
     Parameters
     ----------
     physical : bool
         In physical quantities instead of pieces of the state.
+
+    Raises
+    ------
+    ConvergenceError, NonFiniteError, FormError
+        If it cannot be computed.
+    TruthError
+        If it is not known, or not confirmed, well enough to judge the rounding errors of a run.
     """
 
     def named(y: Array) -> Named:
         return problem.physical_state(y) if physical else pieces_of(problem, y)
 
-    try:
-        reference = reference_solution(problem, y0, end)
-    except (ConvergenceError, NonFiniteError, FormError):
-        return None
-    if not np.isfinite(reference.y).all() or not reference.error < 2.0**-52:
-        return None
+    reference = reference_solution(problem, y0, end, judges=ROUNDOFF)
+    second = reference.confirmation
+    assert second is not None
     h = 0.75 * default_step(problem, Gauss(8), y0)
 
     def from_other(shifted: Problem, y: Array) -> Array:
         return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)
 
-    return Truth(named(reference.y), condition_of(problem, y0, from_other, named))
+    condition = condition_of(problem, y0, from_other, named)
+    return Truth(named(reference.y), condition, reference.known, second.accuracy)
 
 
 def condition_of(
@@ -109,7 +118,7 @@ def condition_of(
         ends = []
         for seed in range(SAMPLES):
             with contextlib.suppress(StepError):
-                ends.append(named(end_from(*_shifted(problem, y0, seed, shift))))
+                ends.append(named(end_from(*shifted(problem, y0, seed, shift))))
         # All are shifted: their differences are what one shift makes of another.
         errors = [relative_error(x, y) for x, y in itertools.combinations(ends, 2)]
         worst = max(errors, default=np.inf)
@@ -133,45 +142,3 @@ def parting_time(problem: Problem, y0: Array) -> float:
     columns = np.array(changes) / (SHIFTS[0] * sizes)
     norm = float(np.linalg.norm(columns, np.inf)) / (n if n > MANY else 1)
     return 1.0 / norm if norm > 0.0 else np.inf
-
-
-def _shifted(problem: Problem, y0: Array, seed: int, shift: float) -> tuple[Problem, Array]:
-    """Return parameters and state off by that; parameters upwards, as some are counts."""
-    rng = np.random.default_rng(seed)
-    y = y0.copy()
-    for rows in problem.slices.values():
-        size = float(np.max(np.abs(y[rows])))
-        y[rows] += shift * size * rng.choice([-1.0, 1.0], rows.stop - rows.start)
-    params = problem.params * (1.0 + shift * rng.choice([0.0, 1.0], len(problem.params)))
-    return dataclasses.replace(problem, params=params), y
-
-
-def pieces_of(problem: Problem, y: Array) -> Named:
-    """Return the pieces of a flat state by name."""
-    return {name: y[rows] for name, rows in problem.slices.items()}
-
-
-def sizes_of(problem: Problem, y: Array) -> Array:
-    """Return for each number of a state the largest of its piece; of the state, where that is 0."""
-    whole = float(np.max(np.abs(y))) or 1.0
-    sizes = np.ones(problem.rows)
-    for rows in problem.slices.values():
-        sizes[rows] = float(np.max(np.abs(y[rows]))) or whole
-    return sizes
-
-
-def relative_error(found: Named, right: Named) -> float:
-    """Return the largest difference of a piece, relative to the largest number of that piece.
-
-    A piece that is 0 is measured against the whole state.
-    """
-    whole = max(float(np.max(np.abs(value))) for value in right.values())
-    return max(_relative(found[name], value, whole) for name, value in right.items())
-
-
-def _relative(found: Array, right: Array, whole: float) -> float:
-    off, size = float(np.max(np.abs(found - right))), float(np.max(np.abs(right)))
-    if off == 0.0:
-        return 0.0
-    ratio = off / (size or whole or 1.0)
-    return ratio if ratio == ratio else np.inf

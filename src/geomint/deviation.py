@@ -1,0 +1,64 @@
+"""How far states are apart, and states that are off by a little: each piece in its own unit.
+
+What a state is made of may have sizes that differ by any factor, so that differences of a piece are
+told relative to the largest number of that piece.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from .problem import Problem
+
+__all__ = ["pieces_of", "relative_error", "shifted", "sizes_of"]
+
+Array = npt.NDArray[np.float64]
+
+
+def pieces_of(problem: Problem, y: Array) -> dict[str, Array]:
+    """Return the pieces of a flat state by name."""
+    return {name: y[rows] for name, rows in problem.slices.items()}
+
+
+def sizes_of(problem: Problem, y: Array) -> Array:
+    """Return for each number of a state the largest of its piece; of the state, where that is 0."""
+    whole = float(np.max(np.abs(y))) or 1.0
+    sizes = np.ones(problem.rows)
+    for rows in problem.slices.values():
+        sizes[rows] = float(np.max(np.abs(y[rows]))) or whole
+    return sizes
+
+
+def shifted(problem: Problem, y0: Array, seed: int, shift: float) -> tuple[Problem, Array]:
+    """Return parameters and state off by that; parameters upwards, as some are counts.
+
+    A piece that is 0 stays so.
+    """
+    rng = np.random.default_rng(seed)
+    y = y0.copy()
+    for rows in problem.slices.values():
+        size = float(np.max(np.abs(y[rows])))
+        y[rows] += shift * size * rng.choice([-1.0, 1.0], rows.stop - rows.start)
+    params = problem.params * (1.0 + shift * rng.choice([0.0, 1.0], len(problem.params)))
+    return dataclasses.replace(problem, params=params), y
+
+
+def relative_error(found: Mapping[str, Array], right: Mapping[str, Array]) -> float:
+    """Return the largest difference of a piece, relative to the largest number of that piece.
+
+    A piece that is 0 is measured against the whole state. What is not finite is infinitely far.
+    """
+    whole = max(float(np.max(np.abs(value))) for value in right.values())
+    return max(_relative(found[name], value, whole) for name, value in right.items())
+
+
+def _relative(found: Array, right: Array, whole: float) -> float:
+    off, size = float(np.max(np.abs(found - right))), float(np.max(np.abs(right)))
+    if off == 0.0:
+        return 0.0
+    ratio = off / (size or whole or 1.0)
+    return ratio if ratio == ratio else np.inf
