@@ -5,6 +5,9 @@ from .errors import (
     ConvergenceError as ConvergenceError,
 )
 from .errors import (
+    DeclarationError as DeclarationError,
+)
+from .errors import (
     DomainError as DomainError,
 )
 from .errors import (
@@ -184,6 +187,7 @@ __all__ = [
     "CommutatorFree",
     "Compose",
     "ConvergenceError",
+    "DeclarationError",
     "DomainError",
     "Drift",
     "FormError",

@@ -8,6 +8,7 @@ from typing import Any
 
 __all__ = [
     "ConvergenceError",
+    "DeclarationError",
     "DomainError",
     "FormError",
     "GeomintError",
@@ -53,6 +54,36 @@ class MethodError(GeomintError, ValueError):
 
 class FormError(GeomintError, TypeError):
     """A method and a problem that do not fit: the method needs a form that the problem lacks."""
+
+
+class DeclarationError(GeomintError, TypeError):
+    """A function that does not fit what its problem declares: sizes, arguments, what it writes.
+
+    Attributes
+    ----------
+    problem : str or None
+        The problem's name.
+    function : str
+        What the function is to it, such as ``"field"`` or ``"invariants['energy']"``.
+    block : str or None
+        The block in which something was wrong, such as ``"out"``.
+    index, size : int or None
+        The row, and how many rows the block has.
+    """
+
+    def __init__(
+        self,
+        problem: str | None,
+        function: str,
+        what: str,
+        block: str | None = None,
+        index: int | None = None,
+        size: int | None = None,
+    ) -> None:
+        of = "" if problem is None else f" of problem {problem!r}"
+        super().__init__(f"{function}{of} {what}")
+        self.problem, self.function, self.block = problem, function, block
+        self.index, self.size = index, size
 
 
 class SceneError(GeomintError, ValueError):

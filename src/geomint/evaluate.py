@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from types import FunctionType
+
 import numpy as np
 import numpy.typing as npt
 
+from .declaration import check_form, check_value, known_rates
 from .errors import DomainError, nearest
 from .kernels.blocks import Block
 from .kernels.recorded import Recorded
@@ -17,18 +20,43 @@ Array = npt.NDArray[np.float64]
 
 @np.errstate(all="ignore")
 def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> float:
-    """Return an observable at a state: one of the problem's diagnostics by name, or a recorded one."""
+    """Return an observable at a state: one of the problem's diagnostics by name, or a recorded one.
+
+    Raises
+    ------
+    DomainError
+        For a name that the problem does not have, or a state of other length.
+    DeclarationError
+        If the function does not fit the problem.
+    """
     if isinstance(f, str):
         known = problem.diagnostics
         if f not in known:
             raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
         f = known[f]
+    if not isinstance(f, Recorded | FunctionType):
+        raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
+    y, f = _flat(problem, y), f if isinstance(f, Recorded) else Recorded(f)
+    check_value(problem, f, y)
     return float(f(Block(problem.params), np.float64(t), Block(y), Block(np.zeros(problem.work))))
 
 
 @np.errstate(all="ignore")
 def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
-    """Return dy/dt by whichever form the problem has."""
+    """Return dy/dt by whichever form the problem has.
+
+    Raises
+    ------
+    DomainError
+        For a state of other length.
+    DeclarationError
+        If the functions of that form do not fit the problem.
+    """
+    y = _flat(problem, y)
+    check_form(problem, problem.forms[0], y)
+    known = known_rates(problem, y) if t == 0.0 else None
+    if known is not None:
+        return known
     params, work, now = Block(problem.params), Block(np.zeros(problem.work)), np.float64(t)
     out = np.zeros(problem.rows)
     if problem.field is not None:
@@ -56,6 +84,14 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
         )
         out[:n], out[n:] = dp, -dq
     return out
+
+
+def _flat(problem: Problem, y: Array) -> Array:
+    """Return a state, finite or not, as an array of the problem's length."""
+    state = np.asarray(y, dtype=np.float64)
+    if state.shape != (problem.rows,):
+        raise DomainError("y", y, f"a state of {problem.rows} numbers")
+    return state
 
 
 def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:

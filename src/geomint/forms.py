@@ -3,16 +3,57 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .errors import DomainError
 from .kernels.recorded import Recorded
 
 __all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting"]
 
 Array = npt.NDArray[np.float64]
 FORMS = ("field", "action", "hamiltonian", "splitting")
+_OPTIONAL_MAPS = ("cayley", "dexpinv", "dcayinv", "extent")
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """Return a whole number that is not less than `least`, or raise `DomainError`."""
+    counts = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (counts and value >= least):
+        raise DomainError(name, value, f"a whole number ≥ {least}")
+    return int(value)
+
+
+def flat(name: str, value: Any) -> Array:
+    """Return finite numbers as a new, read-only flat array, or raise `DomainError`."""
+    try:
+        numbers = np.array(value, dtype=np.float64, ndmin=1)
+    except (TypeError, ValueError):
+        raise DomainError(name, value, "a flat sequence of numbers") from None
+    if numbers.ndim > 1 or np.iscomplexobj(value):
+        raise DomainError(name, value, "a flat sequence of real numbers")
+    if not np.isfinite(numbers).all():
+        raise DomainError(name, value, "finite numbers")
+    numbers.setflags(write=False)
+    return numbers
+
+
+def check_recorded(owner: Any, *names: str, optional: tuple[str, ...] = ()) -> None:
+    """Raise `DomainError` unless those attributes are recorded functions, or None where optional."""
+    for name in (*names, *optional):
+        f = getattr(owner, name)
+        if not (isinstance(f, Recorded) or (f is None and name in optional)):
+            expected = "a function recorded with geomint.field, observable or helper"
+            raise DomainError(name, f, expected + (", or None" if name in optional else ""))
+
+
+def check_kind(owner: Any, kinds: dict[str, type]) -> None:
+    """Raise `DomainError` unless those attributes are of those kinds."""
+    for name, kind in kinds.items():
+        if not isinstance(getattr(owner, name), kind):
+            raise DomainError(name, getattr(owner, name), f"a {kind.__name__}")
 
 
 @dataclass(frozen=True)
@@ -64,6 +105,19 @@ class Group:
     inline: bool = False
     extent: Recorded | None = None
 
+    def __post_init__(self) -> None:
+        check_kind(self, {"name": str, "inline": bool})
+        check_recorded(self, "act", "bracket", optional=_OPTIONAL_MAPS)
+        object.__setattr__(self, "algebra_rows", whole("algebra_rows", self.algebra_rows, 1))
+        object.__setattr__(self, "work", whole("work", self.work, 0))
+        object.__setattr__(self, "layout", flat("layout", self.layout))
+
+    @property
+    def functions(self) -> dict[str, Recorded]:
+        """The functions that the group has, by name."""
+        names = ("act", "bracket", *_OPTIONAL_MAPS)
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+
 
 @dataclass(frozen=True)
 class GroupAction:
@@ -71,6 +125,10 @@ class GroupAction:
 
     generator: Recorded
     group: Group
+
+    def __post_init__(self) -> None:
+        check_recorded(self, "generator")
+        check_kind(self, {"group": Group})
 
 
 @dataclass(frozen=True)
@@ -95,6 +153,11 @@ class Hamiltonian:
     constraints: int
     separable: bool = False
 
+    def __post_init__(self) -> None:
+        check_recorded(self, "gradients", "constraint")
+        check_kind(self, {"separable": bool})
+        object.__setattr__(self, "constraints", whole("constraints", self.constraints, 1))
+
 
 @dataclass(frozen=True)
 class Splitting:
@@ -107,7 +170,7 @@ class Splitting:
         part that depends on time is frozen at t, which is the middle of the method's step: with
         the flows composed symmetrically that keeps the order.
     parts : int
-        How many; at least 2.
+        How many; at least 2, no two of them the same.
     symplectic : bool
         Whether every part is Hamiltonian in the same symplectic structure: if not, a plan does not
         call the method symplectic.
@@ -116,6 +179,11 @@ class Splitting:
     flow: Recorded
     parts: int
     symplectic: bool = True
+
+    def __post_init__(self) -> None:
+        check_recorded(self, "flow")
+        check_kind(self, {"symplectic": bool})
+        object.__setattr__(self, "parts", whole("parts", self.parts, 2))
 
 
 @dataclass(frozen=True)
@@ -133,9 +201,16 @@ class Measure:
     manifold : recorded ``f(params, t, y, out, work)`` or None
         Writes c(y).
     conditions : int
-        m, the length of c.
+        m, the length of c; 0 without `manifold`.
     """
 
     log_density: Recorded
     manifold: Recorded | None = None
     conditions: int = 0
+
+    def __post_init__(self) -> None:
+        check_recorded(self, "log_density", optional=("manifold",))
+        object.__setattr__(self, "conditions", whole("conditions", self.conditions, 0))
+        if (self.conditions > 0) != (self.manifold is not None):
+            expected = "the length of what `manifold` writes; 0 without it"
+            raise DomainError("conditions", self.conditions, expected)

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .errors import DomainError, nearest
-from .forms import Group
+from .forms import Group, whole
 from .kernels.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
 from .kernels.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
 from .kernels.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv, so_n_extent
 
-__all__ = ["so3", "so_n"]
+__all__ = ["Sizes", "own_sizes", "so3", "so_n"]
 
+_SO3 = (so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv)
+_SO_N = (so_n_act, so_n_bracket, so_n_cayley, so_n_dcayinv, so_3_dexpinv, so_n_extent)
 _CODES = {"vector": VECTOR, "adjoint": ADJOINT, "frame": FRAME}
 
 
 def so3(vectors: int) -> Group:
     """SO(3) turning each of several 3-vectors; the algebra is R³ with the cross product."""
-    if vectors < 1:
-        raise DomainError("vectors", vectors, "a number ≥ 1")
+    vectors = whole("vectors", vectors, 1)
     return Group(
         "SO(3)",
         3,
@@ -47,13 +50,11 @@ def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
         m: the last m rows of the state, after the pieces, are moved by R^m, r ↦ r + ξ_r. Algebra
         elements are then a flat triangle and m numbers.
     """
-    if n < 2:
-        raise DomainError("n", n, "a dimension ≥ 2")
+    n = whole("n", n, 2)
+    translations = whole("translations", translations, 0)
     for piece in pieces:
         if piece not in _CODES:
             raise DomainError("pieces", piece, f"one of {list(_CODES)}.{nearest(piece, _CODES)}")
-    if translations < 0:
-        raise DomainError("translations", translations, "a number ≥ 0")
     codes = [*(_CODES[piece] for piece in pieces), *([SHIFTED] if translations else [])]
     layout = np.array([float(n), *(float(code) for code in codes)])
     name = f"SO({n}) × R^{translations}" if translations else f"SO({n})"
@@ -70,3 +71,27 @@ def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
         dcayinv=so_n_dcayinv,
         extent=so_n_extent if n > 2 else None,  # in SO(2) the series ends at once, and is exact
     )
+
+
+class Sizes(NamedTuple):
+    """Rows that the functions of a group take: of algebra elements, of states, of scratch."""
+
+    algebra: int
+    state: int
+    work: int
+
+
+def own_sizes(group: Group) -> Sizes | None:
+    """Return what a group of this module takes by its layout; None for one with other functions."""
+    functions = group.functions.values()
+    codes = [int(code) for code in group.layout[1:]]
+    if all(f in _SO3 for f in functions):
+        return Sizes(3, 3 * int(group.layout[0]), 0)
+    if not all(f in _SO_N for f in functions):
+        return None
+    n = int(group.layout[0])
+    triangle = n * (n - 1) // 2
+    shifted = group.algebra_rows - triangle if SHIFTED in codes else 0
+    rows = {VECTOR: n, ADJOINT: triangle, FRAME: n * n, SHIFTED: shifted}
+    algebra = triangle + shifted
+    return Sizes(algebra, sum(rows[code] for code in codes), so_n_work(n) + algebra)

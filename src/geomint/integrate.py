@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .declaration import check_problem
 from .driver import Account, drive
 from .errors import DomainError, GeomintWarning, StepError
 from .methods import Method, Start, find_method
@@ -90,8 +91,9 @@ def solve(
 
     Raises
     ------
-    DomainError, FormError, MethodError
-        Before anything is computed.
+    DomainError, FormError, MethodError, DeclarationError
+        Before anything is computed; the last where a function of the problem does not fit what it
+        declares (`geomint.declaration`).
     ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
@@ -102,6 +104,7 @@ def solve(
     chosen.check_fits(problem, wants_clock)
     watched = choose_observables(problem, observe)
     _check_counts(watched, save_every, observe_every, measure_steps)
+    check_problem(problem, state, chosen.needs, wants_clock, watched)
     stepper = chosen.start(
         Start(
             problem,

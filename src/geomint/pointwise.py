@@ -13,13 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import DomainError
+from .forms import whole
 from .kernels.blocks import Block, scalar_block
 from .kernels.pointwise import pointwise_sweep
 from .kernels.recorded import Recorded
+from .kernels.watched import Fresh, Given
+from .watch import watched_call
 
 __all__ = ["pointwise"]
 
 Array = npt.NDArray[np.float64]
+_fitting: set[tuple[Recorded, int, int, int, int]] = set()
 BATCH = 4096  # points of one call, between which Ctrl-C is seen
 
 
@@ -46,21 +50,43 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
     ------
     geomint.DomainError
         For points of shape ().
+    geomint.DeclarationError
+        If the function does not fit the sizes that are given: it is run once at the first point, in
+        plain Python, as those of problems are (`geomint.declaration`).
     """
     if np.ndim(points) == 0:
         raise DomainError("points", points, "an array whose last axis is a point")
     x = np.ascontiguousarray(points, dtype=np.float64)
     width, shape = x.shape[-1], x.shape[:-1]
     count = int(np.prod(shape))
+    rows, work = whole("rows", rows, 0), whole("work", work, 0)
     flat, out = x.reshape(-1), np.empty(count * rows)
-    sweep = _compiled(function)
     block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
+    if count:
+        _check(function, block.data, flat[:width], rows, work)
+    sweep = _compiled(function)
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
         given = Block(flat[first * width : (first + number) * width])
         result = Block(out[first * rows : (first + number) * rows])
         sweep(block, given, width, result, rows, number, scratch)
     return out.reshape(*shape, rows)
+
+
+def _check(function: Recorded, params: Array, x: Array, rows: int, work: int) -> None:
+    """Raise `DeclarationError` unless the function fits those sizes, which is remembered."""
+    key = (function, len(params), len(x), rows, work)
+    if key in _fitting:
+        return
+    arguments = {
+        "params": Given("params", params),
+        "t": np.float64(0.0),
+        "x": Given("x", x),
+        "out": Fresh("out", rows),
+        "work": Fresh("work", work),
+    }
+    watched_call(None, function.function.__name__, function, arguments)
+    _fitting.add(key)
 
 
 @functools.cache

@@ -18,12 +18,24 @@ import numpy as np
 import numpy.typing as npt
 
 from .errors import DomainError, FormError, nearest
-from .forms import FORMS, GroupAction, Hamiltonian, Measure, Splitting
+from .forms import (
+    FORMS,
+    GroupAction,
+    Hamiltonian,
+    Measure,
+    Splitting,
+    check_kind,
+    check_recorded,
+    flat,
+    whole,
+)
 from .kernels.recorded import Recorded
 
 __all__ = ["Problem"]
 
 Array = npt.NDArray[np.float64]
+_GROUPS = ("invariants", "constraints", "observables")
+_RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
 
 
 @dataclass(frozen=True)
@@ -88,19 +100,56 @@ class Problem:
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        params = np.array(self.params, dtype=np.float64, ndmin=1)
-        if not np.isfinite(params).all():
-            raise DomainError("params", params, "finite numbers")
-        params.setflags(write=False)
-        object.__setattr__(self, "params", params)
-        if not self.pieces or any(rows < 1 for _, rows in self.pieces):
-            raise DomainError("pieces", self.pieces, "pairs (name, rows) with rows ≥ 1")
-        if not self.forms:
-            raise FormError(f"problem {self.name!r} has no form: give one of {', '.join(FORMS)}")
+        check_kind(self, {"name": str, "parameters": Mapping})
+        object.__setattr__(self, "params", flat("params", self.params))
+        object.__setattr__(self, "work", whole("work", self.work, 0))
+        object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
         if self.time not in ("t", "tau"):
             raise DomainError("time", self.time, "'t' or 'tau'")
-        if self.time == "t" and self.clock is not None:
-            raise DomainError("clock", self.clock, "None, or time='tau': t is physical time itself")
+        self._check_functions()
+        self._check_forms()
+
+    def _check_functions(self) -> None:
+        check_recorded(self, optional=("field", "clock"))
+        if self.clock is not None and self.time == "t":
+            raise DomainError("clock", self.clock, "None: the problem's own time is physical time")
+        for name in ("make_state", "make_random", "make_exact", "admit", "physical"):
+            f = getattr(self, name)
+            if not (f is None or callable(f)):
+                raise DomainError(name, f, "a function or None")
+        seen: set[str] = set()
+        for group in _GROUPS:
+            quantities = getattr(self, group)
+            check_kind(self, {group: Mapping})
+            for name, f in quantities.items():
+                if not isinstance(name, str) or name in seen or name in _RESERVED:
+                    expected = f"names unlike each other and unlike {', '.join(_RESERVED)}"
+                    raise DomainError(group, name, expected)
+                if not isinstance(f, Recorded):
+                    expected = "a function recorded with geomint.observable"
+                    raise DomainError(f"{group}[{name!r}]", f, expected)
+                seen.add(name)
+
+    def _check_forms(self) -> None:
+        if not self.forms:
+            raise FormError(f"problem {self.name!r} has no form: give one of {', '.join(FORMS)}")
+        kinds = {
+            "action": GroupAction,
+            "hamiltonian": Hamiltonian,
+            "splitting": Splitting,
+            "measure": Measure,
+        }
+        given = {name: kind for name, kind in kinds.items() if getattr(self, name) is not None}
+        check_kind(self, given)
+        if self.hamiltonian is not None:
+            if self.rows % 2:
+                raise DomainError("pieces", self.pieces, "as many rows of q as of p")
+            if self.hamiltonian.constraints >= self.rows // 2:
+                expected = f"fewer than the {self.rows // 2} rows of q"
+                raise DomainError("constraints", self.hamiltonian.constraints, expected)
+        if self.measure is not None and self.measure.conditions >= self.rows:
+            expected = f"fewer than the {self.rows} rows of the state"
+            raise DomainError("conditions", self.measure.conditions, expected)
 
     @property
     def rows(self) -> int:
@@ -181,11 +230,26 @@ class Problem:
         """Return `y` as a flat, finite, admissible float64 state, or raise `DomainError`."""
         order = ", ".join(f"{name} ({rows})" for name, rows in self.pieces)
         state = as_vector("state", y, self.rows, f" in the order {order}")
-        return state if self.admit is None else self.admit(state)
+        if self.admit is None:
+            return state
+        return as_vector("state", self.admit(state), self.rows, f", as `admit` of {self.name!r}")
 
     def physical_state(self, y: Array) -> dict[str, Array]:
         """Return the named arrays by which results of different forms are compared."""
         return {"state": np.asarray(y)} if self.physical is None else self.physical(y)
+
+
+def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:
+    """Return pairs of a name and a number of rows, or raise `DomainError`."""
+    expected = "pairs (name, rows) with names unlike each other and whole numbers rows ≥ 1"
+    try:
+        pairs = [(name, whole(f"rows of {name!r}", rows, 1)) for name, rows in pieces]
+    except (TypeError, ValueError) as error:
+        raise DomainError("pieces", pieces, expected) from error
+    names = [name for name, _ in pairs]
+    if not pairs or not all(isinstance(n, str) for n in names) or len(set(names)) < len(names):
+        raise DomainError("pieces", pieces, expected)
+    return tuple(pairs)
 
 
 def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .confirmation import confirm
+from .declaration import check_problem
 from .errors import ConvergenceError, FormError, NonFiniteError
 from .kernels.blocks import scalar_block
 from .kernels.double_double import DoubleDoubleBlock, double_double_block, lane_rows
@@ -59,6 +60,8 @@ def reference_solution(
     ------
     FormError
         If the problem has no field.
+    DeclarationError
+        If a function of the problem does not fit what it declares.
     ConvergenceError, NonFiniteError
         If the solution cannot be followed.
     TruthError
@@ -66,6 +69,7 @@ def reference_solution(
     """
     if problem.field is None:
         raise FormError(f"problem {problem.name!r} has no field: no reference can be computed")
+    check_problem(problem, y0, "field", problem.clock is not None)
     path = place_of(problem, y0, own_end)
     found = stored(path)
     if found is None:

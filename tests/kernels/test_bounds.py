@@ -89,12 +89,16 @@ for i, n, good in ((0, 2, True), (3, 1, True), (9, 1, False), (0, 3, False), (-1
 
 @gi.field
 def wrong(params, t, y, out, work):
-    out[0] = y[1]
+    out[0] = 1.0 + 0.0 * y[0]
+    work[0] = y[0]
+    if gi.top(work[0]) > 0.5:  # not at the start: the check of declarations cannot see it
+        out[0] = y[1]
 
 
 for method in ("rk-4", "gauss-2"):
     try:
-        gi.solve(gi.Problem("one", (("y", 1),), field=wrong), [1.0], t_end=1.0, method=method, step=0.1)
+        problem = gi.Problem("one", (("y", 1),), field=wrong, work=1)
+        gi.solve(problem, [0.0], t_end=1.0, method=method, step=0.1)
     except IndexError:
         continue
     raise AssertionError(method)

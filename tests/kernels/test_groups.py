@@ -344,7 +344,7 @@ def test_lanes_are_eight_actions(n: int, function: str) -> None:
 
 def test_groups_refuse_nonsense() -> None:
     """With the value and what was expected."""
-    with pytest.raises(ValueError, match="n = 1: expected a dimension ≥ 2"):
+    with pytest.raises(ValueError, match="n = 1: expected a whole number ≥ 2"):
         so_n(1)
     with pytest.raises(ValueError, match="Did you mean 'vector'"):
         so_n(3, "vectro")

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 
 import chaplygin as ch
 import geomint as gi
+from geomint.declaration import check_problem
 from geomint.evaluate import derivative
 from geomint.kernels.blocks import Block
 from geomint.kernels.step_control import error_size, exponential, logarithm, retry_factor
@@ -139,6 +140,8 @@ def test_rejected_steps_are_counted(name: str) -> None:
     """And so are the evaluations: those of rejected steps too, but no first stage twice."""
     counter = Counter(bump)
     problem = dataclasses.replace(BUMP, field=counter.field)
+    check_problem(problem, np.array([1.0, 0.0]), "field")  # runs it once, and remembers
+    counter.calls = 0
     sol = gi.solve(
         problem, [1.0, 0.0], t_end=10.0, step=0.1, method=name, save_every=1, compiled=False
     )

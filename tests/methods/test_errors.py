@@ -509,38 +509,45 @@ def slices(params, t, y, out, work):
     out[:] = y[:]
 
 
-@pytest.mark.parametrize(
-    ("field", "says"),
-    [
-        (undefined_name, "name 'gravity' is not defined"),
-        (wrong_signature, r"signature '\(t, y\)'"),
-        (slices, "slice"),
-    ],
-)
-@pytest.mark.parametrize("method", ["rk-4", "gauss-2"])
-@compiler
-def test_a_field_with_a_mistake(field: object, says: str, method: str) -> None:
-    """The compiler's own error, at the user's line, without a chain of others."""
-    with pytest.raises(NumbaError, match=says) as caught:
-        gi.solve(pendulum(field), [0.5, 0.1], t_end=1.0, step=0.1, method=method)
-    assert caught.value.__cause__ is None
-    assert caught.value.__context__ is None or caught.value.__suppress_context__
-    assert len(str(caught.value).splitlines()) < 40
-
-
-def test_a_field_with_a_mistake_and_no_step() -> None:
-    """Looking for a default step, the field is tried in Python first."""
-    with pytest.raises(NameError, match="gravity"):
-        gi.solve(pendulum(undefined_name), [0.5, 0.1], t_end=1.0)
-    with pytest.raises(TypeError, match="positional arguments"):
-        gi.solve(pendulum(wrong_signature), [0.5, 0.1], t_end=1.0)
-    with pytest.raises(IndexError, match="rows are counted from 0"):
-        gi.solve(pendulum(last_row), [0.5, 0.1], t_end=1.0)
-
-
 def last_row(params, t, y, out, work):
     out[0] = y[-1]
     out[1] = -y[0]
+
+
+@pytest.mark.parametrize(
+    ("field", "says"),
+    [
+        (
+            undefined_name,
+            r"raises NameError: name 'gravity' is not defined \(undefined_name, .*:\d+",
+        ),
+        (wrong_signature, r"takes \(t, y\), where \(params, t, y, out, work\) is wanted"),
+        (slices, "raises TypeError: .*slice"),
+        (last_row, r"reads row -1 of y, which has 2 rows, counted from 0 \(last_row, .*:\d+"),
+    ],
+)
+@pytest.mark.parametrize("options", [{"step": 0.1, "method": "rk-4"}, {}])
+def test_a_field_with_a_mistake(field: object, says: str, options: dict) -> None:
+    """Is tried in Python first: what is wrong, at the user's line, without the compiler's words."""
+    with pytest.raises(gi.DeclarationError, match=f"field of problem 'pendulum' {says}") as caught:
+        gi.solve(pendulum(field), [0.5, 0.1], t_end=1.0, **options)
+    assert "\n" not in str(caught.value)
+
+
+def unknown_to_the_compiler(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -float(format(y[0], ".3f"))
+
+
+@pytest.mark.parametrize("method", ["rk-4", "gauss-2"])
+@compiler
+def test_a_field_that_does_not_compile(method: str) -> None:
+    """The compiler's own error, without a chain of others."""
+    with pytest.raises(NumbaError) as caught:
+        gi.solve(pendulum(unknown_to_the_compiler), [0.5, 0.1], t_end=1.0, step=0.1, method=method)
+    assert caught.value.__cause__ is None
+    assert caught.value.__context__ is None or caught.value.__suppress_context__
+    assert len(str(caught.value).splitlines()) < 40
 
 
 def test_plain_python_is_as_quiet_as_compiled_code() -> None:

@@ -65,7 +65,7 @@ class LaneBlock(Block):
 
 
 def _counted(row: int) -> int:
-    """Return a row's number, which compiled code does not count from the end if negative."""
+    """Return a row's number; a negative one is refused here as everywhere, not counted from the end."""
     if row < 0:
         raise IndexError(f"row {row} of a block: rows are counted from 0")
     return row

@@ -64,9 +64,10 @@ def field(function: Callable[..., Any]) -> Recorded:
     function : callable
         `params` is the block of parameters (always float64), `t` the time, `y` the state,
         `out` receives the derivative row by row, `work` is scratch of the size that the problem
-        states. All rows are numbers: float64, or eight of them at once (a lane value), so write
-        loops and ``+ - * /``; for square roots, sines and choices use `geomint.sqrt`,
-        `geomint.sin`, `geomint.cos` and `geomint.select`, which take both.
+        states. Rows are counted from 0, never from the end; all rows of `out` must be written, and
+        neither `out` nor `work` holds anything before. Numbers are float64, or eight of them at once
+        (a lane value), so write loops and ``+ - * /``; for square roots, sines and choices use
+        `geomint.sqrt`, `geomint.sin`, `geomint.cos` and `geomint.select`, which take both.
 
     Examples
     --------

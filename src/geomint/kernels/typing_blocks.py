@@ -1,6 +1,7 @@
 """The numba half of blocks: a pointer and a row count, with rows of float64 or of lane values.
 
-Setting ``NUMBA_BOUNDSCHECK=1`` before compilation checks every row index; otherwise none is checked.
+Setting ``NUMBA_BOUNDSCHECK=1`` before compilation checks every row index; otherwise none is checked,
+but in the one run of every function in plain Python before its first (`geomint.declaration`).
 """
 
 from __future__ import annotations

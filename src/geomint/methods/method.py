@@ -118,7 +118,8 @@ class Method:
             )
         if clock and problem.clock is None:
             raise FormError(
-                f"problem {problem.name!r} in {problem.time!r} has no clock: physical time is not known"
+                f"problem {problem.name!r} in τ has no clock dt/dτ: give it one, or the end as "
+                f"tau_end with clock=False"
             )
         if clock and self.needs == "action":
             raise FormError(

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..declaration import check_form
 from ..kernels.blocks import Block
 from ..problem import Problem
 
@@ -116,6 +117,7 @@ def cost_of(problem: Problem, form: str, y: Array) -> Cost:
     Operations are those of the field; of the generator and one action of the group; of the
     gradients and the constraint; or of all flows of a splitting. A sign or a comparison is free.
     """
+    check_form(problem, form, y)
     tally = _Tally()
     _EVALUATIONS[form](problem, tally, y)
     return Cost(problem.rows, tally.count)

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..declaration import check_value
 from ..deviation import sizes_of
 from ..evaluate import value
 from ..kernels.blocks import Block, scalar_block
@@ -58,6 +59,7 @@ class Quantities:
         if not self._compiled:
             return value(self._problem, f, y, t)
         if name not in self._entries:
+            check_value(self._problem, f, y)
             bound = bind_value(f, len(self._problem.params), self._problem.rows)
             self._entries[name] = self._entry("value", bound)
         return float(self._entries[name](self._params, float(t), Block(y), self._work))

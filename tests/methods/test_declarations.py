@@ -1,0 +1,771 @@
+"""What a problem declares is held to what its functions do: before anything is computed."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.declaration import FEW, check_problem
+from geomint.evaluate import derivative, value
+from geomint.kernels.blocks import part
+from geomint.kernels.watched import AccessError, Fresh, Given
+from geomint.reference import reference_solution
+from geomint.scene.load import load_scene, scene_names
+from geomint.stress.promises import Quantities
+from geomint.testproblems import examples
+
+pytestmark = pytest.mark.nojit
+
+# --- right problems, one of each form -------------------------------------------------------------
+
+
+def oscillator(params, t, y, out, work):
+    work[0] = params[0] * y[0]
+    out[0] = y[1]
+    out[1] = -work[0]
+
+
+def energy(params, t, y, work):
+    return 0.5 * (params[0] * y[0] * y[0] + y[1] * y[1])
+
+
+def rate(params, t, y, work):
+    return 1.0 + 0.0 * y[0]
+
+
+def level(params, t, y, out, work):
+    out[0] = energy(params, t, y, work) - 0.5
+
+
+def turning(params, t, y, out, work):
+    """Generator of SO(3)."""
+    out[0] = -params[0] * y[0]
+    out[1] = -2.0 * params[0] * y[1]
+    out[2] = -3.0 * params[0] * y[2]
+
+
+def shift(layout, xi, y, out, work):
+    """Act by a translation along each of two axes."""
+    for i in range(2):
+        out[i] = layout[0] * xi[i]
+
+
+def commute(layout, x, y, out, work):
+    work[0] = 0.0 * x[0]
+    for i in range(2):
+        out[i] = work[0] * y[i]
+
+
+def plain(layout, u, v, out, work):
+    for i in range(2):
+        out[i] = v[i]
+
+
+def reach(layout, u, work):
+    return 0.0 * u[0]
+
+
+def drift_along(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -params[0] * y[0]
+
+
+def slopes(params, t, q, p, dq, dp, work):
+    for i in range(2):
+        dq[i] = 0.0 * q[i]
+        dp[i] = 1.0 * p[i]
+    dq[1] = params[0] + 0.0 * q[0]
+
+
+def circle(params, q, g, G, work):
+    g[0] = q[0] * q[0] + q[1] * q[1] - 1.0
+    G[0] = 2.0 * q[0]
+    G[1] = 2.0 * q[1]
+
+
+def kick_and_drift(k, params, t, h, y, out, work):
+    if k == 0:
+        out[0] = h * y[1]
+        out[1] = 0.0 * h
+    else:
+        out[0] = 0.0 * h
+        out[1] = -h * params[0] * y[0]
+
+
+GROUP = gi.Group(
+    "R^2",
+    2,
+    [1.0],
+    gi.helper(shift),
+    gi.helper(commute),
+    1,
+    cayley=gi.helper(shift),
+    dexpinv=gi.helper(plain),
+    dcayinv=gi.helper(plain),
+    extent=gi.helper(reach),
+)
+
+
+def fielded(field: Any = oscillator, **changes: Any) -> gi.Problem:
+    """Return the oscillator with everything that can be watched, in τ."""
+    options = {
+        "name": "fielded",
+        "pieces": (("q", 1), ("p", 1)),
+        "params": [1.0],
+        "field": gi.field(field),
+        "work": 1,
+        "time": "tau",
+        "clock": gi.observable(rate),
+        "invariants": {"energy": gi.observable(energy)},
+        "measure": gi.Measure(gi.observable(rate), gi.field(level), 1),
+    }
+    return gi.Problem(**{**options, **changes})
+
+
+def acted(generator: Any = turning, group: gi.Group | None = None) -> gi.Problem:
+    """Return a body that turns one vector."""
+    action = gi.GroupAction(gi.field(generator), group or gi.so3(1))
+    return gi.Problem("acted", (("m", 3),), [1.0], action=action)
+
+
+def shifted(generator: Any = drift_along, **functions: Any) -> gi.Problem:
+    """Return the oscillator under a group of one's own."""
+    recorded = {k: gi.helper(f) if callable(f) else f for k, f in functions.items()}
+    group = dataclasses.replace(GROUP, **recorded)
+    return gi.Problem(
+        "shifted", (("y", 2),), [1.0], action=gi.GroupAction(gi.field(generator), group)
+    )
+
+
+def swinging(gradients: Any = slopes, constraint: Any = circle, **form: Any) -> gi.Problem:
+    """Return the pendulum in the plane."""
+    options = {"constraints": 1, "separable": True, **form}
+    hamiltonian = gi.Hamiltonian(gi.field(gradients), gi.field(constraint), **options)
+    return gi.Problem("swinging", (("q", 2), ("p", 2)), [1.0], hamiltonian=hamiltonian)
+
+
+def split(flow: Any = kick_and_drift, parts: Any = 2) -> gi.Problem:
+    """Return the oscillator as kick and drift."""
+    return gi.Problem("split", (("y", 2),), [1.0], splitting=gi.Splitting(gi.helper(flow), parts))
+
+
+# --- functions with one mistake -------------------------------------------------------------------
+
+
+def changed(f: Callable[..., Any], line: str, *, before: bool = False) -> Callable[..., Any]:
+    """Return the function with one more line at its end, or at its beginning."""
+    code = f.__code__
+    names = code.co_varnames[: code.co_argcount]
+    call = f"    result = _own({', '.join(names)})"
+    lines = [f"    {line}", call] if before else [call, f"    {line}"]
+    text = "\n".join([f"def {f.__name__}({', '.join(names)}):", *lines, "    return result"])
+    space = {"_own": f, "gi": gi, "part": part, "math": math}
+    exec(text, space)
+    return space[f.__name__]
+
+
+def without(f: Callable[..., Any], block: str, row: int) -> Callable[..., Any]:
+    """Return the function that does not write one row."""
+
+    class Without:
+        def __init__(self, own: Any) -> None:
+            self.own = own
+
+        def __len__(self) -> int:
+            return len(self.own)
+
+        def __getitem__(self, at: int) -> Any:
+            return 0.0 if at == row else self.own[at]
+
+        def __setitem__(self, at: int, number: Any) -> None:
+            if at != row:
+                self.own[at] = number
+
+    names = f.__code__.co_varnames[: f.__code__.co_argcount]
+    arguments = ", ".join(f"_without({n})" if n == block else n for n in names)
+    space = {"_own": f, "_without": Without}
+    exec(f"def {f.__name__}({', '.join(names)}):\n    return _own({arguments})", space)
+    return space[f.__name__]
+
+
+def nothing(*arguments):
+    pass
+
+
+def too_few(t, y):
+    return -y[0]
+
+
+def no_number(params, t, y, work):
+    work[0] = y[0]
+
+
+def a_block(params, t, y, work):
+    return y
+
+
+def returning(params, t, y, out, work):
+    return y[0]
+
+
+def coupled(params, t, q, p, dq, dp, work):
+    slopes(params, t, q, p, dq, dp, work)
+    dq[0] = q[0] * p[0]
+
+
+def position_dependent(params, t, q, p, dq, dp, work):
+    slopes(params, t, q, p, dq, dp, work)
+    dp[1] = p[1] * (1.0 + q[0] * q[0])
+
+
+def squared(params, t, q, p, dq, dp, work):
+    slopes(params, t, q, p, dq, dp, work)
+    dp[0] = p[0] * p[0]
+
+
+def one_part_of_three(k, params, t, h, y, out, work):
+    if k < 2:
+        kick_and_drift(k, params, t, h, y, out, work)
+
+
+Y2, Y3, Y4 = [1.0, 0.5], [0.6, 0.0, 0.8], [1.0, 0.0, 0.0, 0.5]
+
+# (what is wrong, problem, state, method, function, block, index, size)
+WRONG = [
+    # fields
+    (fielded(changed(oscillator, "out[-2] = y[1]")), Y2, "rk-4", "field", "out", -2, 2),
+    (fielded(changed(oscillator, "out[2] = y[1]")), Y2, "rk-4", "field", "out", 2, 2),
+    (fielded(changed(oscillator, "out[0] = y[-1]")), Y2, "gauss-8", "field", "y", -1, 2),
+    (fielded(changed(oscillator, "out[0] = y[2]")), Y2, "dop853", "field", "y", 2, 2),
+    (fielded(changed(oscillator, "out[0] = params[-1]")), Y2, "rk-4", "field", "params", -1, 1),
+    (fielded(changed(oscillator, "out[0] = params[1]")), Y2, "gauss-2", "field", "params", 1, 1),
+    (fielded(changed(oscillator, "work[1] = y[0]")), Y2, "rk-4", "field", "work", 1, 1),
+    (fielded(changed(oscillator, "work[-1] = y[0]")), Y2, "rk-4", "field", "work", -1, 1),
+    (fielded(work=0), Y2, "rk-4", "field", "work", 0, 0),
+    (fielded(changed(oscillator, "out[0] = part(y, 1, 1)[1]")), Y2, "rk-4", "field", "y", 2, 2),
+    (fielded(changed(oscillator, "out[0] = part(y, 0, 1)[1]")), Y2, "rk-4", "field", "y", 1, 2),
+    (fielded(changed(oscillator, "part(y, 1, 2)")), Y2, "rk-4", "field", "y", 2, 2),
+    (fielded(changed(oscillator, "part(out, -1, 1)")), Y2, "rk-4", "field", "out", -1, 2),
+    (fielded(changed(oscillator, "y[0] = 2.0")), Y2, "rk-4", "field", "y", 0, 2),
+    (fielded(changed(oscillator, "part(y, 1, 1)[0] = 2.0")), Y2, "rk-4", "field", "y", 1, 2),
+    (fielded(changed(oscillator, "params[0] = 2.0")), Y2, "rk-4", "field", "params", 0, 1),
+    (fielded(without(oscillator, "out", 1)), Y2, "rk-4", "field", "out", 1, 2),
+    (fielded(without(oscillator, "out", 0)), Y2, "gauss-8", "field", "out", 0, 2),
+    (
+        fielded(changed(oscillator, "out[0] = 0.0 * out[1]", before=True)),
+        *(Y2, "rk-4", "field", "out", 1, 2),
+    ),
+    (
+        fielded(changed(oscillator, "out[0] = work[0]", before=True)),
+        *(Y2, "rk-4", "field", "work", 0, 1),
+    ),
+    (fielded(changed(oscillator, "out[0] = None")), Y2, "rk-4", "field", "out", 0, 2),
+    (fielded(changed(oscillator, "out[1] = y")), Y2, "rk-4", "field", "out", 1, 2),
+    (fielded(returning), Y2, "rk-4", "field", "out", 0, 2),
+    (fielded(too_few), Y2, "rk-4", "field", None, None, None),
+    (fielded(energy), Y2, "rk-4", "field", None, None, None),
+    (fielded(changed(oscillator, "out[0] = gravity")), Y2, "rk-4", "field", None, None, None),
+    (fielded(changed(oscillator, "out[0] = y[0.5]")), Y2, "rk-4", "field", None, None, None),
+    (fielded(pieces=(("q", 1),), measure=None), [1.0], "rk-4", "field", "y", 1, 1),
+    (fielded(pieces=(("q", 2), ("p", 1))), Y3, "rk-4", "field", "out", 2, 3),
+    (fielded(params=[]), Y2, "rk-4", "field", "params", 0, 0),
+    # functions that return a number
+    (fielded(clock=gi.observable(no_number)), Y2, "rk-4", "clock", None, None, None),
+    (
+        fielded(clock=gi.observable(changed(rate, "y[-1]"))),
+        *(Y2, "gauss-2", "clock", "y", -1, 2),
+    ),
+    (
+        fielded(invariants={"e": gi.observable(a_block)}),
+        *(Y2, "rk-4", "invariants['e']", None, None, None),
+    ),
+    (
+        fielded(constraints={"c": gi.observable(changed(energy, "y[2]"))}),
+        *(Y2, "rk-4", "constraints['c']", "y", 2, 2),
+    ),
+    (
+        fielded(observables={"o": gi.observable(changed(energy, "work[0]"))}),
+        *(Y2, "rk-4", "observables['o']", "work", 0, 1),
+    ),
+    (
+        fielded(observables={"o": gi.field(oscillator)}),
+        *(Y2, "rk-4", "observables['o']", None, None, None),
+    ),
+    # the measure
+    (
+        fielded(measure=gi.Measure(gi.observable(changed(rate, "params[3]")))),
+        *(Y2, "rk-4", "measure.log_density", "params", 3, 1),
+    ),
+    (
+        fielded(
+            measure=gi.Measure(gi.observable(rate), gi.field(changed(level, "out[1] = 1.0")), 1)
+        ),
+        *(Y2, "rk-4", "measure.manifold", "out", 1, 1),
+    ),
+    (
+        fielded(
+            pieces=(("q", 1), ("p", 2)),
+            field=gi.field(changed(oscillator, "out[2] = y[2]")),
+            measure=gi.Measure(gi.observable(rate), gi.field(level), 2),
+        ),
+        *([1.0, 0.5, 1.0], "rk-4", "measure.manifold", "out", 1, 2),
+    ),
+    # actions
+    (acted(changed(turning, "out[0] = y[-3]")), Y3, "cf-4", "action.generator", "y", -3, 3),
+    (acted(changed(turning, "out[3] = y[0]")), Y3, "rkmk-4", "action.generator", "out", 3, 3),
+    (acted(without(turning, "out", 2)), Y3, "cf-4", "action.generator", "out", 2, 3),
+    (acted(group=gi.so3(2)), Y3, "cf-4", "action.group", "y", 6, 3),
+    (acted(group=gi.so_n(3)), Y3, "cf-4", "action.group", "y", 0, 3),
+    (acted(group=gi.so_n(3, "frame")), Y3, "rkmk-4", "action.group", "y", 9, 3),
+    (
+        acted(group=dataclasses.replace(gi.so_n(3, "vector"), work=3)),
+        *(Y3, "cf-4", "action.group", "work", 57, 3),
+    ),
+    (
+        acted(group=dataclasses.replace(gi.so3(1), algebra_rows=4)),
+        *(Y3, "cf-4", "action.generator", "out", 3, 4),
+    ),
+    (shifted(act=changed(shift, "out[2] = xi[0]")), Y2, "cf-4", "action.group.act", "out", 2, 2),
+    (shifted(act=without(shift, "out", 1)), Y2, "cf-4", "action.group.act", "out", 1, 2),
+    (
+        shifted(act=changed(shift, "out[0] = layout[1]")),
+        Y2,
+        "cf-4",
+        "action.group.act",
+        "layout",
+        1,
+        1,
+    ),
+    (shifted(cayley=changed(shift, "y[0] = 1.0")), Y2, "cf-4", "action.group.cayley", "y", 0, 2),
+    (shifted(bracket=changed(commute, "x[-1]")), Y2, "rkmk-4", "action.group.bracket", "x", -1, 2),
+    (shifted(work=0), Y2, "rkmk-4", "action.group.bracket", "work", 0, 0),
+    (shifted(dexpinv=without(plain, "out", 0)), Y2, "cf-4", "action.group.dexpinv", "out", 0, 2),
+    (shifted(dcayinv=changed(plain, "u[2]")), Y2, "cf-4", "action.group.dcayinv", "u", 2, 2),
+    (shifted(extent=nothing), Y2, "cf-4", "action.group.extent", None, None, None),
+    # Hamiltonians
+    (swinging(changed(slopes, "dq[0] = q[2]")), Y4, "rattle-2", "hamiltonian.gradients", "q", 2, 2),
+    (
+        swinging(changed(slopes, "dp[-1] = p[0]")),
+        Y4,
+        "rattle-2",
+        "hamiltonian.gradients",
+        "dp",
+        -1,
+        2,
+    ),
+    (swinging(without(slopes, "dp", 1)), Y4, "rattle-4", "hamiltonian.gradients", "dp", 1, 2),
+    (swinging(without(slopes, "dq", 0)), Y4, "rattle-4", "hamiltonian.gradients", "dq", 0, 2),
+    (
+        swinging(constraint=changed(circle, "g[0] = q[-1]")),
+        *(Y4, "rattle-2", "hamiltonian.constraint", "q", -1, 2),
+    ),
+    (
+        swinging(constraint=changed(circle, "g[1] = q[0]")),
+        *(Y4, "rattle-2", "hamiltonian.constraint", "g", 1, 1),
+    ),
+    (
+        swinging(constraint=without(circle, "G", 1)),
+        *(Y4, "rattle-2", "hamiltonian.constraint", "G", 1, 2),
+    ),
+    (swinging(constraint=nothing), Y4, "rattle-2", "hamiltonian.constraint", "g", 0, 1),
+    (swinging(coupled), Y4, "rattle-2", "hamiltonian.gradients", "dq", 0, 2),
+    (swinging(position_dependent), Y4, "rattle-2", "hamiltonian.gradients", "dp", 1, 2),
+    (swinging(squared), Y4, "rattle-2", "hamiltonian.gradients", "dp", 0, 2),
+    # splittings
+    (
+        split(changed(kick_and_drift, "out[-1] = h")),
+        Y2,
+        "verlet-2",
+        "splitting.flow of part 0",
+        "out",
+        -1,
+        2,
+    ),
+    (
+        split(without(kick_and_drift, "out", 1)),
+        Y2,
+        "verlet-4",
+        "splitting.flow of part 0",
+        "out",
+        1,
+        2,
+    ),
+    (split(one_part_of_three, 3), Y2, "verlet-2", "splitting.flow of part 2", "out", 0, 2),
+    (split(parts=3), Y2, "verlet-2", "splitting.flow", "parts", 2, 3),
+    (split(oscillator), Y2, "verlet-2", "splitting.flow of part 0", None, None, None),
+]
+
+
+def ends(problem: gi.Problem) -> dict[str, float]:
+    return {"tau_end" if problem.time == "tau" else "t_end": 1.0}
+
+
+@pytest.fixture
+def nothing_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No kernel is prepared, let alone run."""
+    from geomint.methods.stepper import Stepper
+
+    def fail(*arguments: Any) -> None:
+        pytest.fail("a run began")
+
+    monkeypatch.setattr(Stepper, "prepare", fail)
+    monkeypatch.setattr(Stepper, "advance", fail)
+
+
+@pytest.mark.parametrize("case", WRONG, ids=lambda c: f"{c[3]}-{c[4]}-{c[5]}-{c[6]}")
+def test_what_does_not_fit(case: tuple[Any, ...], nothing_runs: None) -> None:
+    """With or without a step, compiled or not: the function, the row and the number of rows."""
+    problem, y0, method, function, block, index, size = case
+    for options in ({"step": 0.1}, {}, {"step": 0.1, "compiled": False}):
+        with pytest.raises(gi.DeclarationError) as caught:
+            gi.solve(problem, y0, method=method, **ends(problem), **options)
+        error = caught.value
+        found = (error.problem, error.function, error.block, error.index, error.size)
+        assert found == (problem.name, function, block, index, size), str(error)
+        assert "\n" not in str(error)
+
+
+RIGHT = [
+    (fielded(), Y2, ("rk-4", "gauss-2")),
+    (acted(), Y3, ("cf-4", "rkmk-4")),
+    (shifted(), Y2, ("cf-4", "rkmk-4", "rkmk-cayley-4")),
+    (swinging(), Y4, ("rattle-2",)),
+    (swinging(separable=False), Y4, ("rattle-2",)),
+    (split(), Y2, ("verlet-2",)),
+]
+
+
+@pytest.mark.parametrize(("problem", "y0", "names"), RIGHT, ids=lambda v: getattr(v, "name", ""))
+def test_what_fits_runs(problem: gi.Problem, y0: Any, names: tuple[str, ...]) -> None:
+    """The problems that the mistakes are planted in."""
+    for name in names:
+        assert gi.solve(
+            problem, y0, method=name, step=0.1, observe="all", compiled=False, **ends(problem)
+        ).success
+
+
+# --- declarations that no function is needed for --------------------------------------------------
+
+RECORDED = gi.field(nothing)
+
+
+@pytest.mark.parametrize(
+    ("make", "name"),
+    [
+        (lambda: fielded(work=1.5), "work"),
+        (lambda: fielded(work=-1), "work"),
+        (lambda: fielded(work=True), "work"),
+        (lambda: fielded(pieces=(("y", 1), ("y", 1))), "pieces"),
+        (lambda: fielded(pieces=((0, 1), (1, 1))), "pieces"),
+        (lambda: fielded(pieces=(("y", 2.0),)), "pieces"),
+        (lambda: fielded(pieces=("y", 2)), "pieces"),
+        (lambda: fielded(pieces=2), "pieces"),
+        (lambda: fielded(params=[[1.0], [2.0]]), "params"),
+        (lambda: fielded(params=["one"]), "params"),
+        (lambda: fielded(params=[1j]), "params"),
+        (lambda: fielded(name=3), "name"),
+        (lambda: gi.Problem("p", (("y", 2),), field=oscillator), "field"),
+        (lambda: gi.Problem("p", (("y", 2),), field=RECORDED, clock=RECORDED), "clock"),
+        (lambda: fielded(clock=rate), "clock"),
+        (lambda: fielded(invariants={"e": energy}), "invariants['e']"),
+        (lambda: fielded(constraints={1: gi.observable(energy)}), "constraints"),
+        (lambda: fielded(observables={"energy": gi.observable(energy)}), "observables"),
+        (lambda: fielded(observables={"all": gi.observable(energy)}), "observables"),
+        (lambda: fielded(observables={"measure": gi.observable(energy)}), "observables"),
+        (lambda: fielded(observables=[gi.observable(energy)]), "observables"),
+        (lambda: fielded(measure=gi.observable(energy)), "measure"),
+        (lambda: fielded(action=GROUP), "action"),
+        (lambda: fielded(splitting=gi.observable(kick_and_drift)), "splitting"),
+        (lambda: fielded(hamiltonian=gi.observable(slopes)), "hamiltonian"),
+        (lambda: fielded(physical=3), "physical"),
+        (lambda: fielded(parameters=3), "parameters"),
+        (lambda: gi.Measure(gi.observable(rate), gi.field(level)), "conditions"),
+        (lambda: gi.Measure(gi.observable(rate), None, 1), "conditions"),
+        (lambda: gi.Measure(rate), "log_density"),
+        (lambda: fielded(measure=gi.Measure(RECORDED, RECORDED, 2)), "conditions"),
+        (lambda: split(parts=1), "parts"),
+        (lambda: split(parts=2.0), "parts"),
+        (lambda: gi.Splitting(kick_and_drift, 2), "flow"),
+        (lambda: gi.Splitting(RECORDED, 2, symplectic=1), "symplectic"),
+        (lambda: swinging(constraints=0), "constraints"),
+        (lambda: swinging(constraints=2), "constraints"),
+        (lambda: swinging(constraints=1.0), "constraints"),
+        (lambda: swinging(separable="yes"), "separable"),
+        (lambda: gi.Hamiltonian(slopes, RECORDED, 1), "gradients"),
+        (
+            lambda: dataclasses.replace(swinging(), pieces=(("q", 2), ("p", 1))),
+            "pieces",
+        ),
+        (lambda: gi.GroupAction(RECORDED, "SO(3)"), "group"),
+        (lambda: gi.GroupAction(turning, gi.so3(1)), "generator"),
+        (lambda: gi.so3(1.5), "vectors"),
+        (lambda: gi.so_n(3.0), "n"),
+        (lambda: dataclasses.replace(GROUP, act=shift), "act"),
+        (lambda: dataclasses.replace(GROUP, algebra_rows=0), "algebra_rows"),
+        (lambda: dataclasses.replace(GROUP, layout=[math.nan]), "layout"),
+        (lambda: dataclasses.replace(GROUP, inline="yes"), "inline"),
+    ],
+)
+def test_numbers_and_kinds(make: Callable[[], Any], name: str) -> None:
+    """Refused when the problem, or the form, is made."""
+    with pytest.raises(gi.DomainError) as caught:
+        make()
+    assert caught.value.name == name
+    assert "\n" not in str(caught.value)
+
+
+def test_a_clock_that_is_missing() -> None:
+    """A problem in τ without one runs to an end in τ alone, and says so."""
+    problem = fielded(clock=None)
+    for options in ({"t_end": 1.0}, {"tau_end": 1.0}):
+        with pytest.raises(gi.FormError, match=r"no clock dt/dτ.*tau_end with clock=False"):
+            gi.solve(problem, Y2, method="rk-4", step=0.1, **options)
+    run = {"method": "rk-4", "step": 0.1, "clock": False, "compiled": False}
+    assert gi.solve(problem, Y2, tau_end=1.0, **run).success
+
+
+def test_a_state_that_admit_spoils() -> None:
+    """What it returns is a state, of the same length."""
+    for spoilt in (lambda y: None, lambda y: y[:1], lambda y: y * math.nan):
+        with pytest.raises(gi.DomainError, match="state"):
+            fielded(admit=spoilt).canonical(Y2)
+
+
+# --- every way in ---------------------------------------------------------------------------------
+
+
+def test_observed_functions(nothing_runs: None) -> None:
+    """Of the user's own: by the name that they are given."""
+    for f in (changed(energy, "y[-1]"), gi.observable(changed(energy, "y[-1]"))):
+        with pytest.raises(gi.DeclarationError, match=r"observe\['mine'\].*row -1 of y"):
+            gi.solve(fielded(), Y2, tau_end=1.0, method="rk-4", step=0.1, observe={"mine": f})
+
+
+def test_values_and_derivatives() -> None:
+    """`geomint.value` and `geomint.derivative` check what they evaluate, also by name."""
+    bad = gi.observable(changed(energy, "y[-1]"))
+    problem = fielded(invariants={"bad": bad})
+    for f in ("bad", bad):
+        with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
+            value(problem, f, np.array(Y2))
+    assert value(problem, energy, Y2) == value(problem, gi.observable(energy), np.array(Y2))
+    with pytest.raises(gi.DeclarationError, match=r"energy of problem .fielded. .*row 9 of y"):
+        value(problem, changed(energy, "y[9]"), Y2)
+    with pytest.raises(gi.DomainError, match="a function recorded"):
+        value(problem, 3, Y2)
+    with pytest.raises(gi.DeclarationError, match="never writes row 1 of out"):
+        derivative(fielded(without(oscillator, "out", 1)), np.array(Y2))
+    for evaluate in (lambda y: value(fielded(), "energy", y), lambda y: derivative(fielded(), y)):
+        for y in (np.ones(1), np.ones(3), np.ones((2, 1))):
+            with pytest.raises(gi.DomainError, match="a state of 2 numbers"):
+                evaluate(y)
+
+
+def test_derivatives_are_those_of_their_state() -> None:
+    """What the check has evaluated serves its own state and time, and is nobody else's to change."""
+    fresh, y, z = fielded(), np.array(Y2), np.array([0.3, -0.2])
+    first = derivative(fresh, y)
+    first[0] = 7.0
+    np.testing.assert_array_equal(derivative(fresh, y), [0.5, -1.0])
+    np.testing.assert_array_equal(derivative(fresh, z), [-0.2, -0.3])
+
+    def forced(params, t, y, out, work):
+        out[0] = y[1] + t
+        out[1] = -y[0]
+
+    timed = fielded(forced)
+    assert derivative(timed, y)[0] == 0.5
+    assert derivative(timed, y, 2.0)[0] == 2.5
+    other = dataclasses.replace(timed, params=[2.0], field=gi.field(oscillator))
+    np.testing.assert_array_equal(derivative(other, y), [0.5, -2.0])
+
+
+def test_references(nothing_runs: None) -> None:
+    """In double-double arithmetic too."""
+    with pytest.raises(gi.DeclarationError, match="row -1 of y"):
+        reference_solution(fielded(changed(oscillator, "out[0] = y[-1]")), np.array(Y2), 1.0)
+    wrong = gi.observable(changed(rate, "params[5]"))
+    with pytest.raises(gi.DeclarationError, match=r"clock.*row 5 of params"):
+        reference_solution(fielded(clock=wrong), np.array(Y2), 1.0)
+
+
+def test_comparisons_and_plans(nothing_runs: None) -> None:
+    """What asks for a model's problems."""
+    from geomint.compare import compare
+    from geomint.plan.cost import cost_of
+    from geomint.stress.judge import Trial
+
+    problem = fielded(changed(oscillator, "out[0] = y[-1]"))
+    model = gi.Model({"own": problem}, {"own": np.array(Y2)})
+    for enter in (
+        lambda: compare(model, {"tau_end": 1.0}, ["rk-4"]),
+        lambda: cost_of(problem, "field", np.array(Y2)),
+        lambda: Trial(problem, np.array(Y2)),
+    ):
+        with pytest.raises(gi.DeclarationError, match="row -1 of y"):
+            enter()
+
+
+@pytest.mark.parametrize(
+    ("f", "says"),
+    [
+        (changed(oscillator, "out[0] = y[-1]"), "oscillator reads row -1 of x"),
+        (without(oscillator, "out", 1), "never writes row 1 of out, which has 2 rows"),
+        (changed(oscillator, "out[2] = 1.0"), "writes row 2 of out"),
+        (too_few, "takes"),
+    ],
+)
+def test_functions_at_points(f: Callable[..., Any], says: str) -> None:
+    """As `geomint.pointwise` is given sizes."""
+    with pytest.raises(gi.DeclarationError, match=says) as caught:
+        gi.pointwise(gi.field(f), [1.0], np.ones((5, 2)), 2, 1)
+    assert caught.value.problem is None
+    with pytest.raises(gi.DomainError, match="rows"):
+        gi.pointwise(gi.field(f), [1.0], np.ones((5, 2)), 2.5, 1)
+
+
+# --- what is not refused --------------------------------------------------------------------------
+
+
+def test_what_depends_on_the_state() -> None:
+    """A number that is not finite, or a division by zero, is for the run to tell; quietly."""
+
+    def poles(params, t, y, out, work):
+        out[0] = 1.0 / y[1]
+        out[1] = gi.sqrt(-y[0]) + math.log(y[0]) + 1.0 / float(y[1])
+
+    problem = gi.Problem("poles", (("y", 2),), field=gi.field(poles))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for y0 in ([1.0, 0.0], [0.0, 0.0]):
+            check_problem(problem, np.array(y0), "field")
+
+    def past_the_end(params, t, y, out, work):
+        out[0] = y[5]
+        out[1] = 1.0 / float(y[1])
+
+    problem = gi.Problem("past", (("y", 2),), field=gi.field(past_the_end))
+    with pytest.raises(gi.DeclarationError, match="row 5 of y"):
+        check_problem(problem, np.array([1.0, 0.0]), "field")
+
+
+def test_parts_at_rest() -> None:
+    """Parts that move nothing from here are not the same part; that would show elsewhere."""
+    check_problem(split(), np.zeros(2), "splitting")
+
+    def two_that_rest(k, params, t, h, y, out, work):
+        for i in range(2):
+            out[i] = h * y[i] if k == 0 else 0.0 * h
+
+    check_problem(split(two_that_rest, 3), np.array(Y2), "splitting")
+
+
+def test_large_problems_are_checked_where_they_are_used() -> None:
+    """All functions of one may take minutes in plain Python."""
+    rows = FEW + 1
+    calls = []
+
+    def many(params, t, y, out, work):
+        for i in range(rows):
+            out[i] = -y[i]
+
+    def counted(params, t, y, work):
+        calls.append(t)
+        return y[-1] if len(y) > 1 else 0.0
+
+    problem = gi.Problem(
+        "many", (("y", rows),), field=gi.field(many), invariants={"bad": gi.observable(counted)}
+    )
+    run = {"t_end": 0.1, "method": "rk-4", "step": 0.1, "compiled": False}
+    assert gi.solve(problem, np.ones(rows), **run).success
+    assert not calls
+    with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
+        gi.solve(problem, np.ones(rows), observe="invariants", **run)
+    with pytest.raises(gi.DeclarationError, match=r"invariants\['bad'\].*row -1 of y"):
+        Quantities(problem, np.ones(rows)).value("bad", 0.0, np.ones(rows))
+
+
+def test_once() -> None:
+    """A problem is checked once, not in every run, and what failed fails again."""
+    calls = []
+
+    def counted(params, t, y, work):
+        calls.append(t)
+        return 0.0 * y[0]
+
+    problem = fielded(observables={"counted": gi.observable(counted)})
+    for _ in range(3):
+        check_problem(problem, np.array(Y2), "field")
+        check_problem(problem, np.array([0.1, 0.2]), "field", True, problem.diagnostics)
+    assert len(calls) == 1
+    check_problem(dataclasses.replace(problem, params=[2.0]), np.array(Y2), "field")
+    assert len(calls) == 2
+
+
+def test_all_built_in_problems_fit() -> None:
+    """Every function of every test problem and scene."""
+    found = [(problem.name, problem, y) for problem, y in examples()]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", gi.GeomintWarning)
+        for scene in scene_names():
+            model = load_scene(scene).model
+            found += [(f"{scene}:{n}", p, model.states[n]) for n, p in model.problems.items()]
+    assert len(found) > 80
+    for name, problem, y in found:
+        for form in problem.forms:
+            check_problem(problem, problem.canonical(y), form, watched=problem.diagnostics)
+        assert len(problem.__dict__["_fitting"]) > len(problem.forms), name
+
+
+def test_own_groups_fit() -> None:
+    """The sizes that geomint's groups are known by are those that their functions take."""
+    from geomint import declaration
+    from geomint.groups import own_sizes
+
+    pieces = ("vector", "adjoint", "frame", "vector")
+    large = [gi.so_n(n, *pieces, translations=n - 2) for n in (2, 3, 5)]
+    for group in (gi.so3(1), gi.so3(3), *large):
+        rows = own_sizes(group).state
+        for n in (rows, rows - 1, rows + 1):
+            problem = gi.Problem("any", (("y", n),), field=RECORDED)
+            if n == rows:
+                declaration._check_group(problem, group)
+            elif n > 1:
+                with pytest.raises(gi.DeclarationError, match="act"):
+                    declaration._check_group(problem, group)
+
+
+# --- the blocks -----------------------------------------------------------------------------------
+
+
+def test_watched_blocks() -> None:
+    """Rows are counted in the whole block, also through parts of parts, which share what is known."""
+    block = Fresh("work", 6)
+    inner = part(part(block, 1, 4), 2, 2)
+    inner[1] = 5.0
+    assert block[4] == 5.0
+    assert block.unwritten == 0
+    for act, index in (
+        (lambda: inner[0], 3),
+        (lambda: inner[2], 5),
+        (lambda: inner[-1], 2),
+        (lambda: part(inner, 1, 2), 5),
+        (lambda: part(inner, -1, 2), 2),
+        (lambda: block[6], 6),
+    ):
+        with pytest.raises(AccessError) as caught:
+            act()
+        assert (caught.value.name, caught.value.index, caught.value.size) == ("work", index, 6)
+    assert len(part(block, 6, 0)) == 0
+    assert Fresh("work", 0).unwritten is None
+    given = Given("y", np.arange(3.0))
+    assert part(given, 1, 2)[1] == 2.0
+    with pytest.raises(AccessError, match="writes row 2 of y, which is not its own"):
+        part(given, 1, 2)[1] = 0.0
