@@ -16,6 +16,7 @@ from .errors import DomainError
 from .kernels.blocks import Block, scalar_block
 from .kernels.pointwise import pointwise_sweep
 from .kernels.recorded import Recorded
+from .methods.compiled import compiled
 
 __all__ = ["pointwise"]
 
@@ -53,7 +54,7 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
     width, shape = x.shape[-1], x.shape[:-1]
     count = int(np.prod(shape))
     flat, out = x.reshape(-1), np.empty(count * rows)
-    sweep = _compiled(function)
+    sweep = compiled(pointwise_sweep(function), _signature())
     block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
@@ -64,12 +65,10 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
 
 
 @functools.cache
-def _compiled(function: Recorded) -> Any:
-    """Return the sweep over points, compiled or found in the cache."""
+def _signature() -> Any:
     from numba.core import types
 
-    from .kernels.compile import SCALAR, compile_function
+    from .kernels.compile import SCALAR
 
     block, integer = SCALAR.block, types.int64
-    signature = types.void(block, block, integer, block, integer, integer, block)
-    return compile_function(pointwise_sweep(function), signature)
+    return types.void(block, block, integer, block, integer, integer, block)

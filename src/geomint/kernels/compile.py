@@ -21,7 +21,8 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from .cache import StampedCache
+from .cache import StampedCache, UnkeptCache, sources_edited
+from .foreign import refuse_foreign
 from .recorded import Recorded
 from .typing_blocks import LANE_BLOCK, SCALAR_BLOCK
 from .typing_lanes import LANE_VALUE
@@ -96,20 +97,35 @@ def make_dispatcher(recorded: Recorded) -> Any:
     return numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
 
 
-@functools.cache
 def _entry(recorded: Recorded) -> Any:
     """Return the dispatcher that is called from Python or by address: the one with a cache."""
+    return recorded.made(_make_entry)
+
+
+def _make_entry(recorded: Recorded) -> Any:
     dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
     if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+        refuse_foreign(recorded)
         started = functools.partial(_tell, recorded.function.__name__, None)
-        dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)
+        if recorded.reach.kept and not sources_edited():
+            dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)
+        else:
+            dispatcher._cache = UnkeptCache(started)
     return dispatcher
 
 
 def compile_function(recorded: Recorded, signature: Any) -> Any:
-    """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache."""
+    """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache.
+
+    What the function reaches is looked at in each call: after a change it is another dispatcher.
+
+    Raises
+    ------
+    ForeignError
+        If the function reaches what numba has compiled by itself.
+    """
     dispatcher = _entry(recorded)
-    if isinstance(dispatcher, Dispatcher):
+    if isinstance(dispatcher, Dispatcher) and signature.args not in dispatcher.overloads:
         with _lock, warnings.catch_warnings():
             # Steppers take fields as first-class functions, which numba calls experimental every
             # time; its pedantic warnings are addressed to its own developers.
