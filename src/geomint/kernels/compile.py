@@ -22,7 +22,7 @@ from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarn
 from numba.extending import typeof_impl
 
 from .cache import StampedCache, UnkeptCache, sources_edited
-from .foreign import refuse_foreign
+from .foreign import refuse_foreign, refuse_modules
 from .recorded import Recorded
 from .typing_blocks import LANE_BLOCK, SCALAR_BLOCK
 from .typing_lanes import LANE_VALUE
@@ -94,7 +94,16 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    return numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    dispatcher = numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    if isinstance(dispatcher, Dispatcher):
+        template = dispatcher.get_call_template
+
+        def checked(args: Any, kws: Any) -> Any:
+            refuse_modules(recorded, (*args, *dict(kws).values()))
+            return template(args, kws)
+
+        dispatcher.get_call_template = checked
+    return dispatcher
 
 
 def _entry(recorded: Recorded) -> Any:

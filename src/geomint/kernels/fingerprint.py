@@ -22,6 +22,7 @@ import enum
 import hashlib
 import itertools
 import operator
+import os
 import types
 from collections.abc import Callable
 from typing import Any
@@ -30,12 +31,13 @@ import numpy as np
 
 from .code import CONSTANTS, Path, constant, described, framed
 
-__all__ = ["KERNELS", "Reach", "Wrapped", "fingerprint", "home_of"]
+__all__ = ["KERNELS", "Reach", "Wrapped", "content_of", "fingerprint", "home_of"]
 
 MISSING: Any = object()
 LIBRARIES = {"numpy", "numba", "llvmlite"}  # their versions are part of the cache folder's name
 KERNELS = __name__.rpartition(".")[0]  # so are the sources of this package
 _changes = itertools.count()
+_process = os.urandom(16)
 _kernel_functions: dict[types.FunctionType, bytes] = {}
 
 
@@ -66,8 +68,8 @@ class Reach:
         walk.value(function)
         walk.follow_modules()
         digest = hashlib.sha256(framed(*walk.pieces))
-        if not walk.kept:  # whatever has changed: no two of these are the same
-            digest.update(str(next(_changes)).encode())
+        if not walk.kept:  # no two of these are the same, here or elsewhere
+            digest.update(_process + str(next(_changes)).encode())
         self.fingerprint = digest.hexdigest()[:24]
         self.kept, self.compiled, self.others = walk.kept, walk.compiled, walk.others
         self._names = list(walk.names.values())
@@ -82,7 +84,7 @@ class Reach:
             if function.__code__ is not code or function.__defaults__ is not defaults:
                 return False
         for cell, value in self._cells:
-            if _content(cell) is not value:
+            if content_of(cell) is not value:
                 return False
         return all(test() for test in self._tests)
 
@@ -155,6 +157,8 @@ class _Walk:
                     self._place = f"{module.__name__}.{word}"
                     self.put("attribute", self._place)
                     self.value(found)
+        if self._modules:  # which numba's own functions for these keep
+            self.compiled += [(p, v) for p, v in self.others if v is getattr or v is hasattr]
 
     def _plain(self, function: types.FunctionType) -> None:
         """Count a function that is not recorded: compiled code has an implementation instead."""
@@ -184,11 +188,11 @@ class _Walk:
             self.value(function.__kwdefaults__)
         cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
         if watched:
-            self.cells += [(cell, _content(cell)) for cell in cells.values()]
+            self.cells += [(cell, content_of(cell)) for cell in cells.values()]
         for path in code.paths:
             self._path(function, cells, path, watched)
         for name in sorted(cells.keys() - {path.name for path in code.paths if path.cell}):
-            self.value(_content(cells[name]))
+            self.value(content_of(cells[name]))
         self._place = place
 
     def _path(
@@ -200,7 +204,7 @@ class _Walk:
         if not path.cell:
             found = self._global(function.__globals__, path.name, watched)
         elif path.name in cells:
-            found = _content(cells[path.name])
+            found = content_of(cells[path.name])
         else:  # a local variable, read by a function inside
             return
         for word in path.attributes:
@@ -273,7 +277,11 @@ class _Walk:
 
     def _array(self, value: Any) -> None:
         kind = type(value)
-        if value.dtype.hasobject or value.dtype.char in "gG" or isinstance(value, np.ma.MaskedArray):
+        if (
+            value.dtype.hasobject
+            or value.dtype.char in "gG"
+            or isinstance(value, np.ma.MaskedArray)
+        ):
             self._other(value)
             return
         flags = value.flags
@@ -347,7 +355,8 @@ def _read(module: types.ModuleType, word: str) -> Any:
         return MISSING
 
 
-def _content(cell: Any) -> Any:
+def content_of(cell: Any) -> Any:
+    """Return what a closure cell holds, `MISSING` if nothing yet."""
     try:
         return cell.cell_contents
     except ValueError:  # not yet filled

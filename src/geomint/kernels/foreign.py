@@ -7,16 +7,18 @@ moment. numba's own, of which the version is known, and those of the kernel laye
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from types import FunctionType
 from typing import Any
 
+from numba.core import types
 from numba.core.registry import cpu_target
 from numba.core.typing.typeof import Purpose, typeof
 
-from .fingerprint import KERNELS, home_of
+from .fingerprint import KERNELS, content_of, home_of
 from .recorded import Recorded
 
-__all__ = ["ForeignError", "refuse_foreign"]
+__all__ = ["ForeignError", "refuse_foreign", "refuse_modules"]
 
 OWN = ("numba.", KERNELS + ".")
 HELPER = "a function recorded by geomint.helper"
@@ -43,6 +45,8 @@ class ForeignError(TypeError):
 def refuse_foreign(recorded: Recorded) -> None:
     """Raise a `ForeignError` if numba would compile what the function's fingerprint does not see."""
     for place, value in recorded.reach.compiled:
+        if value is getattr or value is hasattr:
+            raise ForeignError(place, value, "module.name, where a module is meant")
         raise ForeignError(place, value, f"{HELPER}: numba keeps what a function saw when compiled")
     context = cpu_target.typing_context
     context.refresh()
@@ -67,10 +71,29 @@ def _is_own(template: Any) -> bool:
     """Tell whether an implementation of a function is numba's or the kernel layer's."""
     function = vars(template).get("_overload_func")
     if function is not None:
-        homes = [home_of(function.__func__)]
+        functions = _with_closure(function.__func__)
     else:
-        made = vars(template).get("generic")  # closes over the typing function of `type_callable`
-        cells = (made.__closure__ or ()) if isinstance(made, FunctionType) else ()
-        inside = [cell.cell_contents for cell in cells]
-        homes = [template.__module__, *(home_of(f) for f in inside if isinstance(f, FunctionType))]
-    return all(f"{home}.".startswith(OWN) for home in homes)
+        functions = _with_closure(vars(template).get("generic"))
+    homes = [home_of(f) for f in functions]
+    return all(f"{home}.".startswith(OWN) for home in homes or [template.__module__])
+
+
+def _with_closure(function: Any) -> list[FunctionType]:
+    """Return a function and those that it closes over: what `register_jitable` is given is there."""
+    if not isinstance(function, FunctionType):
+        return []
+    inside = [content_of(cell) for cell in function.__closure__ or ()]
+    return [function, *(f for f in inside if isinstance(f, FunctionType))]
+
+
+def refuse_modules(recorded: Recorded, types_given: Iterable[Any]) -> None:
+    """Raise a `ForeignError` if a function is given a module.
+
+    numba compiles a function once for each type, and a module's type does not tell what is in it.
+    """
+    for given in types_given:
+        if isinstance(given, types.Module):
+            place = f"an argument of {recorded.function.__qualname__}"
+            raise ForeignError(place, given.pymod, "no module: what is read from it")
+        if isinstance(given, types.BaseTuple):
+            refuse_modules(recorded, given)

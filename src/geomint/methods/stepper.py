@@ -89,9 +89,7 @@ class Stepper:
         for name in self.signatures:
             kind, _, lanes = name.partition("-")
             types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
-        self._arguments = tuple(
-            compiled(f, s) for f, s in zip(self.functions, types, strict=True)
-        )
+        self._arguments = tuple(compiled(f, s) for f, s in zip(self.functions, types, strict=True))
         self._entry = compiled(self.kernel, signatures.advance_signature(types))
         failure = take_failure()
         if failure is not None:
