@@ -11,7 +11,7 @@ import functools
 import hashlib
 import struct
 import types
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 __all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed"]
@@ -36,11 +36,7 @@ class Path(NamedTuple):
 
 
 class Code(NamedTuple):
-    """What a code object and those in it say: their bytes, paths, and all words.
-
-    The words are those that may name an attribute: of ``x.word`` for any x, and strings, which
-    ``getattr`` takes.
-    """
+    """What a code object and those in it say: their bytes, paths, and words: ``x.word`` of any x."""
 
     digest: bytes
     paths: tuple[Path, ...]
@@ -76,7 +72,7 @@ def constant(value: Any) -> bytes:
 @functools.lru_cache(maxsize=4096)
 def described(code: types.CodeType) -> Code:
     """Return what a code object says, without its place in the file."""
-    words = set(_strings(code.co_consts))
+    words: set[str] = set()
     paths = dict.fromkeys(_paths(code, words))
     for value in code.co_consts:
         if isinstance(value, types.CodeType):
@@ -107,11 +103,3 @@ def _paths(code: types.CodeType, words: set[str]) -> Iterator[Path]:
         path = None
         if name in _GLOBALS or name in _CELLS:
             path = Path(name in _CELLS, instruction.argval, ())
-
-
-def _strings(values: Iterable[Any]) -> Iterator[str]:
-    for value in values:
-        if isinstance(value, str) and value.isidentifier():
-            yield value
-        elif isinstance(value, tuple | frozenset):
-            yield from _strings(value)

@@ -115,6 +115,7 @@ def _make_entry(recorded: Recorded) -> Any:
     dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
     if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
         refuse_foreign(recorded)
+        dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
         started = functools.partial(_tell, recorded.function.__name__, None)
         if recorded.reach.kept and not sources_edited():
             dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)

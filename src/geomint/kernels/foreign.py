@@ -15,8 +15,8 @@ from numba.core import types
 from numba.core.registry import cpu_target
 from numba.core.typing.typeof import Purpose, typeof
 
-from .fingerprint import KERNELS, content_of, home_of
 from .recorded import Recorded
+from .walk import KERNELS, content_of, home_of
 
 __all__ = ["ForeignError", "refuse_foreign", "refuse_modules"]
 

@@ -12,7 +12,8 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-from .fingerprint import Reach, Wrapped, fingerprint
+from .fingerprint import Reach, fingerprint
+from .walk import Wrapped
 
 __all__ = ["Recorded", "field", "fingerprint", "helper", "inlined", "observable"]
 

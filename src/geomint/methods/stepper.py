@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -38,6 +39,19 @@ def filled_block(*parts: Any) -> Block:
     block = scalar_block(len(numbers))
     block.data[:] = numbers
     return block
+
+
+@functools.cache
+def _types(names: tuple[str, ...]) -> tuple[list[Any], Any]:
+    """Return the numba signatures of functions by their names, and that of a kernel for them."""
+    from ..kernels import signatures
+    from ..kernels.compile import LANE, SCALAR
+
+    types = []
+    for name in names:
+        kind, _, lanes = name.partition("-")
+        types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
+    return types, signatures.advance_signature(types)
 
 
 @dataclass
@@ -81,16 +95,11 @@ class Stepper:
         if not self.compiled:
             self._entry, self._arguments = self.kernel, self.functions
             return
-        from ..kernels import signatures
         from ..kernels.cache import take_failure
-        from ..kernels.compile import LANE, SCALAR
 
-        types = []
-        for name in self.signatures:
-            kind, _, lanes = name.partition("-")
-            types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
+        types, whole = _types(self.signatures)
         self._arguments = tuple(compiled(f, s) for f, s in zip(self.functions, types, strict=True))
-        self._entry = compiled(self.kernel, signatures.advance_signature(types))
+        self._entry = compiled(self.kernel, whole)
         failure = take_failure()
         if failure is not None:
             warnings.warn(
