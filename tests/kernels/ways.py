@@ -43,6 +43,12 @@ WAYS = {
         "import numpy as np\nK = np.float32(2.0)\n" + F + "return K * x", "K = np.float32(3.0)"
     ),
     "string": Way("K = 'k2.0'\n" + F + "return x if K == 'k2.0' else 1.5 * x", "K = 'k'"),
+    "sets, whose order is that of the process": Way(
+        "K = 2.0\nS = frozenset('abcdef')\n"
+        + F
+        + "return K * x if S and 'a' in {'a', 'b', 'c', 'd'} else x",
+        outcome=UNKNOWN_TO_NUMBA,
+    ),
     "sign of zero": Way(
         "import math\nK = 0.0 * (2.5 - 2.0)\n" + F + "return math.copysign(x, K)", "K = -0.0"
     ),
