@@ -83,7 +83,8 @@ def field(function: Callable[..., Any]) -> Recorded:
         `out` receives the derivative row by row, `work` is scratch of the size that the problem
         states. All rows are numbers: float64, or eight of them at once (a lane value), so write
         loops and ``+ - * /``; for square roots, sines and choices use `geomint.sqrt`,
-        `geomint.sin`, `geomint.cos` and `geomint.select`, which take both.
+        `geomint.sin`, `geomint.cos` and `geomint.select`, which take both. It may read global
+        numbers, arrays and modules: compiled code is made anew when a run finds them changed.
 
     Examples
     --------
@@ -105,7 +106,10 @@ def observable(function: Callable[..., Any]) -> Recorded:
 
 
 def helper(function: Callable[..., Any]) -> Recorded:
-    """Record a function that fields call; it takes and returns numbers and blocks."""
+    """Record a function that fields call; it takes and returns numbers and blocks.
+
+    Functions that numba has compiled by itself cannot be called from fields.
+    """
     return Recorded(function)
 
 
