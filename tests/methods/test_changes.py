@@ -230,8 +230,10 @@ def test_contents_count(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_prepared_stepper_takes_the_new_number(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run begins with `prepare`, and holds what it found there."""
     stepper = gi.RungeKutta("rk-4").start(Start(PENDULUM, START, 0.0, 0.125))
+    stepper.prepare()
     before = stepper.single_step(START, 0.0, 0.125)
     monkeypatch.setitem(globals(), "GAIN", 2.25)
+    np.testing.assert_array_equal(stepper.single_step(START, 0.0, 0.125), before)
     stepper.prepare()
     after = stepper.single_step(START, 0.0, 0.125)
     assert not np.array_equal(before, after)
