@@ -38,6 +38,7 @@ from .kernels.measure_memory import (
 )
 from .kernels.recorded import Recorded
 from .methods import binding
+from .methods.compiled import compiled
 from .methods.stepper import Stepper
 from .problem import Problem
 from .time_scale import characteristic_time
@@ -122,7 +123,7 @@ class MeasureObserver:
         from numba.core.errors import NumbaError
 
         from .kernels import signatures
-        from .kernels.compile import LANE, SCALAR, compile_function
+        from .kernels.compile import LANE, SCALAR
 
         kinds = [getattr(signatures, name.partition("-")[0])(LANE) for name in lanes.signatures]
         kinds = [
@@ -133,14 +134,14 @@ class MeasureObserver:
         ]
         try:
             self._arguments = tuple(
-                compile_function(f, kind) for f, kind in zip(functions, kinds, strict=True)
+                compiled(f, kind) for f, kind in zip(functions, kinds, strict=True)
             )
         except NumbaError as error:
             raise FormError(
                 f"'measure' of {problem.name!r} needs functions that take eight numbers at a time, "
                 f"see geomint.field: {' '.join(str(error).split())[:300]}"
             ) from error
-        self._entry = compile_function(sweep, signatures.sweep(kinds))
+        self._entry = compiled(sweep, signatures.sweep(kinds))
 
     def add(self, times: Array, labels: Array, states: Array, watched: Any, step: float) -> None:
         """Take the states after the next steps, one a row.

@@ -17,6 +17,7 @@ from .kernels.recorded import Recorded
 from .kernels.sample import sample
 from .measure import MeasureObserver
 from .methods.binding import bind_value
+from .methods.compiled import compiled
 from .methods.stepper import Stepper
 from .problem import Problem
 from .windows import Windows
@@ -134,13 +135,13 @@ class Observers:
         from numba.core import types
 
         from .kernels import signatures
-        from .kernels.compile import SCALAR, compile_function
+        from .kernels.compile import SCALAR
 
         value_signature = signatures.value(SCALAR)
         for name, f in self._functions.items():
-            self._entries[name] = compile_function(f, value_signature)
+            self._entries[name] = compiled(f, value_signature)
         block, integer = SCALAR.block, types.int64
-        self._sample = compile_function(
+        self._sample = compiled(
             sample,
             types.void(
                 types.FunctionType(value_signature),

@@ -18,6 +18,7 @@ from .kernels.blocks import Block, scalar_block
 from .kernels.pointwise import pointwise_sweep
 from .kernels.recorded import Recorded
 from .kernels.watched import Fresh, Given
+from .methods.compiled import compiled
 from .watch import watched_call
 
 __all__ = ["pointwise"]
@@ -64,7 +65,7 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
     block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
     if count:
         _check(function, block.data, flat[:width], rows, work)
-    sweep = _compiled(function)
+    sweep = compiled(pointwise_sweep(function), _signature())
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
         given = Block(flat[first * width : (first + number) * width])
@@ -90,12 +91,10 @@ def _check(function: Recorded, params: Array, x: Array, rows: int, work: int) ->
 
 
 @functools.cache
-def _compiled(function: Recorded) -> Any:
-    """Return the sweep over points, compiled or found in the cache."""
+def _signature() -> Any:
     from numba.core import types
 
-    from .kernels.compile import SCALAR, compile_function
+    from .kernels.compile import SCALAR
 
     block, integer = SCALAR.block, types.int64
-    signature = types.void(block, block, integer, block, integer, integer, block)
-    return compile_function(pointwise_sweep(function), signature)
+    return types.void(block, block, integer, block, integer, integer, block)

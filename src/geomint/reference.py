@@ -22,6 +22,7 @@ from .kernels.double_double import DoubleDoubleBlock, double_double_block, lane_
 from .kernels.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from .kernels.lanes import LANES
 from .kernels.status import NOT_CONVERGED, OK
+from .methods.compiled import compiled
 from .methods.forms import field_of, piece_numbers
 from .methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
 from .methods.method import Start
@@ -145,7 +146,7 @@ def _advance(
     t0: float = 0.0,
 ) -> tuple[Array, Array]:
     from .kernels import signatures
-    from .kernels.compile import compile_function, extended_kind
+    from .kernels.compile import extended_kind
 
     with_clock = problem.clock is not None
     start = Start(problem, hi, t0, h, clock=with_clock)
@@ -156,11 +157,11 @@ def _advance(
     memory = _blank(gauss_memory_size(rows, groups))
     memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi
     memory.data[1 : 2 * rows : 2] = np.append(lo, clock_lo) if with_clock else lo
-    entry = compile_function(
+    entry = compiled(
         gauss_stepper(groups, 0), signatures.advance_signature([field_signature], kind)
     )
     status, done, iterations, residual = entry(
-        compile_function(field, field_signature),
+        compiled(field, field_signature),
         filled_block(problem.params),
         _coefficients(rows, piece_numbers(start), groups),
         filled_block(1.0, 0.0),

@@ -20,12 +20,22 @@ from typing import Any
 
 import llvmlite
 import numba
+import numpy as np
 import platformdirs
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl as _Impl
-from numba.core.caching import FunctionCache, _CacheLocator
+from numba.core.caching import FunctionCache, NullCache, _CacheLocator
 
-__all__ = ["StampedCache", "cache_folder", "kernel_stamp", "take_failure"]
+from . import STARTED
+
+__all__ = [
+    "StampedCache",
+    "UnkeptCache",
+    "cache_folder",
+    "kernel_stamp",
+    "sources_edited",
+    "take_failure",
+]
 
 _failures: list[OSError] = []
 _failure_taken = False
@@ -33,13 +43,23 @@ _failure_taken = False
 
 @functools.cache
 def kernel_stamp() -> str:
-    """Return a hash of every source file of the kernel layer, of Python and the compiler."""
-    python = sys.implementation.cache_tag
-    digest = hashlib.sha256(f"{python} {numba.__version__} {llvmlite.__version__}".encode())
-    for path in sorted(Path(__file__).parent.glob("*.py")):
+    """Return a hash of every source file of the kernel layer, of Python, numpy and the compiler."""
+    versions = (sys.implementation.cache_tag, *(m.__version__ for m in (numba, llvmlite, np)))
+    digest = hashlib.sha256(" ".join(versions).encode())
+    for path in _sources():
         digest.update(path.name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
+
+
+def _sources() -> list[Path]:
+    return sorted(Path(__file__).parent.glob("*.py"))
+
+
+@functools.cache
+def sources_edited() -> bool:
+    """Tell whether the stamp is of other sources than this process runs, or may be."""
+    return any(path.stat().st_mtime > STARTED for path in _sources())
 
 
 def cache_folder() -> Path:
@@ -113,3 +133,13 @@ class StampedCache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (sig, codegen.magic_tuple(), self._fingerprint)
+
+
+class UnkeptCache(NullCache):
+    """No cache: for code that no other process may run."""
+
+    def __init__(self, on_miss: Callable[[], None]) -> None:
+        self._on_miss = on_miss
+
+    def load_overload(self, sig: Any, target_context: Any) -> None:
+        self._on_miss()

@@ -21,7 +21,8 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from .cache import StampedCache
+from .cache import StampedCache, UnkeptCache, sources_edited
+from .foreign import refuse_foreign, refuse_modules
 from .recorded import Recorded
 from .typing_blocks import LANE_BLOCK, SCALAR_BLOCK
 from .typing_lanes import LANE_VALUE
@@ -93,23 +94,48 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    return numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    dispatcher = numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    if isinstance(dispatcher, Dispatcher):
+        template = dispatcher.get_call_template
+
+        def checked(args: Any, kws: Any) -> Any:
+            refuse_modules(recorded, (*args, *dict(kws).values()))
+            return template(args, kws)
+
+        dispatcher.get_call_template = checked
+    return dispatcher
 
 
-@functools.cache
 def _entry(recorded: Recorded) -> Any:
     """Return the dispatcher that is called from Python or by address: the one with a cache."""
+    return recorded.made(_make_entry)
+
+
+def _make_entry(recorded: Recorded) -> Any:
     dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
     if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+        refuse_foreign(recorded)
+        dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
         started = functools.partial(_tell, recorded.function.__name__, None)
-        dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)
+        if recorded.reach.kept and not sources_edited():
+            dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)
+        else:
+            dispatcher._cache = UnkeptCache(started)
     return dispatcher
 
 
 def compile_function(recorded: Recorded, signature: Any) -> Any:
-    """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache."""
+    """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache.
+
+    What the function reaches is looked at in each call: after a change it is another dispatcher.
+
+    Raises
+    ------
+    ForeignError
+        If the function reaches what numba has compiled by itself.
+    """
     dispatcher = _entry(recorded)
-    if isinstance(dispatcher, Dispatcher):
+    if isinstance(dispatcher, Dispatcher) and signature.args not in dispatcher.overloads:
         with _lock, warnings.catch_warnings():
             # Steppers take fields as first-class functions, which numba calls experimental every
             # time; its pedantic warnings are addressed to its own developers.

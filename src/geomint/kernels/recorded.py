@@ -1,25 +1,24 @@
 """Functions recorded now and compiled when needed: ``@field``, ``@helper`` and the kernels' own.
 
 Decorating a function imports nothing and compiles nothing. What it reaches (helpers, constants,
-closure values) is fingerprinted, so that the on-disk cache of compiled code never serves a stale
-version (`geomint.kernels.cache`).
+closure values) is fingerprinted, so that compiled code is never stale: neither that of the on-disk
+cache (`geomint.kernels.cache`), nor that of this process after a change.
 """
 
 from __future__ import annotations
 
-import dis
 import functools
-import hashlib
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
-import numpy as np
+from .fingerprint import Reach, fingerprint
+from .walk import Wrapped
 
 __all__ = ["Recorded", "field", "fingerprint", "helper", "inlined", "observable"]
 
 
-class Recorded:
+class Recorded(Wrapped):
     """A Python function that compiled code can call and Python can run as it is.
 
     Attributes
@@ -33,9 +32,11 @@ class Recorded:
             function = function.function
         if not isinstance(function, types.FunctionType):
             raise TypeError(f"expected a Python function written with def, got {function!r}")
+        functools.update_wrapper(self, function)
         self.function = function
         self.inline = inline
-        functools.update_wrapper(self, function)
+        self._reach: Reach | None = None
+        self._made: dict[str, tuple[str, Any]] = {}
 
     def __call__(self, *args: Any) -> Any:
         return self.function(*args)
@@ -43,17 +44,33 @@ class Recorded:
     def __repr__(self) -> str:
         return f"<recorded {self.function.__module__}.{self.function.__qualname__}>"
 
-    @functools.cached_property
-    def fingerprint(self) -> str:
-        """A hash of the function's code and of everything it reaches."""
-        return fingerprint(self.function)
+    @property
+    def reach(self) -> Reach:
+        """What the function reaches: looked up anew if any of it has changed."""
+        if self._reach is None or not self._reach.holds():
+            self._reach = Reach(self)
+        return self._reach
 
-    @functools.cached_property
+    @property
+    def fingerprint(self) -> str:
+        """A hash of the function's code and of everything it reaches, as it is now."""
+        return self.reach.fingerprint
+
+    @property
     def dispatcher(self) -> Any:
-        """The numba dispatcher, made at first use."""
+        """The numba dispatcher, made at first use and after a change of what is reached."""
         from .compile import make_dispatcher
 
-        return make_dispatcher(self)
+        return self.made(make_dispatcher)
+
+    def made(self, make: Callable[[Recorded], Any]) -> Any:
+        """Return what `make` makes of the function, made anew if what it reaches has changed."""
+        now = self.fingerprint
+        before, found = self._made.get(make.__name__, ("", None))
+        if before != now:
+            found = make(self)
+            self._made[make.__name__] = (now, found)
+        return found
 
 
 def field(function: Callable[..., Any]) -> Recorded:
@@ -67,7 +84,8 @@ def field(function: Callable[..., Any]) -> Recorded:
         states. Rows are counted from 0, never from the end; all rows of `out` must be written, and
         neither `out` nor `work` holds anything before. Numbers are float64, or eight of them at once
         (a lane value), so write loops and ``+ - * /``; for square roots, sines and choices use
-        `geomint.sqrt`, `geomint.sin`, `geomint.cos` and `geomint.select`, which take both.
+        `geomint.sqrt`, `geomint.sin`, `geomint.cos` and `geomint.select`, which take both. It may read
+        global numbers, arrays and modules: compiled code is made anew when a run finds them changed.
 
     Examples
     --------
@@ -89,90 +107,13 @@ def observable(function: Callable[..., Any]) -> Recorded:
 
 
 def helper(function: Callable[..., Any]) -> Recorded:
-    """Record a function that fields call; it takes and returns numbers and blocks."""
+    """Record a function that fields call; it takes and returns numbers and blocks.
+
+    Functions that numba has compiled by itself cannot be called from fields.
+    """
     return Recorded(function)
 
 
 def inlined(function: Callable[..., Any]) -> Recorded:
     """Record a helper that LLVM inlines into callers, where constants of theirs unroll its loops."""
     return Recorded(function, inline=True)
-
-
-def fingerprint(function: Callable[..., Any]) -> str:
-    """Return a hash of a function's bytecode, constants, defaults, and all that these reach.
-
-    Python functions, recorded functions and numba dispatchers found through globals, closures
-    and attributes of modules count with their own code; other values count with their content.
-    """
-    digest = hashlib.sha256()
-    for piece in _pieces(function, set()):
-        digest.update(piece)
-        digest.update(b"\0")
-    return digest.hexdigest()[:24]
-
-
-def _pieces(value: Any, seen: set[int]) -> Iterator[bytes]:
-    value = getattr(value, "py_func", None) or getattr(value, "function", value)
-    if isinstance(value, types.FunctionType):
-        if id(value) not in seen:
-            seen.add(id(value))
-            yield from _function_pieces(value, seen)
-    elif isinstance(value, types.ModuleType):
-        yield value.__name__.encode()
-    elif isinstance(value, np.ndarray):
-        yield f"{value.dtype}{value.shape}".encode()
-        yield value.tobytes()
-    elif isinstance(value, tuple | list):
-        for item in value:
-            yield from _pieces(item, seen)
-    elif callable(value):
-        yield f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', '')}".encode()
-    else:
-        yield repr(value).encode()
-
-
-def _function_pieces(function: types.FunctionType, seen: set[int]) -> Iterator[bytes]:
-    code = function.__code__
-    yield str(function.__module__).encode()  # which the cached code imports
-    yield from _code_pieces(code)
-    keyword_defaults = sorted((function.__kwdefaults__ or {}).items())
-    yield from _pieces((function.__defaults__ or (), keyword_defaults), seen)
-    known = dict(function.__globals__)
-    for name, cell in zip(code.co_freevars, function.__closure__ or (), strict=True):
-        known[name] = cell.cell_contents
-        yield from _pieces(cell.cell_contents, seen)
-    for path in sorted(set(_dotted_names(code))):
-        if path[0] not in known:  # a builtin, or a local variable of the function
-            continue
-        target = known[path[0]]
-        for attribute in path[1:]:
-            if not isinstance(target, types.ModuleType):
-                break
-            target = getattr(target, attribute, None)
-        yield ".".join(path).encode()
-        yield from _pieces(target, seen)
-
-
-def _code_pieces(code: types.CodeType) -> Iterator[bytes]:
-    yield code.co_code
-    yield repr((code.co_names, code.co_varnames, code.co_freevars)).encode()
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _code_pieces(constant)
-        else:
-            yield repr(constant).encode()
-
-
-def _dotted_names(code: types.CodeType) -> Iterator[tuple[str, ...]]:
-    """Yield what code and the functions in it refer to: ``("helper",)``, ``("module", "helper")``."""
-    path: tuple[str, ...] = ()
-    for instruction in dis.get_instructions(code):
-        if instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and path:
-            path = (*path, instruction.argval)
-            continue
-        if path:
-            yield path
-        path = (instruction.argval,) if instruction.opname in ("LOAD_GLOBAL", "LOAD_DEREF") else ()
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            yield from _dotted_names(constant)

@@ -109,7 +109,8 @@ class AdaptiveStepper(Stepper):
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper of fixed step from another state, time and step."""
-        self.fixed.prepare()
+        if self.fixed._entry is None:
+            self.fixed.prepare()
         return self.fixed.restarted(y, t, h, carry)
 
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:

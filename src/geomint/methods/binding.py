@@ -2,7 +2,8 @@
 
 A bound function has the row counts of its blocks as constants, which lets LLVM unroll its loops;
 its signature is the same for all problems, so steppers are compiled once. All binders are cached:
-the same function and sizes give the same recorded function, compiled at most once a process.
+the same function and sizes give the same recorded function, compiled once a process, and again when
+what it reaches has changed: the bound function reaches what the given one does.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from ..kernels.arithmetic import lane
 from ..kernels.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
 from ..kernels.lanes import LANES, Lanes
 from ..kernels.recorded import Recorded
+from .compiled import compiled
 
 __all__ = [
     "bind_constraint",
@@ -152,23 +154,26 @@ def lane_adapter(f: Recorded, rows: int, work_rows: int) -> Recorded:
     return _renamed(adapted, f)
 
 
-@functools.cache
 def compiles_for_lanes(f: Recorded) -> bool:
     """Tell whether a bound field compiles for lane values, and warn, with the reason, if not."""
+    return bool(f.made(_compiles_for_lanes))
+
+
+def _compiles_for_lanes(f: Recorded) -> bool:
     from ..kernels import signatures
-    from ..kernels.compile import LANE, SCALAR, compile_function
+    from ..kernels.compile import LANE, SCALAR
 
     try:
-        compile_function(f, signatures.field(LANE))
+        compiled(f, signatures.field(LANE))
         return True
     except Exception as lane_error:
         reason = _reason(lane_error)
-    compile_function(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
+    compiled(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
     warnings.warn(
         f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
         f"{reason}; see geomint.field",
         GeomintWarning,
-        stacklevel=5,
+        stacklevel=7,
     )
     return False
 

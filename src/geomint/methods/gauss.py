@@ -56,7 +56,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
         After which a `ConvergenceError` is raised.
     fused : bool
         Compile the field into the stepper: the same bits, in 0.85 of the time where fields are
-        small, for a second or two of compilation for each problem (once; it is kept in the cache).
+        small, for some seconds of compilation for each problem in each process.
 
     Notes
     -----

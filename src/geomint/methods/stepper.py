@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -13,6 +14,7 @@ from ..errors import ConvergenceError, GeomintWarning, NonFiniteError, StepError
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
 from ..kernels.status import NOT_CONVERGED, OK, OUTSIDE_CHART
+from .compiled import compiled
 from .lane_stepper import LaneStepper
 
 __all__ = ["Advance", "Stepper", "filled_block"]
@@ -37,6 +39,19 @@ def filled_block(*parts: Any) -> Block:
     block = scalar_block(len(numbers))
     block.data[:] = numbers
     return block
+
+
+@functools.cache
+def _types(names: tuple[str, ...]) -> tuple[list[Any], Any]:
+    """Return the numba signatures of functions by their names, and that of a kernel for them."""
+    from ..kernels import signatures
+    from ..kernels.compile import LANE, SCALAR
+
+    types = []
+    for name in names:
+        kind, _, lanes = name.partition("-")
+        types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
+    return types, signatures.advance_signature(types)
 
 
 @dataclass
@@ -76,24 +91,15 @@ class Stepper:
         self._arguments: tuple[Any, ...] = ()
 
     def prepare(self) -> None:
-        """Compile, or find in the cache, what `advance` needs."""
-        if self._entry is not None:
-            return
+        """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
         if not self.compiled:
             self._entry, self._arguments = self.kernel, self.functions
             return
-        from ..kernels import signatures
         from ..kernels.cache import take_failure
-        from ..kernels.compile import LANE, SCALAR, compile_function
 
-        types = []
-        for name in self.signatures:
-            kind, _, lanes = name.partition("-")
-            types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
-        self._arguments = tuple(
-            compile_function(f, s) for f, s in zip(self.functions, types, strict=True)
-        )
-        self._entry = compile_function(self.kernel, signatures.advance_signature(types))
+        types, whole = _types(self.signatures)
+        self._arguments = tuple(compiled(f, s) for f, s in zip(self.functions, types, strict=True))
+        self._entry = compiled(self.kernel, whole)
         failure = take_failure()
         if failure is not None:
             warnings.warn(
@@ -132,7 +138,8 @@ class Stepper:
 
     def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state to `out`."""
-        self.prepare()
+        if self._entry is None:
+            self.prepare()
         with np.errstate(all="ignore"):  # plain Python overflows as silently as compiled code
             result = self._entry(
                 *self._arguments,

@@ -28,6 +28,7 @@ from ..evaluate import value
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.recorded import Recorded
 from ..methods.binding import bind_field, bind_value
+from ..methods.compiled import compiled
 from ..problem import Problem
 
 __all__ = ["Quantities"]
@@ -68,9 +69,9 @@ class Quantities:
         if not self._compiled:
             return f
         from ..kernels import signatures
-        from ..kernels.compile import SCALAR, compile_function
+        from ..kernels.compile import SCALAR
 
-        return compile_function(f, getattr(signatures, signature)(SCALAR))
+        return compiled(f, getattr(signatures, signature)(SCALAR))
 
     def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.

@@ -1,0 +1,283 @@
+"""A change between two runs of one process: every way into compiled code takes the new values."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint import cos, sin
+from geomint.kernels.recorded import Recorded
+from geomint.methods import Start
+from geomint.reference import integrate_extended, reference_solution
+from geomint.stress.promises import Quantities
+from geomint.testproblems import spherical_pendulum
+
+GAIN = 1.5
+TABLE = np.array([1.5])
+
+
+@gi.helper
+def gain(x: Any) -> Any:
+    """Return a multiple of x: what all functions here depend on, each by calling this."""
+    return GAIN * TABLE[0] * x
+
+
+@gi.field
+def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """q̈ = −k² sin q."""
+    out[0] = gain(y[1])
+    out[1] = -gain(sin(y[0]))
+
+
+@gi.field
+def branching(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """The same, for one number at a time."""
+    out[0] = gain(y[1]) if y[1] > -9.0 else y[1]
+    out[1] = -gain(sin(y[0]))
+
+
+@gi.field
+def circle(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A field that nothing changes."""
+    out[0] = 1.0 * y[1]
+    out[1] = -1.0 * y[0]
+
+
+@gi.observable
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """½p² − k² cos q."""
+    return gain(0.5 * y[1] * y[1] - cos(y[0]))
+
+
+@gi.observable
+def clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """dt/dτ = k (2 + q²)."""
+    return gain(2.0 + y[0] * y[0])
+
+
+@gi.field
+def flow(k: Any, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+    """Kick and drift."""
+    out[0] = 0.0 * y[0]
+    out[1] = 0.0 * y[0]
+    if k == 0:
+        out[1] = -h * gain(sin(y[0]))
+    else:
+        out[0] = h * y[1]
+
+
+@gi.field
+def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    """Gravity k."""
+    for i in range(3):
+        dq[i] = 0.0 * q[i]
+        dp[i] = 1.0 * p[i]
+    dq[2] = dq[2] + gain(1.0)
+
+
+@gi.field
+def generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ = k y: a rotation about another axis would be none."""
+    out[0] = gain(y[1])
+    out[1] = gain(y[2])
+    out[2] = gain(y[0])
+
+
+@gi.helper
+def shear(layout: Any, xi: Any, y: Any, out: Any, work: Any) -> None:
+    """The increment of (x, v) ↦ (x + k ξ v, v)."""
+    out[0] = gain(xi[0]) * y[1]
+    out[1] = 0.0 * y[1]
+
+
+@gi.helper
+def commuting(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
+    """[x, y] = 0."""
+    out[0] = 0.0 * x[0]
+
+
+@gi.field
+def shearing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ = 1 + x²."""
+    out[0] = 1.0 + y[0] * y[0]
+
+
+PIECES, START = (("q", 1), ("p", 1)), np.array([0.5, 0.3])
+PENDULUM = gi.Problem("pendulum", PIECES, [1.0], field=pendulum, invariants={"energy": energy})
+SHEAR = gi.Group("shears", 1, np.zeros(1), shear, commuting, 0)
+SPHERE = spherical_pendulum.problem()
+
+
+def solved(problem: gi.Problem, method: Any, start: Any = START, **options: Any) -> Callable:
+    """Return the end of a run, and what was observed."""
+
+    def entry(compiled: bool) -> Any:
+        sol = gi.solve(
+            problem,
+            start,
+            step=0.125,
+            method=method,
+            compiled=compiled,
+            progress=False,
+            **({"t_end": 0.5} | options),
+        )
+        return [*sol.y[-1], *(d.final_error for d in sol.drift.values())]
+
+    return entry
+
+
+def sheared(inline: bool) -> gi.Problem:
+    group = dataclasses.replace(SHEAR, inline=inline)
+    return gi.Problem("sheared", PIECES, [1.0], action=gi.GroupAction(shearing, group))
+
+
+def mapped(compiled: bool) -> Any:
+    """Map a point."""
+    if compiled:
+        return gi.pointwise(pendulum, [1.0], START, 2)
+    out = np.zeros(2)
+    pendulum(np.ones(1), 0.0, START, out, np.zeros(0))
+    return out
+
+
+def referred(compiled: bool) -> Any:
+    """Return a reference, from the disk where it is found there, or what an accurate run gives."""
+    if compiled:
+        return reference_solution(PENDULUM, START, 0.5).y
+    return integrate_extended(PENDULUM, START, 0.5, 0.05)[:2].astype(float)
+
+
+ENTRIES = {
+    "explicit": solved(PENDULUM, "rk-4"),
+    "adaptive": solved(PENDULUM, gi.RungeKutta("dop853", adaptive=True)),
+    "lanes": solved(PENDULUM, "gauss-2"),
+    "one at a time": solved(dataclasses.replace(PENDULUM, field=branching), "gauss-2"),
+    "observable": solved(
+        gi.Problem("circle", PIECES, [1.0], field=circle, invariants={"energy": energy}),
+        "rk-4",
+        observe="invariants",
+    ),
+    "clock": solved(
+        gi.Problem("circle", PIECES, [1.0], field=circle, time="tau", clock=clock),
+        "rk-4",
+        t_eval=[0.3],
+    ),
+    "splitting": solved(
+        gi.Problem("pendulum", PIECES, [1.0], splitting=gi.Splitting(flow, 2)), gi.Verlet()
+    ),
+    "called group": solved(sheared(False), "cf-4"),
+    "called group, rkmk": solved(sheared(False), "rkmk-4"),
+    "pointwise": mapped,
+}
+SLOW = {
+    "reference": referred,
+    "fused": solved(PENDULUM, gi.Gauss(2, fused=True)),
+    "constrained": solved(
+        dataclasses.replace(
+            SPHERE,
+            hamiltonian=dataclasses.replace(SPHERE.hamiltonian, gradients=gradients),
+        ),
+        gi.Rattle(),
+        spherical_pendulum.INITIAL,
+    ),
+    "group compiled in": solved(sheared(True), "cf-4"),
+    "measure": solved(
+        gi.Problem("circle", PIECES, [1.0], field=circle, measure=gi.Measure(energy)),
+        "rk-4",
+        observe=["measure"],
+    ),
+}
+
+
+def changed(entry: Callable[[bool], Any], change: Callable[[], None]) -> None:
+    """Check an entry before and after a change."""
+    before = entry(True)
+    change()
+    after = entry(True)
+    np.testing.assert_array_equal(after, entry(False))
+    assert not np.array_equal(before, after)
+
+
+@pytest.mark.filterwarnings("ignore:field 'branching' takes one number:geomint.GeomintWarning")
+@pytest.mark.parametrize(
+    "name", [*ENTRIES, *(pytest.param(n, marks=pytest.mark.slow) for n in SLOW)]
+)
+def test_every_entry_takes_the_new_number(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the bits of plain Python, which always does."""
+    entry = {**ENTRIES, **SLOW}[name]
+    changed(entry, lambda: monkeypatch.setitem(globals(), "GAIN", 2.25))
+
+
+def test_contents_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An array that is changed in place, a helper that is defined anew."""
+
+    def put() -> None:
+        TABLE[0] = 2.0
+
+    try:
+        changed(ENTRIES["lanes"], put)
+    finally:
+        TABLE[0] = 1.5
+    other = gi.helper(lambda x: 0.75 * x)
+    changed(ENTRIES["explicit"], lambda: monkeypatch.setitem(globals(), "gain", other))
+
+
+def test_a_prepared_stepper_takes_the_new_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run begins with `prepare`, and holds what it found there."""
+    stepper = gi.RungeKutta("rk-4").start(Start(PENDULUM, START, 0.0, 0.125))
+    stepper.prepare()
+    before = stepper.single_step(START, 0.0, 0.125)
+    monkeypatch.setitem(globals(), "GAIN", 2.25)
+    np.testing.assert_array_equal(stepper.single_step(START, 0.0, 0.125), before)
+    stepper.prepare()
+    after = stepper.single_step(START, 0.0, 0.125)
+    assert not np.array_equal(before, after)
+
+
+def test_lanes_are_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A field that takes eight numbers, then one, then eight."""
+    lanes, one = gain, gi.helper(lambda x: 2.0 * x if x > 0.0 else 2.5 * x)
+    ENTRIES["lanes"](True)
+    monkeypatch.setitem(globals(), "gain", one)
+    with pytest.warns(gi.GeomintWarning, match="takes one number at a time"):
+        first = ENTRIES["lanes"](True)
+    np.testing.assert_array_equal(first, ENTRIES["lanes"](False))
+    monkeypatch.setitem(globals(), "gain", lanes)
+    np.testing.assert_array_equal(ENTRIES["lanes"](True), ENTRIES["lanes"](False))
+
+
+def test_promises_are_of_what_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the stress test evaluates compiled."""
+
+    def wide(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        for i in range(len(y)):
+            out[i] = y[i]
+
+    problem = gi.Problem(
+        "wide", (("q", 50),), [1.0], field=gi.field(wide), invariants={"e": energy}
+    )
+    y = np.linspace(0.1, 1.0, 50)
+    before = Quantities(problem, y).value("e", 0.0, y)
+    monkeypatch.setitem(globals(), "GAIN", 2.25)
+    after = Quantities(problem, y).value("e", 0.0, y)
+    assert after == 1.5 * before
+
+
+def test_what_numba_compiled_is_refused() -> None:
+    """With the name by which it was found, and what to do."""
+    numba = pytest.importorskip("numba")
+    half = numba.njit(lambda x: 0.5 * x)
+
+    def halving(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = half(y[0])
+
+    problem = gi.Problem("halving", (("q", 1),), [1.0], field=gi.field(halving))
+    if not isinstance(half, Recorded) and hasattr(half, "py_func"):
+        for method in ("rk-4", "gauss-2"):
+            with pytest.raises(gi.DomainError, match=r"half in .*halving .*geomint\.helper"):
+                gi.solve(problem, [1.0], t_end=1.0, step=0.1, method=method)
