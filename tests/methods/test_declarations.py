@@ -724,6 +724,36 @@ def test_all_built_in_problems_fit() -> None:
         assert len(problem.__dict__["_fitting"]) > len(problem.forms), name
 
 
+def test_results_are_what_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the bit, with the check and without, and so is the derivative that it leaves."""
+    from geomint import integrate
+    from geomint.kernels.blocks import Block
+
+    def last_states() -> list[np.ndarray]:
+        return [
+            gi.solve(
+                dataclasses.replace(problem),
+                y0,
+                method=name,
+                step=0.1,
+                compiled=False,
+                **ends(problem),
+            ).y[-1]
+            for problem, y0, names in RIGHT
+            for name in names
+        ]
+
+    found = last_states()
+    monkeypatch.setattr(integrate, "check_problem", lambda *arguments: None)
+    np.testing.assert_array_equal(np.concatenate(found), np.concatenate(last_states()))
+    for problem, y0 in examples():
+        if problem.field is not None:
+            out, work = np.zeros(problem.rows), np.zeros(problem.work)
+            arguments = (Block(problem.params), np.float64(0.0), Block(y0), Block(out), Block(work))
+            problem.field(*arguments)
+            np.testing.assert_array_equal(derivative(problem, y0), out)
+
+
 def test_own_groups_fit() -> None:
     """The sizes that geomint's groups are known by are those that their functions take."""
     from geomint import declaration
