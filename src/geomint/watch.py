@@ -67,7 +67,7 @@ def watched_call(
 def _takes(f: Recorded, count: int) -> bool:
     """Tell whether a function can be called with so many arguments."""
     code, defaults = f.function.__code__, f.function.__defaults__ or ()
-    if code.co_kwonlyargcount > len(f.function.__kwdefaults__ or {}):
+    if code.co_kwonlyargcount > len(getattr(f.function, "__kwdefaults__", None) or {}):
         return False
     most = np.inf if code.co_flags & inspect.CO_VARARGS else code.co_argcount
     return code.co_argcount - len(defaults) <= count <= most

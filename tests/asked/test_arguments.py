@@ -461,7 +461,7 @@ OTHERS: dict[str, Any] = {
     "params": [2.5],
     "field": turning,
     "action": PULSATING,
-    "hamiltonian": gi.Hamiltonian(forced, forced, 0),
+    "hamiltonian": gi.Hamiltonian(forced, forced, 1),
     "splitting": gi.Splitting(forced, 2),
     "work": 3,
     "time": "t",
