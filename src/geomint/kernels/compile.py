@@ -22,7 +22,7 @@ from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarn
 from numba.extending import typeof_impl
 
 from .cache import StampedCache, UnkeptCache, sources_edited
-from .foreign import refuse_foreign, refuse_modules
+from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .recorded import Recorded
 from .typing_blocks import LANE_BLOCK, SCALAR_BLOCK
 from .typing_lanes import LANE_VALUE
@@ -114,9 +114,13 @@ def _entry(recorded: Recorded) -> Any:
 def _make_entry(recorded: Recorded) -> Any:
     dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
     if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
-        refuse_foreign(recorded)
         dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
-        started = functools.partial(_tell, recorded.function.__name__, None)
+        refuse_compiled(recorded)
+
+        def started() -> None:
+            refuse_foreign(recorded)  # what is found on the disk was made of nothing of the kind
+            _tell(recorded.function.__name__, None)
+
         if recorded.reach.kept and not sources_edited():
             dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)
         else:

@@ -18,7 +18,7 @@ from numba.core.typing.typeof import Purpose, typeof
 from .recorded import Recorded
 from .walk import KERNELS, content_of, home_of
 
-__all__ = ["ForeignError", "refuse_foreign", "refuse_modules"]
+__all__ = ["ForeignError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
 
 OWN = ("numba.", KERNELS + ".")
 HELPER = "a function recorded by geomint.helper"
@@ -42,12 +42,16 @@ class ForeignError(TypeError):
         self.place, self.value, self.expected = place, value, expected
 
 
-def refuse_foreign(recorded: Recorded) -> None:
-    """Raise a `ForeignError` if numba would compile what the function's fingerprint does not see."""
+def refuse_compiled(recorded: Recorded) -> None:
+    """Raise a `ForeignError` if the function reaches what numba has compiled by itself."""
     for place, value in recorded.reach.compiled:
         if value is getattr or value is hasattr:
             raise ForeignError(place, value, "module.name, where a module is meant")
         raise ForeignError(place, value, f"{HELPER}: numba keeps what a function saw when compiled")
+
+
+def refuse_foreign(recorded: Recorded) -> None:
+    """Raise a `ForeignError` if numba would compile what the function's fingerprint does not see."""
     context = cpu_target.typing_context
     context.refresh()
     for place, value in recorded.reach.others:
