@@ -365,7 +365,8 @@ def test_pointwise(monkeypatch: pytest.MonkeyPatch) -> None:
         gi.pointwise(forced, [1.0], points, 2), gi.pointwise(forced, [2.0], points, 2)
     )
     assert not np.array_equal(base, gi.pointwise(turning, [1.0], points[::-1], 2))
-    assert gi.pointwise(turning, [1.0], points, 3).shape == (2, 3)
+    with pytest.raises(gi.DeclarationError, match="never writes row 2 of out, which has 3"):
+        gi.pointwise(turning, [1.0], points, 3)
     gi.pointwise(turning, [1.0], points, 2, work=7)
     assert scratch[-1] == 7
     assert scratch[0] == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import click
@@ -160,7 +161,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(command, "_animate", note("animation"))
     monkeypatch.setattr(command, "_path", lambda model: model.problems)
     monkeypatch.setattr(motion, "motion_figure", lambda *args: Picture())
-    monkeypatch.setattr(compare_page, "run_compare", note("compare"))
+    compared = SimpleNamespace(reference="the truth")
+    monkeypatch.setattr(compare_page, "run_compare", note("compare", lambda: compared))
+    monkeypatch.setattr(compare_page, "reference_text", lambda reference: [reference])
     monkeypatch.setattr(page, "write_stress_report", note("report", lambda: Path("page")))
 
     def run_selection(selection: Any, watch: Any, *, seconds: float, workers: int) -> Any:
