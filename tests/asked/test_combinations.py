@@ -95,7 +95,7 @@ def test_a_problem_in_tau_without_a_clock() -> None:
     for given in ({"t_end": 1.0}, {"tau_end": 1.0, "clock": True}, {"tau_end": 1.0, "t_eval": [1]}):
         with pytest.raises(gi.FormError, match="has no clock"):
             solve(CLOCKLESS, **given)
-    with pytest.raises(gi.DomainError, match="clock = .*own time is physical"):
+    with pytest.raises(gi.DomainError, match="own time is physical"):
         gi.Problem("turning", (("y", 2),), field=turning, clock=rate)
 
 
