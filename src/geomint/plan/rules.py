@@ -74,9 +74,9 @@ def choose_quantities(c: Context) -> Choice:
     """
     has, wanted = quantities_of(c.problem), wanted_quantities(c, c.representation)
     names = [name for name in wanted if name in has]
-    if not names and c.purpose == "drift":
-        lacking = f": {c.representation} has no {', '.join(wanted)}" if wanted else " is empty"
-        raise SceneError(f"a drift report has nothing to show: [observe] quantities{lacking}")
+    if wanted and not names:
+        lacking = f"{c.representation} has no {', '.join(wanted)}"
+        raise SceneError(f"a drift report has nothing to show: [observe] quantities: {lacking}")
     if not names:
         return Choice("watched", "nothing", "[observe] quantities is empty", [])
     every = c.scene.content.observe.every

@@ -198,8 +198,6 @@ def _observation(model: Model, content: Content) -> Iterator[str]:
     """Yield what is said of quantities that are not observed."""
     observe, others = content.observe, content.drift.quantities
     names = {*observe.quantities, *(others or [])}
-    if others is not None and not others:
-        yield "[drift] quantities = []: expected at least one"
     if not names:
         for section in ("observe", "drift"):
             if (getattr(content, section).every or 1) != 1:
