@@ -114,7 +114,7 @@ def _times(factor: float, number: float | None) -> float | None:
 
 def walk_level(scale: float, steps: int) -> float:
     """Return how large a random walk of rounding errors may get in so many steps."""
-    return max(ROUNDOFF, WALK * steps**0.5) * scale
+    return float(max(ROUNDOFF, WALK * steps**0.5) * scale)
 
 
 def not_finite(drifts: Mapping[str, Drift]) -> str:

@@ -1,49 +1,51 @@
 r"""The statistical rule that tells how a deviation grows.
 
 The window means of the deviation are taken apart: jumps (`geomint.jumps`), oscillations of 2.5 or
-more periods in the run (`geomint.oscillations`), and a rest in which a line or a parabola is looked for
-beside a noise that may be white, a random walk, or both (`geomint.trend`). The *trend bound* is the
-largest rise or fall over the run that the data do not exclude at 95 %: |rise| + 1.96 standard errors, to
-which jumps and a twentieth of what oscillations could feign are added.
+more periods in the run (`geomint.oscillations`), and a rest in which a line or a parabola is looked
+for beside a noise that may be white, a random walk, or both (`geomint.trend`). The *trend bound* is
+the largest rise or fall over the run that the data do not exclude at 95 %: \|rise\| + 1.96 errors.
+The error is the standard error, with a twentieth of what the oscillations could feign and 1½ times
+what the jumps are not known better than added in squares (`geomint.decomposition`).
 
 The rule, in this order (`RULE` states it for reports):
 
 ``not finite``
-    A deviation is not finite.
+    A value is infinite or not a number.
 ``roundoff``
     All deviations are 0.
 ``undetermined``
     There are fewer than 64 windows.
 ``linear``, ``faster``
-    There is a trend: a line is likelier by a factor e⁵ than the noise alone, or a parabola by e⁸
-    (twice the gain of the logarithm of the likelihood is above 10, or 16), the rise is above 3 standard
-    errors, and the means of 16 blocks of the run differ between its ends by ¾ of their range; or these means
-    rise or fall throughout, by more than twice the standard deviation. With the rises over the two
-    halves of the run, second : first, it is ``faster`` if at 95 % above 2^1.25 − 1 (a growth like
-    t^1.25), ``linear`` if at 95 % below 2^1.5 − 1 and above 2^0.6 − 1. Otherwise the trend is none of these:
-    it goes on.
+    There is a trend. A line is likelier than the noise alone by a factor e⁵, or a parabola by e⁸
+    (twice the gain of the logarithm of the likelihood is above 10, or 16), it rises by more than 3
+    errors, and the means of 16 blocks of the run differ between its ends by ¾ of their range; or
+    these means rise or fall throughout, by more than twice the standard deviation of the series.
+    Let r be the rise over the second half of the run by that over the first: ``faster`` if r is
+    above 2^1.25 − 1 (a growth like t^1.25) at 95 %; ``linear`` if it is below 2^1.5 − 1 and above
+    2^0.6 − 1, each at 95 %. If neither, the rule goes on.
 ``jump``
-    There is a jump of at least 0.1 of the largest deviation, in one window or before the first.
-``undetermined``, ``sqrt``
-    The trend bound is above 0.1 of the largest deviation. It is ``sqrt`` if rounding can explain the
-    largest deviation, a walk is likelier than white noise by e⁵ and no less likely than a line (e²) or a
-    parabola (e³), the likeliest α for variances as k^(−2α), k ≤ 32, is between ½ and 1.5, and what wanders
-    does so throughout: no sixteenth of the run, no single cosine, nor all together make most of it.
+    Jumps make up 0.1 of the largest deviation, in a window or before the first.
+``sqrt``, ``undetermined``
+    The trend bound is above 0.1 of the largest deviation. It is ``sqrt`` if there is no trend,
+    rounding can explain the largest deviation, a random walk is likelier than white noise by e⁵, a
+    line or a parabola beside it likelier by no more than e^2.5 or e^3.5, the likeliest α for
+    variances of the cosines as k^(−2α), k ≤ 32, is between ½ and 1.5, and the walk goes on
+    throughout: not most of it in one block, in three windows, in one cosine, or in step.
 ``undetermined``
-    The largest deviation is above 1.5 times all that was before the last thirty-second of the run.
-``linear``, ``faster``, ``undetermined`` of the amplitude
-    An oscillation can grow about a mean that does not. Where amplitudes (in each window the largest
-    \|deviation\| less the \|mean\|; from window to window \|mean − average\|) are above a tenth of the largest
-    deviation, they must have no trend either, and none above 0.2 of the largest deviation may be left open.
+    The last 1/32 of the run has deviations 1.5 times as large as all before.
+``linear``, ``faster``, ``undetermined``
+    An oscillation can grow about a mean that does not. Its amplitude (the largest \|deviation\| of
+    four windows less the \|mean\| of all) has a trend, of that class; or one of 0.2 of the largest
+    deviation is not excluded. This is left out where sines of constant amplitudes are all there is.
 ``bounded``
     Otherwise.
 
-``bounded`` and ``jump`` are ``roundoff`` if no deviation is larger than 32 ε × scale and the trend bound, beside
-the jump, is below 0.1 of the largest. The scale of a quantity v at the initial state is
-max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number of the state once may do to it. Rounding can explain
-4 ε × scale × √steps, or 32 ε × scale if that is more.
+What is ``bounded``, or ``jump`` with a trend bound below 0.1 of the largest deviation, is
+``roundoff`` if no deviation is larger than 32 ε × scale. The scale of a quantity v at the initial
+state is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number of the state once may do to it.
+Rounding can explain a walk of 4 ε × scale × √steps, or 32 ε × scale if that is more.
 
-Measured on synthetic series (`benchmarks/drift_classes.py`).
+Measured on synthetic series: see `benchmarks/drift_classes.py`.
 """
 
 from __future__ import annotations
@@ -53,9 +55,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .jumps import Jump, best_step, find_jumps, first_step, steps_of
-from .oscillations import without_oscillations
-from .trend import Trend, cosines, find_trend
+from .decomposition import WALK, Part, evenly, taken_apart, without_jumps
+from .jumps import Jump, first_step
+from .trend import cosines
 
 __all__ = ["CLASSES", "NOT_FINITE", "RULE", "Growth", "growth_of"]
 
@@ -63,17 +65,16 @@ Array = npt.NDArray[np.float64]
 
 MIN_TREND_WINDOWS, MIN_WINDOWS = 32, 64
 EXCLUDED, AMPLITUDE_EXCLUDED = 0.1, 0.2  # of the largest deviation
-ONE_SIDED, TWO_SIDED = 1.645, 1.96  # 95 % of a normal distribution
-LINE, PARABOLA, WALK, STEP = 10.0, 16.0, 10.0, 20.0
+LINE, PARABOLA = 10.0, 16.0  # gains of likelihood, see `geomint.trend`
 NO_LINE, NO_PARABOLA = 5.0, 7.0
-CLEAR, CLEAR_STEP = 3.0, 8.0  # standard errors
+CLEAR = 3.0  # standard errors
+ONE_SIDED = 1.645  # of them: 95 % of a normal distribution
 BLOCKS, RISEN = 16, 0.75
 FASTER, NOT_LINEAR, LEVELLING = 2.0**1.25 - 1.0, 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
-FEIGNED = 0.05  # of what is seen in an oscillation: it may not be the sine that was taken away
-LEVER = 1.5  # what a jump of size 1 in the middle of a run is to a line
 GROWN = 24.0**0.5  # an oscillation whose amplitude grows by 1 leaves a sine this part of 1
 ONE_BLOCK, ONE_COSINE, THREE_WINDOWS = 0.6, 0.4, 0.5
 LATE, LAST = 1.5, 32
+POOLED = 4  # windows
 
 RULE = {
     "not finite": "The quantity was infinite or not a number, from the time given on: nothing is "
@@ -94,7 +95,6 @@ RULE = {
 }
 CLASSES = tuple(RULE)
 NOT_FINITE = "not finite"
-_BY_AMPLITUDE = ("bounded", "undetermined", "linear", "faster")
 
 
 class Growth(NamedTuple):
@@ -116,24 +116,6 @@ class Growth(NamedTuple):
     trend_bound: float | None = None
     jump_size: float | None = None
     jump_time: float | None = None
-
-
-class _Part(NamedTuple):
-    """A series, what oscillations leave of it, its trend, and the systematic error of the rise."""
-
-    series: Array
-    rest: Array
-    trend: Trend
-    doubt: float
-    unsteady: float
-
-    @property
-    def error(self) -> float:
-        return float(np.hypot(self.trend.error, self.doubt))
-
-    @property
-    def bound(self) -> float:
-        return abs(self.trend.rise) + TWO_SIDED * self.error
 
 
 def growth_of(
@@ -160,76 +142,39 @@ def growth_of(
         return Growth("undetermined")
     if largest == 0.0:
         return Growth("roundoff", 0.0, 0.0, 0.0)
-    x, series, sizes = _evenly(times, means / largest, maxima / largest)
-    part, jumps = _without_jumps(x, series)
+    x, series, sizes = evenly(times, means / largest, maxima / largest)
+    part, jumps = without_jumps(x, series, EXCLUDED)
     if not jumps and (start := first_step(part.series, sizes)) is not None:
         jumps = [start]
-    kind = _class(x, part, sizes, jumps, largest <= level, largest <= explained)
+    kind = _class(part, sizes, jumps, largest <= level, largest <= explained)
     span = float(times[-1] - times[0])
     unit = largest / span
     numbers = (part.trend.rise * unit, part.error * abs(unit), part.bound * abs(unit * last_time))
     if len(means) < MIN_WINDOWS or not jumps:
         return Growth("undetermined" if len(means) < MIN_WINDOWS else kind, *numbers)
     jump = jumps[0]
-    return Growth(kind, *numbers, jump.size * largest, 0.0 if jump.at < 0 else float(times[jump.at]))
+    return Growth(
+        kind, *numbers, jump.size * largest, 0.0 if jump.at < 0 else float(times[jump.at])
+    )
 
 
-def _evenly(times: Array, *rows: Array) -> tuple[Array, ...]:
-    """Return rows at equally spaced times, and these from 0 to 1."""
-    x = (times - times[0]) / (times[-1] - times[0])
-    even = np.linspace(0.0, 1.0, len(x))
-    if np.abs(x - even).max() > 1e-3 / len(x):
-        rows = tuple(np.interp(even, x, row) for row in rows)
-    return even, *rows
-
-
-def _part(x: Array, series: Array, jumps: list[Jump]) -> _Part:
-    cleaned = without_oscillations(x, series)
-    doubts = [FEIGNED * cleaned.seen, *(LEVER * jump.error for jump in jumps)]
-    doubt = float(np.linalg.norm(doubts))
-    return _Part(series, cleaned.rest, find_trend(x, cleaned.rest), doubt, cleaned.unsteady)
-
-
-def _without_jumps(x: Array, series: Array) -> tuple[_Part, list[Jump]]:
-    """Return a series without its jumps: they are looked for beside the oscillations, twice."""
-    part, jumps = plain, found = _part(x, series, []), []
-    for _ in range(2):
-        beside = part.rest + (series - part.series)  # what oscillations leave, jumps and all
-        found = find_jumps(beside, 0.5 * EXCLUDED)
-        if not found:
-            break
-        part, jumps = _part(x, series - steps_of(found, beside), found), found
-    if found:
-        return part, jumps
-    if plain.trend.by_walk > WALK and plain.bound > EXCLUDED:
-        jump = best_step(plain.rest)
-        part = _part(x, series - steps_of([jump], plain.rest), [jump])
-        others = plain.trend.white + plain.trend.by_walk + max(plain.trend.by_line, 0.0)
-        large = abs(jump.size) > max(EXCLUDED, CLEAR_STEP * jump.error)
-        if large and part.trend.white > others + STEP:
-            return part, [jump]
-    return plain, []
-
-
-def _class(
-    x: Array, part: _Part, sizes: Array, jumps: list[Jump], rounding: bool, explained: bool
-) -> str:
+def _class(part: Part, sizes: Array, jumps: list[Jump], rounding: bool, explained: bool) -> str:
     """Return the class of a series whose largest deviation is 1."""
     kind = _trend_class(part)
     if kind in ("linear", "faster"):
         return kind
     excluded = part.bound <= EXCLUDED
-    if jumps and abs(jumps[0].size) >= EXCLUDED:
+    if sum(abs(jump.size) for jump in jumps) >= EXCLUDED:
         return "roundoff" if rounding and excluded else "jump"
     if not excluded:
         return "sqrt" if kind is None and explained and _is_walk(part) else "undetermined"
     if LATE * sizes[: -max(1, len(sizes) // LAST)].max() < 1.0:
         return "undetermined"
-    kind = _amplitude_class(x, part, sizes)
-    return "roundoff" if rounding and kind in ("bounded", "undetermined") else kind
+    kind = _amplitude_class(part, sizes)
+    return "roundoff" if rounding and kind == "bounded" else kind
 
 
-def _trend_class(part: _Part) -> str | None:
+def _trend_class(part: Part) -> str | None:
     """Return the class of the trend, ``"undetermined"`` if it has none, or None without a trend."""
     trend, doubt = part.trend, part.doubt
     blocks = block_means(part.rest)
@@ -275,25 +220,25 @@ def _curve(halves: Array, covariance: Array) -> str:
     return "undetermined"
 
 
-def _amplitude_class(x: Array, part: _Part, sizes: Array) -> str:
+def _amplitude_class(part: Part, sizes: Array) -> str:
     """Return ``"bounded"``, or the class of the growth of the oscillation about means without one."""
-    inside = sizes - np.abs(part.series)
-    between = 0.5 * np.pi * np.abs(part.series - part.series.mean())  # its mean is the amplitude
-    tested = [inside] if inside.max() > EXCLUDED else []
-    steady = GROWN * part.unsteady <= EXCLUDED  # sines of constant amplitudes are all there is
-    if not steady and between.max() > EXCLUDED:
-        tested.append(between)
-    worst = 0
-    for series in tested:
-        found = _part(x, series, [])
-        kind = _trend_class(found)
-        if kind is None:
-            kind = "bounded" if found.bound <= AMPLITUDE_EXCLUDED else "undetermined"
-        worst = max(worst, _BY_AMPLITUDE.index(kind))
-    return _BY_AMPLITUDE[worst]
+    inside = float((sizes - np.abs(part.series)).max())
+    if inside <= EXCLUDED and GROWN * part.unsteady <= EXCLUDED:
+        return "bounded"  # sines of constant amplitudes are all there is
+    pooled = max(1, min(POOLED, len(sizes) // MIN_WINDOWS))
+    usable = len(sizes) // pooled * pooled
+    largest = sizes[len(sizes) - usable :].reshape(-1, pooled).max(axis=1)
+    amplitudes = np.maximum(largest - abs(float(part.series.mean())), 0.0)
+    if amplitudes.max() <= EXCLUDED:
+        return "bounded"
+    found = taken_apart(np.linspace(0.0, 1.0, len(amplitudes)), amplitudes, [])
+    kind = _trend_class(found)
+    if kind is None:
+        kind = "bounded" if found.bound <= AMPLITUDE_EXCLUDED else "undetermined"
+    return kind
 
 
-def _is_walk(part: _Part) -> bool:
+def _is_walk(part: Part) -> bool:
     """Tell whether a series is a random walk and nothing else."""
     trend = part.trend
     if trend.by_walk < WALK or trend.by_line > NO_LINE or trend.by_parabola > NO_PARABOLA:

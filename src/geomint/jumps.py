@@ -101,4 +101,6 @@ def _largest(series: Array, least: float) -> Jump | None:
     halves = [(side[: len(side) // 2], side[len(side) // 2 :]) for side in sides]
     moves = max(abs(late.mean() - early.mean()) for early, late in halves)
     sharp = abs(series[at + 1] - series[at - 1]) >= SHARP * abs(size)
-    return Jump(at, size, float(np.median(others))) if sharp and moves <= MOVES * abs(size) else None
+    return (
+        Jump(at, size, float(np.median(others))) if sharp and moves <= MOVES * abs(size) else None
+    )

@@ -24,7 +24,7 @@ FEWEST_PERIODS = 2.5  # fewer are no oscillation, but a curve
 MOST, TRIED = 8, 3
 PADDING = 4
 STANDS_OUT = 20.0
-ITERATIONS = 5
+ITERATIONS, SOLVED = 6, 1e-6  # the error after a step is of the order of its square
 SEEN = 1.9  # times A/P: the rise that least squares see in a sine
 NEGLIGIBLE = 2e-3  # of the largest deviation
 
@@ -114,13 +114,14 @@ def _most_seen(rest: Array, known: Array, least: float) -> float | None:
 def _refined(u: Array, curve: Array, series: Array, periods: Array) -> Array | None:
     """Return the periods that fit best; None if two come too close, or one too slow."""
     p, count = periods.copy(), len(periods)
+    a, b = _solved(np.hstack([curve, _waves(u, p)]), series)[-2 * count :].reshape(2, -1)
     for _ in range(ITERATIONS):
         waves = _waves(u, p)
-        a, b = _solved(np.hstack([curve, waves]), series)[-2 * count :].reshape(2, -1)
         slopes = 2.0 * np.pi * u[:, None] * (waves[:, :count] * b - waves[:, count:] * a)
-        step = _solved(np.hstack([curve, waves, slopes]), series)[-count:]
+        c = _solved(np.hstack([curve, waves, slopes]), series)
+        a, b, step = c[-3 * count :].reshape(3, -1)
         p = p + np.clip(step, -0.3, 0.3)
-        if np.abs(step).max() < 1e-9:
+        if np.abs(step).max() < SOLVED:
             break
     close = count > 1 and np.diff(np.sort(p)).min() < 0.5
     return None if close or p.min() < 0.9 * FEWEST_PERIODS else p
@@ -134,6 +135,5 @@ def _waves(u: Array, periods: Array) -> Array:
 def _solved(columns: Array, values: Array) -> Array:
     """Return the least-squares coefficients; the columns are nearly orthogonal as they are made."""
     gram = columns.T @ columns
-    gram[np.diag_indices_from(gram)] *= 1.0 + 1e-14  # a slope of a sine of amplitude 0 is a 0
-    gram[np.diag_indices_from(gram)] += 1e-300
+    gram.flat[:: len(gram) + 1] += 1e-300  # the slope of a sine of amplitude 0 is 0
     return np.asarray(np.linalg.solve(gram, columns.T @ values))

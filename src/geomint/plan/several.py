@@ -85,10 +85,7 @@ class SeveralRuns:
 
     @property
     def status(self) -> str:
-        """``"interrupted"``, ``"not finite"``, ``"failed"`` if no method reached the end, ``"success"``.
-
-        ``"not finite"``: a quantity of a run that reached the end is not finite.
-        """
+        """``"interrupted"``, ``"not finite"`` if one is, ``"failed"`` if all have, or ``"success"``."""
         found = {run.status for run in self.runs}
         if found & {"interrupted", "not run"}:
             return "interrupted"
