@@ -39,6 +39,7 @@ class Family(NamedTuple):
     right: str
     series: Series
     trend: float | None = None
+    amplitude: bool = False  # whether that grows, and the mean does not
 
 
 def wave(rng: np.random.Generator, t: Array, low: float, high: float | None = None) -> Array:
@@ -98,6 +99,11 @@ def bounded(series: Series) -> Family:
     return Family("bounded", series, 0.0)
 
 
+def growing(right: str, size: Callable[[Array], Array], low: float) -> Family:
+    """Return a family of oscillations about 0 of this size."""
+    return Family(right, lambda rng, t: size(t) * wave(rng, t, low, 1000.0), amplitude=True)
+
+
 FAMILIES: dict[str, Family] = {
     "line": Family("linear", LINE, 1.0),
     "t^1.5": Family("faster", power(1.5)),
@@ -120,9 +126,9 @@ FAMILIES: dict[str, Family] = {
     "white noise": bounded(noise),
     "quantised noise": bounded(lambda rng, t: np.round(0.7 * noise(rng, t))),
     "outlier": bounded(outlier),
-    "amplitude 1 + t": Family("linear", lambda rng, t: (1.0 + t) * wave(rng, t, 4.0, 1000.0)),
-    "amplitude t": Family("linear", lambda rng, t: t * wave(rng, t, 4.0, 1000.0)),
-    "amplitude t²": Family("faster", lambda rng, t: t**2 * wave(rng, t, 20.0, 1000.0)),
+    "amplitude 1 + t": growing("linear", lambda t: 1.0 + t, 4.0),
+    "amplitude t": growing("linear", lambda t: t, 4.0),
+    "amplitude t²": growing("faster", lambda t: t**2, 20.0),
     "jump": Family("jump", step),
     "jump in the first step": Family("jump", lambda rng, t: 1.0 + 1e-10 * walk(rng, t)),
     "jump and noise": Family("jump", lambda rng, t: step(rng, t) + 0.1 * noise(rng, t)),
@@ -156,6 +162,8 @@ def right_classes(family: Family, size: str) -> set[str]:
     """Return what a series of this family may be called at this size."""
     if family.right in ("bounded", "jump") and size == "round-off":
         return {"roundoff"} if family.right == "bounded" else {"roundoff", "jump"}
+    if family.amplitude and size == "round-off":
+        return {"roundoff", family.right}  # the means have no trend
     if family.right == "sqrt" and size == "large":
         return {"undetermined"}  # no rounding is so large
     return {family.right}

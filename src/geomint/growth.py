@@ -35,15 +35,17 @@ The rule, in this order (`RULE` states it for reports):
     The last 1/32 of the run has deviations 1.5 times as large as all before.
 ``linear``, ``faster``, ``undetermined``
     An oscillation can grow about a mean that does not. Its amplitude (the largest \|deviation\| of
-    four windows less the \|mean\| of all) has a trend, of that class; or one of 0.2 of the largest
-    deviation is not excluded. This is left out where sines of constant amplitudes are all there is.
+    four windows less the \|mean\| of all) has a trend, of that class, and 0.05 of the largest
+    deviation is not excluded; or has none, and 0.2 of the largest deviation is not excluded. This
+    is left out where sines of constant amplitudes are all there is.
 ``bounded``
     Otherwise.
 
-What is ``bounded``, or ``jump`` with a trend bound below 0.1 of the largest deviation, is
-``roundoff`` if no deviation is larger than 32 ε × scale. The scale of a quantity v at the initial
-state is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number of the state once may do to it.
-Rounding can explain a walk of 4 ε × scale × √steps, or 32 ε × scale if that is more.
+If no deviation is larger than 32 ε × scale, ``roundoff`` is said instead of ``bounded``, of ``jump``
+with a trend bound below 0.1 of the largest deviation, and of an amplitude not known better. The
+scale of a quantity v at the initial state is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number
+of the state once may do to it. Rounding can explain a walk of 4 ε × scale × √steps, or 32 ε × scale
+if that is more.
 
 Measured on synthetic series: see `benchmarks/drift_classes.py`.
 """
@@ -64,7 +66,7 @@ __all__ = ["CLASSES", "NOT_FINITE", "RULE", "Growth", "growth_of"]
 Array = npt.NDArray[np.float64]
 
 MIN_TREND_WINDOWS, MIN_WINDOWS = 32, 64
-EXCLUDED, AMPLITUDE_EXCLUDED = 0.1, 0.2  # of the largest deviation
+EXCLUDED, AMPLITUDE_EXCLUDED, AMPLITUDE_LEAST = 0.1, 0.2, 0.05  # of the largest deviation
 LINE, PARABOLA = 10.0, 16.0  # gains of likelihood, see `geomint.trend`
 NO_LINE, NO_PARABOLA = 5.0, 7.0
 CLEAR = 3.0  # standard errors
@@ -171,7 +173,7 @@ def _class(part: Part, sizes: Array, jumps: list[Jump], rounding: bool, explaine
     if LATE * sizes[: -max(1, len(sizes) // LAST)].max() < 1.0:
         return "undetermined"
     kind = _amplitude_class(part, sizes)
-    return "roundoff" if rounding and kind == "bounded" else kind
+    return "roundoff" if rounding and kind in ("bounded", "undetermined") else kind
 
 
 def _trend_class(part: Part) -> str | None:
@@ -232,6 +234,8 @@ def _amplitude_class(part: Part, sizes: Array) -> str:
     if amplitudes.max() <= EXCLUDED:
         return "bounded"
     found = taken_apart(np.linspace(0.0, 1.0, len(amplitudes)), amplitudes, [])
+    if found.bound <= AMPLITUDE_LEAST:
+        return "bounded"
     kind = _trend_class(found)
     if kind is None:
         kind = "bounded" if found.bound <= AMPLITUDE_EXCLUDED else "undetermined"
