@@ -35,9 +35,10 @@ The rule, in this order (`RULE` states it for reports):
     The last 1/32 of the run has deviations 1.5 times as large as all before.
 ``linear``, ``faster``, ``undetermined``
     An oscillation can grow about a mean that does not. Its amplitude (the largest \|deviation\| of
-    four windows less the \|mean\| of all) has a trend, of that class, and 0.05 of the largest
-    deviation is not excluded; or has none, and 0.2 of the largest deviation is not excluded. This
-    is left out where sines of constant amplitudes are all there is.
+    four windows, or of each, less the \|mean\| of all) has a trend, of that class, and 0.05 of the
+    largest deviation is not excluded; or has none, and neither excludes 0.2 of the largest
+    deviation. This is left out where it is 0.9 of the largest in the first and the last quarter
+    alike, and where sines of constant amplitudes are all there is.
 ``bounded``
     Otherwise.
 
@@ -76,7 +77,7 @@ FASTER, NOT_LINEAR, LEVELLING = 2.0**1.25 - 1.0, 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
 GROWN = 24.0**0.5  # an oscillation whose amplitude grows by 1 leaves a sine this part of 1
 ONE_BLOCK, ONE_COSINE, THREE_WINDOWS = 0.6, 0.4, 0.5
 LATE, LAST = 1.5, 32
-POOLED = 4  # windows
+AS_LARGE, POOLED = 0.9, 4  # of the amplitude; windows
 
 RULE = {
     "not finite": "The quantity was infinite or not a number, from the time given on: nothing is "
@@ -224,22 +225,26 @@ def _curve(halves: Array, covariance: Array) -> str:
 
 def _amplitude_class(part: Part, sizes: Array) -> str:
     """Return ``"bounded"``, or the class of the growth of the oscillation about means without one."""
+    centre, quarter = abs(float(part.series.mean())), len(sizes) // 4
+    ends = min(sizes[:quarter].max(), sizes[-quarter:].max()) - centre
+    if ends >= AS_LARGE * (1.0 - centre):
+        return "bounded"
     inside = float((sizes - np.abs(part.series)).max())
     if inside <= EXCLUDED and GROWN * part.unsteady <= EXCLUDED:
         return "bounded"  # sines of constant amplitudes are all there is
-    pooled = max(1, min(POOLED, len(sizes) // MIN_WINDOWS))
-    usable = len(sizes) // pooled * pooled
-    largest = sizes[len(sizes) - usable :].reshape(-1, pooled).max(axis=1)
-    amplitudes = np.maximum(largest - abs(float(part.series.mean())), 0.0)
-    if amplitudes.max() <= EXCLUDED:
-        return "bounded"
-    found = taken_apart(np.linspace(0.0, 1.0, len(amplitudes)), amplitudes, [])
-    if found.bound <= AMPLITUDE_LEAST:
-        return "bounded"
-    kind = _trend_class(found)
-    if kind is None:
-        kind = "bounded" if found.bound <= AMPLITUDE_EXCLUDED else "undetermined"
-    return kind
+    bounds = []
+    for pooled in (min(POOLED, len(sizes) // MIN_WINDOWS), 1):
+        usable = len(sizes) // pooled * pooled
+        largest = sizes[len(sizes) - usable :].reshape(-1, pooled).max(axis=1)
+        amplitudes = np.maximum(largest - centre, 0.0)
+        if amplitudes.max() <= EXCLUDED:
+            return "bounded"
+        found = taken_apart(np.linspace(0.0, 1.0, len(amplitudes)), amplitudes, [])
+        bounds.append(found.bound)
+        kind = _trend_class(found)
+        if kind is not None and found.bound > AMPLITUDE_LEAST:
+            return kind
+    return "bounded" if min(bounds) <= AMPLITUDE_EXCLUDED else "undetermined"
 
 
 def _is_walk(part: Part) -> bool:
