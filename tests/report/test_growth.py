@@ -126,6 +126,16 @@ def test_the_trend_bound_holds(kind):
     assert abs(np.mean(scores)) < 0.4
 
 
+@pytest.mark.parametrize("periods", [3.3, 8.3, 40.3])
+def test_a_sine_that_fits_is_not_known_exactly(periods):
+    """A twentieth of the rise that it could feign, 1.9 A/P, is in the error."""
+    for trend in (0.0, 0.3):
+        drift = drift_of(sine(periods) + trend * T)
+        doubt = 0.05 * 1.9 / periods
+        assert drift.slope_stderr * SAMPLES == pytest.approx(doubt, rel=0.1)
+        assert drift.trend_bound == pytest.approx(trend + 1.96 * doubt, rel=0.1)
+
+
 def test_random_walks_are_of_rounding_size():
     rng = np.random.default_rng(2)
     walk = np.cumsum(rng.normal(size=SAMPLES))
@@ -184,9 +194,10 @@ def test_what_grows_in_amplitude_alone_is_not_bounded():
 
 def test_what_begins_at_the_end_is_not_bounded():
     assert kind_of(np.exp(400.0 * (T - 1.0)) + 0.01 * sine(50.0)) == "undetermined"
-    spike = 0.01 * sine(50.0)
-    spike[-3:] = 1.0
-    assert kind_of(spike) == "undetermined"
+    for more in (0, 10):  # to the end of the last window, and beyond it
+        spike = np.append(0.01 * sine(50.0), np.zeros(more))
+        spike[-3:] = 1.0
+        assert kind_of(spike) == "undetermined"
 
 
 @pytest.mark.parametrize("count", [64, 100, 512, 1023, 1024, 5000, 200_000])
