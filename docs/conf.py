@@ -31,7 +31,8 @@ extensions = [
     "sphinx_design",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-exclude_patterns = ["_build", "audit-table.md"]  # the table is included by audit.md
+# The tables are included by pages.
+exclude_patterns = ["_build", "audit-table.md", "drift-classes-table.md"]
 default_role = "py:obj"
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]

@@ -1,219 +1,274 @@
 r"""The statistical rule that tells how a deviation grows.
 
-The window means m_i, i < N, of the deviation are taken apart into cosines,
-c_k = √(2/N) Σ m_i cos(πk(i + ½)/N), k = 1 … K = min(48, N/2). The rule rests on what these are for
-the kinds of growth: independent with equal variances for a bounded noise; independent with
-variances as 1/k² for a random walk; as 1/k² in size with fixed signs for a trend.
+The window means of the deviation are taken apart: jumps (`geomint.jumps`), oscillations of 2.5 or
+more periods in the run (`geomint.oscillations`), and a rest in which a line or a parabola is looked
+for beside a noise that may be white, a random walk, or both (`geomint.trend`). The *trend bound* is
+the largest rise or fall over the run that the data do not exclude at 95 %: \|rise\| + 1.96 errors.
+The error is the standard error, with a twentieth of what the oscillations could feign and 1½ times
+what the jumps are not known better than added in squares (`geomint.decomposition`).
 
 The rule, in this order (`RULE` states it for reports):
 
+``not finite``
+    A value is infinite or not a number.
 ``roundoff``
-    No deviation is larger than 32 ε × scale, where the scale of a quantity v at the initial state
-    is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number of the state once may do to it.
+    All deviations are 0.
 ``undetermined``
-    There are fewer than 64 windows (or none, which comes before ``roundoff``).
+    There are fewer than 64 windows.
 ``linear``, ``faster``
-    There is a trend: the c_k are likelier by a factor e⁵ (twice the difference of the logarithms of
-    the likelihoods is above 10; 16 for the parabola) as a straight line or a parabola plus noise,
-    than as noise alone, the noise having the variances a + w/k² with the likeliest a, w ≥ 0; or
-    the means of 16 blocks of the run rise or fall throughout, by more than twice the standard
-    deviation of all window means. And the end is where the trend has led to: the block means
-    differ between the ends by at least ¾ of their range.
-    Then r is the rise over the second half of the run by that over the first, of the parabola if
-    that is likelier than the line by 8 in the same measure, else 1: ``faster`` above 2^1.5 − 1 (a
-    growth like t^1.5), ``linear`` down to 2^0.6 − 1, ``undetermined`` below: it levels off.
-``bounded``
-    Otherwise the three slowest cosines carry less than 1/20 of the variance of the window means; or
-    the likeliest α for variances as k^(−2α), k ≤ 32, is below ½.
-``sqrt``
-    α is between ½ and 1.5: a random walk (α = 1), that grows like √t.
+    There is a trend. A line is likelier than the noise alone by a factor e⁵, or a parabola by e⁸
+    (twice the gain of the logarithm of the likelihood is above 10, or 16), it rises by more than 3
+    errors, and the means of 16 blocks of the run differ between its ends by ¾ of their range; or
+    these means rise or fall throughout, by more than twice the standard deviation of the series.
+    Let r be the rise over the second half of the run by that over the first: ``faster`` if r is
+    above 2^1.25 − 1 (a growth like t^1.25) at 95 %; ``linear`` if it is below 2^1.5 − 1 and above
+    2^0.6 − 1, each at 95 %. If neither, the rule goes on.
+``jump``
+    Jumps make up 0.1 of the largest deviation, in a window or before the first.
+``sqrt``, ``undetermined``
+    The trend bound is above 0.1 of the largest deviation. It is ``sqrt`` if there is no trend,
+    rounding can explain the largest deviation, a random walk is likelier than white noise by e⁵, a
+    line or a parabola beside it likelier by no more than e^2.5 or e^3.5, the likeliest α for
+    variances of the cosines as k^(−2α), k ≤ 32, is between ½ and 1.5, and the walk goes on
+    throughout: not most of it in one block, in three windows, in one cosine, or in step.
 ``undetermined``
-    α is above 1.5: too smooth for any of these, such as an oscillation slower than the run.
+    The last 1/32 of the run has deviations 1.5 times as large as all before.
+``linear``, ``faster``, ``undetermined``
+    An oscillation can grow about a mean that does not. Its amplitude (the largest \|deviation\| of
+    four windows, or of each, less the \|mean\| of all) has a trend, of that class, and 0.05 of the
+    largest deviation is not excluded; or has none, and neither excludes 0.2 of the largest
+    deviation. This is left out where it is 0.9 of the largest in the first and the last quarter
+    alike, and where sines of constant amplitudes are all there is.
+``bounded``
+    Otherwise.
 
-An oscillation can grow about a mean that does not. So where the means are ``bounded`` or ``sqrt``,
-and the amplitudes (in each window the largest \|deviation\| less the \|mean\|) reach a tenth of the
-largest deviation, the rule is applied to the amplitudes too, and their growth counts if it is worse.
+If no deviation is larger than 32 ε × scale, ``roundoff`` is said instead of ``bounded``, of ``jump``
+with a trend bound below 0.1 of the largest deviation, and of an amplitude not known better. The
+scale of a quantity v at the initial state is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number
+of the state once may do to it. Rounding can explain a walk of 4 ε × scale × √steps, or 32 ε × scale
+if that is more.
 
-Measured on synthetic series (`tests/report/test_growth.py`): bounded noise and oscillations with at
-least four periods in the run are not taken for growth, random walks are called ``sqrt`` in 99 % of
-runs, linear and quadratic drifts are found below oscillations several times their size.
+Measured on synthetic series: see `benchmarks/drift_classes.py`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["RULE", "classify", "trend_slope"]
+from .decomposition import WALK, Part, evenly, taken_apart, without_jumps
+from .jumps import Jump, first_step
+from .trend import cosines
+
+__all__ = ["CLASSES", "NOT_FINITE", "RULE", "Growth", "growth_of"]
 
 Array = npt.NDArray[np.float64]
 
-MIN_WINDOWS = 64
-BLOCKS = 16
-COSINES = 48
-SLOW_COSINES, SLOW_SHARE = 3, 0.05
-LINE, PARABOLA, CURVED = 10.0, 16.0, 8.0
-RISEN = 0.75
-OSCILLATING = 0.1
-FASTER, LEVELLING = 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
-# Ratios w/a of a walk's variances to a floor: none, or a grid by factors of 1.8.
-_RATIOS = np.concatenate(([0.0], np.logspace(-1.0, 5.0, 25)))
+MIN_TREND_WINDOWS, MIN_WINDOWS = 32, 64
+EXCLUDED, AMPLITUDE_EXCLUDED, AMPLITUDE_LEAST = 0.1, 0.2, 0.05  # of the largest deviation
+LINE, PARABOLA = 10.0, 16.0  # gains of likelihood, see `geomint.trend`
+NO_LINE, NO_PARABOLA = 5.0, 7.0
+CLEAR = 3.0  # standard errors
+ONE_SIDED = 1.645  # of them: 95 % of a normal distribution
+BLOCKS, RISEN = 16, 0.75
+FASTER, NOT_LINEAR, LEVELLING = 2.0**1.25 - 1.0, 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
+GROWN = 24.0**0.5  # an oscillation whose amplitude grows by 1 leaves a sine this part of 1
+ONE_BLOCK, ONE_COSINE, THREE_WINDOWS = 0.6, 0.4, 0.5
+LATE, LAST = 1.5, 32
+AS_LARGE, POOLED = 0.9, 4  # of the amplitude; windows
 
 RULE = {
+    "not finite": "The quantity was infinite or not a number, from the time given on: nothing is "
+    "known of its drift.",
     "roundoff": "No deviation is larger than 32 ε × scale: no more than rounding the numbers of "
-    "the state once may do. Nothing drifts.",
-    "bounded": "The deviation goes up and down without a trend: its slow parts carry no more than "
-    "those of an oscillation or of a noise that stays as large as it is.",
-    "sqrt": "The deviation wanders like a random walk and grows like √t: what unbiased rounding "
-    "errors do. Four times as long, twice as large.",
+    "the state once may do. A trend of a tenth of that is excluded: nothing drifts.",
+    "bounded": "The deviation stays as large as it is: a trend of a tenth of the largest deviation "
+    "over the run is excluded at 95 %, and so is a growth of its oscillation by a fifth.",
+    "jump": "The deviation changes at once, at the time and by the size given.",
+    "sqrt": "The deviation wanders like a random walk and grows like √t, at a size that rounding "
+    "errors explain: what unbiased rounding does. Four times as long, twice as large.",
     "linear": "The deviation, or the amplitude of its oscillation, grows in proportion to time: a "
     "systematic error. Twice as long, twice as large; the slope is that of the means.",
-    "faster": "The deviation, or the amplitude of its oscillation, grows faster than t^1.5: longer "
+    "faster": "The deviation, or the amplitude of its oscillation, grows faster than t^1.25: longer "
     "runs get worse quickly.",
-    "undetermined": "The series does not decide: fewer than 64 windows, an oscillation slower than "
-    "the run, or a drift that levels off. A longer run may tell.",
+    "undetermined": "The series does not decide: it is short, or a trend of the size of the trend "
+    "bound may be hidden in it. A longer run may tell.",
 }
+CLASSES = tuple(RULE)
+NOT_FINITE = "not finite"
 
 
-class _Fit(NamedTuple):
-    likelihood: float  # logarithm, up to a constant
-    coefficients: Array
-    variances: Array  # of the noise in each cosine
+class Growth(NamedTuple):
+    """How a deviation grows: its class, and the numbers behind it, None where there are none.
+
+    Attributes
+    ----------
+    slope, slope_stderr : float
+        Of the means, without jumps and oscillations, per unit of time.
+    trend_bound : float
+        The largest rise or fall over the run that the data do not exclude at 95 %.
+    jump_size, jump_time : float
+        Of the largest jump.
+    """
+
+    kind: str
+    slope: float | None = None
+    slope_stderr: float | None = None
+    trend_bound: float | None = None
+    jump_size: float | None = None
+    jump_time: float | None = None
 
 
-def classify(times: Array, means: Array, maxima: Array, largest: float, level: float) -> str:
-    """Return the class of a series of windows.
+def growth_of(
+    times: Array,
+    means: Array,
+    maxima: Array,
+    last_time: float,
+    largest: float,
+    level: float,
+    explained: float,
+) -> Growth:
+    """Return the growth of a finite series of windows.
 
     Parameters
     ----------
     times, means, maxima : array, shape (N,)
         Of each window: mean time, mean deviation, largest absolute deviation.
-    largest : float
-        Largest absolute deviation of the whole series.
-    level : float
-        The round-off level, 32 ε × scale.
+    last_time, largest : float
+        The length of the run, and the largest absolute deviation of the whole series.
+    level, explained : float
+        The round-off level, 32 ε × scale; how large a random walk of rounding errors may get.
     """
-    if len(means) == 0:
+    if not len(means) or (largest > 0.0 and len(means) < MIN_TREND_WINDOWS):
+        return Growth("undetermined")
+    if largest == 0.0:
+        return Growth("roundoff", 0.0, 0.0, 0.0)
+    x, series, sizes = evenly(times, means / largest, maxima / largest)
+    part, jumps = without_jumps(x, series, EXCLUDED)
+    if not jumps and (start := first_step(part.series, sizes)) is not None:
+        jumps = [start]
+    kind = _class(part, sizes, jumps, largest <= level, largest <= explained)
+    span = float(times[-1] - times[0])
+    unit = largest / span
+    numbers = (part.trend.rise * unit, part.error * abs(unit), part.bound * abs(unit * last_time))
+    if len(means) < MIN_WINDOWS or not jumps:
+        return Growth("undetermined" if len(means) < MIN_WINDOWS else kind, *numbers)
+    jump = jumps[0]
+    return Growth(
+        kind, *numbers, jump.size * largest, 0.0 if jump.at < 0 else float(times[jump.at])
+    )
+
+
+def _class(part: Part, sizes: Array, jumps: list[Jump], rounding: bool, explained: bool) -> str:
+    """Return the class of a series whose largest deviation is 1."""
+    kind = _trend_class(part)
+    if kind in ("linear", "faster"):
+        return kind
+    excluded = part.bound <= EXCLUDED
+    if sum(abs(jump.size) for jump in jumps) >= EXCLUDED:
+        return "roundoff" if rounding and excluded else "jump"
+    if not excluded:
+        return "sqrt" if kind is None and explained and _is_walk(part) else "undetermined"
+    if LATE * sizes[: -max(1, len(sizes) // LAST)].max() < 1.0:
         return "undetermined"
-    if not (np.isfinite(largest) and np.isfinite(means).all()):
-        return "faster"
-    if largest <= level:
-        return "roundoff"
-    if len(means) < MIN_WINDOWS:
-        return "undetermined"
-    kind = _series_class(times, means)
-    amplitudes = maxima - np.abs(means)
-    if kind in ("bounded", "sqrt") and amplitudes.max() > OSCILLATING * largest:
-        growth = _series_class(times, amplitudes)
-        if growth in ("sqrt", "linear", "faster"):
-            kind = growth if kind == "bounded" or growth != "sqrt" else kind
-    return kind
+    kind = _amplitude_class(part, sizes)
+    return "roundoff" if rounding and kind in ("bounded", "undetermined") else kind
 
 
-def _series_class(times: Array, means: Array) -> str:
-    """Return the class of a series of means, by the rule from the trend on."""
-    scaled, spread = _scaled(means)
-    if spread == 0.0:
-        return "bounded"
-    curve = _trend(times, scaled)
-    return _without_trend(scaled) if curve is None else curve
+def _trend_class(part: Part) -> str | None:
+    """Return the class of the trend, ``"undetermined"`` if it has none, or None without a trend."""
+    trend, doubt = part.trend, part.doubt
+    blocks = block_means(part.rest)
+    kind = None
+    error = float(np.sqrt(trend.covariance.sum() + doubt**2))
+    by_line = trend.by_line > LINE and abs(trend.rise) > CLEAR * part.error
+    by_parabola = trend.by_parabola > PARABOLA and abs(trend.halves.sum()) > CLEAR * error
+    if by_line or by_parabola:
+        kind = "undetermined"
+        if abs(blocks[-1] - blocks[0]) >= RISEN * np.ptp(blocks):
+            kind = _curve(trend.halves, trend.covariance + 0.25 * doubt**2 * np.eye(2))
+    if kind in ("linear", "faster"):
+        return kind
+    return _monotone(part.series, doubt) or _monotone(part.rest, doubt) or kind
 
 
-def _scaled(means: Array) -> tuple[Array, float]:
-    """Return the means with average 0 and variance 1, and their standard deviation."""
-    size = float(np.abs(means).max())
-    if size == 0.0:
-        return means, 0.0
-    centred = means / size - (means / size).mean()  # squares neither overflow nor underflow
-    spread = float(centred.std())
-    return (means, 0.0) if spread == 0.0 else (centred / spread, size * spread)
-
-
-def _trend(times: Array, means: Array) -> str | None:
-    """Return the class of the trend, or None if there is none."""
-    blocks = block_means(means)
-    rises = np.diff(blocks)
-    risen = abs(blocks[-1] - blocks[0])
-    if risen > 2.0 and (np.all(rises > 0.0) or np.all(rises < 0.0)):
-        half = len(rises) // 2
-        return _curve(rises[:half].sum(), rises[-half:].sum())
-    values, shapes, k = _cosines(times, means)
-    none = _fit(values, shapes[:, :0], k)
-    line, parabola = _fit(values, shapes[:, :1], k), _fit(values, shapes, k)
-    by_line = 2.0 * (line.likelihood - none.likelihood)
-    by_parabola = 2.0 * (parabola.likelihood - none.likelihood)
-    if by_line <= LINE and by_parabola <= PARABOLA:
+def _monotone(series: Array, doubt: float) -> str | None:
+    """Return the class of a series whose block means rise or fall throughout, None for others."""
+    rises = np.diff(block_means(series))
+    if abs(rises.sum()) <= max(2.0 * float(series.std()), CLEAR * doubt):
         return None
-    if risen < RISEN * np.ptp(blocks):
-        return "undetermined" if np.ptp(blocks) > 0.5 else None
-    if by_parabola - by_line <= CURVED:
-        return "linear"
-    b, c = parabola.coefficients
-    return _curve(b / 2.0 + c / 4.0, b / 2.0 + 3.0 * c / 4.0)
+    if not (np.all(rises > 0.0) or np.all(rises < 0.0)):
+        return None
+    half = len(rises) // 2
+    rough = 0.5 * half * float(np.mean(np.diff(rises) ** 2))  # of a walk: the variance of a half
+    return _curve(np.array([rises[:half].sum(), rises[-half:].sum()]), rough * np.eye(2))
 
 
-def _curve(first: float, second: float) -> str:
-    """Return the class of a trend from its rises over the first and the second half."""
-    if first * second <= 0.0:
-        return "faster" if abs(second) > abs(first) else "undetermined"
-    ratio = second / first
-    if ratio > FASTER:
+def _curve(halves: Array, covariance: Array) -> str:
+    """Return the class of a trend from its rises over the two halves."""
+    first, second = halves if halves[1] > 0.0 else -halves
+
+    def above(ratio: float) -> float:
+        """By how many standard errors the second rise is above `ratio` times the first."""
+        weights = np.array([-ratio, 1.0])
+        error = float(np.sqrt(weights @ covariance @ weights))
+        return float(second - ratio * first) / max(error, 1e-300)
+
+    if second > abs(first) and above(FASTER) > ONE_SIDED:
         return "faster"
-    return "linear" if ratio > LEVELLING else "undetermined"
+    if above(NOT_LINEAR) < -ONE_SIDED and above(LEVELLING) > ONE_SIDED:
+        return "linear"
+    return "undetermined"
 
 
-def _without_trend(means: Array) -> str:
-    values, _, k = _cosines(np.arange(len(means), dtype=np.float64), means)
-    slow = values[:SLOW_COSINES]
-    if slow @ slow < SLOW_SHARE * len(means):  # the means are scaled to variance 1
+def _amplitude_class(part: Part, sizes: Array) -> str:
+    """Return ``"bounded"``, or the class of the growth of the oscillation about means without one."""
+    centre, quarter = abs(float(part.series.mean())), len(sizes) // 4
+    ends = min(sizes[:quarter].max(), sizes[-quarter:].max()) - centre
+    if ends >= AS_LARGE * (1.0 - centre):
         return "bounded"
-    alpha = _exponent(values[:32], k[:32])
-    if alpha < 0.5:
-        return "bounded"
-    return "sqrt" if alpha < 1.5 else "undetermined"
+    inside = float((sizes - np.abs(part.series)).max())
+    if inside <= EXCLUDED and GROWN * part.unsteady <= EXCLUDED:
+        return "bounded"  # sines of constant amplitudes are all there is
+    bounds = []
+    for pooled in (min(POOLED, len(sizes) // MIN_WINDOWS), 1):
+        usable = len(sizes) // pooled * pooled
+        largest = sizes[len(sizes) - usable :].reshape(-1, pooled).max(axis=1)
+        amplitudes = np.maximum(largest - centre, 0.0)
+        if amplitudes.max() <= EXCLUDED:
+            return "bounded"
+        found = taken_apart(np.linspace(0.0, 1.0, len(amplitudes)), amplitudes, [])
+        bounds.append(found.bound)
+        kind = _trend_class(found)
+        if kind is not None and found.bound > AMPLITUDE_LEAST:
+            return kind
+    return "bounded" if min(bounds) <= AMPLITUDE_EXCLUDED else "undetermined"
 
 
-def block_means(means: Array) -> Array:
+def _is_walk(part: Part) -> bool:
+    """Tell whether a series is a random walk and nothing else."""
+    trend = part.trend
+    if trend.by_walk < WALK or trend.by_line > NO_LINE or trend.by_parabola > NO_PARABOLA:
+        return False
+    steps = np.diff(block_means(part.rest)) ** 2
+    small = np.sort(np.diff(part.rest) ** 2)
+    if steps.max() > ONE_BLOCK * steps.sum() or small[-3:].sum() > THREE_WINDOWS * small.sum():
+        return False
+    columns, k = cosines(part.rest[:, None])
+    values, k = columns[:32, 0], k[:32]
+    white = values * k
+    total = float(white @ white)
+    if (white**2).max() > ONE_COSINE * total:
+        return False
+    return abs(white.sum()) <= CLEAR * total**0.5 and 0.5 < _exponent(values, k) < 1.5
+
+
+def block_means(series: Array) -> Array:
     """Return the means of 16 blocks of equal length; what is over at the start is left out."""
-    usable = len(means) // BLOCKS * BLOCKS
-    return np.asarray(means[len(means) - usable :].reshape(BLOCKS, -1).mean(axis=1))
-
-
-def _cosines(times: Array, means: Array) -> tuple[Array, Array, Array]:
-    """Return the coefficients of the means, those of x and x² (x from 0 to 1), and k.
-
-    k is 2N/π sin(πk/2N), with which the variances of a random walk are exactly as 1/k².
-    """
-    n = len(means)
-    x = (times - times[0]) / (times[-1] - times[0])
-    columns = np.stack([means, x, x * x], axis=1)
-    numbers = np.arange(1, min(COSINES, n // 2) + 1)
-    waves = np.cos(np.pi / n * np.outer(numbers, np.arange(n) + 0.5)) * np.sqrt(2.0 / n)
-    values = waves @ (columns - columns.mean(axis=0))
-    k = 2.0 * n / np.pi * np.sin(0.5 * np.pi * numbers / n)
-    return values[:, 0], values[:, 1:], k
-
-
-def _fit(values: Array, shapes: Array, k: Array) -> _Fit:
-    """Fit multiples of `shapes` plus noise of variances a + w/k², for the greatest likelihood."""
-    return max(_fits(values, shapes, k), key=lambda fit: fit.likelihood)
-
-
-def _fits(values: Array, shapes: Array, k: Array) -> Iterator[_Fit]:
-    """Yield the best fit for each ratio w/a."""
-    for ratio in _RATIOS:
-        relative = 1.0 + ratio / k**2
-        weights = 1.0 / np.sqrt(relative)
-        coefficients = np.linalg.lstsq(
-            shapes * weights[:, None], values * weights, rcond=None
-        )[0]  # fmt: skip
-        rest = (values - shapes @ coefficients) * weights
-        floor = max(float(rest @ rest) / len(values), 1e-300)
-        likelihood = -0.5 * float(np.log(relative).sum() + len(values) * np.log(floor))
-        yield _Fit(likelihood, coefficients, floor * relative)
+    usable = len(series) // BLOCKS * BLOCKS
+    return np.asarray(series[len(series) - usable :].reshape(BLOCKS, -1).mean(axis=1))
 
 
 def _exponent(values: Array, k: Array) -> float:
@@ -222,24 +277,3 @@ def _exponent(values: Array, k: Array) -> float:
     grid = np.linspace(-0.5, 3.0, 141)
     sizes = (values**2 * np.exp(2.0 * np.outer(grid, logs))).mean(axis=1)
     return float(grid[np.argmin(sizes)])
-
-
-def trend_slope(times: Array, means: Array) -> tuple[float | None, float | None]:
-    """Return the least-squares slope of the window means and its standard error.
-
-    The error is that of noise with variances a + w/k² beside a straight line: the largest among
-    those w/a that are likelier than e⁻¹ times the likeliest. So it holds for random walks too.
-    """
-    if len(means) < MIN_WINDOWS // 2 or not np.isfinite(means).all():
-        return None, None
-    scaled, spread = _scaled(means)
-    if spread == 0.0:
-        return 0.0, 0.0
-    centred = times - times.mean()
-    slope = spread * float(centred @ scaled / (centred @ centred))
-    values, shapes, k = _cosines(times, scaled)
-    ramp = shapes[:, 0] * (times[-1] - times[0])
-    fits = list(_fits(values, shapes[:, :1], k))
-    likely = max(fit.likelihood for fit in fits) - 1.0
-    variance = max((ramp**2) @ fit.variances for fit in fits if fit.likelihood >= likely)
-    return slope, spread * float(np.sqrt(variance) / (ramp @ ramp))

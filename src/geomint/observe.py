@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .drift import Drift, measure_drift
+from .drift import ROUNDOFF, Drift, measure_drift, walk_level
 from .errors import DomainError, nearest
 from .evaluate import rounding_scale, value
 from .forms import Measure
@@ -27,6 +27,7 @@ __all__ = ["MEASURE", "Observers", "choose_observables", "quantities_of"]
 Array = npt.NDArray[np.float64]
 GROUPS = ("invariants", "constraints", "observables", "all")
 MEASURE = "measure"
+NOISE = 4.0  # times the level of its noise: how large a random walk of the measure may be just that
 
 
 def quantities_of(problem: Problem) -> list[str]:
@@ -197,9 +198,16 @@ class Observers:
             )
             self.windows[name].add(labels, out.data)
 
-    def drifts(self) -> dict[str, Drift]:
-        """Return the drift of every quantity so far."""
-        windows, scales = dict(self.windows), dict(self.scales)
+    def drifts(self, steps: int) -> dict[str, Drift]:
+        """Return the drift of every quantity over `steps` steps."""
+        drifts = {
+            name: measure_drift(name, windows, scale, walk_level(scale, steps))
+            for (name, windows), scale in zip(
+                self.windows.items(), self.scales.values(), strict=True
+            )
+        }
         if self._measure is not None:
-            windows[MEASURE], scales[MEASURE] = self._measure.windows, self._measure.scale
-        return {name: measure_drift(name, windows[name], scales[name]) for name in self._names}
+            scale = self._measure.scale  # the noise of all steps
+            level = NOISE * ROUNDOFF * scale
+            drifts[MEASURE] = measure_drift(MEASURE, self._measure.windows, scale, level)
+        return {name: drifts[name] for name in self._names}

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .drift import NOT_FINITE, not_finite
 from .driver import Account
 from .errors import GeomintWarning, StepError
 from .evaluate import value
@@ -214,6 +215,10 @@ class Recorder:
         tau = np.array([time for time, _ in saved])
         full = np.array([state for _, state in saved]).reshape(-1, len(self._stepper.state))
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
+        drift = self._observers.drifts(account.steps)
+        message = "" if isinstance(status, str) else str(status)
+        if status == "success" and (bad := not_finite(drift)):
+            status, message = NOT_FINITE, bad
         return Solution(
             problem=self._problem,
             method=method,
@@ -221,7 +226,7 @@ class Recorder:
             step_sizes=sizes,
             tau=tau,
             y=full[:, :rows],
-            drift=self._observers.drifts(),
+            drift=drift,
             steps=account.steps,
             iterations=account.iterations,
             evaluations=self._stepper.evaluations_in(account.steps, account.iterations),
@@ -230,7 +235,7 @@ class Recorder:
             watching_seconds=account.watching_seconds,
             compile_seconds=compile_seconds,
             status=status if isinstance(status, str) else "failed",
-            message="" if isinstance(status, str) else str(status),
+            message=message,
             drift_time="t" if self._timeline.physical_end is not None else self._problem.time,
             physical=physical,
         )

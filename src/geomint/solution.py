@@ -59,7 +59,8 @@ class Solution:
     run_seconds, watching_seconds, compile_seconds : float
         For the steps; for saving states and evaluating what was observed; for compiling.
     status : str
-        ``"success"``, ``"interrupted"`` or ``"failed"`` with `message`.
+        ``"success"``, ``"interrupted"``, ``"failed"`` or ``"not finite"`` with `message`; the last
+        if the end was reached, but something that was observed was infinite or not a number.
     drift_time : ``"t"`` or ``"tau"``
         The time that drifts are measured in: physical if the end was given in it.
     """
@@ -101,7 +102,7 @@ class Solution:
 
     @property
     def success(self) -> bool:
-        """Whether the end was reached."""
+        """Whether the end was reached, and all that was observed is finite."""
         return self.status == "success"
 
     def piece(self, name: str) -> Array:

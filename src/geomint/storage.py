@@ -204,6 +204,7 @@ def _read_drift(variables: Any, name: str) -> Drift:
         samples=numbers.pop("samples"),
         last=(numbers.pop("until"), numbers["final_error"]),
         largest=numbers["max_abs_error"],
+        not_finite_from=numbers.get("not_finite_from"),
         closed=np.array(
             [_array(variables[f"{name}.{part}"]) for part in ("time", "mean", "maximum")]
         ),

@@ -23,6 +23,8 @@ class Windows:
         The first value; deviations are taken from it.
     length : int
         Samples a window.
+    not_finite_from : float or None
+        Time of the first value that was infinite or not a number: 0 if that is the first of all.
     """
 
     def __init__(self, initial: float) -> None:
@@ -32,6 +34,7 @@ class Windows:
         self.last = 0.0
         self.last_time = 0.0
         self.max_abs = 0.0
+        self.not_finite_from = None if np.isfinite(initial) else 0.0
         self._open_values = np.zeros(0)
         self._open_times = np.zeros(0)
         # rows: mean time, mean deviation, largest |deviation|
@@ -46,6 +49,7 @@ class Windows:
         last: tuple[float, float],
         largest: float,
         closed: Array,
+        not_finite_from: float | None = None,
     ) -> Windows:
         """Return windows as they were: `closed` are the rows times, means, maxima.
 
@@ -55,6 +59,7 @@ class Windows:
         windows.length, windows.samples, windows.max_abs = length, samples, largest
         windows.last_time, windows.last = last
         windows._closed = closed
+        windows.not_finite_from = not_finite_from
         return windows
 
     def add(self, times: Array, values: Array) -> None:
@@ -68,6 +73,8 @@ class Windows:
         self.samples += len(deviations)
         self.last, self.last_time = float(deviations[-1]), float(times[-1])
         self.max_abs = float(np.maximum(self.max_abs, np.abs(deviations).max()))  # keeps a NaN
+        if self.not_finite_from is None and not np.isfinite(self.max_abs):
+            self.not_finite_from = float(times[np.argmin(np.isfinite(deviations))])
         deviations = np.concatenate((self._open_values, deviations))
         times = np.concatenate((self._open_times, times))
         while len(deviations) >= self.length:

@@ -135,7 +135,7 @@ def test_wrong_density_is_found() -> None:
     right = observed(p, "gauss-8", y0, 0.1, 100)
     lebesgue = dataclasses.replace(p, measure=gi.Measure(wrong))
     drift = observed(lebesgue, "gauss-8", y0, 0.1, 100)
-    assert right.kind == "roundoff"
+    assert right.within_roundoff
     assert drift.max_abs_error > 0.1
 
 
@@ -156,7 +156,7 @@ def test_pieces_that_begin_at_zero() -> None:
     )
     for y0 in ([0.0, 1.2], [1.2, 0.0], [1e-20, 1.2], [0.0, 0.0]):
         drift = observed(p, "gauss-2", y0, 0.1, 300)
-        assert drift.kind == "roundoff"
+        assert drift.within_roundoff
         assert drift.scale * 2.0**-47 < 1e-12
 
 
@@ -172,7 +172,7 @@ def test_conditions_that_are_no_polynomials() -> None:
 
     measure = gi.Measure(p.measure.log_density, conditions, 2)
     drift = observed(dataclasses.replace(p, measure=measure), "rattle-2", y0, 0.05, 500)
-    assert drift.kind == "roundoff"
+    assert drift.within_roundoff
     assert drift.scale * 2.0**-47 < 1e-10
 
 

@@ -22,6 +22,7 @@ KEYS = {
     "final_error",
     "slope",
     "slope_stderr",
+    "trend_bound",
     "class",
 }
 
@@ -139,6 +140,8 @@ def test_the_page_tells_what_was_done(page, record):
         "0.02 in t",
         "2\u202f000",
         "spatial-momentum",
+        "trend over the run ≤",
+        "No larger than 32 ε × scale: K, area",
         "(scale ",
         "prefers-color-scheme: dark",
         "@media print",

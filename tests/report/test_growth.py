@@ -1,131 +1,203 @@
 """The statistical rule on synthetic series whose growth is known: how often is it wrong?"""
 
+import importlib.util
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from geomint.drift import CLASSES, measure_drift
-from geomint.growth import RULE, trend_slope
+from geomint.drift import CLASSES, ROUNDOFF, measure_drift, not_finite, walk_level
+from geomint.growth import RULE
 from geomint.windows import Windows
 
 SAMPLES = 20_000
 T = np.arange(1, SAMPLES + 1) / SAMPLES
+EPSILON = 2.0**-52
 
 
-def windowed(series):
+def _benchmark():
+    """Return the families of the benchmark that makes the table of the documentation."""
+    path = Path(__file__).parents[2] / "benchmarks" / "drift_classes.py"
+    spec = importlib.util.spec_from_file_location("drift_classes", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+BENCHMARK = _benchmark()
+FAMILIES = BENCHMARK.FAMILIES
+
+
+def drift_of(series, scale=0.0, **more):
     windows = Windows(0.0)
     windows.add(np.arange(1.0, len(series) + 1.0), np.asarray(series, dtype=float))
-    return windows
+    return measure_drift("v", windows, scale, **more)
 
 
 def kind_of(series, scale=0.0):
-    return measure_drift("v", windowed(series), scale).kind
+    return drift_of(series, scale).kind
 
 
-def oscillation(rng, low, high):
-    """Return an oscillation with a random number of periods between `low` and `high`."""
-    periods = np.exp(rng.uniform(np.log(low), np.log(high)))
-    return np.sin(2.0 * np.pi * periods * T + rng.uniform(0.0, 2.0 * np.pi))
+def sine(periods, phase=0.0):
+    return np.sin(2.0 * np.pi * periods * T + phase)
 
 
-def walk(rng):
-    """Return a random walk that reaches about 1 at the end."""
-    return np.cumsum(rng.normal(size=SAMPLES)) / np.sqrt(SAMPLES)
+def counted(name, samples, seeds, sizes=BENCHMARK.SIZES):
+    """Return how often the class was right, false, and the bound too small, over sizes and seeds."""
+    said = Counter()
+    for seed in seeds:
+        for size in sizes:
+            family = FAMILIES[name]
+            drift, true = BENCHMARK.drawn(family, samples, size, seed)
+            right = BENCHMARK.right_classes(family, size)
+            said["right"] += drift.kind in right
+            said["false"] += drift.kind not in {*right, "undetermined"}
+            said["below"] += true is not None and drift.trend_bound < 0.998 * true
+            said[drift.kind] += 1
+    return said
 
 
-def modes(rng):
-    return sum(rng.normal() * oscillation(rng, 10, SAMPLES / 3) for _ in range(8))
+# What 2000 samples often leave undetermined; of the others most are right.
+HARD = {"white noise", "quantised noise", "eight frequencies", "exponential", "line and outlier"}
 
 
-# name: (class, series, greatest share of other classes)
-CASES = {
-    "noise": ("bounded", lambda rng: rng.normal(size=SAMPLES), 0.0),
-    "many periods": ("bounded", lambda rng: oscillation(rng, 100, SAMPLES / 3), 0.03),
-    "twenty to a hundred periods": ("bounded", lambda rng: oscillation(rng, 20, 100), 0.01),
-    "eight to twenty periods": ("bounded", lambda rng: oscillation(rng, 8, 20), 0.01),
-    "four to eight periods": ("bounded", lambda rng: oscillation(rng, 4, 8), 0.03),
-    "off centre": ("bounded", lambda rng: 3.0 + oscillation(rng, 50, 500), 0.02),
-    "many modes": ("bounded", modes, 0.02),
-    "beats": (
-        "bounded",
-        lambda rng: oscillation(rng, 100, 1000) * oscillation(rng, 4, 50),
-        0.02,
-    ),
-    "random walk": ("sqrt", walk, 0.04),
-    "rare kicks": (
-        "sqrt",
-        lambda rng: np.cumsum(rng.integers(-1, 2, SAMPLES) * (rng.random(SAMPLES) < 0.05)),
-        0.04,
-    ),
-    "walk in noise": ("sqrt", lambda rng: walk(rng) + 0.3 * rng.normal(size=SAMPLES), 0.07),
-    "walk with oscillation": (
-        "sqrt",
-        lambda rng: walk(rng) + 0.3 * oscillation(rng, 20, 1000),
-        0.07,
-    ),
-    "line": ("linear", lambda rng: rng.choice([-1.0, 1.0]) * T, 0.0),
-    "line below an oscillation": (
-        "linear",
-        lambda rng: T + 3.0 * oscillation(rng, 100, 1000),
-        0.02,
-    ),
-    "line in noise": ("linear", lambda rng: T + rng.normal(size=SAMPLES), 0.02),
-    "line off centre": (
-        "linear",
-        lambda rng: 3.0 - T + 3.0 * oscillation(rng, 100, 1000),
-        0.02,
-    ),
-    "line with a walk": ("linear", lambda rng: T + 0.1 * walk(rng), 0.05),
-    "growing oscillation": (
-        "linear",
-        lambda rng: (2.0 + T) * oscillation(rng, 50, 3000),
-        0.05,
-    ),
-    "oscillation that wanders": (
-        "sqrt",
-        lambda rng: walk(rng) * oscillation(rng, 200, 3000),
-        0.12,
-    ),
-    "oscillation that grows as the square": (
-        "faster",
-        lambda rng: T**2 * oscillation(rng, 50, 3000),
-        0.03,
-    ),
-    "instability": ("faster", lambda rng: np.exp(10 * T) * oscillation(rng, 200, 3000), 0.03),
-    "oscillation in beats": (
-        "bounded",
-        lambda rng: (1.0 + 0.5 * oscillation(rng, 4, 8)) * oscillation(rng, 200, 3000),
-        0.03,
-    ),
-    "square": ("faster", lambda rng: T**2, 0.0),
-    "cube": ("faster", lambda rng: -(T**3), 0.0),
-    "exponential": ("faster", lambda rng: np.exp(20.0 * T), 0.0),
-    "square below an oscillation": ("faster", lambda rng: T**2 + oscillation(rng, 100, 1000), 0.02),
-    "square with a walk": ("faster", lambda rng: T**2 + 0.1 * walk(rng), 0.1),
-    "slow oscillation": ("undetermined", lambda rng: oscillation(rng, 0.7, 2.0), 0.15),
-    "levelling off": ("undetermined", lambda rng: 1.0 - np.exp(-6.0 * T), 0.0),
-    "jump": ("bounded", lambda rng: np.ones(SAMPLES), 0.0),
-}
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_misclassification(name):
-    wanted, series, tolerated = CASES[name]
-    rng = np.random.default_rng(20)
-    repeats = 60
-    kinds = Counter(kind_of(series(rng)) for _ in range(repeats))
-    assert repeats - kinds[wanted] <= tolerated * repeats + 0.5, kinds
+@pytest.mark.parametrize("name", FAMILIES)
+def test_classes_are_calibrated(name):
+    """False claims in 5 % at most, and undetermined is not the answer to everything."""
+    said = counted(name, 2_000, range(20), ["walk"])
+    assert said["false"] <= 1, said
+    assert said["below"] <= 3, said  # of 20; more are drawn below
+    assert said["right"] >= (2 if name in HARD else 14), said
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
-def test_misclassification_in_many_runs(name):
-    wanted, series, tolerated = CASES[name]
-    rng = np.random.default_rng(21)
-    repeats = 1000
-    kinds = Counter(kind_of(series(rng)) for _ in range(repeats))
-    assert repeats - kinds[wanted] <= tolerated * repeats + 2.0, kinds
+@pytest.mark.parametrize("samples", [200, 20_000])
+@pytest.mark.parametrize("name", FAMILIES)
+def test_classes_are_calibrated_at_all_lengths_and_sizes(name, samples):
+    said = counted(name, samples, range(100, 150))
+    assert said["false"] <= 0.05 * 150 + 3, said
+    assert said["below"] <= 0.05 * 150 + 3, said
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.5, 4.0])
+@pytest.mark.parametrize(
+    ("part", "periods"), [(0.5, 8.3), (0.1, 8.3), (0.2, 8.3), (0.3, 8.3), (1.0, 20.3)]
+)
+def test_a_line_below_an_oscillation_is_linear(part, periods, phase):
+    """Never bounded nor sqrt, at a size that rounding explains as well as at another."""
+    for scale in (0.0, 1e6 / EPSILON**0.5):
+        drift = drift_of(T + part * sine(periods, phase), scale)
+        assert drift.kind == "linear"
+        assert drift.trend_bound >= 1.0
+        square = drift_of(T**2 + part * sine(periods, phase), scale)
+        assert square.kind == "faster"
+
+
+@pytest.mark.parametrize("rise", [0.12, 0.2, 0.5])
+@pytest.mark.parametrize("samples", [100, 400, 1023])
+def test_bounded_means_that_a_trend_is_excluded(rise, samples):
+    """Noise with a trend of more than 0.1 of the largest deviation is called bounded in 5 %."""
+    rng = np.random.default_rng(4)
+    t = np.arange(1, samples + 1) / samples
+    said = Counter()
+    for _ in range(20):
+        noise = rng.normal(size=samples)
+        series = noise + rise * np.abs(noise).max() * t
+        said[kind_of(series)] += 1
+        said[kind_of(1e-15 * series, scale=1.0)] += 1
+    assert said["bounded"] + said["roundoff"] <= 2, said
+
+
+@pytest.mark.parametrize("kind", ["walk", "walk in noise", "noise"])
+def test_the_trend_bound_holds(kind):
+    """It is below the true trend in no more than 5 %: as it is a bound to both sides, far less."""
+    rng = np.random.default_rng(6)
+    t = np.arange(1, 2001) / 2000
+    below, scores = 0, []
+    for _ in range(60):
+        noise, walk = rng.normal(size=2000), np.cumsum(rng.normal(size=2000)) / 2000**0.5
+        series = {"walk": walk, "walk in noise": walk + noise, "noise": noise}[kind] - t
+        drift = drift_of(series)
+        below += drift.trend_bound < 0.998
+        scores.append((2000 * drift.slope + 1.0) / (2000 * drift.slope_stderr))
+    assert below <= 3
+    assert 0.2 < np.std(scores) < 1.3
+    assert abs(np.mean(scores)) < 0.4
+
+
+@pytest.mark.parametrize("periods", [3.3, 8.3, 40.3])
+def test_a_sine_that_fits_is_not_known_exactly(periods):
+    """A twentieth of the rise that it could feign, 1.9 A/P, is in the error."""
+    for trend in (0.0, 0.3):
+        drift = drift_of(sine(periods) + trend * T)
+        doubt = 0.05 * 1.9 / periods
+        assert drift.slope_stderr * SAMPLES == pytest.approx(doubt, rel=0.1)
+        assert drift.trend_bound == pytest.approx(trend + 1.96 * doubt, rel=0.1)
+
+
+def test_random_walks_are_of_rounding_size():
+    rng = np.random.default_rng(2)
+    walk = np.cumsum(rng.normal(size=SAMPLES))
+    assert kind_of(EPSILON * walk, scale=1.0) == "sqrt"
+    assert kind_of(1e-8 * walk, scale=1.0) == "undetermined"
+    assert kind_of(walk) == "undetermined"
+    level = walk_level(1.0, 10**6)
+    assert 1e-13 < level < 1e-12
+    largest = np.abs(walk).max()
+    assert drift_of(0.9 * level / largest * walk, 1.0, explained=level).kind == "sqrt"
+    assert drift_of(1.1 * level / largest * walk, 1.0, explained=level).kind == "undetermined"
+    assert walk_level(1.0, 1) == ROUNDOFF
+
+
+def test_jumps_have_their_name_size_and_time():
+    rng = np.random.default_rng(7)
+    first = drift_of(0.15 + 1e-16 * np.cumsum(rng.normal(size=SAMPLES)), 1.0)
+    assert first.kind == "jump"
+    assert first.jump_size == pytest.approx(0.15, rel=1e-9)
+    assert first.jump_time == 0.0
+    for at in (0.1, 0.5, 0.9):
+        late = drift_of(
+            np.where(at < T, -3.0, 0.0) + 0.5 * sine(40.2) + 0.1 * rng.normal(size=SAMPLES)
+        )
+        assert late.kind == "jump"
+        assert late.jump_size == pytest.approx(-3.0, rel=0.1)
+        assert late.jump_time == pytest.approx(at * SAMPLES, abs=64)
+    both = drift_of(np.where(T > 0.5, 1.0, 0.0) + 2.0 * T)
+    assert both.kind == "linear"
+    assert both.jump_size == pytest.approx(1.0, rel=0.05)
+    assert both.slope == pytest.approx(2.0 / SAMPLES, rel=0.05)
+    assert drift_of(T).jump_size is None
+    outlier = np.zeros(SAMPLES)
+    outlier[7000] = 1.0
+    assert drift_of(outlier).jump_size is None
+    # Within round-off a jump is round-off.
+    assert kind_of(np.where(T > 0.5, 10.0 * EPSILON, 0.0), scale=1.0) == "roundoff"
+
+
+def test_round_off_is_round_off_where_a_trend_is_excluded():
+    rng = np.random.default_rng(0)
+    assert kind_of(20 * EPSILON * (rng.random(SAMPLES) - 0.5), scale=1.0) == "roundoff"
+    assert kind_of(20 * EPSILON * T, scale=1.0) == "linear"
+    assert drift_of(20 * EPSILON * T, scale=1.0).within_roundoff
+    assert kind_of(40 * EPSILON * T, scale=1.0) == "linear"
+    zero = drift_of(np.zeros(SAMPLES), scale=1.0)
+    assert (zero.kind, zero.trend_bound, zero.slope) == ("roundoff", 0.0, 0.0)
+
+
+def test_what_grows_in_amplitude_alone_is_not_bounded():
+    for periods in (5.3, 12.0, 80.7, 900.0, 6000.0):
+        assert kind_of((1.0 + T) * sine(periods)) in ("linear", "undetermined")
+        assert kind_of(T**2 * sine(periods)) in ("faster", "undetermined")
+    assert kind_of(np.exp(10.0 * T) * sine(900.0)) == "faster"
+
+
+def test_what_begins_at_the_end_is_not_bounded():
+    assert kind_of(np.exp(400.0 * (T - 1.0)) + 0.01 * sine(50.0)) == "undetermined"
+    for more in (0, 10):  # to the end of the last window, and beyond it
+        spike = np.append(0.01 * sine(50.0), np.zeros(more))
+        spike[-3:] = 1.0
+        assert kind_of(spike) == "undetermined"
 
 
 @pytest.mark.parametrize("count", [64, 100, 512, 1023, 1024, 5000, 200_000])
@@ -133,73 +205,75 @@ def test_the_rule_does_not_depend_on_the_number_of_samples(count):
     t = np.arange(1, count + 1) / count
     rng = np.random.default_rng(3)
     right = Counter()
-    for _ in range(20):
-        right["line"] += kind_of(t + 0.05 * rng.normal(size=count)) == "linear"
+    for _ in range(6):
+        right["line"] += kind_of(t + 0.02 * rng.normal(size=count)) == "linear"
         right["square"] += kind_of(t**2) == "faster"
-        right["walk"] += kind_of(np.cumsum(rng.normal(size=count))) == "sqrt"
-        right["noise"] += kind_of(rng.normal(size=count)) == "bounded"
-    assert min(right.values()) >= 18, right
-
-
-def test_round_off_is_round_off():
-    rng = np.random.default_rng(0)
-    epsilon = 2.0**-52
-    assert kind_of(20 * epsilon * (rng.random(SAMPLES) - 0.5), scale=1.0) == "roundoff"
-    assert kind_of(20 * epsilon * T, scale=1.0) == "roundoff"
-    assert kind_of(40 * epsilon * T, scale=1.0) == "linear"
-    assert kind_of(np.zeros(SAMPLES), scale=1.0) == "roundoff"
+        oscillation = np.sin(2.0 * np.pi * rng.uniform(4.0, 16.0) * t + rng.uniform(0.0, 6.0))
+        right["oscillation"] += kind_of(oscillation) == "bounded"
+        right["both"] += kind_of(t + oscillation) == "linear"
+    assert min(right.values()) >= 5, right
 
 
 def test_a_short_series_is_undetermined():
     assert kind_of(T[:63]) == "undetermined"
+    assert kind_of(1e-17 * T[:63], scale=1.0) == "undetermined"
     assert kind_of([]) == "undetermined"
+    assert drift_of(T[:31]).trend_bound is None
+    assert drift_of(T[:32]).trend_bound == pytest.approx(T[31], rel=1e-6)
 
 
-def test_what_is_not_finite_grows():
+def test_what_is_not_finite_has_its_class():
     series = T.copy()
     series[-1] = np.inf
-    assert kind_of(series) == "faster"
+    assert kind_of(series) == "not finite"
     series[SAMPLES // 2] = np.nan
-    assert kind_of(series) == "faster"
+    drift = drift_of(series)
+    assert drift.kind == "not finite"
+    assert drift.not_finite_from == SAMPLES // 2 + 1
+    assert (drift.slope, drift.trend_bound) == (None, None)
+    assert not_finite({"a": drift, "b": drift_of(T)}) == "'a' is not finite from 10001 on"
+    windows = Windows(np.nan)
+    assert measure_drift("v", windows, 1.0).kind == "not finite"
+    windows.add(np.array([1.0]), np.array([1.0]))
+    assert measure_drift("v", windows, 1.0).not_finite_from == 0.0
 
 
-@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1.0, 1e16, 1e150])
+@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150])
 def test_scale_and_sign_do_not_matter(factor):
-    rng = np.random.default_rng(5)
-    for _, series, _ in CASES.values():
-        values = series(rng)
-        assert kind_of(values) == kind_of(-values)
-        assert kind_of(factor * values) == kind_of(values)
+    for name in ("line and 1 sine", "eight frequencies", "jump and noise", "white noise"):
+        series = FAMILIES[name].series(np.random.default_rng(5), T[::10] * 1.0)
+        assert kind_of(series) == kind_of(-series) == kind_of(factor * series)
 
 
-def _parts(windows):
-    return windows.times, windows.means
+def test_backwards_and_stretched():
+    forward, backward = drift_of(T + 0.3 * sine(9.0)), Windows(0.0)
+    backward.add(-np.arange(1.0, SAMPLES + 1.0), T + 0.3 * sine(9.0))
+    back = measure_drift("v", backward, 0.0)
+    assert back.slope == pytest.approx(-forward.slope)
+    assert back.trend_bound == pytest.approx(forward.trend_bound)
+    twice = forward.stretched(2.0)
+    assert twice.slope == pytest.approx(0.5 * forward.slope)
+    assert twice.slope_stderr == pytest.approx(0.5 * forward.slope_stderr)
+    assert (twice.kind, twice.trend_bound) == (forward.kind, forward.trend_bound)
+    assert twice.windows.last_time == 2.0 * SAMPLES
+
+
+def test_times_need_not_be_even():
+    """Physical times of steps in another time: the same oscillation, a line in time."""
+    times = 100.0 * (T + 0.02 * np.sin(7.0 * T))
+    windows = Windows(0.0)
+    windows.add(times, 0.3 * times / 100.0 + np.sin(2.0 * np.pi * 0.11 * times))
+    drift = measure_drift("v", windows, 0.0)
+    assert drift.kind == "linear"
+    assert drift.slope == pytest.approx(0.003, rel=0.05)
 
 
 def test_every_class_is_explained():
     assert set(RULE) == set(CLASSES)
 
 
-@pytest.mark.parametrize(
-    ("name", "least"),
-    [("noise", 0.3), ("random walk", 0.8), ("walk in noise", 0.7), ("line in noise", 0.2)],
-)
-def test_the_standard_error_of_the_slope_is_honest(name, least):
-    """(slope − true slope) / error has a standard deviation of about 1, at most 1.2."""
-    _, series, _ = CASES[name]
-    true = 1.0 / SAMPLES if name.startswith("line") else 0.0
-    rng = np.random.default_rng(8)
-    scores = []
-    for _ in range(200):
-        slope, error = trend_slope(*_parts(windowed(series(rng))))
-        scores.append((slope - true) / error)
-    assert least < np.std(scores) < 1.2
-    assert abs(np.mean(scores)) < 0.3
-
-
 def test_the_slope_of_a_line_is_its_slope():
-    slope, error = trend_slope(*_parts(windowed(-3.0 * T)))
-    assert slope == pytest.approx(-3.0 / SAMPLES, rel=1e-12)
-    assert 0.0 <= error < 1e-12
-    assert trend_slope(np.arange(3.0), np.arange(3.0)) == (None, None)
-    assert trend_slope(np.arange(100.0), np.ones(100)) == (0.0, 0.0)
+    drift = drift_of(-3.0 * T)
+    assert drift.slope == pytest.approx(-3.0 / SAMPLES, rel=1e-12)
+    assert 0.0 <= drift.slope_stderr < 1e-12
+    assert drift_of([0.0, 1.0, 2.0]).slope is None

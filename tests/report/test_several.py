@@ -232,7 +232,7 @@ def test_kinds_are_data(result):
     assert kind_of("something of the user's", problem) == "others"
     assert set(map(kind_of, ["norm", "K"], [problem] * 2)) <= set(KINDS)
     words = dict(kinds_in_words(result))
-    assert words["constraints"].startswith("within round-off: gauss-8, cf-4, rattle-4")
+    assert words["constraints"].startswith("no larger than 32 ε × scale: gauss-8, cf-4, rattle-4")
 
 
 def test_what_is_not_conserved_is_no_drift(tmp_path):

@@ -63,3 +63,7 @@ def test_what_is_not_finite_shows():
     windows.add(np.arange(3.0), np.array([1.0, np.nan, 2.0]))
     windows.add(np.arange(3.0), np.array([1.0, 2.0, 3.0]))
     assert np.isnan(windows.max_abs)
+    assert windows.not_finite_from == 1.0
+    windows = Windows(-1e308)
+    windows.add(np.arange(3.0), np.array([1.0, 1.7e308, 2.0]))
+    assert windows.not_finite_from == 1.0

@@ -139,7 +139,9 @@ def test_the_plain_way_gives_the_same(content, method):
         same = other.drift[name]
         assert drift.initial == pytest.approx(same.initial, rel=1e-14)
         assert abs(drift.final_error - same.final_error) <= 1e-13 * drift.scale
-        assert drift.kind == same.kind
+        if not drift.within_roundoff:  # other roundings, another random walk
+            assert drift.kind == same.kind
+        assert same.within_roundoff == drift.within_roundoff
 
 
 def test_leaving_the_attitude_out_changes_no_bit_of_the_rest():

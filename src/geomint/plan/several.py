@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
-from ..drift import Drift, measure_drift
+from ..drift import Drift
 from ..errors import FormError, GeomintError, StepError
+from ..growth import NOT_FINITE
 from ..integrate import solve
 from ..scene.entries import methods_and_steps
 from ..scene.scene import Scene
 from ..solution import Solution
-from ..windows import Windows
 from .plan import Plan, make_plan
 
 __all__ = ["MethodRun", "SeveralRuns", "labelled_scenes", "plan_method", "run_methods"]
@@ -35,7 +33,7 @@ class MethodRun:
         With drifts in the time of the report; what was computed if the run failed or was
         interrupted, None if nothing was.
     status, message : str
-        ``"success"``, ``"failed"``, ``"interrupted"`` or ``"not run"``, and why.
+        That of the solution, ``"failed"``, ``"interrupted"`` or ``"not run"``, and why.
     """
 
     label: str
@@ -87,10 +85,12 @@ class SeveralRuns:
 
     @property
     def status(self) -> str:
-        """``"interrupted"``, ``"failed"`` if no method reached the end, or ``"success"``."""
+        """``"interrupted"``, ``"not finite"`` if one is, ``"failed"`` if all have, or ``"success"``."""
         found = {run.status for run in self.runs}
         if found & {"interrupted", "not run"}:
             return "interrupted"
+        if NOT_FINITE in found:
+            return NOT_FINITE
         return "success" if "success" in found else "failed"
 
 
@@ -223,19 +223,5 @@ def _in_time_of(result: SeveralRuns, solution: Solution) -> Solution:
     end, tau_end = result.physical_end, result.scene.content.time.tau_end
     if solution.drift_time == result.time or end is None or tau_end is None:
         return solution
-    drift = {name: _stretched(d, tau_end / end) for name, d in solution.drift.items()}
+    drift = {name: d.stretched(tau_end / end) for name, d in solution.drift.items()}
     return replace(solution, drift=drift, drift_time=result.time)
-
-
-def _stretched(drift: Drift, rate: float) -> Drift:
-    """Return a drift whose times are multiplied by `rate`."""
-    old = drift.windows
-    windows = Windows.restored(
-        old.initial,
-        old.length,
-        old.samples,
-        (rate * old.last_time, old.last),
-        old.max_abs,
-        np.array([rate * old.times, old.means, old.maxima]),
-    )
-    return measure_drift(drift.name, windows, drift.scale)

@@ -21,7 +21,15 @@ from .plots import drift_figure, panel_figure
 from .provenance import run_provenance
 from .several_page import write_several_report
 from .style import data_uri, save_figure
-from .text import number, rule_details, spanned, step_of, verdict, with_error
+from .text import (
+    number,
+    rule_details,
+    spanned,
+    step_of,
+    verdict,
+    what_happened,
+    with_error,
+)
 
 __all__ = ["drift_report", "write_drift_report"]
 
@@ -189,7 +197,9 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
                 "max_rel": relative,
                 "final": number(drift.final_error),
                 "slope": with_error(drift.slope, drift.slope_stderr),
+                "bound": number(drift.trend_bound, 2),
                 "kind": drift.kind,
+                "event": what_happened(drift, solution.drift_time),
             }
         )
     return rows
@@ -205,7 +215,8 @@ def _panels(solution: Solution) -> list[dict[str, str]]:
         )
         told = (
             f"{name}: largest deviation {number(drift.max_abs_error)}, "
-            f"final {number(drift.final_error)}, {drift.kind}"
+            f"final {number(drift.final_error)}, {drift.kind} "
+            f"{what_happened(drift, solution.drift_time)}".rstrip()
         )
         panels.append({"name": name, "sizes": sizes, "means": means, "told": told})
     return panels

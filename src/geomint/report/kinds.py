@@ -6,6 +6,8 @@ from ..plan import SeveralRuns
 from ..quantities import KINDS, kind_of
 from .text import OUTCOMES
 
+SMALL = "32 ε × scale"  # whatever the class of what is so small
+
 __all__ = ["conserved_by_kind", "kinds_in_words", "names_by_kind"]
 
 
@@ -29,13 +31,16 @@ def kinds_in_words(result: SeveralRuns) -> list[tuple[str, str]]:
     for kind, names in conserved_by_kind(result).items():
         by_outcome: dict[str, list[str]] = {}
         for run in result:
-            classes = [run.drift[name].kind for name in names if name in run.drift]
-            if classes:
-                worst = min(classes, key=list(OUTCOMES).index)
+            drifts = [run.drift[name] for name in names if name in run.drift]
+            if drifts:
+                worst = min((drift.kind for drift in drifts), key=list(OUTCOMES).index)
+                small = all(drift.within_roundoff for drift in drifts)
+                if small and worst in ("sqrt", "undetermined"):
+                    worst = SMALL
                 by_outcome.setdefault(worst, []).append(run.title)
         parts = [
-            f"{OUTCOMES[outcome]}: {', '.join(by_outcome[outcome])}"
-            for outcome in reversed(OUTCOMES)
+            f"{words}: {', '.join(by_outcome[outcome])}"
+            for outcome, words in reversed({**OUTCOMES, SMALL: f"no larger than {SMALL}"}.items())
             if outcome in by_outcome
         ]
         told.append((KINDS[kind].title, "; ".join(parts)))

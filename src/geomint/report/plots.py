@@ -122,6 +122,10 @@ def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
             trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
             axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
             axes.legend(loc="best")
+        for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
+            if when is not None and drift.kind == what:
+                axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
+                axes.legend(loc="best")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
     axes.locator_params(axis="x", nbins=5)

@@ -15,7 +15,15 @@ from .kinds import conserved_by_kind, kinds_in_words, names_by_kind
 from .pages import render
 from .provenance import environment, scene_record
 from .style import data_uri, save_figure
-from .text import duration, number, rule_details, short_slope, step_of, watched_to
+from .text import (
+    duration,
+    number,
+    rule_details,
+    short_slope,
+    step_of,
+    watched_to,
+    what_happened,
+)
 
 __all__ = ["write_several_report"]
 
@@ -106,6 +114,8 @@ def _cell(run: MethodRun, name: str) -> dict[str, str]:
         return {
             "name": name,
             "kind": drift.kind,
+            "event": "" if run.solution is None else what_happened(drift, run.solution.drift_time),
+            "bound": number(drift.trend_bound, 2),
             "error": number(drift.max_abs_error),
             "slope": f"{slope} ({until})" if until else slope,
         }

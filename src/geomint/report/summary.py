@@ -11,16 +11,18 @@ from ..plan import SeveralRuns
 from ..scene import Scene
 from ..solution import Solution
 from .kinds import kinds_in_words, names_by_kind
-from .text import duration, number, spanned, step_of, verdict, with_error
+from .text import duration, number, short_slope, spanned, step_of, verdict
 
 __all__ = ["print_several", "print_summary"]
 
 _COLOURS = {
     "roundoff": "green",
     "bounded": "green",
+    "jump": "yellow",
     "sqrt": "cyan",
     "linear": "yellow",
     "faster": "red",
+    "not finite": "bold red",
     "undetermined": "magenta",
 }
 
@@ -69,8 +71,8 @@ def print_summary(solution: Solution, scene: Scene) -> None:
         console.print(Text(f"{solution.status} {solution.message}".strip(), style="bold red"))
     if solution.drift:
         table = Table(box=None, header_style="bold")
-        table.add_column("quantity")
-        for column in ("initial", "max |error|", "final error", "slope"):
+        table.add_column("quantity", overflow="fold")
+        for column in ("initial", "max |error|", "final error", "slope", "trend ≤"):
             table.add_column(column, justify="right")
         table.add_column("class")
         for name, drift in solution.drift.items():
@@ -79,8 +81,10 @@ def print_summary(solution: Solution, scene: Scene) -> None:
                 number(drift.initial, 6),
                 number(drift.max_abs_error),
                 number(drift.final_error),
-                with_error(drift.slope, drift.slope_stderr),
+                short_slope(drift.slope, drift.slope_stderr),
+                number(drift.trend_bound, 2),
                 Text(drift.kind, style=_COLOURS[drift.kind]),
             )
         console.print(table)
+        console.print(Text("trend ≤: the largest rise or fall over the run not excluded at 95 %"))
     console.print(Text(verdict(solution)))

@@ -17,6 +17,7 @@ __all__ = [
     "step_of",
     "verdict",
     "watched_to",
+    "what_happened",
     "with_error",
 ]
 
@@ -63,8 +64,10 @@ def short_slope(value: float | None, error: float | None) -> str:
 
 # What the classes mean in a sentence, the worst first.
 OUTCOMES = {
+    "not finite": "infinite or not a number",
     "faster": "growing faster than in proportion to time",
     "linear": "drifting in proportion to time",
+    "jump": "jumping",
     "sqrt": "wandering like a random walk",
     "undetermined": "undetermined",
     "bounded": "bounded",
@@ -108,16 +111,34 @@ def spanned(name: str, drift: Drift, solution: Solution) -> str:
 
 
 def verdict(solution: Solution) -> str:
-    """Return the outcome of a run in a sentence, the worst first."""
+    """Return the outcome of a run in a sentence or two, the worst first."""
     named: dict[str, list[str]] = {kind: [] for kind in OUTCOMES}
     for name, drift in solution.drift.items():
-        named[drift.kind].append(name)
+        event = what_happened(drift, solution.drift_time)
+        named[drift.kind].append(f"{name} ({event})" if event else name)
     told = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
     if not told:
         return "No quantity was watched."
-    if set(solution.drift) == {*named["roundoff"], *named["bounded"]}:
-        return f"Nothing drifts. {_sentence('; '.join(told))}"
-    return _sentence("; ".join(told))
+    outcome = _sentence("; ".join(told))
+    if all(drift.kind in ("roundoff", "bounded") for drift in solution.drift.values()):
+        return f"Nothing drifts. {outcome}"
+    small = [
+        name
+        for name, drift in solution.drift.items()
+        if drift.within_roundoff and drift.kind != "roundoff"
+    ]
+    return f"{outcome} No larger than 32 ε × scale: {', '.join(small)}." if small else outcome
+
+
+def what_happened(drift: Drift, time: str) -> str:
+    """Return size and time of a jump, or from when on a drift is not finite; else nothing."""
+    unit = "τ" if time == "tau" else "t"
+    if drift.not_finite_from is not None:
+        return f"from {unit} = {number(drift.not_finite_from, 4)} on"
+    if drift.kind != "jump" or drift.jump_time is None:
+        return ""
+    when = "in the first step" if drift.jump_time == 0.0 else f"at {unit} = {drift.jump_time:.4g}"
+    return f"by {number(drift.jump_size)} {when}"
 
 
 def _sentence(text: str) -> str:

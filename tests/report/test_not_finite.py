@@ -1,0 +1,135 @@
+"""What is not finite is never part of a success: status, class, JSON, pages and exit code say so."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import geomint as gi
+from geomint import drift, observe
+from geomint.cli import main
+from geomint.growth import NOT_FINITE
+from geomint.plan import several
+from geomint.windows import Windows
+
+
+@gi.field
+def turning(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -y[0]
+
+
+@gi.observable
+def logarithm(params, t, y, work):
+    return gi.log(y[0])
+
+
+@gi.observable
+def area(params, t, y, work):
+    return y[0] * y[0] + y[1] * y[1]
+
+
+@gi.observable
+def density(params, t, y, work):
+    return gi.log(y[0])
+
+
+PROBLEM = gi.Problem(
+    name="turning",
+    pieces=(("q", 1), ("p", 1)),
+    field=turning,
+    invariants={"area": area},
+    observables={"logarithm": logarithm},
+    measure=gi.Measure(density),
+)
+
+
+def solved(observe, **more):
+    arguments = {"t_end": 10.0, "step": 0.01, "method": "rk-4", "compiled": False, **more}
+    return gi.solve(PROBLEM, [1.0, 0.0], observe=observe, **arguments)
+
+
+def test_an_observable_that_is_not_finite():
+    solution = solved("all", t_end=3.0, step=0.02)
+    assert solution.status == NOT_FINITE
+    assert not solution.success
+    for name in ("logarithm", "measure"):
+        found = solution.drift[name]
+        assert found.kind == NOT_FINITE
+        assert 1.5 < found.not_finite_from < 1.6  # ln cos t ends at π/2
+        assert f"'{name}' is not finite from 1.5" in solution.message
+    assert solution.drift["area"].kind != NOT_FINITE
+    assert np.isfinite(solution.y).all()
+    assert solved("area").status == "success"
+
+
+def test_it_is_kept_in_a_file(tmp_path):
+    solution = solved(["logarithm"], t_end=3.0)
+    solution.save(tmp_path / "run.nc")
+    saved = gi.load(tmp_path / "run.nc")
+    assert saved.provenance["status"] == NOT_FINITE
+    assert saved.drift["logarithm"].kind == NOT_FINITE
+    assert saved.drift["logarithm"].windows.not_finite_from == pytest.approx(1.58)
+    assert solution.plot_drift().axes
+
+
+@pytest.fixture
+def _vanishing(monkeypatch):
+    """The second method of several loses its measure half-way."""
+    solution_of = several._solution
+
+    def spoiled(plan, progress):
+        solution = solution_of(plan, progress)
+        if plan.scene.method.name == "rk-4":
+            scale = solution.drift["energy"].scale
+            windows = Windows(0.0)
+            windows.add(np.arange(1.0, 101.0), np.where(np.arange(100) < 50, 1e-9, np.nan))
+            solution.drift["energy"] = drift.measure_drift("energy", windows, scale)
+            solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
+        return solution
+
+    monkeypatch.setattr(several, "_solution", spoiled)
+
+
+@pytest.mark.usefixtures("_vanishing")
+def test_a_report_of_several_methods(tmp_path):
+    scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 20.0})
+    runs = gi.drift_report(scene, tmp_path, False, methods=["gauss-8", "rk-4"])
+    assert runs["rk-4"].status == NOT_FINITE
+    assert runs["rk-4"].title == "rk-4 (not finite)"
+    assert runs.status == NOT_FINITE
+    record = json.loads((tmp_path / "drift.json").read_text("utf-8"))
+    entry = record["methods"]["rk-4"]
+    assert (entry["status"], record["status"]) == (NOT_FINITE, NOT_FINITE)
+    quantity = entry["quantities"]["energy"]
+    assert quantity["class"] == NOT_FINITE
+    assert quantity["max_abs_error"] is None
+    assert quantity["not_finite_from"] == 51.0
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert '<span class="kind not-finite">not finite</span>' in page
+    assert "rk-4: not finite." in page
+
+
+class Vanishing(Windows):
+    """Windows of quantities that are infinite from time 30 on."""
+
+    def add(self, times, values):
+        super().add(times, np.where(times < 30.0, values, np.inf))
+
+
+def test_a_report_and_the_command(tmp_path, monkeypatch):
+    monkeypatch.setattr(observe, "Windows", Vanishing)
+    command = ["drift", "hamiltonized-n3", "--tau-end", "50", "--out", str(tmp_path)]
+    result = CliRunner().invoke(main, command)
+    assert result.exit_code == 2
+    assert "Infinite or not a number: energy (from τ = 30 on)" in " ".join(result.output.split())
+    record = json.loads((tmp_path / "drift.json").read_text("utf-8"))
+    assert record["provenance"]["status"] == NOT_FINITE
+    energy = record["quantities"]["energy"]
+    assert energy["class"] == NOT_FINITE
+    assert energy["not_finite_from"] == pytest.approx(30.0, abs=0.3)
+    assert energy["final_error"] is None
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "Not a success" in page
+    assert '<span class="kind not-finite">not finite</span>' in page
