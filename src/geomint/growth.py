@@ -18,11 +18,11 @@ The rule, in this order (`RULE` states it for reports):
 ``linear``, ``faster``
     There is a trend. A line is likelier than the noise alone by a factor e⁵, or a parabola by e⁸
     (twice the gain of the logarithm of the likelihood is above 10, or 16), it rises by more than 3
-    errors, and the means of 16 blocks of the run differ between its ends by ¾ of their range; or
-    these means rise or fall throughout, by more than twice the standard deviation of the series.
-    Let r be the rise over the second half of the run by that over the first: ``faster`` if r is
-    above 2^1.25 − 1 (a growth like t^1.25) at 95 %; ``linear`` if it is below 2^1.5 − 1 and above
-    2^0.6 − 1, each at 95 %. If neither, the rule goes on.
+    errors and a thousandth of the largest deviation, and the means of 16 blocks of the run differ
+    between its ends by ¾ of their range; or these means rise or fall throughout, by more than twice
+    the standard deviation of the series. Let r be the rise over the second half of the run by that
+    over the first: ``faster`` if r is above 2^1.25 − 1 (a growth like t^1.25) at 95 %; ``linear``
+    if it is below 2^1.5 − 1 and above 2^0.6 − 1, each at 95 %. If neither, the rule goes on.
 ``jump``
     Jumps make up 0.1 of the largest deviation, in a window or before the first.
 ``sqrt``, ``undetermined``
@@ -73,6 +73,7 @@ NO_LINE, NO_PARABOLA = 5.0, 7.0
 CLEAR = 3.0  # standard errors
 ONE_SIDED = 1.645  # of them: 95 % of a normal distribution
 BLOCKS, RISEN = 16, 0.75
+LEAST = 1e-3  # of the largest deviation: less is no trend, however clear
 FASTER, NOT_LINEAR, LEVELLING = 2.0**1.25 - 1.0, 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
 GROWN = 24.0**0.5  # an oscillation whose amplitude grows by 1 leaves a sine this part of 1
 ONE_BLOCK, ONE_COSINE, THREE_WINDOWS = 0.6, 0.4, 0.5
@@ -183,8 +184,9 @@ def _trend_class(part: Part) -> str | None:
     blocks = block_means(part.rest)
     kind = None
     error = float(np.sqrt(trend.covariance.sum() + doubt**2))
-    by_line = trend.by_line > LINE and abs(trend.rise) > CLEAR * part.error
-    by_parabola = trend.by_parabola > PARABOLA and abs(trend.halves.sum()) > CLEAR * error
+    line, parabola = abs(trend.rise), abs(float(trend.halves.sum()))
+    by_line = trend.by_line > LINE and line > max(CLEAR * part.error, LEAST)
+    by_parabola = trend.by_parabola > PARABOLA and parabola > max(CLEAR * error, LEAST)
     if by_line or by_parabola:
         kind = "undetermined"
         if abs(blocks[-1] - blocks[0]) >= RISEN * np.ptp(blocks):
@@ -197,7 +199,7 @@ def _trend_class(part: Part) -> str | None:
 def _monotone(series: Array, doubt: float) -> str | None:
     """Return the class of a series whose block means rise or fall throughout, None for others."""
     rises = np.diff(block_means(series))
-    if abs(rises.sum()) <= max(2.0 * float(series.std()), CLEAR * doubt):
+    if abs(rises.sum()) <= max(2.0 * float(series.std()), CLEAR * doubt, LEAST):
         return None
     if not (np.all(rises > 0.0) or np.all(rises < 0.0)):
         return None

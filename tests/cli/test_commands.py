@@ -86,7 +86,7 @@ def test_drift_of_several_methods(tmp_path):
     assert result.exit_code == 0, result.output
     assert {path.name for path in tmp_path.iterdir()} == REPORT
     assert "gauss-2: failed: the implicit step did not converge" in result.stderr
-    for word in ("per step", "energy", "rk-4", "within round-off: gauss-8"):
+    for word in ("per step", "energy", "rk-4", "no larger than 32 ε × scale: gauss-8"):
         assert word in result.stdout
     record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
     assert list(record["methods"]) == ["gauss-8", "rk-4", "cf-4", "gauss-2"]

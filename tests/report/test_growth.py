@@ -192,6 +192,15 @@ def test_what_grows_in_amplitude_alone_is_not_bounded():
     assert kind_of(np.exp(10.0 * T) * sine(900.0)) == "faster"
 
 
+def test_a_trend_of_next_to_nothing_is_none():
+    """A thousandth is the least: below it the trend bound tells, and the class is of the rest."""
+    assert kind_of(sine(80.3) + 1e-2 * T) == "linear"
+    drift = drift_of(sine(80.3) + 2e-4 * T)
+    assert drift.kind == "bounded"
+    assert 2e-4 <= drift.trend_bound < 5e-3
+    assert kind_of(1.0 + 1e-5 * T**2) == "jump"
+
+
 def test_what_begins_at_the_end_is_not_bounded():
     assert kind_of(np.exp(400.0 * (T - 1.0)) + 0.01 * sine(50.0)) == "undetermined"
     for more in (0, 10):  # to the end of the last window, and beyond it

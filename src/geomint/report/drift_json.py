@@ -20,7 +20,8 @@ def drift_record(drifts: Mapping[str, Drift], provenance: Mapping[str, Any]) -> 
 
     Every quantity has `initial`, `max_abs_error`, `max_rel_error` (null where the initial value is
     0; `scale` is then what to compare with), `final_error`, `slope` per unit of the scene's time,
-    `slope_stderr` and `class`. All numbers are finite or null.
+    `slope_stderr`, `trend_bound` (the largest rise or fall over the run that is not excluded at 95 %),
+    `jump_size`, `jump_time`, `not_finite_from` and `class`. All numbers are finite or null.
     """
     return {
         "quantities": {name: finite_json(drift.as_json()) for name, drift in drifts.items()},
