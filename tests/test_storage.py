@@ -74,7 +74,7 @@ def test_nothing_watched_and_a_run_of_one_step(tmp_path):
 
 
 def test_a_run_that_is_shorter_than_a_window(tmp_path):
-    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 0.25})
+    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 0.5})
     gi.run_scene(scene, progress=False).save(tmp_path / "run.nc")
     assert gi.load(tmp_path / "run.nc").drift["energy"].windows.samples == 1
 

@@ -215,6 +215,7 @@ METHODS_BELOW = {  # methods of classes
     "Scene": {
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
+    "Drift": {"stretched"},
     "Solution": {"piece", "save"},
     "SavedSolution": {"piece"},
 }  # fmt: skip

@@ -166,6 +166,7 @@ ENTRIES = {
         gi.Problem("circle", PIECES, [1.0], field=circle, time="tau", clock=clock),
         "rk-4",
         t_eval=[0.3],
+        t_end=2.0,
     ),
     "splitting": solved(
         gi.Problem("pendulum", PIECES, [1.0], splitting=gi.Splitting(flow, 2)), gi.Verlet()

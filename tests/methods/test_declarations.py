@@ -524,10 +524,10 @@ def test_numbers_and_kinds(make: Callable[[], Any], name: str) -> None:
 def test_a_clock_that_is_missing() -> None:
     """A problem in τ without one runs to an end in τ alone, and says so."""
     problem = fielded(clock=None)
-    for options in ({"t_end": 1.0}, {"tau_end": 1.0}):
+    run = {"method": "rk-4", "step": 0.1, "compiled": False}
+    for options in ({"t_end": 1.0}, {"tau_end": 1.0, "clock": True}):
         with pytest.raises(gi.FormError, match=r"no clock dt/dτ.*tau_end with clock=False"):
-            gi.solve(problem, Y2, method="rk-4", step=0.1, **options)
-    run = {"method": "rk-4", "step": 0.1, "clock": False, "compiled": False}
+            gi.solve(problem, Y2, **run, **options)
     assert gi.solve(problem, Y2, tau_end=1.0, **run).success
 
 
