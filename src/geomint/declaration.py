@@ -6,7 +6,8 @@ at the state from which a run starts, on blocks of the sizes that the problem de
 is read and written (`geomint.watch`). What does not fit is a `DeclarationError`.
 
 What has been found to fit is remembered: with the problem; of groups, which know no problem, in the
-process. So another state, or another run, costs nothing, and shows nothing new.
+process. So another state, or another run, costs nothing, and shows nothing new. It is remembered under
+what a function reaches: after a change of a global value it is run again.
 """
 
 from __future__ import annotations
@@ -69,24 +70,29 @@ def check_problem(
 
 def check_form(problem: Problem, form: str, y: Array) -> None:
     """Raise `DeclarationError` unless the functions of one form fit the problem."""
-    if _is_new(problem, form):
-        _FORMS[form](problem, getattr(problem, form), y)
-        _remember(problem, form)
+    given = getattr(problem, form)
+    parts = [given] if isinstance(given, Recorded) else vars(given).values()
+    key = (form, *(f.fingerprint for f in parts if isinstance(f, Recorded)))
+    if _is_new(problem, key):
+        _FORMS[form](problem, given, y)
+        _remember(problem, key)
 
 
 def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> None:
     """Raise `DeclarationError` unless ``f(params, t, y, work) -> number`` fits the problem."""
-    if _is_new(problem, f.function):
+    if _is_new(problem, f.fingerprint):
         own = next((name for name, g in _values(problem) if g.function is f.function), role)
         arguments = _usual(problem, y)
         watched_call(problem.name, own or f.function.__name__, f, arguments, number=True)
-        _remember(problem, f.function)
+        _remember(problem, f.fingerprint)
 
 
 def known_rates(problem: Problem, y: Array) -> Array | None:
     """Return the derivative at time 0 if the check of the field has evaluated it at y, else None."""
-    state, rates = problem.__dict__.get("_rates", (None, None))
-    return rates.copy() if state == y.tobytes() else None
+    state, fingerprint, rates = problem.__dict__.get("_rates", (None, None, None))
+    if problem.field is None or state != y.tobytes() or fingerprint != problem.field.fingerprint:
+        return None
+    return np.array(rates)
 
 
 def _is_new(problem: Problem, what: Any) -> bool:
@@ -131,16 +137,16 @@ def _usual(problem: Problem, y: Array, *outputs: Fresh) -> dict[str, Any]:
 def _check_field(problem: Problem, f: Recorded, y: Array) -> None:
     out = Fresh("out", problem.rows)
     if watched_call(problem.name, "field", f, _usual(problem, y, out)):
-        problem.__dict__["_rates"] = (y.tobytes(), out.data)
+        problem.__dict__["_rates"] = (y.tobytes(), f.fingerprint, out.data)
 
 
 def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
     check_value(problem, measure.log_density, y)
     f = measure.manifold
-    if f is not None and _is_new(problem, f):
+    if f is not None and _is_new(problem, ("manifold", f.fingerprint)):
         out = Fresh("out", measure.conditions)
         watched_call(problem.name, "measure.manifold", f, _usual(problem, y, out))
-        _remember(problem, f)
+        _remember(problem, ("manifold", f.fingerprint))
 
 
 def _check_action(problem: Problem, action: GroupAction, y: Array) -> None:
@@ -172,8 +178,10 @@ def _check_group(problem: Problem, group: Group) -> None:
     }
     for name, arrays in takes.items():
         f: Recorded | None = getattr(group, name)
-        key = (name, f, group.layout.tobytes(), m, n, group.work)
-        if f is None or key in _fitting_groups:
+        if f is None:
+            continue
+        key = (name, f.fingerprint, group.layout.tobytes(), m, n, group.work)
+        if key in _fitting_groups:
             continue
         arguments: dict[str, Any] = {
             block: Given(block, data) for block, data in {"layout": group.layout, **arrays}.items()

@@ -24,7 +24,7 @@ from .watch import watched_call
 __all__ = ["pointwise"]
 
 Array = npt.NDArray[np.float64]
-_fitting: set[tuple[Recorded, int, int, int, int]] = set()
+_fitting: set[tuple[str, int, int, int, int]] = set()
 BATCH = 4096  # points of one call, between which Ctrl-C is seen
 
 
@@ -76,7 +76,7 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
 
 def _check(function: Recorded, params: Array, x: Array, rows: int, work: int) -> None:
     """Raise `DeclarationError` unless the function fits those sizes, which is remembered."""
-    key = (function, len(params), len(x), rows, work)
+    key = (function.fingerprint, len(params), len(x), rows, work)
     if key in _fitting:
         return
     arguments = {

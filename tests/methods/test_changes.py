@@ -282,3 +282,23 @@ def test_what_numba_compiled_is_refused() -> None:
         for method in ("rk-4", "gauss-2"):
             with pytest.raises(gi.DomainError, match=r"half in .*halving .*geomint\.helper"):
                 gi.solve(problem, [1.0], t_end=1.0, step=0.1, method=method)
+
+
+RATE = 1.0
+
+
+@gi.field
+def rising(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = RATE * y[0]
+
+
+def test_a_remembered_derivative_follows(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The check of a declaration leaves a derivative, which the default step takes: of now."""
+    problem = gi.Problem("rising", (("y", 1),), field=rising)
+    steps = []
+    for rate in (1.0, 100.0):
+        monkeypatch.setitem(globals(), "RATE", rate)
+        run = gi.solve(problem, [1.0], t_end=0.5, method="rk-4", compiled=False)
+        assert gi.derivative(problem, np.array([1.0])) == [rate]
+        steps.append(run.step)
+    assert steps[1] < 0.02 * steps[0]
