@@ -125,6 +125,7 @@ def solve(
         bar.begin()
         account = Account()
         status = _integrate(stepper, timeline, recorder, account, _shower(bar, recorder, timeline))
+        recorder.observe_end()
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None:
         _tell_short_run(solution, abs(recorder.own_time), step)
@@ -191,18 +192,6 @@ def _integrate(
     progress: Callable[[int], None],
 ) -> str | StepError:
     """Run to the end; return "success", "interrupted", or the error of the step that failed."""
-    status = _to_the_end(stepper, timeline, recorder, account, progress)
-    recorder.observe_end()
-    return status
-
-
-def _to_the_end(
-    stepper: Stepper,
-    timeline: Timeline,
-    recorder: Recorder,
-    account: Account,
-    progress: Callable[[int], None],
-) -> str | StepError:
     try:
         drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)
         recorder.catch_up(account.steps)
