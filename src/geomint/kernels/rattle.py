@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 from .advance import stepper
@@ -17,6 +18,7 @@ from .fixed_point import (
     finite,
     inverse_size,
     larger,
+    rounding_left,
     solved,
 )
 from .recorded import Recorded, helper, inlined
@@ -75,6 +77,21 @@ def add_normal_response(
         for i in range(n):
             rate = inverse * (dp_shifted[i] - dp[i])
             out[a * n + i] = out[a * n + i] + scale * rate
+
+
+@helper
+def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
+    """Set the rows of g that a rounded q and a rounded sum of n terms explain to zero.
+
+    No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to and
+    fro, and with it H_q: next to that a small p, or one that is zero, would be lost.
+    """
+    share = (1.0 + 0.25 * math.sqrt(n)) * epsilon(q[0])
+    for a in range(m):
+        size = 0.0 * q[0]
+        for i in range(n):
+            size += abs(G[a * n + i] * q[i])
+        g[a] = select(abs(g[a]) > share * size, g[a], 0.0 * size)
 
 
 @helper
@@ -206,6 +223,7 @@ def rattle_step(
             free[i] = half * (dp0[i] + dp1[i])
             trial[i] = q[i] + (carry[i] + free[i])
         constraint(params, trial, g, G1, scratch)
+        drop_rounding(g, G1, trial, n, m)
         contract(n, m, G1, response, matrix)
         solve_small(m, matrix, g)
         for a in range(m):
@@ -229,8 +247,7 @@ def rattle_step(
         worst = top(delta)
         if not finite(worst):
             return failure(iteration), iteration + 1, worst
-        # λ turns a rounding ε of g(q₁) into ε |q| / |q₁ − q| of P, along the normals.
-        rounding = delta * moved <= ROUNDINGS * epsilon(zero) * (4.0 + moved)
+        rounding = rounding_left(delta, zero)
         done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         going = select(done, zero, going)
         coarse = select(delta > COARSE, going, zero)
