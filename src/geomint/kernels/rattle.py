@@ -13,7 +13,6 @@ from .compensated import add_compensated
 from .fixed_point import (
     BEGINNING,
     COARSE,
-    ROUNDINGS,
     failure,
     finite,
     inverse_size,
@@ -83,8 +82,8 @@ def add_normal_response(
 def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
     """Set the rows of g that a rounded q and a rounded sum of n terms explain to zero.
 
-    No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to and
-    fro, and with it H_q: next to that a small p, or one that is zero, would be lost.
+    No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to
+    and fro, and with it H_q: next to that a small p, or one that is zero, would be lost.
     """
     share = (1.0 + 0.25 * math.sqrt(n)) * epsilon(q[0])
     for a in range(m):
@@ -231,7 +230,6 @@ def rattle_step(
         q_inverse = select(coarse > 0.0, inverse_size(larger(q, last_q, n)), q_inverse)
         p_inverse = select(coarse > 0.0, inverse_size(larger(p, last_p, n)), p_inverse)
         delta = zero
-        moved = zero
         for i in range(n):
             by_q = free[i] - along(n, m, i, response, g)
             by_p = -half * (dq0[i] + along(n, m, i, G0, lam))
@@ -239,7 +237,6 @@ def rattle_step(
             last_p[i] = select(going > 0.0, by_p, last_p[i])
             new_q = q[i] + (carry[i] + last_q[i])
             new_p = p[i] + (carry[n + i] + last_p[i])
-            moved = maximum(abs(last_q[i]) * q_inverse, moved)
             delta = maximum(abs(new_q - Q[i]) * q_inverse, delta)
             delta = maximum(abs(new_p - P[i]) * p_inverse, delta)
             Q[i] = new_q
