@@ -319,7 +319,10 @@ def gauss_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list[f
         return slopes(counts, errors)
 
 
-@pytest.mark.parametrize("stages", range(5, 17))
+@pytest.mark.parametrize(
+    "stages",
+    [pytest.param(s, marks=[pytest.mark.slow] * (s in (9, 11, 13, 14, 15))) for s in range(5, 17)],
+)
 def test_order_in_many_digits(stages: int) -> None:
     """Gauss methods up to order 32, against Taylor series."""
     found = gauss_slopes(stages, (14, 15, 16) if stages < 14 else (16, 17, 18))
