@@ -1,6 +1,7 @@
 """Ctrl-C: what was computed is written, exit code 130."""
 
 import json
+import resource
 import signal
 import subprocess
 import sys
@@ -11,11 +12,16 @@ import pytest
 import geomint as gi
 
 LONG = "1e12"
+CPU_SECONDS = 120
 
 
 def heed_interrupts():
-    """Whoever starts the tests may ignore SIGINT, as shells do in the background."""
+    """Whoever starts the tests may ignore SIGINT, as shells do in the background.
+
+    If the tests are killed, what they have started ends soon by itself.
+    """
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
 
 
 def interrupted(arguments, out, ready):
