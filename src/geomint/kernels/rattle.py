@@ -21,13 +21,17 @@ from .fixed_point import (
     solved,
 )
 from .recorded import Recorded, helper, inlined
-from .small_matrices import along, contract, solve_small
-from .status import NOT_CONVERGED, OK
+from .small_matrices import along, contract, largest, solve_small
+from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["rattle_memory_size", "rattle_stepper", "rattle_work_size"]
 
 # coefficients: rows of q, constraints, cap on iterations, tolerance, 1 if a clock row follows (q, p)
 HEADER = 5
+SHIFT = 2.0**-20  # of p along the normals, for H_pp by differences
+NEWTON = 30
+# Newton's changes are squared, or divided by 1/SHIFT: after such a one the next is less than rounding.
+CLEAN = 2.0**-30
 
 
 def rattle_memory_size(n: int, m: int, clock: int) -> int:
@@ -56,22 +60,22 @@ def add_normal_response(
     n: int,
     m: int,
 ) -> None:
-    """Add ``scale · H_pp(q, p) Gᵀ`` to `out`, a row a constraint; exact for H quadratic in p.
+    """Add ``scale · H_pp(q, p) Gᵀ`` to `out`, a row a constraint, to some digits.
 
-    `dp` holds ∂H/∂p at (q, p); `work` three vectors. p is moved by the normals times its own size:
-    next to a large p they would be lost to rounding.
+    `dp` holds ∂H/∂p at (q, p); `work` three vectors. p is moved along a normal by a part of its own
+    size: by less, what is wanted would be lost to rounding. Iterations do the rest.
     """
-    size = 0.0 * p[0]
-    for i in range(n):
-        size = maximum(abs(p[i]), size)
-    size = select(size > 0.0, size, 1.0 + size)
-    inverse = 1.0 / size
+    size = largest(n, p)
+    size = SHIFT * select(size > 0.0, size, 1.0 + size)
     shifted = part(work, 0, n)
     dq_shifted = part(work, n, n)
     dp_shifted = part(work, 2 * n, n)
     for a in range(m):
+        normal = largest(n, part(G, a * n, n))
+        by = size / select(normal > 0.0, normal, 1.0 + normal)
+        inverse = 1.0 / by
         for i in range(n):
-            shifted[i] = p[i] + size * G[a * n + i]
+            shifted[i] = p[i] + by * G[a * n + i]
         gradients(params, t, q, shifted, dq_shifted, dp_shifted, scratch)
         for i in range(n):
             rate = inverse * (dp_shifted[i] - dp[i])
@@ -110,10 +114,16 @@ def project_momentum(
     scratch: Any,
     n: int,
     m: int,
-) -> None:
-    """Move p along the normals until ``G(q) ∂H/∂p(q, p) = 0``: two Newton steps, the second cleans."""
+) -> Any:
+    """Move p along the normals until ``G(q) ∂H/∂p(q, p) = 0``, by Newton's method.
+
+    Returns the last change over the size of p. For H quadratic in p there are two steps, the second
+    cleans.
+    """
     one = like(1.0, q[0])
-    for _ in range(2):
+    last = like(BEGINNING, one)
+    going = one  # 0 in the lanes that have converged
+    for iteration in range(NEWTON):
         gradients(params, t, q, p, dq, dp, scratch)
         for i in range(m * n):
             response[i] = 0.0 * one
@@ -125,8 +135,20 @@ def project_momentum(
                 total += G[a * n + i] * dp[i]
             defect[a] = total
         solve_small(m, matrix, defect)
+        change = 0.0 * one
+        size = 0.0 * one
         for i in range(n):
-            p[i] = p[i] - along(n, m, i, G, defect)
+            by = along(n, m, i, G, defect)
+            size = maximum(abs(p[i]), size)
+            change = maximum(abs(by), change)
+            p[i] = p[i] - select(going > 0.0, by, 0.0 * by)
+        change = change * inverse_size(size)
+        last = select(going > 0.0, change, last)
+        if iteration > 0:
+            going = select(change <= CLEAN, 0.0 * one, going)
+        if top(going) == 0.0 or not finite(top(change)):
+            break
+    return last
 
 
 @inlined
@@ -224,6 +246,9 @@ def rattle_step(
         constraint(params, trial, g, G1, scratch)
         drop_rounding(g, G1, trial, n, m)
         contract(n, m, G1, response, matrix)
+        size = top(largest(m * m, matrix))
+        if not finite(size):
+            return NOT_FINITE, iteration + 1, size
         solve_small(m, matrix, g)
         for a in range(m):
             lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
@@ -256,9 +281,11 @@ def rattle_step(
                 dq1[i] = last_p[i] - half * dq1[i]  # the increment of p but for its projection
                 P[i] = p[i] + (carry[n + i] + dq1[i])
                 dq0[i] = P[i]
-            project_momentum(
+            left = project_momentum(
                 gradients, params, t1, Q, P, G1, dp0, dp1, response, matrix, g, three, scratch, n, m
             )
+            if not top(left) <= CLEAN:
+                return NOT_CONVERGED, NEWTON, top(left)
             for i in range(n):
                 add_compensated(q, carry, i, last_q[i])
                 add_compensated(p, part(carry, n, n), i, dq1[i] + (P[i] - dq0[i]))

@@ -11,7 +11,7 @@ from .blocks import part
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
 from .recorded import Recorded, helper, inlined
-from .small_matrices import along, contract, solve_small
+from .small_matrices import along, contract, largest, solve_small
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = [
@@ -117,6 +117,9 @@ def project_on_manifold(
         displace(q, carry, free, response, step, lam, increment, Q, rest, n, m)
         constraint(params, Q, g, G, scratch)
         contract(n, m, G, response, matrix)
+        size = top(largest(m * m, matrix))
+        if not finite(size):
+            return NOT_FINITE, iteration + 1, size
         for a in range(m):
             total = G[a * n] * rest[0]
             for i in range(1, n):

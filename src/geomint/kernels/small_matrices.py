@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from .arithmetic import maximum
 from .recorded import helper
 
-__all__ = ["along", "contract", "solve_small"]
+__all__ = ["along", "contract", "largest", "solve_small"]
 
 
 @helper
@@ -38,6 +39,15 @@ def contract(n: int, rows: int, left: Any, right: Any, out: Any) -> None:
             for i in range(1, n):
                 total += left[a * n + i] * right[b * n + i]
             out[a * rows + b] = total
+
+
+@helper
+def largest(count: int, numbers: Any) -> Any:
+    """Return the largest size of so many numbers; where one is not finite, it is not either."""
+    found = 0.0 * numbers[0]
+    for i in range(count):
+        found = maximum(abs(numbers[i]), found) + 0.0 * numbers[i]
+    return found
 
 
 @helper
