@@ -13,6 +13,7 @@ from .declaration import check_problem
 from .driver import Account, drive
 from .errors import DomainError, GeomintWarning, StepError
 from .methods import Method, Start, find_method
+from .methods.agreement import check_agreement
 from .methods.stepper import Stepper
 from .observe import MEASURE, Observers, choose_observables
 from .problem import Problem
@@ -121,6 +122,7 @@ def solve(
     total = timeline.own_end or timeline.physical_end if timeline.steps is None else timeline.steps
     with Progress(progress, None if total is None else abs(total), chosen.name) as bar:
         stepper.prepare()
+        check_agreement(problem.name, stepper)
         observers.prepare()
         bar.begin()
         account = Account()

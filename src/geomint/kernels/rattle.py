@@ -285,7 +285,7 @@ def rattle_step(
                 gradients, params, t1, Q, P, G1, dp0, dp1, response, matrix, g, three, scratch, n, m
             )
             if not top(left) <= CLEAN:
-                return NOT_CONVERGED, NEWTON, top(left)
+                return NOT_CONVERGED if finite(top(left)) else NOT_FINITE, NEWTON, top(left)
             for i in range(n):
                 add_compensated(q, carry, i, last_q[i])
                 add_compensated(p, part(carry, n, n), i, dq1[i] + (P[i] - dq0[i]))
