@@ -102,7 +102,9 @@ NOT_FINITE = "not finite"
 
 
 class Growth(NamedTuple):
-    """How a deviation grows: its class, and the numbers behind it, None where there are none.
+    """How a deviation grows: its class, and the numbers behind it.
+
+    A number is None where there is none, or it is too large for a float.
 
     Attributes
     ----------
@@ -152,14 +154,21 @@ def growth_of(
         jumps = [start]
     kind = _class(part, sizes, jumps, largest <= level, largest <= explained)
     span = float(times[-1] - times[0])
-    unit = largest / span
-    numbers = (part.trend.rise * unit, part.error * abs(unit), part.bound * abs(unit * last_time))
+    numbers = (
+        _finite(part.trend.rise * largest / span),
+        _finite(part.error * largest / abs(span)),
+        _finite(part.bound * largest * abs(last_time / span)),
+    )
     if len(means) < MIN_WINDOWS or not jumps:
         return Growth("undetermined" if len(means) < MIN_WINDOWS else kind, *numbers)
     jump = jumps[0]
-    return Growth(
-        kind, *numbers, jump.size * largest, 0.0 if jump.at < 0 else float(times[jump.at])
-    )
+    time = 0.0 if jump.at < 0 else float(times[jump.at])
+    return Growth(kind, *numbers, _finite(jump.size * largest), time)
+
+
+def _finite(number: float) -> float | None:
+    """Return a number, None for one that is too large for a float."""
+    return number if np.isfinite(number) else None
 
 
 def _class(part: Part, sizes: Array, jumps: list[Jump], rounding: bool, explained: bool) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geomint import DomainError
 from geomint.drift import CLASSES, ROUNDOFF, measure_drift, not_finite, walk_level
 from geomint.growth import RULE
 from geomint.windows import Windows
@@ -247,7 +248,7 @@ def test_what_is_not_finite_has_its_class():
     assert measure_drift("v", windows, 1.0).not_finite_from == 0.0
 
 
-@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150])
+@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150, 1e307])
 def test_scale_and_sign_do_not_matter(factor):
     for name in ("line and 1 sine", "eight frequencies", "jump and noise", "white noise"):
         series = FAMILIES[name].series(np.random.default_rng(5), T[::10] * 1.0)
@@ -275,6 +276,33 @@ def test_times_need_not_be_even():
     drift = measure_drift("v", windows, 0.0)
     assert drift.kind == "linear"
     assert drift.slope == pytest.approx(0.003, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        np.ones(100),
+        np.full(100, np.nan),
+        np.r_[np.arange(99.0), np.inf],
+        np.r_[np.arange(50.0), np.arange(50.0)],
+    ],
+)
+def test_times_go_on(times):
+    windows = Windows(0.0)
+    windows.add(times, T[:100])
+    with pytest.raises(DomainError, match="finite times that go on in one direction"):
+        measure_drift("v", windows, 0.0)
+
+
+def test_numbers_too_large_for_a_float_are_none():
+    """A deviation of 1.7e308 in a run of length 1e-10, a jump from −1.7e308 to 1.7e308."""
+    windows = Windows(0.0)
+    windows.add(1e-10 * T, 1.7e308 * T)
+    drift = measure_drift("v", windows, 0.0)
+    assert (drift.kind, drift.slope) == ("linear", None)
+    assert drift.trend_bound == pytest.approx(1.7e308, rel=1e-3)
+    jump = drift_of(np.where(T > 0.5, 1.7e308, -1.7e308))
+    assert (jump.kind, jump.jump_size) == ("jump", None)
 
 
 def test_every_class_is_explained():
