@@ -172,8 +172,23 @@ def test_jumps_have_their_name_size_and_time():
     outlier = np.zeros(SAMPLES)
     outlier[7000] = 1.0
     assert drift_of(outlier).jump_size is None
-    # Within round-off a jump is round-off.
-    assert kind_of(np.where(T > 0.5, 10.0 * EPSILON, 0.0), scale=1.0) == "roundoff"
+
+
+def test_a_jump_within_round_off():
+    """It has its name where the level has changed, by more than from one value to its neighbour."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        noise = 0.02 * rng.normal(size=SAMPLES)
+        up = sum(0.3 * (T > at) for at in (0.2, 0.5, 0.8))
+        for series in (up, 1.0 * (T > rng.uniform(0.05, 0.95)), -0.5 * (T > 0.4)):
+            assert kind_of(20 * EPSILON * (series + noise), scale=1.0) == "jump"
+        to_and_fro = (T > 0.3) & (T < rng.uniform(0.5, 0.9))
+        assert kind_of(20 * EPSILON * (to_and_fro + noise), scale=1.0) == "roundoff"
+        assert kind_of(20 * EPSILON * (1.0 + noise), scale=1.0) == "roundoff"  # from the start on
+    assert kind_of(np.where(T > 0.5, 10.0 * EPSILON, 0.0), scale=1.0) == "jump"
+    assert kind_of(np.where(T > 0.5, 2.0 * EPSILON, 0.0), scale=1.0) == "jump"
+    for values in (T > 0.5, T < 0.4, (T > 0.2) & (T < 0.5) | (T > 0.9)):
+        assert kind_of(EPSILON * values, scale=1.0) == "roundoff"
 
 
 def test_round_off_is_round_off_where_a_trend_is_excluded():
