@@ -40,6 +40,7 @@ class Family(NamedTuple):
     series: Series
     trend: float | None = None
     amplitude: bool = False  # whether that grows, and the mean does not
+    offset: bool = False  # whether all is made in the first step
 
 
 def wave(rng: np.random.Generator, t: Array, low: float, high: float | None = None) -> Array:
@@ -130,7 +131,9 @@ FAMILIES: dict[str, Family] = {
     "amplitude t": growing("linear", lambda t: t, 4.0),
     "amplitude t²": growing("faster", lambda t: t**2, 20.0),
     "jump": Family("jump", step),
-    "jump in the first step": Family("jump", lambda rng, t: 1.0 + 1e-10 * walk(rng, t)),
+    "jump in the first step": Family(
+        "jump", lambda rng, t: 1.0 + 1e-10 * walk(rng, t), offset=True
+    ),
     "jump and noise": Family("jump", lambda rng, t: step(rng, t) + 0.1 * noise(rng, t)),
     "jump and oscillation": Family("jump", above(step, 0.3, 3.0, 1000.0)),
     "oscillation, 0.7–2 periods": Family("undetermined", lambda rng, t: wave(rng, t, 0.7, 2.0)),
@@ -160,8 +163,10 @@ FAMILIES: dict[str, Family] = {
 
 def right_classes(family: Family, size: str) -> set[str]:
     """Return what a series of this family may be called at this size."""
-    if family.right in ("bounded", "jump") and size == "round-off":
-        return {"roundoff"} if family.right == "bounded" else {"roundoff", "jump"}
+    if family.right == "bounded" and size == "round-off":
+        return {"roundoff"}
+    if family.offset and size == "round-off":
+        return {"roundoff", "jump"}  # one rounding, and no change after it
     if family.amplitude and size == "round-off":
         return {"roundoff", family.right}  # the means have no trend
     if family.right == "sqrt" and size == "large":

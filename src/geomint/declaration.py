@@ -71,8 +71,7 @@ def check_problem(
 def check_form(problem: Problem, form: str, y: Array) -> None:
     """Raise `DeclarationError` unless the functions of one form fit the problem."""
     given = getattr(problem, form)
-    parts = [given] if isinstance(given, Recorded) else vars(given).values()
-    key = (form, *(f.fingerprint for f in parts if isinstance(f, Recorded)))
+    key = (form, *(f.fingerprint for f in _functions(given)))
     if _is_new(problem, key):
         _FORMS[form](problem, given, y)
         _remember(problem, key)
@@ -101,6 +100,16 @@ def _is_new(problem: Problem, what: Any) -> bool:
 
 def _remember(problem: Problem, what: Any) -> None:
     problem.__dict__["_fitting"].add(what)
+
+
+def _functions(form: Any) -> Iterator[Recorded]:
+    """Yield all functions of a form, with those of its group."""
+    if isinstance(form, Recorded):
+        yield form
+        return
+    for part in vars(form).values():
+        if isinstance(part, Recorded | Group):
+            yield from _functions(part)
 
 
 def _check_all(problem: Problem, y: Array) -> None:

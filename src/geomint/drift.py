@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .errors import DomainError
 from .growth import CLASSES, NOT_FINITE, Growth, growth_of
 from .windows import Windows
 
@@ -16,6 +17,7 @@ __all__ = [
     "NOT_FINITE",
     "ROUNDOFF",
     "Drift",
+    "drift_of_run",
     "measure_drift",
     "not_finite",
     "walk_level",
@@ -38,13 +40,13 @@ class Drift:
     max_abs_error, final_error : float
         Largest \|v − v₀\|, and the last v − v₀ with its sign.
     max_rel_error : float or None
-        `max_abs_error` / \|v₀\|; None where v₀ is 0.
+        `max_abs_error` / \|v₀\|; None where v₀ is 0, or so small that this is too large for a float.
     scale : float
         What a rounding error of v is measured against.
     slope, slope_stderr : float
         Drift of v per unit of the scene's time, by least squares through the window means without
         their jumps and oscillations, and its standard error; see `geomint.growth`. None for fewer than
-        32 windows.
+        32 windows, and where it is too large for a float.
     kind : str
         One of `CLASSES`.
     windows : Windows
@@ -138,20 +140,36 @@ def measure_drift(
         What a rounding error of the quantity is measured against.
     explained : float, optional
         How large a random walk of rounding errors may get. Default: that of a step a sample.
+
+    Raises
+    ------
+    DomainError
+        For times that are not finite, that are all the same, or that go forth and back.
     """
+    if not windows.in_order:
+        raise DomainError("times", windows.times, "finite times that go on in one direction")
     if explained is None:
         explained = walk_level(scale, windows.samples)
-    growth = Growth(NOT_FINITE)
-    if windows.not_finite_from is None:
+    return drift_of_run(name, windows, scale, explained)
+
+
+def drift_of_run(name: str, windows: Windows, scale: float, explained: float) -> Drift:
+    """Return the drift as `measure_drift` does; undetermined where times are not in order.
+
+    So no run is lost in which a clock has stood still.
+    """
+    growth = Growth(NOT_FINITE if windows.not_finite_from is not None else "undetermined")
+    if windows.not_finite_from is None and windows.in_order:
         rows = windows.times, windows.means, windows.maxima
         level = ROUNDOFF * scale
         growth = growth_of(*rows, windows.last_time, windows.max_abs, level, explained)
     initial = windows.initial
+    relative = windows.max_abs / abs(initial) if initial != 0.0 else np.inf
     return Drift(
         name=name,
         initial=initial,
         max_abs_error=windows.max_abs,
-        max_rel_error=windows.max_abs / abs(initial) if initial != 0.0 else None,
+        max_rel_error=relative if np.isfinite(relative) else None,
         scale=scale,
         final_error=windows.last,
         windows=windows,

@@ -42,8 +42,10 @@ The rule, in this order (`RULE` states it for reports):
 ``bounded``
     Otherwise.
 
-If no deviation is larger than 32 ε × scale, ``roundoff`` is said instead of ``bounded``, of ``jump``
-with a trend bound below 0.1 of the largest deviation, and of an amplitude not known better. The
+If no deviation is larger than 32 ε × scale, ``roundoff`` is said instead of ``bounded``, of an
+amplitude not known better, and of ``jump`` where the trend bound is below 0.1 of the largest
+deviation and the jumps after the first window add up to less than that, as those to and fro do, or
+to less than 1.5 ε × scale: a flip between two neighbouring values. The
 scale of a quantity v at the initial state is max(\|v\|, Σ \|y_i ∂v/∂y_i\|): what rounding each number
 of the state once may do to it. Rounding can explain a walk of 4 ε × scale × √steps, or 32 ε × scale
 if that is more.
@@ -78,13 +80,15 @@ FASTER, NOT_LINEAR, LEVELLING = 2.0**1.25 - 1.0, 2.0**1.5 - 1.0, 2.0**0.6 - 1.0
 GROWN = 24.0**0.5  # an oscillation whose amplitude grows by 1 leaves a sine this part of 1
 ONE_BLOCK, ONE_COSINE, THREE_WINDOWS = 0.6, 0.4, 0.5
 LATE, LAST = 1.5, 32
+FLIP = 1.5 / 32.0  # of the level of round-off: neighbouring values differ by ε × scale at most
 AS_LARGE, POOLED = 0.9, 4  # of the amplitude; windows
 
 RULE = {
     "not finite": "The quantity was infinite or not a number, from the time given on: nothing is "
     "known of its drift.",
     "roundoff": "No deviation is larger than 32 ε × scale: no more than rounding the numbers of "
-    "the state once may do. A trend of a tenth of that is excluded: nothing drifts.",
+    "the state once may do. A trend of a tenth of the largest is excluded, and jumps do not add up "
+    "to that, or to no more than a flip between neighbouring values: nothing drifts.",
     "bounded": "The deviation stays as large as it is: a trend of a tenth of the largest deviation "
     "over the run is excluded at 95 %, and so is a growth of its oscillation by a fifth.",
     "jump": "The deviation changes at once, at the time and by the size given.",
@@ -102,7 +106,9 @@ NOT_FINITE = "not finite"
 
 
 class Growth(NamedTuple):
-    """How a deviation grows: its class, and the numbers behind it, None where there are none.
+    """How a deviation grows: its class, and the numbers behind it.
+
+    A number is None where there is none, or it is too large for a float.
 
     Attributes
     ----------
@@ -150,26 +156,40 @@ def growth_of(
     part, jumps = without_jumps(x, series, EXCLUDED)
     if not jumps and (start := first_step(part.series, sizes)) is not None:
         jumps = [start]
-    kind = _class(part, sizes, jumps, largest <= level, largest <= explained)
+    flip = FLIP * level / largest
+    kind = _class(part, sizes, jumps, largest <= level, largest <= explained, flip)
     span = float(times[-1] - times[0])
-    unit = largest / span
-    numbers = (part.trend.rise * unit, part.error * abs(unit), part.bound * abs(unit * last_time))
+    numbers = (
+        _finite(part.trend.rise * largest / span),
+        _finite(part.error * largest / abs(span)),
+        _finite(part.bound * largest * abs(last_time / span)),
+    )
     if len(means) < MIN_WINDOWS or not jumps:
         return Growth("undetermined" if len(means) < MIN_WINDOWS else kind, *numbers)
     jump = jumps[0]
-    return Growth(
-        kind, *numbers, jump.size * largest, 0.0 if jump.at < 0 else float(times[jump.at])
-    )
+    time = 0.0 if jump.at < 0 else float(times[jump.at])
+    return Growth(kind, *numbers, _finite(jump.size * largest), time)
 
 
-def _class(part: Part, sizes: Array, jumps: list[Jump], rounding: bool, explained: bool) -> str:
-    """Return the class of a series whose largest deviation is 1."""
+def _finite(number: float) -> float | None:
+    """Return a number, None for one that is too large for a float."""
+    return number if np.isfinite(number) else None
+
+
+def _class(
+    part: Part, sizes: Array, jumps: list[Jump], rounding: bool, explained: bool, flip: float
+) -> str:
+    """Return the class of a series whose largest deviation is 1.
+
+    A net change of level by less than `flip` may be between two neighbouring values.
+    """
     kind = _trend_class(part)
     if kind in ("linear", "faster"):
         return kind
     excluded = part.bound <= EXCLUDED
     if sum(abs(jump.size) for jump in jumps) >= EXCLUDED:
-        return "roundoff" if rounding and excluded else "jump"
+        net = abs(sum(jump.size for jump in jumps if jump.at >= 0))
+        return "roundoff" if rounding and excluded and net < max(EXCLUDED, flip) else "jump"
     if not excluded:
         return "sqrt" if kind is None and explained and _is_walk(part) else "undetermined"
     if LATE * sizes[: -max(1, len(sizes) // LAST)].max() < 1.0:

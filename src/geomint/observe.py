@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .drift import ROUNDOFF, Drift, measure_drift, walk_level
+from .drift import ROUNDOFF, Drift, drift_of_run, walk_level
 from .errors import DomainError, nearest
 from .evaluate import rounding_scale, value
 from .forms import Measure
@@ -201,7 +201,7 @@ class Observers:
     def drifts(self, steps: int) -> dict[str, Drift]:
         """Return the drift of every quantity over `steps` steps."""
         drifts = {
-            name: measure_drift(name, windows, scale, walk_level(scale, steps))
+            name: drift_of_run(name, windows, scale, walk_level(scale, steps))
             for (name, windows), scale in zip(
                 self.windows.items(), self.scales.values(), strict=True
             )
@@ -209,5 +209,5 @@ class Observers:
         if self._measure is not None:
             scale = self._measure.scale  # the noise of all steps
             level = NOISE * ROUNDOFF * scale
-            drifts[MEASURE] = measure_drift(MEASURE, self._measure.windows, scale, level)
+            drifts[MEASURE] = drift_of_run(MEASURE, self._measure.windows, scale, level)
         return {name: drifts[name] for name in self._names}

@@ -83,8 +83,8 @@ class Windows:
             used = whole * self.length
             block = deviations[:used].reshape(whole, self.length)
             closed = (
-                times[:used].reshape(whole, self.length).mean(axis=1),
-                block.mean(axis=1),
+                _means(times[:used].reshape(whole, self.length)),
+                _means(block),
                 np.abs(block).max(axis=1),
             )
             self._closed = np.concatenate((self._closed, closed), axis=1)
@@ -94,15 +94,18 @@ class Windows:
         self._open_values, self._open_times = deviations.copy(), times.copy()
 
     def _merge(self) -> None:
-        time, mean, largest = self._closed
-        self._closed = np.array(
-            [
-                0.5 * (time[0::2] + time[1::2]),
-                0.5 * (mean[0::2] + mean[1::2]),
-                np.maximum(largest[0::2], largest[1::2]),
-            ]
-        )
+        time, mean, largest = self._closed.reshape(3, -1, 2)
+        self._closed = np.array([_means(time), _means(mean), largest.max(axis=1)])
         self.length *= 2
+
+    @property
+    def in_order(self) -> bool:
+        """Whether the times of the windows are finite and go on in one direction."""
+        if not (np.isfinite(self.times).all() and np.isfinite(self.last_time)):
+            return False
+        steps = np.diff(self.times)
+        one_way = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0))
+        return len(steps) == 0 or (one_way and bool(np.any(steps)))
 
     @property
     def times(self) -> Array:
@@ -118,3 +121,11 @@ class Windows:
     def maxima(self) -> Array:
         """Largest absolute deviation in each full window."""
         return np.asarray(self._closed[2])
+
+
+def _means(rows: Array) -> Array:
+    """Return the mean of each row, also where the sum is too large for a float."""
+    means = np.asarray(rows.mean(axis=1))
+    large = ~np.isfinite(means)
+    means[large] = (rows[large] / rows.shape[1]).sum(axis=1)
+    return means

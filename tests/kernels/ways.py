@@ -295,6 +295,10 @@ WAYS = {
         "import enum\nclass E(enum.Enum):\n    A = 2.0\n" + F + "return E.A.value * x",
         "class E(enum.Enum):\n    A = 3.0\n",
     ),
+    "value of a member": Way(
+        "import enum\nclass E(enum.IntEnum):\n    A = int(2.0)\n" + F + "return E.A.value * x",
+        "E.A._value_ = 3",
+    ),
     "whole member": Way(
         "import enum\nclass E(enum.IntEnum):\n    A = int(2.0)\nK = E.A\n" + F + "return K * x",
         "class E(enum.IntEnum):\n    A = 3\nK = E.A",

@@ -709,6 +709,55 @@ def test_once() -> None:
     assert len(calls) == 2
 
 
+# (what makes the problem from a function, that function, a block that it reads, state, form)
+READING = [
+    (fielded, oscillator, "y", Y2, "field"),
+    (lambda f: fielded(clock=gi.observable(f)), rate, "y", Y2, "field"),
+    (lambda f: fielded(invariants={"e": gi.observable(f)}), energy, "y", Y2, "field"),
+    (lambda f: fielded(measure=gi.Measure(gi.observable(f))), rate, "y", Y2, "field"),
+    (
+        lambda f: fielded(measure=gi.Measure(gi.observable(rate), gi.field(f), 1)),
+        *(level, "y", Y2, "field"),
+    ),
+    (acted, turning, "y", Y3, "action"),
+    (shifted, drift_along, "y", Y2, "action"),
+    (lambda f: shifted(act=f), shift, "y", Y2, "action"),
+    (lambda f: shifted(cayley=f), shift, "xi", Y2, "action"),
+    (lambda f: shifted(bracket=f), commute, "x", Y2, "action"),
+    (lambda f: shifted(dexpinv=f), plain, "u", Y2, "action"),
+    (lambda f: shifted(dcayinv=f), plain, "v", Y2, "action"),
+    (lambda f: shifted(extent=f), reach, "u", Y2, "action"),
+    (swinging, slopes, "p", Y4, "hamiltonian"),
+    (lambda f: swinging(constraint=f), circle, "q", Y4, "hamiltonian"),
+    (split, kick_and_drift, "y", Y2, "splitting"),
+]
+
+
+@pytest.mark.parametrize("case", range(len(READING)))
+def test_every_function_is_checked_again_after_a_change(case: int) -> None:
+    """It reads a row whose number is a global: right, then not, then right again."""
+    make, f, block, y0, form = READING[case]
+    reading = changed(f, f"{block}[ROW]")
+    space = reading.__globals__
+    space["ROW"] = 1
+    problem = make(reading)
+
+    def check() -> None:
+        check_problem(problem, np.array(y0), form, problem.clock is not None, watched)
+
+    watched = {**problem.diagnostics}
+    if problem.measure is not None:
+        watched["measure"] = problem.measure
+    check()
+    for row in (-1, 5):
+        space["ROW"] = row
+        for _ in range(2):
+            with pytest.raises(gi.DeclarationError, match=f"reads row {row} of {block}"):
+                check()
+    space["ROW"] = 0
+    check()
+
+
 def test_all_built_in_problems_fit() -> None:
     """Every function of every test problem and scene."""
     found = [(problem.name, problem, y) for problem, y in examples()]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geomint import DomainError
 from geomint.drift import CLASSES, ROUNDOFF, measure_drift, not_finite, walk_level
 from geomint.growth import RULE
 from geomint.windows import Windows
@@ -171,8 +172,23 @@ def test_jumps_have_their_name_size_and_time():
     outlier = np.zeros(SAMPLES)
     outlier[7000] = 1.0
     assert drift_of(outlier).jump_size is None
-    # Within round-off a jump is round-off.
-    assert kind_of(np.where(T > 0.5, 10.0 * EPSILON, 0.0), scale=1.0) == "roundoff"
+
+
+def test_a_jump_within_round_off():
+    """It has its name where the level has changed, by more than from one value to its neighbour."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        noise = 0.02 * rng.normal(size=SAMPLES)
+        up = sum(0.3 * (at < T) for at in (0.2, 0.5, 0.8))
+        for series in (up, 1.0 * (rng.uniform(0.05, 0.95) < T), -0.5 * (T > 0.4)):
+            assert kind_of(20 * EPSILON * (series + noise), scale=1.0) == "jump"
+        to_and_fro = abs(T - rng.uniform(0.5, 0.7)) < 0.2
+        assert kind_of(20 * EPSILON * (to_and_fro + noise), scale=1.0) == "roundoff"
+        assert kind_of(20 * EPSILON * (1.0 + noise), scale=1.0) == "roundoff"  # from the start on
+    assert kind_of(np.where(T > 0.5, 10.0 * EPSILON, 0.0), scale=1.0) == "jump"
+    assert kind_of(np.where(T > 0.5, 2.0 * EPSILON, 0.0), scale=1.0) == "jump"
+    for values in (T > 0.5, T < 0.4, (T > 0.2) & (T < 0.5) | (T > 0.9)):
+        assert kind_of(EPSILON * values, scale=1.0) == "roundoff"
 
 
 def test_round_off_is_round_off_where_a_trend_is_excluded():
@@ -247,7 +263,7 @@ def test_what_is_not_finite_has_its_class():
     assert measure_drift("v", windows, 1.0).not_finite_from == 0.0
 
 
-@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150])
+@pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150, 1e307])
 def test_scale_and_sign_do_not_matter(factor):
     for name in ("line and 1 sine", "eight frequencies", "jump and noise", "white noise"):
         series = FAMILIES[name].series(np.random.default_rng(5), T[::10] * 1.0)
@@ -275,6 +291,33 @@ def test_times_need_not_be_even():
     drift = measure_drift("v", windows, 0.0)
     assert drift.kind == "linear"
     assert drift.slope == pytest.approx(0.003, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        np.ones(100),
+        np.full(100, np.nan),
+        np.r_[np.arange(99.0), np.inf],
+        np.r_[np.arange(50.0), np.arange(50.0)],
+    ],
+)
+def test_times_go_on(times):
+    windows = Windows(0.0)
+    windows.add(times, T[:100])
+    with pytest.raises(DomainError, match="finite times that go on in one direction"):
+        measure_drift("v", windows, 0.0)
+
+
+def test_numbers_too_large_for_a_float_are_none():
+    """A deviation of 1.7e308 in a run of length 1e-10, a jump from −1.7e308 to 1.7e308."""
+    windows = Windows(0.0)
+    windows.add(1e-10 * T, 1.7e308 * T)
+    drift = measure_drift("v", windows, 0.0)
+    assert (drift.kind, drift.slope) == ("linear", None)
+    assert drift.trend_bound == pytest.approx(1.7e308, rel=1e-3)
+    jump = drift_of(np.where(T > 0.5, 1.7e308, -1.7e308))
+    assert (jump.kind, jump.jump_size) == ("jump", None)
 
 
 def test_every_class_is_explained():

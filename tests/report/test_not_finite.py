@@ -64,6 +64,45 @@ def test_an_observable_that_is_not_finite():
     assert solved("area").status == "success"
 
 
+def test_what_is_finite_and_huge_is_measured():
+    """Sums of deviations and slopes may be too large for a float where no deviation is."""
+    huge = {
+        "cosine": lambda params, t, y, work: 8e307 * y[0],
+        "sine": lambda params, t, y, work: 1.7e308 * y[1],
+        "line": lambda params, t, y, work: 8e307 * y[0] + 8e307 * (t / 100.0),
+        "beyond": lambda params, t, y, work: 1.7e308 * y[0],
+        "near 0": lambda params, t, y, work: y[1] + 1e-310,
+    }
+    solution = solved(huge, t_end=100.0, step=0.05)
+    kinds = {name: drift.kind for name, drift in solution.drift.items()}
+    assert kinds == {
+        "cosine": "bounded",
+        "sine": "bounded",
+        "line": "linear",
+        "beyond": NOT_FINITE,
+        "near 0": "bounded",
+    }
+    assert solution.status == NOT_FINITE
+    assert solution.drift["line"].slope == pytest.approx(8e305, rel=0.05)
+    assert solution.drift["cosine"].max_rel_error == pytest.approx(2.0, rel=1e-3)
+    for name in ("sine", "beyond", "near 0"):
+        assert solution.drift[name].max_rel_error is None
+
+
+def test_a_clock_that_stands_still_loses_no_run():
+    """Drifts are per unit of a time that does not go on: nothing is known of them."""
+    grows = gi.field(lambda params, t, y, out, work: out.__setitem__(0, y[0] * y[0]))
+    still = gi.observable(lambda params, t, y, work: 0.0 * y[0])
+    problem = gi.Problem("still", (("y", 1),), field=grows, time="tau", clock=still)
+    own = {"own": lambda params, t, y, work: 1.0 / y[0]}
+    run = {"t_end": 5.0, "step": 0.01, "method": "rk-4", "compiled": False}
+    with pytest.raises(gi.NonFiniteError) as caught:
+        gi.solve(problem, [1.0], observe=own, **run)
+    found = caught.value.partial.drift["own"]
+    assert found.windows.samples > 64
+    assert (found.kind, found.slope) == ("undetermined", None)
+
+
 def test_it_is_kept_in_a_file(tmp_path):
     solution = solved(["logarithm"], t_end=3.0)
     solution.save(tmp_path / "run.nc")

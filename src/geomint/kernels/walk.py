@@ -87,6 +87,7 @@ class Walk:
         elif isinstance(value, type):
             self._class(value)
         elif isinstance(value, enum.Enum):
+            self._watch(vars(value), "_value_", value._value_)
             self.put("member", _name(kind), value._name_)
             self.value(value._value_)
         elif isinstance(value, np.generic | np.ndarray):
