@@ -12,7 +12,7 @@ from .branch_points import Separation
 from .functions import at_angles, shifts, state_rows, state_work
 from .packing import packed_torus
 from .symmetry import ReducedAxes
-from .torus import Torus
+from .torus import Torus, distances
 
 __all__ = ["component_signs", "linear_angles", "theta_of"]
 
@@ -21,15 +21,20 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
     """Return θ_k in [−π, π] from components, both sine and cosine, shape (d,)."""
     if len(position) == 1:
         return np.zeros(0)
-    lam, gaps = Spheroconical(axes.alpha).coordinates(position)
-    sines = np.zeros(len(lam))
+    _, gaps = Spheroconical(axes.alpha).coordinates(position)
+    sines = np.zeros(len(gaps))
     for g in range(len(position)):  # P(λ_k) μ_k = ½ Σ_g p̃_gγ_g Π_{h≠g} (λ_k − α_h)
         others = np.prod(np.delete(gaps, g, axis=1), axis=1)
         sines += 0.5 * momentum[g] * position[g] * others
-    root_q = np.sqrt(torus.lead * np.prod(np.abs(lam[:, None] - torus.others), axis=1))
-    return np.asarray(
-        np.arctan2(2.0 * lam / root_q * sines, torus.middle - lam)
-    )  # d sin θ, d cos θ
+    # m − λ from the α nearest to m, of which both are known to rounding.
+    radius = torus.radius
+    middle = torus.axis_gaps + np.where(np.signbit(torus.axis_gaps), -1.0, 1.0) * radius[:, None]
+    nearest = np.argmin(np.abs(middle), axis=1)[:, None]
+    cosines = np.take_along_axis(middle - gaps, nearest, axis=1)[:, 0]
+    sine = np.clip(0.5 * (1.0 - cosines / radius), 0.0, 1.0)[:, None]  # sin²(θ/2)
+    away = distances(torus.branch_gaps, radius[:, None], sine)
+    root_q = np.sqrt(torus.lead * np.prod(np.abs(away), axis=1))
+    return np.asarray(np.arctan2(2.0 * away[:, 0] / root_q * sines, cosines))  # d sin θ, d cos θ
 
 
 def component_signs(

@@ -91,7 +91,7 @@ class ExactFlow:
     @property
     def condition(self) -> float:
         """About what relative errors of the state are magnified by in frequencies."""
-        return self.separation.condition
+        return 1.0
 
     def phase_error(self, tau: Any) -> Array:
         """Return an estimate of the error of the angles at times τ: (1 + |ωτ|) · condition · 2⁻⁵².

@@ -17,15 +17,15 @@ __all__ = ["packed_torus", "with_clock"]
 # Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then three numbers.
 OVALS, ANGLES, AXES, ROWS, LEAD, SCALE, PHYSICAL = range(7)
 SECTIONS = (
-    "middle",
     "radius",
-    "others",
+    "branch_gaps",
+    "axis_gaps",
+    "oval_gaps",
     "terms",
     "series",
     "turns",
     "turns_low",
     "start",
-    "alpha",
     "signs",
     "spread",
     "low",
@@ -37,15 +37,15 @@ SECTIONS = (
     "clock",
 )
 (
-    MIDDLE,
     RADIUS,
-    OTHERS,
+    BRANCH_GAPS,
+    AXIS_GAPS,
+    OVAL_GAPS,
     TERMS,
     SERIES,
     TURNS,
     TURNS_LOW,
     START,
-    ALPHA,
     SIGNS,
     SPREAD,
     LOW,
@@ -93,15 +93,15 @@ def packed_torus(
     pair[axes.paired] = np.arange(np.count_nonzero(axes.paired))
     spread = [1.0 / np.prod(np.abs(np.delete(alpha, g) - alpha[g])) for g in range(count)]
     sections = {
-        "middle": torus.middle,
         "radius": torus.radius,
-        "others": torus.others.reshape(-1),
+        "branch_gaps": torus.branch_gaps.reshape(-1),
+        "axis_gaps": torus.axis_gaps.reshape(-1),
+        "oval_gaps": torus.oval_gaps.reshape(-1),
         "terms": [s.shape[1] for s in torus.shifts],
         "series": np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)]),
         "turns": torus.turns,
         "turns_low": torus.turns_low,
         "start": start,
-        "alpha": alpha,
         "signs": signs,
         "spread": spread,
         "low": low,

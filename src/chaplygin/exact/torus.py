@@ -18,12 +18,22 @@ With m_gk, the means of ∂μ_k/∂ℓ_g dλ_k/dθ_k, the polar angle ψ_g of a 
 
 So all of them are (φ, Φ) = (θ, ψ) + Σ_k shift_k(θ_k).
 
-Coefficients decay geometrically: the trapezoidal rule gives the periods to more than 32 digits with
-a few dozen points, if the branch points are apart.
+Every difference of λ_k and a point b beyond an end of its oval is a sum of positive numbers,
+
+    |λ_k − b| = gap + 2d sin²(θ_k/2), or gap + 2d cos²(θ_k/2),
+
+b below or above: with the gap from that end to b known to rounding, it keeps all digits where a_i are
+nearly equal and ovals narrow.
+
+Coefficients decay like e^{−mη}, cosh η = 1 + gap/d for the nearest point. So the trapezoidal rule gives
+the periods to more than 32 digits with a few dozen points (`DoubleDouble`) where points are apart, and
+how many it takes is known beforehand.
 """
 
 from __future__ import annotations
 
+import functools
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,12 +42,13 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from .branch_points import Oval, Separation, mp
+from .branch_points import DIGITS, Oval, Separation, mp
+from .double_double import DoubleDouble
 
-__all__ = ["SeparatedEnergy", "Torus", "torus_of"]
+__all__ = ["SeparatedEnergy", "Torus", "distances", "torus_of"]
 
-MOST_POINTS = 16384  # of the trapezoidal rule; more are needed only next to a separatrix
-AGREEMENT = mp.mpf("1e-18")  # of N and N/2 points: the error is squared when N is doubled
+FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
+DECAY = 79.0  # e^−DECAY: to what the periods are computed
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
 
 
@@ -82,20 +93,31 @@ class Torus:
     ----------
     middle, radius : array, shape (d,)
         m and d of every oval.
-    others : array, shape (d, 2d−1)
-        The branch points of Q.
+    branch_gaps, axis_gaps : array, shape (d, 2d−1), (d, q)
+        From the ovals to the branch points of Q, 0 first, and to the α_g: positive from points below
+        to the lower end, negative from points above to the upper end; ±0 at the ends themselves.
+    oval_gaps : array, shape (d, d)
+        From the nearer end of one oval to that of another, positive from those below.
     lead : float
+    means : array, shape (d, d + pairs)
+        The means of the differentials of λ_k over one turn.
     shifts : tuple of array, shape (d + pairs, terms)
         For every θ_k the coefficients of sin mθ_k, m = 1, 2, …
+    strips : array, shape (d,)
+        η: half widths of the strips around real θ_k in which all this is analytic.
     turns, turns_low : array, shape (d + pairs,)
         Frequencies over 4π in the flow's time τ, in two parts: turns of 4π, by which signs return.
     """
 
     middle: Array
     radius: Array
-    others: Array
+    branch_gaps: Array
+    axis_gaps: Array
+    oval_gaps: Array
     lead: float
+    means: Array
     shifts: tuple[Array, ...]
+    strips: Array
     turns: Array
     turns_low: Array
 
@@ -105,16 +127,9 @@ class Torus:
         return np.asarray(4.0 * np.pi * self.turns)
 
 
-def lagrange(nodes: Any, x: Any) -> list[Any]:
-    """Return ℓ_j(x), Lagrange's polynomials on the nodes."""
-    rows = []
-    for j, node in enumerate(nodes):
-        value = mp.mpf(1)
-        for s, other in enumerate(nodes):
-            if s != j:
-                value = value * ((x - other) / (node - other))
-        rows.append(value)
-    return rows
+def distances(gaps: Array, radius: Any, sine: Any) -> Array:
+    """Return λ − b from the gaps of an oval, its radius and sin²(θ/2), of shapes that broadcast."""
+    return np.asarray(gaps + 2.0 * radius * np.where(np.signbit(gaps), sine - 1.0, sine))
 
 
 def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
@@ -123,29 +138,80 @@ def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     Raises
     ------
     geomint.DomainError
-        If the periods do not converge: the motion is next to a separatrix.
+        If the periods take too many points: the motion is next to a separatrix.
     """
+    with mp.workdps(separation.digits):
+        return _torus_of(separation, energy)
+
+
+def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     ovals, size = separation.ovals, len(separation.ovals)
     nodes = [(o.lower + o.upper) / 2 for o in ovals]
     pairs = [g for g, ell in enumerate(separation.ell) if ell]
-    means, samples = [], []
-    for oval in ovals:
-        mean, values = _means(oval, separation, nodes, pairs)
-        means.append(mean)
-        samples.append(values)
+    strips = [_strip(oval, separation) for oval in ovals]
+    counts = [_points(strip, separation) for strip in strips]
+    sampled = [_means(separation, k, nodes, pairs, count) for k, count in enumerate(counts)]
+    means = [mean for mean, _ in sampled]
     turns = _turns(separation, energy, nodes, pairs, means)
     high = [float(x) for x in turns]
     inverse = _inverse(means, size)
-    shifts = [_shift(values, inverse, means, k) for k, values in enumerate(samples)]
+    shifts = [_shift(values, inverse, means, k) for k, (_, values) in enumerate(sampled)]
     return Torus(
         np.array([float(x) for x in nodes]),
         np.array([float((o.upper - o.lower) / 2) for o in ovals]),
-        np.array([[float(b) for b in o.others] for o in ovals]),
+        np.array([[float(_gap(o, b)) for b in o.others] for o in ovals]),
+        np.array([[_signed_gap(o, x) for x in separation.alpha] for o in ovals]),
+        np.array([[0.0 if s is o else float(_oval_gap(o, s)) for s in ovals] for o in ovals]),
         float(separation.lead),
+        np.array([[float(x) for x in row] for row in means]).reshape(size, size + len(pairs)),
         tuple(_heard(s) for s in shifts),
+        np.array(strips),
         np.array(high),
         np.array([float(x - y) for x, y in zip(turns, high, strict=True)]),
     )
+
+
+def _gap(oval: Oval, b: Any) -> Any:
+    """Return the gap from b below, or minus that from b above."""
+    return oval.lower - b if b <= oval.lower else oval.upper - b
+
+
+def _signed_gap(oval: Oval, x: Any) -> float:
+    return -0.0 if x == oval.upper else float(_gap(oval, x))
+
+
+def _oval_gap(oval: Oval, other: Oval) -> Any:
+    below = other.upper <= oval.lower
+    return oval.lower - other.upper if below else oval.upper - other.lower
+
+
+def _strip(oval: Oval, separation: Separation) -> float:
+    """Return η: cosh η = 1 + gap/d for the nearest singular point."""
+    pairs = [x for x, ell in zip(separation.alpha, separation.ell, strict=True) if ell]
+    gap = min(abs(_gap(oval, b)) for b in (*oval.others, *pairs))
+    return 2.0 * math.asinh(math.sqrt(float(gap / (oval.upper - oval.lower))))
+
+
+def _points(strip: float, separation: Separation) -> int:
+    """Return how many points the trapezoidal rule takes: 2^k or 3·2^k."""
+    needed = max(FEWEST_POINTS, DECAY / max(strip, 1e-300))
+    if needed > MOST_POINTS:
+        ratio = 1.0 / math.sinh(0.5 * max(strip, 1e-150)) ** 2
+        expected = (
+            "a motion that is not next to a separatrix: a branch point is beside an oval that is "
+            f"{ratio:.3g} times as wide as their distance, condition {ratio:.3g}"
+        )
+        raise gi.DomainError("state", [float(x) for x in separation.polynomial], expected)
+    power: int = 2 ** math.ceil(math.log2(needed))
+    return 3 * power // 4 if needed <= 3 * power // 4 else power
+
+
+@functools.lru_cache(maxsize=32)
+def _sine_squares(count: int) -> DoubleDouble:
+    """Return sin²(θ/2) at θ = 2πi/count, i = 0 … count/2."""
+    with mp.workdps(DIGITS):
+        quarter = [mp.sin(mp.pi * i / count) ** 2 for i in range(count // 4 + 1)]
+        return DoubleDouble.of(quarter + [1 - x for x in quarter[-2::-1]])
 
 
 def _inverse(means: list[list[Any]], size: int) -> Any:
@@ -193,41 +259,48 @@ def _mixed(nodes: list[Any], weights: list[Any]) -> list[Any]:
 
 
 def _means(
-    oval: Oval, separation: Separation, nodes: list[Any], pairs: list[int]
+    separation: Separation, k: int, nodes: list[Any], pairs: list[int], count: int
 ) -> tuple[list[Any], Array]:
-    """Return the means over θ of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
-    middle, radius = (oval.lower + oval.upper) / 2, (oval.upper - oval.lower) / 2
-    count, previous = 16, None
+    """Return the means over θ_k of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
+    oval = separation.ovals[k]
+    sine = _sine_squares(count)
+    cosine = DoubleDouble(sine.high[::-1], sine.low[::-1])
+    width = DoubleDouble.one(oval.upper - oval.lower)
 
-    def row(i: int) -> list[Any]:
-        lam = middle - radius * mp.cos(2 * mp.pi * i / count)
-        value = separation.lead
-        for b in oval.others:
-            value *= lam - b
-        value = -1 / (4 * mp.sqrt(value))
-        product = 2 * mp.fprod(lam - x for x in separation.alpha)
-        turning = [
-            product * separation.ell[g] * separation.alpha[g] / (lam - separation.alpha[g]) ** 2
-            for g in pairs
-        ]
-        return [value * x for x in lagrange(nodes, lam) + turning]
+    def away(b: Any) -> DoubleDouble:  # |λ − b|
+        below = b <= oval.lower
+        gap = oval.lower - b if below else b - oval.upper
+        return DoubleDouble.one(gap) + width * (sine if below else cosine)
 
-    rows: list[list[Any]] = []  # even in θ: half of the circle
-    while count <= MOST_POINTS:
-        known = dict(zip(range(0, count // 2 + 1, 2), rows, strict=True)) if rows else {}
-        rows = [known[i] if i in known else row(i) for i in range(count // 2 + 1)]
-        columns = list(zip(*rows, strict=True))
-        means = [(2 * mp.fsum(c[1:-1]) + c[0] + c[-1]) / count for c in columns]
-        allowed = AGREEMENT * max(abs(z) for z in means)
-        if previous is not None and all(
-            abs(x - y) < allowed for x, y in zip(means, previous, strict=True)
-        ):
-            half = np.array([[float(x) for x in row] for row in rows]).T
-            return means, np.concatenate([half, half[:, -2:0:-1]], axis=1)
-        previous, count = means, 2 * count
-    expected = "a motion with branch points farther apart: the periods do not converge, condition "
-    ends = [float(oval.lower), float(oval.upper)]
-    raise gi.DomainError("state", ends, f"{expected}{separation.condition:.3g}")
+    def product(points: list[Any], scale: Any) -> DoubleDouble:  # of |λ − b|, times scale
+        value = DoubleDouble.one(scale)
+        for b in points:
+            value = value * away(b)
+        return value
+
+    density = product(list(oval.others), 16 * separation.lead).root().inverse()  # 1/(4√Q)
+    rows = []
+    for j, node in enumerate(nodes):  # −ℓ_j/(4√Q)
+        others = [(s, x) for s, x in enumerate(nodes) if s not in (j, k)]
+        scale = -1 / mp.fprod(node - x for s, x in enumerate(nodes) if s != j)
+        scale *= (-1) ** sum(s > k for s, _ in others)
+        value = density * product([x for _, x in others], scale)
+        rows.append(value if j == k else value * width * (sine + DoubleDouble.one(mp.mpf(-0.5))))
+    alpha = separation.alpha
+    for g in pairs:  # −½ ℓ_g α_g P/((λ − α_g)² √Q)
+        scale = -2 * separation.ell[g] * alpha[g] * (-1) ** sum(x >= oval.upper for x in alpha)
+        others = [x for h, x in enumerate(alpha) if h != g]
+        rows.append(density * product(others, scale) * away(alpha[g]).inverse())
+    half = np.array([row.high for row in rows])
+    return [_mean(row, count) for row in rows], np.concatenate([half, half[:, -2:0:-1]], axis=1)
+
+
+def _mean(row: DoubleDouble, count: int) -> Any:
+    """Return the mean of an even function of θ from its values over half of the circle."""
+    ends = DoubleDouble(row.high[[0, -1]], row.low[[0, -1]]).total()
+    inside = DoubleDouble(row.high[1:-1], row.low[1:-1]).total()
+    parts = (2 * inside.high, 2 * inside.low, ends.high, ends.low)
+    return mp.fsum(mp.mpf(float(x)) for x in parts) / count
 
 
 def _shift(values: Array, inverse: Any, means: list[list[Any]], k: int) -> Array:
