@@ -26,10 +26,13 @@ from .clock_functions import at_time, clock_work, tau_at
 from .functions import at_angles, at_tau, state_rows, state_work
 from .packing import packed_torus, with_clock
 from .quadrature import Quadrature, as_numbers, finite_times, refuse_left_over
+from .sensitivity import frequency_gradients
 from .symmetry import reduced_axes
 from .torus import SeparatedEnergy, torus_of
 
 __all__ = ["ExactFlow"]
+
+SAFETY = 8.0
 
 
 class ExactFlow:
@@ -81,7 +84,10 @@ class ExactFlow:
         parts = self.axes, self.separation, self.torus, signs
         self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
+        self._growth = frequency_gradients(self.axes, self.separation, energy.in_units(self.unit, self.unit_p), self.torus, gamma, p_tilde)
         self._params = packed_torus(*parts, self.start, scale, physical)
+        self._offset = float(max(1.0, *(1.0/self.torus.strips))) if len(self.torus.strips) else 1.0
+        self._spread = float(np.max(self._growth))
 
     @property
     def frequencies(self) -> Array:
@@ -91,17 +97,11 @@ class ExactFlow:
     @property
     def condition(self) -> float:
         """About what relative errors of the state are magnified by in frequencies."""
-        return 1.0
+        return max(self._offset, self._spread/float(np.max(np.abs(self.frequencies))))
 
     def phase_error(self, tau: Any) -> Array:
-        """Return an estimate of the error of the angles at times τ: (1 + |ωτ|) · condition · 2⁻⁵².
-
-        That is what the rounding of the state at time 0 makes of the angles, with the largest
-        frequency; the computation itself adds some units of condition · 2⁻⁵² at any τ.
-        """
         times = np.abs(np.asarray(tau, dtype=np.float64))
-        fastest = float(np.max(np.abs(self.frequencies)))
-        return np.asarray((1.0 + fastest * times) * self.condition * 2.0**-52)
+        return np.asarray(SAFETY * (self._offset + self._spread * times) * 2.0**-52)
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""

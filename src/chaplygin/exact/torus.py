@@ -152,9 +152,9 @@ def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     counts = [_points(strip, separation) for strip in strips]
     sampled = [_means(separation, k, nodes, pairs, count) for k, count in enumerate(counts)]
     means = [mean for mean, _ in sampled]
-    turns = _turns(separation, energy, nodes, pairs, means)
-    high = [float(x) for x in turns]
     inverse = _inverse(means, size)
+    turns = _turns(separation, energy, nodes, pairs, means, inverse)
+    high = [float(x) for x in turns]
     shifts = [_shift(values, inverse, means, k) for k, (_, values) in enumerate(sampled)]
     return Torus(
         np.array([float(x) for x in nodes]),
@@ -229,11 +229,11 @@ def _turns(
     nodes: list[Any],
     pairs: list[int],
     means: list[list[Any]],
+    inverse: Any,
 ) -> list[Any]:
     """Return ω and Ω over 4π."""
     size = len(nodes)
     rates = _mixed(nodes, energy.slopes(separation.alpha))
-    inverse = _inverse(means, size)
     omega = [mp.fsum(inverse[k, j] * rates[j] for j in range(size)) for k in range(size)]
     for row, g in enumerate(pairs, start=size):
         turning = energy.turning(separation.alpha[g], separation.ell[g])
