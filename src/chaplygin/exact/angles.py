@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-import geomint as gi
-
 from ..manifold import Array
 from ..spheroconical import Spheroconical
 from .branch_points import Separation
 from .functions import at_angles, shifts, state_rows, state_work
-from .packing import packed_torus
+from .packing import evaluated, packed_torus
 from .symmetry import ReducedAxes
 from .torus import Torus, distances
 
@@ -48,16 +46,15 @@ def component_signs(
     phi = linear_angles(params, theta, psi)
     n = len(gamma)
     work = state_work(len(theta), len(phi))
-    state = gi.pointwise(at_angles, params, phi, state_rows(n), work)
+    state = evaluated(at_angles, params, phi, state_rows(n), work)
     bare, rate, _, _ = axes.components(state[:n], state[n : 2 * n])
-    # A component that is 0 now has the sign with which it is about to leave.
-    leaving = np.sign(momentum * rate)
-    signs = np.where(np.abs(position) >= 1e-8, np.sign(position * bare), leaving)
+    # Where one of both is 0 the other tells; both are of the sizes of γ and p̃.
+    signs = np.sign(position * bare + momentum * rate / float(momentum @ momentum))
     return np.where(axes.paired | (signs == 0.0), 1.0, signs)
 
 
 def linear_angles(params: Array, theta: Array, psi: Array) -> Array:
     """Return (φ, Φ) at (θ, ψ), shape (d + pairs,)."""
     angles, ovals = len(theta) + len(psi), len(theta)
-    shift = gi.pointwise(shifts, params, theta, angles, ovals * ovals)
+    shift = evaluated(shifts, params, theta, angles, ovals * ovals)
     return np.asarray(np.concatenate([theta, psi]) + shift)

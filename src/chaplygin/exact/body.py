@@ -62,9 +62,8 @@ class ExactBody(BallFlow):
         super().__init__(self._ball.a, self._ball.D, self._energy(), y, True)
 
     @property
-    def condition(self) -> float:
-        """About what relative errors of the state are magnified by in frequencies."""
-        return max(1.0, self._sensitivity / self.separation.condition) * self._ball.condition
+    def _magnified(self) -> float:
+        return self._ball._magnified * max(1.0, self._sensitivity / self._ball.condition)
 
     def rate(self, states: Array) -> Array:
         """Return dt/ds of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""

@@ -65,13 +65,9 @@ class ExactBall(BallFlow):
         super().__init__(a, D, SeparatedEnergy(D, -1.0), y, True)
 
     @property
-    def condition(self) -> float:
-        """About what relative errors of the state are magnified by in frequencies.
-
-        That of the other ball, over the sine of the angle of k⃗ and γ⃗: the change of variables is
-        made of their plane.
-        """
-        return self._slant * self.separation.condition
+    def _magnified(self) -> float:
+        """1 over the sine of the angle of k⃗ and γ⃗: the change of variables is made of their plane."""
+        return self._slant
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""

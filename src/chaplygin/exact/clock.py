@@ -26,21 +26,26 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import scipy.fft
 
 import geomint as gi
 
 from ..manifold import Array
 from .clock_functions import MODE_EXTRA, product_integral
+from .packing import evaluated, padded
 from .torus import Torus
 
 __all__ = ["Clock", "packed_clock", "product_clock", "sampled_clock"]
 
 QUIET = 6e-17  # of the mean: Fourier coefficients that are left out
 DECAYED = 4e-16  # of the mean: coefficients at the edge of a grid
+COMPLETE = 4e-16  # of the mean, times the root of their number: nothing is missing from a series
+MOST_PATIENCE = 3
 TOO_LARGE = 1e-9  # of the mean: an error of dt/dτ that is refused
 MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|
 GRIDS = {0: 1, 1: 4096, 2: 512}  # most points in every direction, by the dimension of the torus
-FEWEST_POINTS, MOST_POINTS = 128, 8192  # of the one-dimensional integrals
+FEWEST_POINTS, POINTS_PER_TERM = 128, 3  # of the one-dimensional integrals
+MOST_NUMBERS, MOST_WORK = 2**24, 2e9  # in tables; multiplications, some seconds
 FIRST_BOUND = 24  # largest m_k of the first tables
 CHECKS = 16  # angles at which a series is compared
 RESONANT = 1e-3  # of the fastest frequency: divisors below it are small
@@ -113,32 +118,54 @@ def product_clock(torus: Torus, scale: float, rate: Sampled) -> Clock:
     size = len(torus.middle)
     integrals = _Integrals(torus)
     mean = scale * float(integrals(np.zeros((1, size)))[0])
-    known = {(0,) * size}
+    phi = np.random.default_rng(size).uniform(0.0, 2.0 * np.pi, (CHECKS, size))
+    expected = rate(phi)
+    for patience in range(MOST_PATIENCE + 1):
+        waves, coefficients = _series(torus, integrals, scale, mean, patience)
+        found = np.array([mean + np.cos(waves @ x) @ coefficients.real for x in phi])
+        edge = float(np.max(np.abs(found - expected))) / abs(mean)
+        if edge <= COMPLETE * np.sqrt(1.0 + len(waves)):
+            break
+    _refuse_slow(edge, torus)
+    return Clock(mean, waves, coefficients, 1, edge)
+
+
+def _series(
+    torus: Torus, integrals: _Integrals, scale: float, mean: float, patience: int
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.complex128]]:
+    """Return the m and 2f_m that matter, from m = 0 outwards.
+
+    Beyond m that do not matter it goes on for some steps, `patience` of them: next to symmetries there
+    are gaps between those that do.
+    """
+    size = len(torus.middle)
+    quiet = {(0,) * size: 0}  # steps since one that mattered
     waves, values = [np.zeros((0, size), dtype=np.int64)], [np.zeros(0)]
-    layer, count = np.array(sorted(_neighbours(np.zeros((1, size), dtype=np.int64), known))), 0
-    while layer.size:
+    layer, count = _neighbours([(0,) * size], quiet), 0
+    while layer:
         if len(layer) > MOST_IN_LAYER or count > MOST_MODES:
-            expected = (
-                f"a motion whose time has less than {MOST_MODES} Fourier coefficients that matter; "
-                "at_tau takes any"
-            )
-            raise gi.DomainError("state", torus.middle, expected)
-        found = scale * integrals(layer)
+            raise _too_many(torus, f"there are more than {count}")
+        block = np.array(layer, dtype=np.int64)
+        found = scale * integrals(block)
         loud = np.abs(found) > QUIET * abs(mean)
-        waves.append(layer[loud])
+        waves.append(block[loud])
         values.append(found[loud])
         count += int(np.count_nonzero(loud))
-        outward = loud | (np.sum(np.abs(layer), axis=1) < 3)  # some vanish by symmetry
-        layer = np.array(sorted(_neighbours(layer[outward], known)), dtype=np.int64)
-    all_waves, coefficients = (
-        np.concatenate(waves),
-        2.0 * np.concatenate(values).astype(np.complex128),
+        for m, matters in zip(layer, loud.tolist(), strict=True):
+            quiet[m] = 0 if matters else quiet[m] + 1
+        # Some of the first vanish by symmetry.
+        outward = [m for m in layer if quiet[m] <= patience or sum(map(abs, m)) < 3]
+        layer = _neighbours(outward, quiet)
+    return np.concatenate(waves), 2.0 * np.concatenate(values).astype(np.complex128)
+
+
+def _too_many(torus: Torus, found: str) -> gi.DomainError:
+    expected = (
+        "a motion whose time has few enough Fourier coefficients that matter, or a call of at_tau, "
+        f"which takes any; {found}, and the narrowest strip of analyticity is "
+        f"{float(np.min(torus.strips)):.2g}"
     )
-    phi = np.random.default_rng(size).uniform(0.0, 2.0 * np.pi, (CHECKS, size))
-    series = np.array([mean + np.cos(all_waves @ x) @ coefficients.real for x in phi])
-    edge = float(np.max(np.abs(series - rate(phi)))) / abs(mean)
-    _refuse_slow(edge, torus)
-    return Clock(mean, all_waves, coefficients, 1, edge)
+    return gi.DomainError("state", torus.middle, expected)
 
 
 def _refuse_slow(edge: float, torus: Torus) -> None:
@@ -149,19 +176,23 @@ def _refuse_slow(edge: float, torus: Torus) -> None:
         raise gi.DomainError("state", torus.middle, expected)
 
 
-def _neighbours(waves: npt.NDArray[np.int64], known: set[tuple[int, ...]]) -> set[tuple[int, ...]]:
-    """Return the m next to given ones and farther out, one of each pair ±m, and note them."""
-    found = set()
-    for m in waves.tolist():
+def _neighbours(
+    waves: list[tuple[int, ...]], quiet: dict[tuple[int, ...], int]
+) -> list[tuple[int, ...]]:
+    """Return the m next to given ones and farther out that are new, one of each pair ±m.
+
+    They are noted with the fewest quiet steps of those next to which they are.
+    """
+    found = {}
+    for m in waves:
         for k, value in enumerate(m):
             for step in (1, -1):
                 if value * step < 0:
                     continue
                 other = (*m[:k], value + step, *m[k + 1 :])
-                if next((x for x in other if x), 0) > 0 and other not in known:
-                    known.add(other)
-                    found.add(other)
-    return found
+                if next((x for x in other if x), 0) > 0 and (other in found or other not in quiet):
+                    found[other] = quiet[other] = min(quiet[m], found.get(other, quiet[m]))
+    return sorted(found)
 
 
 class _Integrals:
@@ -171,6 +202,7 @@ class _Integrals:
     """
 
     def __init__(self, torus: Torus) -> None:
+        self._torus, self._left = torus, MOST_WORK
         self._columns = [_column(torus, k) for k in range(len(torus.middle))]
         self._bound = 0
         self._params = np.zeros(0)
@@ -181,12 +213,18 @@ class _Integrals:
         if size == 0:
             return np.ones(len(waves))
         largest = int(np.max(np.abs(waves)))
+        points = sum(phases.shape[1] for phases, _ in self._columns)
+        self._left -= float(len(waves)) * points * size
+        if self._left < 0.0:
+            raise _too_many(self._torus, f"they take more than {MOST_WORK:.0g} multiplications")
         if largest > self._bound or not self._params.size:
             self._bound = max(FIRST_BOUND, 2 * largest)
+            if 2.0 * self._bound * points * size > MOST_NUMBERS:
+                raise _too_many(self._torus, f"they reach as far as m = {largest}")
             self._params = self._tables()
         most = max(phases.shape[1] for phases, _ in self._columns)
         work = 2 * most + size * size
-        return gi.pointwise(product_integral, self._params, waves, 1, work)[:, 0]
+        return evaluated(product_integral, self._params, waves, 1, work)[:, 0]
 
     def _tables(self) -> Array:
         """Return the parameters of `product_integral`."""
@@ -199,7 +237,7 @@ class _Integrals:
             parts.append(np.concatenate([weights.T.reshape(-1), waves.reshape(-1)]))
             header += [float(phases.shape[1]), float(at)]
             at += len(parts[-1])
-        return np.concatenate([header, *parts])
+        return padded(np.concatenate([header, *parts]))
 
 
 def _column(torus: Torus, k: int) -> tuple[Array, Array]:
@@ -208,15 +246,18 @@ def _column(torus: Torus, k: int) -> tuple[Array, Array]:
     Over half of the circle: the phases are odd and the rest is even. As many points as the waves
     that matter want, which do not reach much further than the terms of the shifts.
     """
-    size, series = len(torus.middle), torus.shifts[k]
-    orders = np.arange(1, series.shape[1] + 1)
-    count = min(max(FEWEST_POINTS, 6 * len(orders)), MOST_POINTS)
+    size, series = len(torus.middle), torus.shifts[k][: len(torus.middle)]
+    terms = series.shape[1]
+    count = max(FEWEST_POINTS, POINTS_PER_TERM * terms)
     theta = np.pi * (np.arange(count) + 0.5) / count
     own = (np.arange(size) == k)[:, None]
-    phases = own * theta + series[:size] @ np.sin(np.outer(orders, theta))
-    slopes = own + (series[:size] * orders) @ np.cos(np.outer(orders, theta))
-    root = np.sqrt(torus.middle[k] - torus.radius[k] * np.cos(theta))
-    return phases, (slopes * root / count).T
+    sines, cosines = np.zeros((2, size, count))
+    sines[:, :terms] = 0.5 * series
+    cosines[:, 1 : terms + 1] = 0.5 * series * np.arange(1, terms + 1)
+    phases = own * theta + scipy.fft.dst(sines, type=3)
+    slopes = own + scipy.fft.dct(cosines, type=3)
+    lam = torus.branch_gaps[k, 0] + 2.0 * torus.radius[k] * np.sin(0.5 * theta) ** 2
+    return phases, (slopes * np.sqrt(lam) / count).T
 
 
 def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = False) -> Clock:

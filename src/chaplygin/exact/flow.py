@@ -10,6 +10,7 @@ relative error ε of it turns into a phase error of about condition · ω τ ε.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -24,15 +25,16 @@ from .branch_points import separation_of
 from .clock import Clock, packed_clock, product_clock, sampled_clock
 from .clock_functions import at_time, clock_work, tau_at
 from .functions import at_angles, at_tau, state_rows, state_work
-from .packing import packed_torus, with_clock
-from .quadrature import Quadrature, as_numbers, finite_times, refuse_left_over
+from .packing import evaluated, packed_torus, with_clock
+from .quadrature import LEFT, Quadrature, as_numbers, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
 from .symmetry import reduced_axes
 from .torus import SeparatedEnergy, torus_of
 
 __all__ = ["ExactFlow"]
 
-SAFETY = 8.0
+MISSED = 1e-12  # of the state, by its torus
+SAFETY = 8.0  # of the estimated error, over what roundings do on the average
 
 
 class ExactFlow:
@@ -74,7 +76,8 @@ class ExactFlow:
         p_tilde = p_tilde / self.unit_p
         self.axes = reduced_axes(a / self.unit, gamma, p_tilde)
         self.separation = separation_of(self.axes, gamma, p_tilde)
-        self.torus = torus_of(self.separation, energy.in_units(self.unit, self.unit_p))
+        energy = energy.in_units(self.unit, self.unit_p)
+        self.torus = torus_of(self.separation, energy)
         if not np.isfinite(self.torus.turns).all():
             raise gi.DomainError("state", y, "a motion whose frequencies are finite numbers")
         signs = component_signs(self.axes, self.torus, self.separation, gamma, p_tilde)
@@ -84,10 +87,22 @@ class ExactFlow:
         parts = self.axes, self.separation, self.torus, signs
         self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
-        self._growth = frequency_gradients(self.axes, self.separation, energy.in_units(self.unit, self.unit_p), self.torus, gamma, p_tilde)
         self._params = packed_torus(*parts, self.start, scale, physical)
-        self._offset = float(max(1.0, *(1.0/self.torus.strips))) if len(self.torus.strips) else 1.0
-        self._spread = float(np.max(self._growth))
+        self._offset = max(1.0, *(1.0 / self.torus.strips)) if len(self.torus.strips) else 1.0
+        self._spread = float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde)))
+        self._refuse_missed(gamma, p_tilde, y)
+
+    def _refuse_missed(self, gamma: Array, p_tilde: Array, y: Array) -> None:
+        """Raise DomainError where the torus does not go through the state."""
+        found = evaluated(at_tau, self._params, np.zeros(1), state_rows(len(gamma)), self._work)
+        here, p_here = self._split(found[: 2 * len(gamma)])
+        off = max(length(here - gamma), length(p_here - p_tilde) / length(p_tilde))
+        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self._spread)):
+            expected = (
+                f"a motion that double precision resolves: its torus misses the state by {off:.3g}, "
+                f"condition number {1.0 / max(float(np.min(self.torus.strips)), 1e-300) ** 2:.3g}"
+            )
+            raise gi.DomainError("state", y, expected)
 
     @property
     def frequencies(self) -> Array:
@@ -97,11 +112,44 @@ class ExactFlow:
     @property
     def condition(self) -> float:
         """About what relative errors of the state are magnified by in frequencies."""
-        return max(self._offset, self._spread/float(np.max(np.abs(self.frequencies))))
+        fastest = float(np.max(np.abs(self.frequencies)))
+        growth = self._spread / fastest if fastest > 0.0 else 1.0
+        return self._magnified * max(self._offset, growth)
 
     def phase_error(self, tau: Any) -> Array:
+        """Return an estimate of the error of the angles at times τ, in radians.
+
+        What the rounding of the state at time 0 makes of them, and what the computation adds: 2⁻⁵² times
+        8 (1 + ln 1/η)(1/η + g|τ|), g the length of the gradient of the most sensitive frequency by γ
+        and p̃/|p̃|, η the half width of the narrowest strip of `Torus`, 1 at most. Errors of states
+        relative to their size are no larger (`docs/exact-flow.md` has the distribution of both).
+        """
         times = np.abs(np.asarray(tau, dtype=np.float64))
-        return np.asarray(SAFETY * (self._offset + self._spread * times) * 2.0**-52)
+        return np.asarray(self._rounding * (self._offset + self._spread * times))
+
+    def time_error(self, tau: Any) -> Array:
+        """Return an estimate of the error of physical time at times τ, as an angle in radians.
+
+        What is missing from the Fourier series of dt/dτ, as if it were of one sign.
+        """
+        fastest = float(np.max(np.abs(self.frequencies)))
+        return np.asarray(self.clock.edge * fastest * np.abs(np.asarray(tau, dtype=np.float64)))
+
+    @functools.cached_property
+    def longest(self) -> float:
+        """The largest |τ| for which the phase means something: `phase_error` is below a radian."""
+        if not self._spread > 0.0:
+            return np.inf
+        return max(0.0, float(1.0 / self._rounding - self._offset)) / self._spread
+
+    @property
+    def _rounding(self) -> float:
+        return SAFETY * (1.0 + math.log(self._offset)) * self._magnified * 2.0**-52
+
+    @property
+    def _magnified(self) -> float:
+        """How many times larger roundings of the state are in (γ, p̃)."""
+        return 1.0
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
@@ -138,20 +186,20 @@ class ExactFlow:
         return np.asarray(self.unit * (self.torus.middle - self.torus.radius * np.cos(theta)))
 
     def at_tau(self, tau: Any) -> Array:
-        """Return states at times τ, of any sign and size.
+        """Return states at times τ, of any sign, |τ| up to `longest`.
 
         Raises
         ------
         geomint.DomainError
-            For times that are not finite.
+            For times that are not finite, and beyond `longest`.
         geomint.ConvergenceError
             If an iteration fails: never seen where the torus could be made.
         """
-        return self._states(at_tau, self._params, self._work, finite_times("tau", tau)[..., None])
+        return self._states(at_tau, self._params, self._work, finite_times("tau", tau, self.longest)[..., None])
 
     def __call__(self, t: Any) -> Array:
-        """Return states at physical times t, of any sign and size; errors as `at_tau`."""
-        return self._states(at_time, self._timed, self._clock_work, finite_times("t", t)[..., None])
+        """Return states at physical times t, of any sign; errors as `at_tau`."""
+        return self._states(at_time, self._timed, self._clock_work, finite_times("t", t, self.longest * abs(self.clock.mean))[..., None])
 
     def at_angles(self, phi: Any) -> Array:
         """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
@@ -165,12 +213,12 @@ class ExactFlow:
 
     def time(self, tau: Any) -> Array:
         """Return physical time at times τ."""
-        return Quadrature(self.clock, self._timed, self._clock_work)(tau)
+        return Quadrature(self.clock, self._timed, self._clock_work, self.longest)(tau)
 
     def tau(self, t: Any) -> Array:
         """Return τ at physical times t; errors as `at_tau`."""
-        points = finite_times("t", t)[..., None]
-        values = gi.pointwise(tau_at, self._timed, points, 2, self._clock_work)
+        points = finite_times("t", t, self.longest * abs(self.clock.mean))[..., None]
+        values = evaluated(tau_at, self._timed, points, 2, self._clock_work)
         refuse_left_over(values[..., 1], points)
         return values[..., 0]
 
@@ -197,7 +245,7 @@ class ExactFlow:
         """
         clock = sampled_clock(self.torus, rate, 2, signed=True)
         params = with_clock(self._params, packed_clock(clock, self.torus, self.start))
-        return Quadrature(clock, params, self._clock_rows(clock))
+        return Quadrature(clock, params, self._clock_rows(clock), self.longest)
 
     @functools.cached_property
     def _timed(self) -> Array:
@@ -217,7 +265,7 @@ class ExactFlow:
 
     def _states(self, function: Any, params: Array, work: int, points: Array) -> Array:
         n = len(self.a)
-        values = gi.pointwise(function, params, points, state_rows(n), work)
+        values = evaluated(function, params, points, state_rows(n), work)
         refuse_left_over(values[..., -1], points)
         return self.outward(values[..., : 2 * n])
 

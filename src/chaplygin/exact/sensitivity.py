@@ -29,8 +29,8 @@ FINENESS = 12.0  # points over 1/distance: e^−12 is far more exact than an est
 def frequency_gradients(
     axes: ReducedAxes,
     separation: Separation,
-    energy: SeparatedEnergy,
     torus: Torus,
+    energy: SeparatedEnergy,
     gamma: Array,
     p_tilde: Array,
 ) -> Array:
