@@ -9,7 +9,7 @@ from ..spheroconical import Spheroconical
 from .branch_points import Separation
 from .functions import at_angles, shifts, state_rows, state_work
 from .packing import evaluated, packed_torus
-from .symmetry import ReducedAxes
+from .symmetry import TINY, ReducedAxes
 from .torus import Torus, distances
 
 __all__ = ["component_signs", "linear_angles", "theta_of"]
@@ -49,7 +49,7 @@ def component_signs(
     state = evaluated(at_angles, params, phi, state_rows(n), work)
     bare, rate, _, _ = axes.components(state[:n], state[n : 2 * n])
     # Where one of both is 0 the other tells; both are of the sizes of γ and p̃.
-    signs = np.sign(position * bare + momentum * rate / float(momentum @ momentum))
+    signs = np.sign(position * bare + momentum * rate / max(float(momentum @ momentum), TINY))
     return np.where(axes.paired | (signs == 0.0), 1.0, signs)
 
 

@@ -101,9 +101,10 @@ class ExactBody(BallFlow):
         first = ball.inward(ball.at_angles(phi))
         own = self.outward(first)
         gamma, p = first[:, :3], first[:, 3:]
-        velocity = np.cross(gamma, self.angular_velocity(own)) * self.rate(own)[:, None]
+        size = float(np.max(np.abs(p)))  # of which squares are numbers
+        velocity = np.cross(gamma, self.angular_velocity(own) / size) * self.rate(own)[:, None]
         u = np.sum(gamma * gamma / ball.a, axis=-1, keepdims=True)
-        p_tilde = p / (ball.D * np.sqrt(u))
+        p_tilde = p / size / (ball.D * np.sqrt(u))
         # ∂/∂p̃ of ½U(p̃, p̃) and ½(p̃, Ap̃), along the sphere.
         steep = ball.a * p_tilde
         steep = steep - np.sum(steep * gamma, axis=-1, keepdims=True) * gamma

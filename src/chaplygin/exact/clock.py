@@ -45,6 +45,7 @@ TOO_LARGE = 1e-9  # of the mean: an error of dt/dτ that is refused
 MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|
 GRIDS = {0: 1, 1: 4096, 2: 512}  # most points in every direction, by the dimension of the torus
 FEWEST_POINTS, POINTS_PER_TERM = 128, 3  # of the one-dimensional integrals
+MOST_TERMS = 2e8  # of the series of θ on a whole grid, some seconds
 MOST_NUMBERS, MOST_WORK = 2**24, 2e9  # in tables; multiplications, some seconds
 FIRST_BOUND = 24  # largest m_k of the first tables
 CHECKS = 16  # angles at which a series is compared
@@ -285,7 +286,8 @@ def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = F
     if size == 0:
         mean = float(rate(np.zeros((1, 0)))[0])
         return Clock(mean, np.zeros((0, 0), dtype=np.int64), np.zeros(0, complex), period, 0.0)
-    count, most = 32, GRIDS[size]
+    terms = sum(series.shape[1] for series in torus.shifts)
+    count, most = 32, min(GRIDS[size], int((MOST_TERMS / (size * terms)) ** (1.0 / size)))
     while True:
         axis = 2.0 * np.pi * period * np.arange(count) / count
         grid = np.meshgrid(*([axis] * size), indexing="ij")
@@ -294,7 +296,7 @@ def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = F
         mean = float(spectrum[(0,) * size].real)
         largest = float(np.max(np.abs(spectrum))) if signed else abs(mean)
         edge = _edge(spectrum) / largest
-        if edge < DECAYED or count >= most:
+        if edge < DECAYED or 2 * count > most:
             break
         count *= 2
     _refuse_slow(edge, torus)

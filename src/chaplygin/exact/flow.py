@@ -31,7 +31,7 @@ from .sensitivity import frequency_gradients
 from .symmetry import reduced_axes
 from .torus import SeparatedEnergy, torus_of
 
-__all__ = ["ExactFlow"]
+__all__ = ["ExactFlow", "power_of_two"]
 
 MISSED = 1e-12  # of the state, by its torus
 SAFETY = 8.0  # of the estimated error, over what roundings do on the average
@@ -70,9 +70,9 @@ class ExactFlow:
         self, a: Array, D: float, energy: SeparatedEnergy, y: Array, physical: bool
     ) -> None:
         self.a, self.D, self.physical = a, D, physical
-        self.unit, self.unit_p = _power_of_two(np.max(a)), 1.0
+        self.unit, self.unit_p = power_of_two(np.max(a)), 1.0
         gamma, p_tilde = self._split(self.inward(y))
-        self.unit_p = _power_of_two(np.max(np.abs(p_tilde)))
+        self.unit_p = power_of_two(np.max(np.abs(p_tilde)))
         p_tilde = p_tilde / self.unit_p
         self.axes = reduced_axes(a / self.unit, gamma, p_tilde)
         self.separation = separation_of(self.axes, gamma, p_tilde)
@@ -90,17 +90,18 @@ class ExactFlow:
         self._params = packed_torus(*parts, self.start, scale, physical)
         self._offset = max(1.0, *(1.0 / self.torus.strips)) if len(self.torus.strips) else 1.0
         self._spread = float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde)))
-        self._refuse_missed(gamma, p_tilde, y)
+        self._refuse_missed(y)
 
-    def _refuse_missed(self, gamma: Array, p_tilde: Array, y: Array) -> None:
+    def _refuse_missed(self, y: Array) -> None:
         """Raise DomainError where the torus does not go through the state."""
-        found = evaluated(at_tau, self._params, np.zeros(1), state_rows(len(gamma)), self._work)
-        here, p_here = self._split(found[: 2 * len(gamma)])
-        off = max(length(here - gamma), length(p_here - p_tilde) / length(p_tilde))
+        rows = state_rows(len(self.a))
+        found = evaluated(at_tau, self._params, np.zeros(1), rows, self._work)
+        pairs = zip(np.split(self.outward(found[:-1]), 2), np.split(y, 2), strict=True)
+        off = max(length(x - z) / length(z) for x, z in pairs)
         if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self._spread)):
             expected = (
                 f"a motion that double precision resolves: its torus misses the state by {off:.3g}, "
-                f"condition number {1.0 / max(float(np.min(self.torus.strips)), 1e-300) ** 2:.3g}"
+                f"condition number {self.condition:.3g}"
             )
             raise gi.DomainError("state", y, expected)
 
@@ -285,6 +286,6 @@ class ExactFlow:
         return linear_angles(self._params, theta, psi)
 
 
-def _power_of_two(x: Any) -> float:
+def power_of_two(x: Any) -> float:
     """Return a power of two near x > 0: in such units nothing overflows, and nothing is rounded."""
     return float(np.ldexp(1.0, int(np.frexp(x)[1]))) if x > 0.0 else 1.0

@@ -36,18 +36,18 @@ def frequency_gradients(
 ) -> Array:
     """Return the lengths of the gradients of all frequencies by γ and by p̃/|p̃|, shape (d + pairs,)."""
     size, paired = len(torus.middle), np.flatnonzero(axes.paired)
-    turning = np.array(
-        [float(energy.turning(separation.alpha[g], 1)) for g in paired], dtype=np.float64
-    )
+    # In units of time in which nothing overflows.
+    unit = float(np.max(np.abs(torus.frequencies))) or 1.0
+    turning = np.array([float(energy.turning(separation.alpha[g], 1)) / unit for g in paired])
     gradients = _constants(axes, torus, gamma, p_tilde)
-    omega, means = torus.frequencies[:size], torus.means
+    omega, means = torus.frequencies[:size] / unit, torus.means
     second = np.zeros((size + len(paired),) * 2)
     for k in range(size):
         second += omega[k] * _second_derivatives(axes, separation, torus, k)
     changed = second @ gradients
     separated = -np.linalg.solve(means[:, :size].T, changed[:size])
     pairs = turning[:, None] * gradients[size:] - changed[size:] - means[:, size:].T @ separated
-    return np.asarray(np.linalg.norm(np.concatenate([separated, pairs]), axis=1))
+    return np.asarray(unit * np.linalg.norm(np.concatenate([separated, pairs]), axis=1))
 
 
 def _second_derivatives(

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..manifold import Array, length
 
-__all__ = ["ReducedAxes", "reduced_axes"]
+__all__ = ["TINY", "ReducedAxes", "reduced_axes"]
 
 PARALLEL = 4.0 * 2.0**-52  # roundings of the angle of γ_G and p̃_G with which they count as parallel
 TINY = 1e-300
