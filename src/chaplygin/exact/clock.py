@@ -39,7 +39,7 @@ __all__ = ["Clock", "packed_clock", "product_clock", "sampled_clock"]
 
 QUIET = 6e-17  # of the mean: Fourier coefficients that are left out
 DECAYED = 4e-16  # of the mean: coefficients at the edge of a grid
-COMPLETE = 4e-16  # of the mean, times the root of their number: nothing is missing from a series
+COMPLETE = 2e-15  # of the mean, times the root of their number: nothing is missing from a series
 MOST_PATIENCE = 3
 TOO_LARGE = 1e-9  # of the mean: an error of dt/dτ that is refused
 MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|
@@ -156,6 +156,7 @@ def _series(
             quiet[m] = 0 if matters else quiet[m] + 1
         # Some of the first vanish by symmetry.
         outward = [m for m in layer if quiet[m] <= patience or sum(map(abs, m)) < 3]
+        outward = [m for m in outward if max(map(abs, m)) < integrals.points]
         layer = _neighbours(outward, quiet)
     return np.concatenate(waves), 2.0 * np.concatenate(values).astype(np.complex128)
 
@@ -199,12 +200,13 @@ def _neighbours(
 class _Integrals:
     """The determinants of `product_clock`, for many m at once, compiled.
 
-    Powers of e^{iφ_j} at the points of integration are kept in tables, which grow as m does.
+    Beyond |m_k| = `points` they are those of smaller m. Powers of e^{iφ_j} at the points of integration are kept in tables, which grow as m does.
     """
 
     def __init__(self, torus: Torus) -> None:
         self._torus, self._left = torus, MOST_WORK
         self._columns = [_column(torus, k) for k in range(len(torus.middle))]
+        self.points = min((phases.shape[1] for phases, _ in self._columns), default=0)
         self._bound = 0
         self._params = np.zeros(0)
 
