@@ -26,7 +26,7 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
         sines += 0.5 * momentum[g] * position[g] * others
     # m − λ from the α nearest to m, of which both are known to rounding.
     radius = torus.radius
-    middle = torus.axis_gaps + np.where(np.signbit(torus.axis_gaps), -1.0, 1.0) * radius[:, None]
+    middle = distances(torus.axis_gaps, radius[:, None], 0.5)
     nearest = np.argmin(np.abs(middle), axis=1)[:, None]
     cosines = np.take_along_axis(middle - gaps, nearest, axis=1)[:, 0]
     sine = np.clip(0.5 * (1.0 - cosines / radius), 0.0, 1.0)[:, None]  # sin²(θ/2)

@@ -24,7 +24,7 @@ import geomint as gi
 from ..ball.sphere import ChaplyginSphere
 from ..manifold import Array
 from .classical import BallFlow, ExactBall
-from .torus import SeparatedEnergy
+from .separated_energy import SeparatedEnergy
 
 __all__ = ["ExactBody"]
 
@@ -61,9 +61,8 @@ class ExactBody(BallFlow):
         self._ball = ExactBall(ball, self._of_ball(y))
         super().__init__(self._ball.a, self._ball.D, self._energy(), y, True)
 
-    @property
     def _magnified(self) -> float:
-        return self._ball._magnified * max(1.0, self._sensitivity / self._ball.condition)
+        return self._ball._magnified() * max(1.0, self._sensitivity / self._ball.condition)
 
     def rate(self, states: Array) -> Array:
         """Return dt/ds of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""

@@ -16,7 +16,7 @@ from ..correspondence.chaplygin_change import chaplygin_change
 from ..manifold import Array, length
 from .clock import Clock, sampled_clock
 from .flow import ExactFlow, power_of_two
-from .torus import SeparatedEnergy
+from .separated_energy import SeparatedEnergy
 
 __all__ = ["BallFlow", "ExactBall"]
 
@@ -68,7 +68,6 @@ class ExactBall(BallFlow):
         a = np.array(change.target.parameters["a"])
         super().__init__(a, D, SeparatedEnergy(D, -1.0), y, True)
 
-    @property
     def _magnified(self) -> float:
         """1 over the sine of the angle of k⃗ and γ⃗: the change of variables is made of their plane."""
         return self._slant
@@ -110,5 +109,8 @@ class ExactBall(BallFlow):
 
 def _matrix(forward: Any, size: float) -> Array:
     """Return the 2×2 matrix of the linear map (k⃗, γ⃗) ↦ (k⃗₁, γ⃗₁), momenta in units of `size`."""
-    rows = [forward(np.concatenate([x * np.eye(3)[0], z * np.eye(3)[0]])) for x, z in ((size, 0.0), (0.0, 1.0))]
+    rows = [
+        forward(np.concatenate([x * np.eye(3)[0], z * np.eye(3)[0]]))
+        for x, z in ((size, 0.0), (0.0, 1.0))
+    ]
     return np.array([[row[0] / size, row[3]] for row in rows]).T

@@ -29,7 +29,9 @@ class DoubleDouble:
     def of(cls, values: Any) -> DoubleDouble:
         """Return numbers of any precision, rounded."""
         high = np.array([float(x) for x in values])
-        return cls(high, np.array([float(x - y) for x, y in zip(values, high.tolist(), strict=True)]))
+        return cls(
+            high, np.array([float(x - y) for x, y in zip(values, high.tolist(), strict=True)])
+        )
 
     @classmethod
     def one(cls, value: Any) -> DoubleDouble:

@@ -10,7 +10,6 @@ relative error ε of it turns into a phase error of about condition · ω τ ε.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -22,19 +21,21 @@ from ..manifold import Array, length
 from ..states import multiplier
 from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
-from .clock import Clock, packed_clock, product_clock, sampled_clock
+from .clock import Clock, packed_clock, sampled_clock
 from .clock_functions import at_time, clock_work, tau_at
+from .clock_series import product_clock
+from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
 from .packing import evaluated, packed_torus, with_clock
 from .quadrature import LEFT, Quadrature, as_numbers, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
+from .separated_energy import SeparatedEnergy
 from .symmetry import reduced_axes
-from .torus import SeparatedEnergy, torus_of
+from .torus import torus_of
 
 __all__ = ["ExactFlow", "power_of_two"]
 
 MISSED = 1e-12  # of the state, by its torus
-SAFETY = 8.0  # of the estimated error, over what roundings do on the average
 
 
 class ExactFlow:
@@ -88,8 +89,12 @@ class ExactFlow:
         self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
         self._params = packed_torus(*parts, self.start, scale, physical)
-        self._offset = max(1.0, *(1.0 / self.torus.strips)) if len(self.torus.strips) else 1.0
-        self._spread = float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde)))
+        self._estimate = Estimate(
+            max([1.0, *(1.0 / self.torus.strips).tolist()]),
+            float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde))),
+            float(np.max(np.abs(self.frequencies))),
+            self._magnified(),
+        )
         self._refuse_missed(y)
 
     def _refuse_missed(self, y: Array) -> None:
@@ -98,7 +103,7 @@ class ExactFlow:
         found = evaluated(at_tau, self._params, np.zeros(1), rows, self._work)
         pairs = zip(np.split(self.outward(found[:-1]), 2), np.split(y, 2), strict=True)
         off = max(length(x - z) / length(z) for x, z in pairs)
-        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self._spread)):
+        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self.condition)):
             expected = (
                 f"a motion that double precision resolves: its torus misses the state by {off:.3g}, "
                 f"condition number {self.condition:.3g}"
@@ -113,43 +118,31 @@ class ExactFlow:
     @property
     def condition(self) -> float:
         """About what relative errors of the state are magnified by in frequencies."""
-        fastest = float(np.max(np.abs(self.frequencies)))
-        growth = self._spread / fastest if fastest > 0.0 else 1.0
-        return self._magnified * max(self._offset, growth)
+        return self._estimate.condition
 
     def phase_error(self, tau: Any) -> Array:
         """Return an estimate of the error of the angles at times τ, in radians.
 
-        What the rounding of the state at time 0 makes of them, and what the computation adds: 2⁻⁵² times
-        8 (1 + ln 1/η)(1/η + g|τ|), g the length of the gradient of the most sensitive frequency by γ
-        and p̃/|p̃|, η the half width of the narrowest strip of `Torus`, 1 at most. Errors of states
-        relative to their size are no larger (`docs/exact-flow.md` has the distribution of both).
+        What the rounding of the state at time 0 makes of them, and what the computation adds: see
+        `Estimate`. Errors of states, relative to their size, are no larger.
         """
-        times = np.abs(np.asarray(tau, dtype=np.float64))
-        return np.asarray(self._rounding * (self._offset + self._spread * times))
+        return self._estimate.phase(tau)
 
     def time_error(self, tau: Any) -> Array:
         """Return an estimate of the error of physical time at times τ, as an angle in radians.
 
         What is missing from the Fourier series of dt/dτ, as if it were of one sign.
         """
-        fastest = float(np.max(np.abs(self.frequencies)))
-        return np.asarray(self.clock.edge * fastest * np.abs(np.asarray(tau, dtype=np.float64)))
+        times = np.abs(np.asarray(tau, dtype=np.float64))
+        return np.asarray(self.clock.edge * self._estimate.fastest * times)
 
-    @functools.cached_property
+    @property
     def longest(self) -> float:
         """The largest |τ| for which the phase means something: `phase_error` is below a radian."""
-        if not self._spread > 0.0:
-            return np.inf
-        return max(0.0, float(1.0 / self._rounding - self._offset)) / self._spread
+        return self._estimate.longest
 
-    @property
-    def _rounding(self) -> float:
-        return SAFETY * (1.0 + math.log(self._offset)) * self._magnified * 2.0**-52
-
-    @property
     def _magnified(self) -> float:
-        """How many times larger roundings of the state are in (γ, p̃)."""
+        """Return how many times larger roundings of the state are in (γ, p̃)."""
         return 1.0
 
     def rate(self, states: Array) -> Array:
@@ -196,11 +189,13 @@ class ExactFlow:
         geomint.ConvergenceError
             If an iteration fails: never seen where the torus could be made.
         """
-        return self._states(at_tau, self._params, self._work, finite_times("tau", tau, self.longest)[..., None])
+        return self._states(
+            at_tau, self._params, self._work, finite_times("tau", tau, self.longest)[..., None]
+        )
 
     def __call__(self, t: Any) -> Array:
         """Return states at physical times t, of any sign; errors as `at_tau`."""
-        return self._states(at_time, self._timed, self._clock_work, finite_times("t", t, self.longest * abs(self.clock.mean))[..., None])
+        return self._states(at_time, self._timed, self._clock_work, self._physical_times(t))
 
     def at_angles(self, phi: Any) -> Array:
         """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
@@ -218,7 +213,7 @@ class ExactFlow:
 
     def tau(self, t: Any) -> Array:
         """Return τ at physical times t; errors as `at_tau`."""
-        points = finite_times("t", t, self.longest * abs(self.clock.mean))[..., None]
+        points = self._physical_times(t)
         values = evaluated(tau_at, self._timed, points, 2, self._clock_work)
         refuse_left_over(values[..., 1], points)
         return values[..., 0]
@@ -247,6 +242,9 @@ class ExactFlow:
         clock = sampled_clock(self.torus, rate, 2, signed=True)
         params = with_clock(self._params, packed_clock(clock, self.torus, self.start))
         return Quadrature(clock, params, self._clock_rows(clock), self.longest)
+
+    def _physical_times(self, t: Any) -> Array:
+        return finite_times("t", t, self.longest * abs(self.clock.mean))[..., None]
 
     @functools.cached_property
     def _timed(self) -> Array:

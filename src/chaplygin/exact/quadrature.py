@@ -59,7 +59,7 @@ def finite_times(name: str, values: Any, longest: float) -> Array:
         raise gi.DomainError(name, values, "finite times")
     if np.any(np.abs(times) > longest):
         expected = (
-            f"|{name}| up to {longest:.3g}; later the estimated error of the phase is more than a radian"
+            f"|{name}| up to {longest:.3g}; later the phase is uncertain by more than a radian"
         )
         raise gi.DomainError(name, values, expected)
     return times

@@ -1,7 +1,8 @@
 """How rounding errors of a state grow with time: derivatives of the frequencies.
 
-Let C be the constants of a motion: R on the middles of the ovals, and the ℓ_g. The means over one turn of θ_k,
-of the differentials of `torus`, are ∂J_k/∂C_i, J the actions. With the second derivatives of μ_k,
+Let C be the constants of a motion: R on the middles of the ovals, and the ℓ_g. The means over one turn
+of θ_k, of the differentials of `torus`, are ∂J_k/∂C_i, J the actions. With the second derivatives of
+μ_k,
 
     S_k,ij = mean of ∂²μ_k/∂C_i∂C_j dλ_k/dθ_k,
 
@@ -17,8 +18,9 @@ import numpy as np
 
 from ..manifold import Array
 from .branch_points import Separation
+from .separated_energy import SeparatedEnergy
 from .symmetry import ReducedAxes
-from .torus import SeparatedEnergy, Torus, distances
+from .torus import Torus, distances
 
 __all__ = ["frequency_gradients"]
 
@@ -50,9 +52,7 @@ def frequency_gradients(
     return np.asarray(unit * np.linalg.norm(np.concatenate([separated, pairs]), axis=1))
 
 
-def _second_derivatives(
-    axes: ReducedAxes, separation: Separation, torus: Torus, k: int
-) -> Array:
+def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus, k: int) -> Array:
     """Return S_k: −h_i h_j λP/(8 d² sin²θ Q^(3/2)), and −½ αP/((λ − α)²√Q) for a pair's ∂²/∂ℓ².
 
     h_i is Lagrange's polynomial, or 2αℓP/(λ − α)².
@@ -69,17 +69,22 @@ def _second_derivatives(
     root_q = np.sqrt(torus.lead) * np.prod(roots, axis=0)
     rows = []
     for j in range(size):
-        row = np.ones(count, dtype=np.complex128)
+        row = np.asarray(1.0 + 0.0 * sine)
         for s in range(size):
             if s != j:
                 row = row * _from_middle(torus, k, s, sine) / _between_middles(torus, j, s)
         rows.append(row)
     h = np.array(
-        [*rows, *(2.0 * float(separation.alpha[g]) * float(separation.ell[g]) * product / axis[g] ** 2
-        for g in np.flatnonzero(axes.paired))]
+        [
+            *rows,
+            *(
+                2.0 * float(separation.alpha[g]) * float(separation.ell[g]) * product / axis[g] ** 2
+                for g in np.flatnonzero(axes.paired)
+            ),
+        ]
     )
     ends = 4.0 * radius * radius * sine * (1.0 - sine)
-    weight = -lam * product / (8.0 * ends * root_q**3 * count)
+    weight = -1.0 * lam * product / (8.0 * ends * root_q**3 * count)
     result = ((h * weight) @ h.T).real
     for row, g in enumerate(np.flatnonzero(axes.paired), start=size):
         own = float(separation.alpha[g]) * product / (axis[g] ** 2 * root_q)
@@ -105,8 +110,8 @@ def _from_middle(torus: Torus, k: int, s: int, sine: Array) -> Array:
 def _constants(axes: ReducedAxes, torus: Torus, gamma: Array, p_tilde: Array) -> Array:
     """Return the gradients of R on the middles, then of the ℓ, by γ and p̃/|p̃|, shape (…, 2n).
 
-    R = −(p̃, p̃) Σ A_g P_g + λ Σ_{g<h} (A_gC_h + A_hC_g − 2B_gB_h) P_gh + Σ ℓ_g² P_g, P_g = P/(λ − α_g), and A, B,
-    C the products (γ_g, γ_g), (γ_g, p̃_g), (p̃_g, p̃_g).
+    R = −(p̃, p̃) Σ A_g P_g + λ Σ_{g<h} (A_gC_h + A_hC_g − 2B_gB_h) P_gh + Σ ℓ_g² P_g,
+    P_g = P/(λ − α_g), and A, B, C the products (γ_g, γ_g), (γ_g, p̃_g), (p̃_g, p̃_g).
     """
     members = axes.members.astype(np.float64)
     momentum = float(np.linalg.norm(p_tilde))
@@ -116,7 +121,10 @@ def _constants(axes: ReducedAxes, torus: Torus, gamma: Array, p_tilde: Array) ->
     rows = []
     for k in range(len(torus.middle)):
         lam = float(torus.middle[k])
-        away = torus.axis_gaps[k] + np.where(np.signbit(torus.axis_gaps[k]), -1.0, 1.0) * torus.radius[k]
+        away = (
+            torus.axis_gaps[k]
+            + np.where(np.signbit(torus.axis_gaps[k]), -1.0, 1.0) * torus.radius[k]
+        )
         single = np.array([np.prod(np.delete(away, g)) for g in range(count)])
         double = np.array(
             [

@@ -32,57 +32,19 @@ how many it takes is known beforehand.
 
 from __future__ import annotations
 
-import functools
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-import geomint as gi
-
 from ..manifold import Array
-from .branch_points import DIGITS, Oval, Separation, mp
-from .double_double import DoubleDouble
+from .branch_points import Oval, Separation, mp
+from .periods import gap_of, means_of, points_of, strip_of
+from .separated_energy import SeparatedEnergy
 
-__all__ = ["SeparatedEnergy", "Torus", "distances", "torus_of"]
+__all__ = ["Torus", "distances", "torus_of"]
 
-FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
-DECAY = 79.0  # e^−DECAY: to what the periods are computed
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
-
-
-@dataclass(frozen=True)
-class SeparatedEnergy:
-    """A Hamiltonian that is separated in spheroconical coordinates: H = ½ (x F(0) + y (p̃, Ap̃)).
-
-    (p̃, Ap̃) is the limit of λ²F. Sphere: x = D, y = −1; Veselova: x = 0, y = D².
-
-    Parameters
-    ----------
-    at_zero, at_infinity : float or mpf
-        x and y.
-    """
-
-    at_zero: Any
-    at_infinity: Any
-
-    def in_units(self, unit: float, unit_p: float) -> SeparatedEnergy:
-        """Return the energy whose flow is the same in time where a and p̃ are measured in units."""
-        a, p = mp.mpf(unit), mp.mpf(unit_p)
-        return SeparatedEnergy(mp.mpf(self.at_zero) * p / a, mp.mpf(self.at_infinity) * p * a)
-
-    def slopes(self, alpha: Any) -> list[Any]:
-        """Return ∂H/∂c_j, j = 0 … q−2."""
-        weights = [mp.mpf(0)] * (len(alpha) - 1)
-        if weights:
-            weights[0] += mp.mpf(self.at_zero) / (2 * mp.fprod(-x for x in alpha))
-            weights[-1] += mp.mpf(self.at_infinity) / 2
-        return weights
-
-    def turning(self, alpha: Any, ell: Any) -> Any:
-        """Return ∂H/∂ℓ of a pair."""
-        return ell * (mp.mpf(self.at_zero) / alpha + mp.mpf(self.at_infinity) * alpha)
 
 
 @dataclass(frozen=True)
@@ -148,9 +110,9 @@ def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     ovals, size = separation.ovals, len(separation.ovals)
     nodes = [(o.lower + o.upper) / 2 for o in ovals]
     pairs = [g for g, ell in enumerate(separation.ell) if ell]
-    strips = [_strip(oval, separation) for oval in ovals]
-    counts = [_points(strip, separation) for strip in strips]
-    sampled = [_means(separation, k, nodes, pairs, count) for k, count in enumerate(counts)]
+    strips = [strip_of(oval, separation) for oval in ovals]
+    counts = [points_of(strip, separation) for strip in strips]
+    sampled = [means_of(separation, k, nodes, pairs, count) for k, count in enumerate(counts)]
     means = [mean for mean, _ in sampled]
     inverse = _inverse(means, size)
     turns = _turns(separation, energy, nodes, pairs, means, inverse)
@@ -159,7 +121,7 @@ def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     return Torus(
         np.array([float(x) for x in nodes]),
         np.array([float((o.upper - o.lower) / 2) for o in ovals]),
-        np.array([[float(_gap(o, b)) for b in o.others] for o in ovals]),
+        np.array([[float(gap_of(o, b)) for b in o.others] for o in ovals]),
         np.array([[_signed_gap(o, x) for x in separation.alpha] for o in ovals]),
         np.array([[0.0 if s is o else float(_oval_gap(o, s)) for s in ovals] for o in ovals]),
         float(separation.lead),
@@ -171,47 +133,13 @@ def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     )
 
 
-def _gap(oval: Oval, b: Any) -> Any:
-    """Return the gap from b below, or minus that from b above."""
-    return oval.lower - b if b <= oval.lower else oval.upper - b
-
-
 def _signed_gap(oval: Oval, x: Any) -> float:
-    return -0.0 if x == oval.upper else float(_gap(oval, x))
+    return -0.0 if x == oval.upper else float(gap_of(oval, x))
 
 
 def _oval_gap(oval: Oval, other: Oval) -> Any:
     below = other.upper <= oval.lower
     return oval.lower - other.upper if below else oval.upper - other.lower
-
-
-def _strip(oval: Oval, separation: Separation) -> float:
-    """Return η: cosh η = 1 + gap/d for the nearest singular point."""
-    pairs = [x for x, ell in zip(separation.alpha, separation.ell, strict=True) if ell]
-    gap = min(abs(_gap(oval, b)) for b in (*oval.others, *pairs))
-    return 2.0 * math.asinh(math.sqrt(float(gap / (oval.upper - oval.lower))))
-
-
-def _points(strip: float, separation: Separation) -> int:
-    """Return how many points the trapezoidal rule takes: 2^k or 3·2^k."""
-    needed = max(FEWEST_POINTS, DECAY / max(strip, 1e-300))
-    if needed > MOST_POINTS:
-        ratio = 1.0 / math.sinh(0.5 * max(strip, 1e-150)) ** 2
-        expected = (
-            "a motion that is not next to a separatrix: a branch point is beside an oval that is "
-            f"{ratio:.3g} times as wide as their distance, condition {ratio:.3g}"
-        )
-        raise gi.DomainError("state", [float(x) for x in separation.polynomial], expected)
-    power: int = 2 ** math.ceil(math.log2(needed))
-    return 3 * power // 4 if needed <= 3 * power // 4 else power
-
-
-@functools.lru_cache(maxsize=32)
-def _sine_squares(count: int) -> DoubleDouble:
-    """Return sin²(θ/2) at θ = 2πi/count, i = 0 … count/2."""
-    with mp.workdps(DIGITS):
-        quarter = [mp.sin(mp.pi * i / count) ** 2 for i in range(count // 4 + 1)]
-        return DoubleDouble.of(quarter + [1 - x for x in quarter[-2::-1]])
 
 
 def _inverse(means: list[list[Any]], size: int) -> Any:
@@ -256,51 +184,6 @@ def _mixed(nodes: list[Any], weights: list[Any]) -> list[Any]:
                 ]
         rates.append(mp.fsum(c * w for c, w in zip(coefficients, weights, strict=True)))
     return rates
-
-
-def _means(
-    separation: Separation, k: int, nodes: list[Any], pairs: list[int], count: int
-) -> tuple[list[Any], Array]:
-    """Return the means over θ_k of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
-    oval = separation.ovals[k]
-    sine = _sine_squares(count)
-    cosine = DoubleDouble(sine.high[::-1], sine.low[::-1])
-    width = DoubleDouble.one(oval.upper - oval.lower)
-
-    def away(b: Any) -> DoubleDouble:  # |λ − b|
-        below = b <= oval.lower
-        gap = oval.lower - b if below else b - oval.upper
-        return DoubleDouble.one(gap) + width * (sine if below else cosine)
-
-    def product(points: list[Any], scale: Any) -> DoubleDouble:  # of |λ − b|, times scale
-        value = DoubleDouble.one(scale)
-        for b in points:
-            value = value * away(b)
-        return value
-
-    density = product(list(oval.others), 16 * separation.lead).root().inverse()  # 1/(4√Q)
-    rows = []
-    for j, node in enumerate(nodes):  # −ℓ_j/(4√Q)
-        others = [(s, x) for s, x in enumerate(nodes) if s not in (j, k)]
-        scale = -1 / mp.fprod(node - x for s, x in enumerate(nodes) if s != j)
-        scale *= (-1) ** sum(s > k for s, _ in others)
-        value = density * product([x for _, x in others], scale)
-        rows.append(value if j == k else value * width * (sine + DoubleDouble.one(mp.mpf(-0.5))))
-    alpha = separation.alpha
-    for g in pairs:  # −½ ℓ_g α_g P/((λ − α_g)² √Q)
-        scale = -2 * separation.ell[g] * alpha[g] * (-1) ** sum(x >= oval.upper for x in alpha)
-        others = [x for h, x in enumerate(alpha) if h != g]
-        rows.append(density * product(others, scale) * away(alpha[g]).inverse())
-    half = np.array([row.high for row in rows])
-    return [_mean(row, count) for row in rows], np.concatenate([half, half[:, -2:0:-1]], axis=1)
-
-
-def _mean(row: DoubleDouble, count: int) -> Any:
-    """Return the mean of an even function of θ from its values over half of the circle."""
-    ends = DoubleDouble(row.high[[0, -1]], row.low[[0, -1]]).total()
-    inside = DoubleDouble(row.high[1:-1], row.low[1:-1]).total()
-    parts = (2 * inside.high, 2 * inside.low, ends.high, ends.low)
-    return mp.fsum(mp.mpf(float(x)) for x in parts) / count
 
 
 def _shift(values: Array, inverse: Any, means: list[list[Any]], k: int) -> Array:
