@@ -86,9 +86,9 @@ def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus,
     ends = 4.0 * radius * radius * sine * (1.0 - sine)
     weight = -1.0 * lam * product / (8.0 * ends * root_q**3 * count)
     result = ((h * weight) @ h.T).real
-    for row, g in enumerate(np.flatnonzero(axes.paired), start=size):
+    for i, g in enumerate(np.flatnonzero(axes.paired), start=size):
         own = float(separation.alpha[g]) * product / (axis[g] ** 2 * root_q)
-        result[row, row] -= 0.5 * float(np.mean(own.real))
+        result[i, i] -= 0.5 * float(np.mean(own.real))
     return np.asarray(result)
 
 
