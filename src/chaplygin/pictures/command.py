@@ -116,7 +116,8 @@ def _tell(name: str, motion: Any) -> None:
         click.echo(f"physical time is not available: {error}")
     row("condition number", [motion.condition], ".3g")
     fastest = max(abs(float(x)) for x in motion.frequencies)
-    row("error of phases, over their size", [motion.condition * 2.0**-52], ".3g")
+    row("error of phases, over their size", [motion.phase_error(1e3 / fastest) / 1e3], ".3g")
+    row("phases mean something up to |τ|", [motion.longest], ".3g")
     row("a turn of the fastest angle takes τ", [6.283185307179586 / fastest], ".6g")
 
 
