@@ -15,8 +15,9 @@ from ..ball.sphere import ChaplyginSphere
 from ..correspondence.chaplygin_change import chaplygin_change
 from ..manifold import Array, length
 from .clock import Clock, sampled_clock
-from .flow import ExactFlow, power_of_two
+from .flow import ExactFlow
 from .separated_energy import SeparatedEnergy
+from .symmetry import power_of_two
 
 __all__ = ["BallFlow", "ExactBall"]
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,12 +49,13 @@ class Estimate:
         times = np.abs(np.asarray(tau, dtype=np.float64))
         return np.asarray(self._rounding * (self.offset + self.growth * times))
 
-    @property
+    @functools.cached_property
     def longest(self) -> float:
-        """The largest |τ| at which `phase` is no more than a radian."""
+        """The largest |τ| at which `phase` is no more than a radian; finite."""
         if not self.growth > 0.0:
-            return math.inf
-        return max(0.0, 1.0 / self._rounding - self.offset) / self.growth
+            return sys.float_info.max
+        left = max(0.0, 1.0 / self._rounding - self.offset)
+        return min(left / self.growth, sys.float_info.max)
 
     @property
     def _rounding(self) -> float:

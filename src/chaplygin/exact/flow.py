@@ -30,10 +30,10 @@ from .packing import evaluated, packed_torus, with_clock
 from .quadrature import LEFT, Quadrature, as_numbers, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
 from .separated_energy import SeparatedEnergy
-from .symmetry import reduced_axes
+from .symmetry import power_of_two, reduced_axes
 from .torus import torus_of
 
-__all__ = ["ExactFlow", "power_of_two"]
+__all__ = ["ExactFlow"]
 
 MISSED = 1e-12  # of the state, by its torus
 
@@ -244,7 +244,8 @@ class ExactFlow:
         return Quadrature(clock, params, self._clock_rows(clock), self.longest)
 
     def _physical_times(self, t: Any) -> Array:
-        return finite_times("t", t, self.longest * abs(self.clock.mean))[..., None]
+        longest = min(self.longest * abs(self.clock.mean), np.finfo(np.float64).max)
+        return finite_times("t", t, longest)[..., None]
 
     @functools.cached_property
     def _timed(self) -> Array:
@@ -282,8 +283,3 @@ class ExactFlow:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
         theta = theta_of(self.axes, self.torus, position, momentum)
         return linear_angles(self._params, theta, psi)
-
-
-def power_of_two(x: Any) -> float:
-    """Return a power of two near x > 0: in such units nothing overflows, and nothing is rounded."""
-    return float(np.ldexp(1.0, int(np.frexp(x)[1]))) if x > 0.0 else 1.0
