@@ -36,7 +36,10 @@ class ExactMotion(Protocol):
         """Return τ at physical times."""
 
     def phase_error(self, tau: Any) -> Array:
-        """Return an estimate of the error of the angles at times τ."""
+        """Return an estimate of the error of the angles at times τ, in radians."""
+
+    def time_error(self, tau: Any) -> Array:
+        """Return an estimate of the error of physical time at times τ, as an angle in radians."""
 
 
 def exact_reference(
@@ -79,7 +82,7 @@ def exact_reference(
         own_end=own,
         physical_end=physical,
         y=np.asarray(y),
-        error=float(motion.phase_error(tau)),
+        error=float(motion.phase_error(tau) + motion.time_error(tau)),
         steps=(),
         method="exact flow",
         confirmation=confirm(problem, y0, own, first),

@@ -28,7 +28,9 @@ _fitting: set[tuple[str, int, int, int, int]] = set()
 BATCH = 4096  # points of one call, between which Ctrl-C is seen
 
 
-def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int = 0) -> Array:
+def pointwise(
+    function: Recorded, params: Any, points: Any, rows: int, work: int = 0, *, check: bool = True
+) -> Array:
     """Return the values of a function at points.
 
     Parameters
@@ -42,6 +44,9 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
         Length of a value.
     work : int
         Rows of scratch that the function needs.
+    check : bool
+        Whether the function is run in plain Python first, once for each set of sizes. Only for
+        functions that are known to fit, where that takes long.
 
     Returns
     -------
@@ -63,7 +68,7 @@ def pointwise(function: Recorded, params: Any, points: Any, rows: int, work: int
     rows, work = whole("rows", rows, 0), whole("work", work, 0)
     flat, out = x.reshape(-1), np.empty(count * rows)
     block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
-    if count:
+    if count and check:
         _check(function, block.data, flat[:width], rows, work)
     sweep = compiled(pointwise_sweep(function), _signature())
     for first in range(0, count, BATCH):

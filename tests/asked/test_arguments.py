@@ -204,7 +204,7 @@ BELOW = {
     "drift_report": {"scene", "out", "progress", "methods"},
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "tell"},
-    "pointwise": {"function", "params", "points", "rows", "work"},
+    "pointwise": {"function", "params", "points", "rows", "work", "check"},
     "load": {"path"},
     **{name: {"function"} for name in ("field", "helper", "observable")},
 }
@@ -368,7 +368,14 @@ def test_pointwise(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not np.array_equal(base, gi.pointwise(turning, [1.0], points[::-1], 2))
     with pytest.raises(gi.DeclarationError, match="never writes row 2 of out, which has 3"):
         gi.pointwise(turning, [1.0], points, 3)
+    checked: list[int] = []
+    monkeypatch.setattr(
+        sys.modules["geomint.pointwise"], "_check", lambda *given: checked.append(given[-1])
+    )
+    gi.pointwise(turning, [1.0], points, 2, work=9, check=False)
+    assert checked == []
     gi.pointwise(turning, [1.0], points, 2, work=7)
+    assert checked == [7]
     assert scratch[-1] == 7
     assert scratch[0] == 0
 

@@ -278,6 +278,7 @@ METHODS: list[tuple[Any, str, dict[str, Any], dict[str, Any]]] = [
             ("tau", "t", 0.1, 0.2),
             ("time", "tau", 0.1, 0.2),
             ("phase_error", "tau", 1.0, 1e6),
+            ("time_error", "tau", 1.0, 1e6),
         )
     ],
     *[

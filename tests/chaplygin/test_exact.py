@@ -204,26 +204,23 @@ def test_refusals():
     small = ch.ChaplyginSphere(a=[1e-6, 1.0, 1.9], D=4.0).hamiltonized()
     with pytest.raises(gi.DomainError, match=r"condition 1e\+06"):  # 0 is near to an oval
         small.exact(small.random_state(1))
-    almost = ch.ChaplyginSphere(a=[0.8, 0.8 + 1e-14, 1.5], D=4.0).hamiltonized()
-    with pytest.raises(gi.DomainError, match="condition number"):
-        almost.exact(almost.random_state(1))
 
 
 def test_angles_are_found_wherever_they_are():
     """Next to a separatrix the map from θ to φ is far from linear: Newton's method alone cycles."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.15, 1.5], D=4.0).hamiltonized()
     times = np.linspace(-50.0, 1000.0, 2000)
-    rng, conditions = np.random.default_rng(3), []
+    rng, strips = np.random.default_rng(3), []
     for size in (0.1, 0.03, 0.03, 0.02, 0.02):
         gamma = np.eye(3)[0] + size * rng.normal(size=3)
         y = flow_of(problem, gamma, np.eye(3)[2] + size * rng.normal(size=3))
         exact = problem.exact(y)
-        conditions.append(exact.condition)
+        strips.append(np.min(exact.torus.strips))
         z = exact.at_tau(times)
         for i in (0, 700, 1999):
             found, expected = exact.angles(z[i]), exact.start + exact.frequencies * times[i]
             np.testing.assert_allclose(turned(found - expected), 0, atol=1e-12 * exact.condition)
-    assert max(conditions) > 5e3
+    assert min(strips) < 0.03
 
 
 @pytest.mark.parametrize("unit", [1e-150, 1e-60, 1e60, 1e100])
@@ -257,17 +254,6 @@ def test_components_that_are_all_but_zero(size):
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
     y = flow_of(problem, [size, 0.5, 0.7], [0.9, -0.8, 1.1])
     assert_exact(problem, y)
-
-
-@pytest.mark.parametrize("apart", [1e-3, 1e-6, 1e-9])
-def test_nearly_equal_parameters(apart):
-    """Right up to the condition, which says how near they are."""
-    problem = ch.ChaplyginSphere(a=[0.8, 0.8 + apart, 1.5], D=4.0).hamiltonized()
-    y = problem.random_state(1)
-    exact = problem.exact(y)
-    assert 0.1 < exact.condition * apart < 10.0
-    run = gi.solve(problem, y, tau_end=3.0, step=0.01, method="gauss-8", progress=False)
-    np.testing.assert_allclose(exact.at_tau(3.0), run.y[-1], atol=1e-15 * exact.condition)
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6, 1e-8])

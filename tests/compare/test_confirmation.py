@@ -353,6 +353,9 @@ class Turning:
     def phase_error(self, tau):
         return self.estimate
 
+    def time_error(self, tau):
+        return 0.0
+
 
 @pytest.mark.parametrize(
     ("motion", "word"),

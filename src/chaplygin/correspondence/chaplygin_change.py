@@ -69,7 +69,9 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
     scaled = np.concatenate([state[:3] / size, state[3:]])
     D1, matrix = _plane(sphere.D, gi.value(problem, "energy", scaled), scaled)
     matrix = matrix * np.array([[1.0, size], [1.0 / size, 1.0]])
-    inverse = np.linalg.inv(matrix)
+    # |k⃗₁×γ⃗₁| = |k⃗|: the determinant, without the cancellation.
+    slant = np.linalg.norm(scaled[:3]) / np.linalg.norm(np.cross(scaled[:3], scaled[3:]))
+    inverse = np.array([[matrix[1, 1], -matrix[0, 1]], [-matrix[1, 0], matrix[0, 0]]]) / slant
     if not D1 > SMALLEST * sphere.D:
         expected = f"a state whose k and gamma are less parallel: D of the other ball is {D1:.3g}"
         raise gi.DomainError("y", y, expected)
@@ -97,8 +99,8 @@ def _plane(D: float, h: float, y: Array) -> tuple[float, Array]:
     b = 2.0 * h * D - size
     root = np.sqrt(b * b + 8.0 * h * D * c * c)
     ratio = -2.0 * c / (root - b) if b < 0.0 else -(b + root) / (4.0 * h * D * c)
-    vertical = np.array([ratio, 1.0]) / np.sqrt(ratio * (ratio * size + 2.0 * c) + 1.0)
-    along = vertical[0] * size + vertical[1] * c  # (k⃗, γ⃗₁)
-    momentum = np.array([1.0, 0.0]) - along * vertical
-    momentum = momentum * np.sqrt(size / (size - along * along))
+    vertical = np.array([ratio, 1.0]) / np.linalg.norm(ratio * k + gamma)
+    # k⃗ − (k⃗, γ⃗₁)γ⃗₁ without the cancellation: γ⃗₁ turned in the plane of k⃗ and γ⃗.
+    across = np.array([vertical[0] * c + vertical[1], -(vertical[0] * size + vertical[1] * c)])
+    momentum = across * (np.sqrt(size) / np.linalg.norm(np.cross(k, gamma)))
     return D * (1.0 + ratio * c), np.array([momentum, vertical])

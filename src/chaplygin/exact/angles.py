@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-import geomint as gi
-
 from ..manifold import Array
 from ..spheroconical import Spheroconical
 from .branch_points import Separation
 from .functions import at_angles, shifts, state_rows, state_work
-from .packing import packed_torus
-from .symmetry import ReducedAxes
-from .torus import Torus
+from .packing import evaluated, packed_torus
+from .symmetry import TINY, ReducedAxes
+from .torus import Torus, distances
 
 __all__ = ["component_signs", "linear_angles", "theta_of"]
 
@@ -21,15 +19,20 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
     """Return θ_k in [−π, π] from components, both sine and cosine, shape (d,)."""
     if len(position) == 1:
         return np.zeros(0)
-    lam, gaps = Spheroconical(axes.alpha).coordinates(position)
-    sines = np.zeros(len(lam))
+    _, gaps = Spheroconical(axes.alpha).coordinates(position)
+    sines = np.zeros(len(gaps))
     for g in range(len(position)):  # P(λ_k) μ_k = ½ Σ_g p̃_gγ_g Π_{h≠g} (λ_k − α_h)
         others = np.prod(np.delete(gaps, g, axis=1), axis=1)
         sines += 0.5 * momentum[g] * position[g] * others
-    root_q = np.sqrt(torus.lead * np.prod(np.abs(lam[:, None] - torus.others), axis=1))
-    return np.asarray(
-        np.arctan2(2.0 * lam / root_q * sines, torus.middle - lam)
-    )  # d sin θ, d cos θ
+    # m − λ from the α nearest to m, of which both are known to rounding.
+    radius = torus.radius
+    middle = distances(torus.axis_gaps, radius[:, None], 0.5)
+    nearest = np.argmin(np.abs(middle), axis=1)[:, None]
+    cosines = np.take_along_axis(middle - gaps, nearest, axis=1)[:, 0]
+    sine = np.clip(0.5 * (1.0 - cosines / radius), 0.0, 1.0)[:, None]  # sin²(θ/2)
+    away = distances(torus.branch_gaps, radius[:, None], sine)
+    root_q = np.sqrt(torus.lead * np.prod(np.abs(away), axis=1))
+    return np.asarray(np.arctan2(2.0 * away[:, 0] / root_q * sines, cosines))  # d sin θ, d cos θ
 
 
 def component_signs(
@@ -43,16 +46,15 @@ def component_signs(
     phi = linear_angles(params, theta, psi)
     n = len(gamma)
     work = state_work(len(theta), len(phi))
-    state = gi.pointwise(at_angles, params, phi, state_rows(n), work)
+    state = evaluated(at_angles, params, phi, state_rows(n), work)
     bare, rate, _, _ = axes.components(state[:n], state[n : 2 * n])
-    # A component that is 0 now has the sign with which it is about to leave.
-    leaving = np.sign(momentum * rate)
-    signs = np.where(np.abs(position) >= 1e-8, np.sign(position * bare), leaving)
+    # Where one of both is 0 the other tells; both are of the sizes of γ and p̃.
+    signs = np.sign(position * bare + momentum * rate / max(float(momentum @ momentum), TINY))
     return np.where(axes.paired | (signs == 0.0), 1.0, signs)
 
 
 def linear_angles(params: Array, theta: Array, psi: Array) -> Array:
     """Return (φ, Φ) at (θ, ψ), shape (d + pairs,)."""
     angles, ovals = len(theta) + len(psi), len(theta)
-    shift = gi.pointwise(shifts, params, theta, angles, ovals * ovals)
+    shift = evaluated(shifts, params, theta, angles, ovals * ovals)
     return np.asarray(np.concatenate([theta, psi]) + shift)

@@ -24,7 +24,7 @@ import geomint as gi
 from ..ball.sphere import ChaplyginSphere
 from ..manifold import Array
 from .classical import BallFlow, ExactBall
-from .torus import SeparatedEnergy
+from .separated_energy import SeparatedEnergy
 
 __all__ = ["ExactBody"]
 
@@ -61,10 +61,8 @@ class ExactBody(BallFlow):
         self._ball = ExactBall(ball, self._of_ball(y))
         super().__init__(self._ball.a, self._ball.D, self._energy(), y, True)
 
-    @property
-    def condition(self) -> float:
-        """About what relative errors of the state are magnified by in frequencies."""
-        return max(1.0, self._sensitivity / self.separation.condition) * self._ball.condition
+    def _magnified(self) -> float:
+        return self._ball._magnified() * max(1.0, self._sensitivity / self._ball.condition)
 
     def rate(self, states: Array) -> Array:
         """Return dt/ds of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
@@ -102,9 +100,10 @@ class ExactBody(BallFlow):
         first = ball.inward(ball.at_angles(phi))
         own = self.outward(first)
         gamma, p = first[:, :3], first[:, 3:]
-        velocity = np.cross(gamma, self.angular_velocity(own)) * self.rate(own)[:, None]
+        size = float(np.max(np.abs(p)))  # of which squares are numbers
+        velocity = np.cross(gamma, self.angular_velocity(own) / size) * self.rate(own)[:, None]
         u = np.sum(gamma * gamma / ball.a, axis=-1, keepdims=True)
-        p_tilde = p / (ball.D * np.sqrt(u))
+        p_tilde = p / size / (ball.D * np.sqrt(u))
         # ∂/∂p̃ of ½U(p̃, p̃) and ½(p̃, Ap̃), along the sphere.
         steep = ball.a * p_tilde
         steep = steep - np.sum(steep * gamma, axis=-1, keepdims=True) * gamma

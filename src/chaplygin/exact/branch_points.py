@@ -12,12 +12,15 @@ roots of T = F P Π' (λ − α_g), Π' over those with ℓ_g ≠ 0: all of them
 the first oval is between the first two that are not 0, the next one between the next two, and so on.
 
 The coefficients of T follow from the state without a division, and all of this is done with `DIGITS`
-digits: the phase of a motion is then known to a rounding error of double precision.
+digits, with more where points are near to one another: what is wanted of two nearly equal a_i, or of a
+narrow oval, is their *distance*. The phase of a motion is then known to a rounding error of double
+precision.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,12 +34,12 @@ from .symmetry import ReducedAxes
 
 __all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
 
-DIGITS = 40
+DIGITS, MOST_DIGITS = 40, 160
+SPARE = 32  # digits beyond twice those that a distance takes: roots of three and more may be near
 mp: Any = mpmath.mp.clone()  # type: ignore[no-untyped-call]
 mp.dps = DIGITS
-SPREAD = mp.mpf("1e-14")  # apart even where double precision gives two equal roots
+APART = mp.mpf("1e-14")  # starts of the iteration, where double precision gives two equal roots
 ITERATIONS = 200
-MERGED = 1e-10  # distances of branch points below this part of their size: no torus in double
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class Oval:
 
 @dataclass(frozen=True)
 class Separation:
-    """A motion's constants, its ovals, and how near to degenerate it is.
+    """A motion's constants and its ovals.
 
     Parameters
     ----------
@@ -74,17 +77,15 @@ class Separation:
         The coefficients of T, ascending; for different a_i they are r_0 … r_(n−2) of R.
     ovals : tuple of Oval
         One for each λ_k, in ascending order.
-    condition : float
-        The largest size of a branch point, or of an α_g with ℓ_g ≠ 0, over the distance to the next
-        one, and width of an oval over its distance to the next, 0 among them: about what relative
-        errors of the state are magnified by in frequencies.
+    digits : int
+        With which they are known, so that distances have `DIGITS` or nearly so.
     """
 
     alpha: tuple[Any, ...]
     ell: tuple[Any, ...]
     polynomial: tuple[Any, ...]
     ovals: tuple[Oval, ...]
-    condition: float
+    digits: int
 
     @property
     def lead(self) -> Any:
@@ -104,29 +105,63 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     Raises
     ------
     geomint.DomainError
-        For p̃ = 0, and where two branch points are so near to one another that the motion is all but
-        a separatrix or a steady one: with the condition number.
+        For p̃ = 0, and where two branch points are one to `MOST_DIGITS` digits: the motion is a
+        separatrix or a steady one.
     """
     if not np.any(p_tilde):
         raise gi.DomainError(
             "p_tilde", p_tilde, "a momentum that is not zero: the state is at rest"
         )
+    digits, closest = _digits_for(_closest(np.sort(axes.alpha).tolist())), 0.0
+    while digits <= MOST_DIGITS:
+        with mp.workdps(digits):
+            found = _separation(axes, gamma, p_tilde, digits)
+        if found is None:  # two roots cannot be told apart with so few
+            digits *= 2
+            continue
+        separation, closest = found
+        if _digits_for(closest) <= digits:
+            return separation
+        digits = _digits_for(closest)
+    expected = (
+        "a motion whose branch points are apart; two are nearer than "
+        f"{max(closest, 10.0 ** (SPARE - MOST_DIGITS)):.1g} of their size, condition number inf"
+    )
+    raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
+
+
+def _separation(
+    axes: ReducedAxes, gamma: Array, p_tilde: Array, digits: int
+) -> tuple[Separation, float] | None:
+    """Return the separation and the smallest distance of two points over their size, or None."""
     alpha = [mp.mpf(float(x)) for x in axes.alpha]
     products = _products(axes, gamma, p_tilde)
     polynomial = _polynomial(alpha, axes.paired, products)
+    roots = _roots(polynomial)
+    if roots is None:
+        return None
     ell = [
         mp.sqrt(g * p - b * b) if pair else mp.mpf(0)
         for (g, b, p), pair in zip(products, axes.paired, strict=True)
     ]
     single = [(x, g) for g, x in enumerate(alpha) if not axes.paired[g]]
-    free: list[tuple[Any, int | None]] = [(e, None) for e in _roots(polynomial)]
+    free: list[tuple[Any, int | None]] = [(e, None) for e in roots]
     points = sorted([*single, *free], key=lambda pair: pair[0])
     pairs = [x for x, pair in zip(alpha, axes.paired, strict=True) if pair]
     ovals = tuple(_oval(points, k) for k in range(0, len(points), 2))
     assert len(ovals) == len(alpha) - 1
-    condition = _condition([x for x, _ in points] + pairs, gamma, p_tilde)
-    condition = max(condition, *(_crowding(oval, pairs) for oval in ovals), 1.0)
-    return Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, condition)
+    closest = _closest(sorted([x for x, _ in points] + pairs))
+    return Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, digits), closest
+
+
+def _closest(points: list[Any]) -> float:
+    """Return the smallest distance of two points, in ascending order, over their size."""
+    return min((float((y - x) / abs(y)) for x, y in itertools.pairwise(points)), default=1.0)
+
+
+def _digits_for(closest: float) -> int:
+    """Return how many digits points with such a distance take."""
+    return max(DIGITS, SPARE + math.ceil(-2.0 * math.log10(max(closest, 1e-300))))
 
 
 def _products(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> list[tuple[Any, Any, Any]]:
@@ -179,16 +214,17 @@ def _product(roots: list[Any]) -> list[Any]:
     return result
 
 
-def _roots(polynomial: list[Any]) -> list[Any]:
+def _roots(polynomial: list[Any]) -> list[Any] | None:
     """Return the real roots of T, whose leading coefficient (p̃, Ap̃) is positive.
 
-    Weierstrass' iteration for all at once, from what double precision gives.
+    Weierstrass' iteration for all at once, from what double precision gives. None where two of them
+    cannot be told apart with the digits that there are.
     """
     if len(polynomial) == 1:
         return []
     monic = [c / polynomial[-1] for c in polynomial]
     start = np.roots(np.array([float(c) for c in monic[::-1]]))
-    found = [mp.mpc(complex(e)) * (1 + mp.mpf(i) * SPREAD) for i, e in enumerate(start)]
+    found = [mp.mpc(complex(e)) * (1 + mp.mpf(i) * APART) for i, e in enumerate(start)]
     for _ in range(ITERATIONS):
         change = mp.mpf(0)
         for i, e in enumerate(found):
@@ -200,36 +236,10 @@ def _roots(polynomial: list[Any]) -> list[Any]:
                     step /= e - other
             found[i] = e - step
             change = max(change, abs(step) / abs(e))
-        if change < mp.mpf(10) ** (4 - DIGITS):
+        if change < mp.mpf(10) ** (4 - mp.dps):
             break
     worst = max(abs(mp.im(e)) / abs(e) for e in found)
-    if worst > mp.mpf(10) ** (-DIGITS // 2):
-        expected = "a motion with real branch points: two of them merge, condition number "
-        raise gi.DomainError(
-            "state", [float(x) for x in polynomial], f"{expected}{float(1 / worst):.3g}"
-        )
-    return [mp.re(e) for e in found]
-
-
-def _condition(points: list[Any], gamma: Array, p_tilde: Array) -> float:
-    """Return the condition number of points that must be apart, or raise `DomainError`."""
-    values = sorted(points)
-    gaps = [float((y - x) / abs(y)) for x, y in itertools.pairwise(values)]
-    closest = min(gaps, default=1.0)
-    if closest < MERGED:
-        expected = (
-            f"a motion whose branch points are apart; two are nearer than {MERGED:g} of their size: "
-            f"condition number {1.0 / max(closest, 1e-300):.3g}"
-        )
-        raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
-    return max(1.0, 1.0 / closest)
-
-
-def _crowding(oval: Oval, pairs: list[Any]) -> float:
-    """Return the width of an oval over its distance to the next singular point."""
-    around = [b for b in (*oval.others, *pairs) if not oval.lower <= b <= oval.upper]
-    gap = min(max(oval.lower - b, b - oval.upper) for b in around)
-    return float((oval.upper - oval.lower) / gap)
+    return None if worst > mp.mpf(10) ** (-mp.dps // 2) else [mp.re(e) for e in found]
 
 
 def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:

@@ -16,7 +16,8 @@ from ..correspondence.chaplygin_change import chaplygin_change
 from ..manifold import Array, length
 from .clock import Clock, sampled_clock
 from .flow import ExactFlow
-from .torus import SeparatedEnergy
+from .separated_energy import SeparatedEnergy
+from .symmetry import power_of_two
 
 __all__ = ["BallFlow", "ExactBall"]
 
@@ -54,7 +55,11 @@ class ExactBall(BallFlow):
         change = chaplygin_change(sphere, y)
         k, gamma = y[:3] / length(y[:3]), y[3:] / length(y[3:])
         self._slant = 1.0 / length(np.cross(k, gamma))
-        self._backward = np.linalg.inv(_matrix(change.forward))
+        # In units of k⃗, whose size has nothing to do with that of γ⃗.
+        self._size = power_of_two(np.max(np.abs(y[:3])))
+        self._forward = _matrix(change.forward, self._size)
+        (p, q), (r, s) = self._forward
+        self._backward = np.array([[s, -q], [-r, p]]) / self._slant  # its determinant
         # ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗), and dt₁/dt = α + ζ D(ω⃗, γ⃗): see `chaplygin_change`.
         moments = sphere.inertia.diagonal
         assert moments is not None
@@ -64,18 +69,15 @@ class ExactBall(BallFlow):
         a = np.array(change.target.parameters["a"])
         super().__init__(a, D, SeparatedEnergy(D, -1.0), y, True)
 
-    @property
-    def condition(self) -> float:
-        """About what relative errors of the state are magnified by in frequencies.
-
-        That of the other ball, over the sine of the angle of k⃗ and γ⃗: the change of variables is
-        made of their plane.
-        """
-        return self._slant * self.separation.condition
+    def _magnified(self) -> float:
+        """1 over the sine of the angle of k⃗ and γ⃗: the change of variables is made of their plane."""
+        return self._slant
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
-        along = self._backward[0, 0] + self._backward[1, 0] * self._own * self._turning(states)
+        along = self._backward[0, 0] + self._backward[1, 0] * self._own * (
+            self._turning(states) / self._size
+        )
         return np.asarray(super().rate(states) / along)
 
     def _turning(self, y: Array) -> Array:
@@ -91,19 +93,25 @@ class ExactBall(BallFlow):
 
     def inward(self, y: Array) -> Array:
         """Return (γ₁, p₁) of the ball with area constant zero from (k⃗, γ⃗)."""
-        both = np.asarray(y).reshape(*np.shape(y)[:-1], 2, 3)
-        first = np.linalg.solve(self._backward, both)
-        k, gamma = first[..., 0, :], first[..., 1, :]
-        return np.concatenate([gamma, np.cross(gamma, k)], axis=-1)
+        both = np.asarray(y).reshape(*np.shape(y)[:-1], 2, 3) / self._units
+        k, gamma = np.moveaxis(self._forward @ both, -2, 0)
+        return np.concatenate([gamma, self._size * np.cross(gamma, k)], axis=-1)
 
     def outward(self, y: Array) -> Array:
         """Return (k⃗, γ⃗) from (γ₁, p₁) of the ball with area constant zero."""
-        gamma, p = y[..., :3], y[..., 3:]
-        both = self._backward @ np.stack([np.cross(p, gamma), gamma], axis=-2)
+        gamma, p = y[..., :3], y[..., 3:] / self._size
+        both = self._units * (self._backward @ np.stack([np.cross(p, gamma), gamma], axis=-2))
         return np.asarray(both.reshape(*both.shape[:-2], 6))
 
+    @property
+    def _units(self) -> Array:
+        return np.array([[self._size], [1.0]])
 
-def _matrix(forward: Any) -> Array:
-    """Return the 2×2 matrix of the linear map (k⃗, γ⃗) ↦ (k⃗₁, γ⃗₁)."""
-    columns = [forward(np.concatenate([x * np.eye(3)[0], z * np.eye(3)[0]])) for x, z in np.eye(2)]
-    return np.array([[column[0], column[3]] for column in columns]).T
+
+def _matrix(forward: Any, size: float) -> Array:
+    """Return the 2×2 matrix of the linear map (k⃗, γ⃗) ↦ (k⃗₁, γ⃗₁), momenta in units of `size`."""
+    rows = [
+        forward(np.concatenate([x * np.eye(3)[0], z * np.eye(3)[0]]))
+        for x, z in ((size, 0.0), (0.0, 1.0))
+    ]
+    return np.array([[row[0] / size, row[3]] for row in rows]).T

@@ -8,13 +8,7 @@ series, and
 Small divisors m·ω do no harm, because the quotient is then τ f_m to first order and is evaluated as
 such (`clock_functions`).
 
-* D√U is a product of functions of one θ_k each, as is e^{im·φ}, and φ is a sum of such functions. So
-  with the Jacobian of θ ↦ φ every coefficient is a determinant of one-dimensional integrals,
-
-      f_m = D/√Πα det_jk [(1/2π) ∫ √λ_k ∂φ_j/∂θ_k e^{−i(m_kθ_k + m·shift_k(θ_k))} dθ_k],
-
-  and is computed where it is large enough to matter: from m = 0 outwards. That is practical for tori
-  of up to four or five dimensions.
+* D√U is a product of functions of one θ_k each: see `clock_series`.
 * Other functions of the state are expanded by the fast Fourier transform over a grid in φ, which is
   refined until the coefficients have decayed; on tori of one or two dimensions.
 """
@@ -30,19 +24,16 @@ import numpy.typing as npt
 import geomint as gi
 
 from ..manifold import Array
-from .clock_functions import MODE_EXTRA, product_integral
+from .clock_functions import MODE_EXTRA
 from .torus import Torus
 
-__all__ = ["Clock", "packed_clock", "product_clock", "sampled_clock"]
+__all__ = ["QUIET", "Clock", "Sampled", "packed_clock", "refuse_slow", "sampled_clock"]
 
 QUIET = 6e-17  # of the mean: Fourier coefficients that are left out
 DECAYED = 4e-16  # of the mean: coefficients at the edge of a grid
 TOO_LARGE = 1e-9  # of the mean: an error of dt/dτ that is refused
-MOST_MODES, MOST_IN_LAYER = 200_000, 20_000  # layers are those of equal Σ|m_k|
 GRIDS = {0: 1, 1: 4096, 2: 512}  # most points in every direction, by the dimension of the torus
-FEWEST_POINTS, MOST_POINTS = 128, 8192  # of the one-dimensional integrals
-FIRST_BOUND = 24  # largest m_k of the first tables
-CHECKS = 16  # angles at which a series is compared
+MOST_TERMS = 2e8  # of the series of θ on a whole grid, some seconds
 RESONANT = 1e-3  # of the fastest frequency: divisors below it are small
 
 Sampled = Callable[[Array], Array]
@@ -94,129 +85,13 @@ def packed_clock(clock: Clock, torus: Torus, start: Array) -> Array:
     return np.concatenate([header, rows.reshape(-1)])
 
 
-def product_clock(torus: Torus, scale: float, rate: Sampled) -> Clock:
-    """Return the clock of dt/dτ = scale Π √λ_k.
-
-    Parameters
-    ----------
-    torus : Torus
-    scale : float
-    rate : callable
-        dt/dτ at angles φ, shape (N, d) ↦ (N,): the series is compared with it.
-
-    Raises
-    ------
-    geomint.DomainError
-        Where too many coefficients matter, or the series is not what it should be: next to a
-        separatrix.
-    """
-    size = len(torus.middle)
-    integrals = _Integrals(torus)
-    mean = scale * float(integrals(np.zeros((1, size)))[0])
-    known = {(0,) * size}
-    waves, values = [np.zeros((0, size), dtype=np.int64)], [np.zeros(0)]
-    layer, count = np.array(sorted(_neighbours(np.zeros((1, size), dtype=np.int64), known))), 0
-    while layer.size:
-        if len(layer) > MOST_IN_LAYER or count > MOST_MODES:
-            expected = (
-                f"a motion whose time has less than {MOST_MODES} Fourier coefficients that matter; "
-                "at_tau takes any"
-            )
-            raise gi.DomainError("state", torus.middle, expected)
-        found = scale * integrals(layer)
-        loud = np.abs(found) > QUIET * abs(mean)
-        waves.append(layer[loud])
-        values.append(found[loud])
-        count += int(np.count_nonzero(loud))
-        outward = loud | (np.sum(np.abs(layer), axis=1) < 3)  # some vanish by symmetry
-        layer = np.array(sorted(_neighbours(layer[outward], known)), dtype=np.int64)
-    all_waves, coefficients = (
-        np.concatenate(waves),
-        2.0 * np.concatenate(values).astype(np.complex128),
-    )
-    phi = np.random.default_rng(size).uniform(0.0, 2.0 * np.pi, (CHECKS, size))
-    series = np.array([mean + np.cos(all_waves @ x) @ coefficients.real for x in phi])
-    edge = float(np.max(np.abs(series - rate(phi)))) / abs(mean)
-    _refuse_slow(edge, torus)
-    return Clock(mean, all_waves, coefficients, 1, edge)
-
-
-def _refuse_slow(edge: float, torus: Torus) -> None:
+def refuse_slow(edge: float, torus: Torus) -> None:
+    """Raise `DomainError` for a series with too large an error."""
     if edge > TOO_LARGE:
         expected = (
             f"a motion whose time has a Fourier series that decays; it is wrong by {edge:.3g}"
         )
         raise gi.DomainError("state", torus.middle, expected)
-
-
-def _neighbours(waves: npt.NDArray[np.int64], known: set[tuple[int, ...]]) -> set[tuple[int, ...]]:
-    """Return the m next to given ones and farther out, one of each pair ±m, and note them."""
-    found = set()
-    for m in waves.tolist():
-        for k, value in enumerate(m):
-            for step in (1, -1):
-                if value * step < 0:
-                    continue
-                other = (*m[:k], value + step, *m[k + 1 :])
-                if next((x for x in other if x), 0) > 0 and other not in known:
-                    known.add(other)
-                    found.add(other)
-    return found
-
-
-class _Integrals:
-    """The determinants of `product_clock`, for many m at once, compiled.
-
-    Powers of e^{iφ_j} at the points of integration are kept in tables, which grow as m does.
-    """
-
-    def __init__(self, torus: Torus) -> None:
-        self._columns = [_column(torus, k) for k in range(len(torus.middle))]
-        self._bound = 0
-        self._params = np.zeros(0)
-
-    def __call__(self, waves: npt.NDArray[np.float64] | npt.NDArray[np.int64]) -> Array:
-        """Return the determinant of m, shape (M, d) ↦ (M,)."""
-        size = len(self._columns)
-        if size == 0:
-            return np.ones(len(waves))
-        largest = int(np.max(np.abs(waves)))
-        if largest > self._bound or not self._params.size:
-            self._bound = max(FIRST_BOUND, 2 * largest)
-            self._params = self._tables()
-        most = max(phases.shape[1] for phases, _ in self._columns)
-        work = 2 * most + size * size
-        return gi.pointwise(product_integral, self._params, waves, 1, work)[:, 0]
-
-    def _tables(self) -> Array:
-        """Return the parameters of `product_integral`."""
-        size = len(self._columns)
-        header, parts = [float(size), float(self._bound)], []
-        at = 2 + 2 * size
-        for phases, weights in self._columns:
-            powers = np.arange(self._bound + 1)[:, None] * phases[:, None, :]
-            waves = np.stack([np.cos(powers), np.sin(powers)], axis=2)  # j, m, cos or sin, point
-            parts.append(np.concatenate([weights.T.reshape(-1), waves.reshape(-1)]))
-            header += [float(phases.shape[1]), float(at)]
-            at += len(parts[-1])
-        return np.concatenate([header, *parts])
-
-
-def _column(torus: Torus, k: int) -> tuple[Array, Array]:
-    """Return φ_j as far as θ_k makes it, (d, N), and √λ_k ∂φ_j/∂θ_k, weighted, (N, d).
-
-    Over half of the circle: the phases are odd and the rest is even. As many points as the waves
-    that matter want, which do not reach much further than the terms of the shifts.
-    """
-    size, series = len(torus.middle), torus.shifts[k]
-    orders = np.arange(1, series.shape[1] + 1)
-    count = min(max(FEWEST_POINTS, 6 * len(orders)), MOST_POINTS)
-    theta = np.pi * (np.arange(count) + 0.5) / count
-    own = (np.arange(size) == k)[:, None]
-    phases = own * theta + series[:size] @ np.sin(np.outer(orders, theta))
-    slopes = own + (series[:size] * orders) @ np.cos(np.outer(orders, theta))
-    root = np.sqrt(torus.middle[k] - torus.radius[k] * np.cos(theta))
-    return phases, (slopes * root / count).T
 
 
 def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = False) -> Clock:
@@ -244,7 +119,8 @@ def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = F
     if size == 0:
         mean = float(rate(np.zeros((1, 0)))[0])
         return Clock(mean, np.zeros((0, 0), dtype=np.int64), np.zeros(0, complex), period, 0.0)
-    count, most = 32, GRIDS[size]
+    terms = sum(series.shape[1] for series in torus.shifts)
+    count, most = 32, min(GRIDS[size], int((MOST_TERMS / (size * terms)) ** (1.0 / size)))
     while True:
         axis = 2.0 * np.pi * period * np.arange(count) / count
         grid = np.meshgrid(*([axis] * size), indexing="ij")
@@ -253,10 +129,10 @@ def sampled_clock(torus: Torus, rate: Sampled, period: int = 1, signed: bool = F
         mean = float(spectrum[(0,) * size].real)
         largest = float(np.max(np.abs(spectrum))) if signed else abs(mean)
         edge = _edge(spectrum) / largest
-        if edge < DECAYED or count >= most:
+        if edge < DECAYED or 2 * count > most:
             break
         count *= 2
-    _refuse_slow(edge, torus)
+    refuse_slow(edge, torus)
     numbers = np.fft.fftfreq(count, 1.0 / count).astype(np.int64)
     waves = np.stack(np.meshgrid(*([numbers] * size), indexing="ij"), axis=-1).reshape(-1, size)
     flat = spectrum.reshape(-1)

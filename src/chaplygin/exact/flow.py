@@ -21,15 +21,21 @@ from ..manifold import Array, length
 from ..states import multiplier
 from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
-from .clock import Clock, packed_clock, product_clock, sampled_clock
+from .clock import Clock, packed_clock, sampled_clock
 from .clock_functions import at_time, clock_work, tau_at
+from .clock_series import product_clock
+from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
-from .packing import packed_torus, with_clock
-from .quadrature import Quadrature, as_numbers, finite_times, refuse_left_over
-from .symmetry import reduced_axes
-from .torus import SeparatedEnergy, torus_of
+from .packing import evaluated, packed_torus, with_clock
+from .quadrature import LEFT, Quadrature, as_numbers, finite_times, refuse_left_over
+from .sensitivity import frequency_gradients
+from .separated_energy import SeparatedEnergy
+from .symmetry import power_of_two, reduced_axes
+from .torus import torus_of
 
 __all__ = ["ExactFlow"]
+
+MISSED = 1e-12  # of the state, by its torus
 
 
 class ExactFlow:
@@ -65,13 +71,14 @@ class ExactFlow:
         self, a: Array, D: float, energy: SeparatedEnergy, y: Array, physical: bool
     ) -> None:
         self.a, self.D, self.physical = a, D, physical
-        self.unit, self.unit_p = _power_of_two(np.max(a)), 1.0
+        self.unit, self.unit_p = power_of_two(np.max(a)), 1.0
         gamma, p_tilde = self._split(self.inward(y))
-        self.unit_p = _power_of_two(np.max(np.abs(p_tilde)))
+        self.unit_p = power_of_two(np.max(np.abs(p_tilde)))
         p_tilde = p_tilde / self.unit_p
         self.axes = reduced_axes(a / self.unit, gamma, p_tilde)
         self.separation = separation_of(self.axes, gamma, p_tilde)
-        self.torus = torus_of(self.separation, energy.in_units(self.unit, self.unit_p))
+        energy = energy.in_units(self.unit, self.unit_p)
+        self.torus = torus_of(self.separation, energy)
         if not np.isfinite(self.torus.turns).all():
             raise gi.DomainError("state", y, "a motion whose frequencies are finite numbers")
         signs = component_signs(self.axes, self.torus, self.separation, gamma, p_tilde)
@@ -82,6 +89,26 @@ class ExactFlow:
         self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
         self._params = packed_torus(*parts, self.start, scale, physical)
+        self._estimate = Estimate(
+            max([1.0, *(1.0 / self.torus.strips).tolist()]),
+            float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde))),
+            float(np.max(np.abs(self.frequencies))),
+            self._magnified(),
+        )
+        self._refuse_missed(y)
+
+    def _refuse_missed(self, y: Array) -> None:
+        """Raise DomainError where the torus does not go through the state."""
+        rows = state_rows(len(self.a))
+        found = evaluated(at_tau, self._params, np.zeros(1), rows, self._work)
+        pairs = zip(np.split(self.outward(found[:-1]), 2), np.split(y, 2), strict=True)
+        off = max(length(x - z) / length(z) for x, z in pairs)
+        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self.condition)):
+            expected = (
+                f"a motion that double precision resolves: its torus misses the state by {off:.3g}, "
+                f"condition number {self.condition:.3g}"
+            )
+            raise gi.DomainError("state", y, expected)
 
     @property
     def frequencies(self) -> Array:
@@ -91,17 +118,32 @@ class ExactFlow:
     @property
     def condition(self) -> float:
         """About what relative errors of the state are magnified by in frequencies."""
-        return self.separation.condition
+        return self._estimate.condition
 
     def phase_error(self, tau: Any) -> Array:
-        """Return an estimate of the error of the angles at times τ: (1 + |ωτ|) · condition · 2⁻⁵².
+        """Return an estimate of the error of the angles at times τ, in radians.
 
-        That is what the rounding of the state at time 0 makes of the angles, with the largest
-        frequency; the computation itself adds some units of condition · 2⁻⁵² at any τ.
+        What the rounding of the state at time 0 makes of them, and what the computation adds: see
+        `Estimate`. Errors of states, relative to their size, are no larger.
+        """
+        return self._estimate.phase(tau)
+
+    def time_error(self, tau: Any) -> Array:
+        """Return an estimate of the error of physical time at times τ, as an angle in radians.
+
+        What is missing from the Fourier series of dt/dτ, as if it were of one sign.
         """
         times = np.abs(np.asarray(tau, dtype=np.float64))
-        fastest = float(np.max(np.abs(self.frequencies)))
-        return np.asarray((1.0 + fastest * times) * self.condition * 2.0**-52)
+        return np.asarray(self.clock.edge * self._estimate.fastest * times)
+
+    @property
+    def longest(self) -> float:
+        """The largest |τ| for which the phase means something: `phase_error` is below a radian."""
+        return self._estimate.longest
+
+    def _magnified(self) -> float:
+        """Return how many times larger roundings of the state are in (γ, p̃)."""
+        return 1.0
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
@@ -138,20 +180,22 @@ class ExactFlow:
         return np.asarray(self.unit * (self.torus.middle - self.torus.radius * np.cos(theta)))
 
     def at_tau(self, tau: Any) -> Array:
-        """Return states at times τ, of any sign and size.
+        """Return states at times τ, of any sign, |τ| up to `longest`.
 
         Raises
         ------
         geomint.DomainError
-            For times that are not finite.
+            For times that are not finite, and beyond `longest`.
         geomint.ConvergenceError
             If an iteration fails: never seen where the torus could be made.
         """
-        return self._states(at_tau, self._params, self._work, finite_times("tau", tau)[..., None])
+        return self._states(
+            at_tau, self._params, self._work, finite_times("tau", tau, self.longest)[..., None]
+        )
 
     def __call__(self, t: Any) -> Array:
-        """Return states at physical times t, of any sign and size; errors as `at_tau`."""
-        return self._states(at_time, self._timed, self._clock_work, finite_times("t", t)[..., None])
+        """Return states at physical times t, of any sign; errors as `at_tau`."""
+        return self._states(at_time, self._timed, self._clock_work, self._physical_times(t))
 
     def at_angles(self, phi: Any) -> Array:
         """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
@@ -165,12 +209,12 @@ class ExactFlow:
 
     def time(self, tau: Any) -> Array:
         """Return physical time at times τ."""
-        return Quadrature(self.clock, self._timed, self._clock_work)(tau)
+        return Quadrature(self.clock, self._timed, self._clock_work, self.longest)(tau)
 
     def tau(self, t: Any) -> Array:
         """Return τ at physical times t; errors as `at_tau`."""
-        points = finite_times("t", t)[..., None]
-        values = gi.pointwise(tau_at, self._timed, points, 2, self._clock_work)
+        points = self._physical_times(t)
+        values = evaluated(tau_at, self._timed, points, 2, self._clock_work)
         refuse_left_over(values[..., 1], points)
         return values[..., 0]
 
@@ -197,7 +241,11 @@ class ExactFlow:
         """
         clock = sampled_clock(self.torus, rate, 2, signed=True)
         params = with_clock(self._params, packed_clock(clock, self.torus, self.start))
-        return Quadrature(clock, params, self._clock_rows(clock))
+        return Quadrature(clock, params, self._clock_rows(clock), self.longest)
+
+    def _physical_times(self, t: Any) -> Array:
+        longest = min(self.longest * abs(self.clock.mean), np.finfo(np.float64).max)
+        return finite_times("t", t, longest)[..., None]
 
     @functools.cached_property
     def _timed(self) -> Array:
@@ -217,7 +265,7 @@ class ExactFlow:
 
     def _states(self, function: Any, params: Array, work: int, points: Array) -> Array:
         n = len(self.a)
-        values = gi.pointwise(function, params, points, state_rows(n), work)
+        values = evaluated(function, params, points, state_rows(n), work)
         refuse_left_over(values[..., -1], points)
         return self.outward(values[..., : 2 * n])
 
@@ -235,8 +283,3 @@ class ExactFlow:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
         theta = theta_of(self.axes, self.torus, position, momentum)
         return linear_angles(self._params, theta, psi)
-
-
-def _power_of_two(x: Any) -> float:
-    """Return a power of two near x > 0: in such units nothing overflows, and nothing is rounded."""
-    return float(np.ldexp(1.0, int(np.frexp(x)[1]))) if x > 0.0 else 1.0

@@ -22,6 +22,7 @@ import geomint as gi
 from ..inertia import positive_number
 from ..manifold import Array
 from .flow import ExactFlow
+from .torus import distances
 
 __all__ = [
     "FrequencyMap",
@@ -122,20 +123,20 @@ def resonances(omega: Any, order: int, tolerance: float = 1e-9) -> list[tuple[in
 
 def action_variables(exact: ExactFlow) -> Array:
     """Return J_k, then the ℓ of pairs (`symmetry`), of a motion; to about condition · 2⁻⁵²."""
-    theta = 2.0 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
     torus, result = exact.torus, []
+    sine = np.sin(np.pi * (np.arange(POINTS) + 0.5) / POINTS)[:, None] ** 2  # sin²(θ/2)
     for k, oval in enumerate(exact.separation.ovals):
-        lower, upper = float(oval.lower), float(oval.upper)
-        lam = torus.middle[k] - torus.radius[k] * np.cos(theta)
-        q = torus.lead * np.prod(np.abs(lam[:, None] - torus.others[k]), axis=1)
+        width = 2.0 * torus.radius[k]
+        branch = distances(torus.branch_gaps[k], torus.radius[k], sine)
+        axis = distances(torus.axis_gaps[k], torus.radius[k], sine)
         # (λ − lower)(upper − λ)/P, the ends at an α cancelled: λ − α is λ − lower, or −(upper − λ).
-        value = np.sqrt(q) / (2.0 * lam)
-        for g, axis in enumerate(exact.axes.alpha):
+        value = np.sqrt(torus.lead * np.prod(np.abs(branch), axis=1)) / (2.0 * branch[:, 0])
+        for g in range(axis.shape[1]):
             if g not in (oval.low_axis, oval.high_axis):
-                value = value / (lam - axis)
+                value = value / axis[:, g]
         if oval.low_axis is None:
-            value = value * (lam - lower)
-        value = -value if oval.high_axis is not None else value * (upper - lam)
+            value = value * width * sine[:, 0]
+        value = -value if oval.high_axis is not None else value * width * (1.0 - sine[:, 0])
         result.append(float(np.mean(value)))
     turning = [float(ell) for ell in exact.separation.ell if ell]
     return exact.unit_p * np.array([*result, *turning])

@@ -9,7 +9,8 @@ States from θ, without a division where a λ is at its turning point. With γ_g
 
 Where α_g is the lower end of the oval of λ_k, the factor α_g − λ_k is 2d sin²(θ_k/2), and γ_g has the
 sign of sin(θ_k/2): smooth, and of period 4π; where it is the upper end, cos. Half the sine then cancels
-the root of λ_k − α_g in the momentum. Other components keep their sign.
+the root of λ_k − α_g in the momentum. Other components keep their sign. All differences are sums of
+numbers of one sign, see `torus`.
 """
 
 from __future__ import annotations
@@ -23,16 +24,16 @@ from geomint import part
 
 from .inversion import shift_sums, solve_theta
 from .packing import (
-    ALPHA,
     ANGLES,
     AXES,
+    AXIS_GAPS,
+    BRANCH_GAPS,
     ELL,
     FIRST,
     HIGH,
     LEAD,
     LOW,
-    MIDDLE,
-    OTHERS,
+    OVAL_GAPS,
     OVALS,
     PAIR,
     PHYSICAL,
@@ -61,30 +62,43 @@ def state_rows(n: int) -> int:
 
 
 @gi.helper
+def beyond(gap: Any, below: Any, above: Any) -> Any:
+    """Return λ − b, b not within the oval of λ, from the gap between both; see `Torus`."""
+    return gap + below if gap > 0.0 else gap - above
+
+
+@gi.helper
 def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
     """Write (γ, p̃), or (γ, p) where the parameters say so, at θ and ψ."""
     ovals, axes, n = int(params[OVALS]), int(params[AXES]), int(params[ROWS])
-    middle, radius = int(params[MIDDLE]), int(params[RADIUS])
-    alpha, signs, spread = int(params[ALPHA]), int(params[SIGNS]), int(params[SPREAD])
+    radius, signs, spread = int(params[RADIUS]), int(params[SIGNS]), int(params[SPREAD])
     low, high, first = int(params[LOW]), int(params[HIGH]), int(params[FIRST])
     second, pair, ell = int(params[SECOND]), int(params[PAIR]), int(params[ELL])
-    lam, weights = part(work, 0, ovals), part(work, ovals, ovals)
+    branch_gaps, axis_gaps = int(params[BRANCH_GAPS]), int(params[AXIS_GAPS])
+    oval_gaps = int(params[OVAL_GAPS])
+    below, above = part(work, 0, ovals), part(work, ovals, ovals)
     sin, cos = part(work, 2 * ovals, ovals), part(work, 3 * ovals, ovals)
+    weights = part(work, 4 * ovals, ovals)
     physical, scale = params[PHYSICAL] > 0.0, params[SCALE]
     for k in range(ovals):
-        lam[k] = params[middle + k] - params[radius + k] * gi.cos(theta[k])
         sin[k], cos[k] = gi.sin(0.5 * theta[k]), gi.cos(0.5 * theta[k])
+        below[k] = 2.0 * params[radius + k] * sin[k] * sin[k]
+        above[k] = 2.0 * params[radius + k] * cos[k] * cos[k]
     for k in range(ovals):
-        q, apart = params[LEAD], 1.0
-        at = int(params[OTHERS]) + k * (2 * ovals - 1)
-        for b in range(2 * ovals - 1):
-            q *= abs(lam[k] - params[at + b])
+        at = branch_gaps + k * (2 * ovals - 1)
+        lam = params[at] + below[k]  # the first branch point is 0
+        q, apart = params[LEAD] * lam, 1.0
+        for b in range(1, 2 * ovals - 1):
+            q *= abs(beyond(params[at + b], below[k], above[k]))
         for s in range(ovals):
-            if s != k:
-                apart *= lam[k] - lam[s]
-        weights[k] = -gi.sqrt(q) * params[radius + k] / (lam[k] * apart)
+            gap = params[oval_gaps + k * ovals + s]
+            if s < k:
+                apart *= gap + (below[k] + above[s])
+            elif s > k:
+                apart *= gap - (above[k] + below[s])
+        weights[k] = -gi.sqrt(q) * params[radius + k] / (lam * apart)
         if physical:
-            scale *= gi.sqrt(lam[k])
+            scale *= gi.sqrt(lam)
     for i in range(2 * n):
         out[i] = 0.0
     for g in range(axes):
@@ -92,8 +106,9 @@ def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
         square, momentum = params[spread + g], 0.0
         for s in range(ovals):
             if s != own:
-                square *= abs(lam[s] - params[alpha + g])
-                momentum += 2.0 * weights[s] * sin[s] * cos[s] / (lam[s] - params[alpha + g])
+                gap = beyond(params[axis_gaps + s * axes + g], below[s], above[s])
+                square *= abs(gap)
+                momentum += 2.0 * weights[s] * sin[s] * cos[s] / gap
         value = params[signs + g] * gi.sqrt(square)
         if own >= 0:
             wave, other = sin[own], cos[own]

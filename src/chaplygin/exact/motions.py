@@ -23,7 +23,7 @@ def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
 
     def motion(y: Array) -> Any:
         from .flow import ExactFlow
-        from .torus import SeparatedEnergy
+        from .separated_energy import SeparatedEnergy
 
         return ExactFlow(a, D, SeparatedEnergy(D, -1.0), y, physical)
 
@@ -35,7 +35,7 @@ def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]
 
     def motion(y: Array) -> Any:
         from .flow import ExactFlow
-        from .torus import SeparatedEnergy
+        from .separated_energy import SeparatedEnergy
 
         return ExactFlow(a, D, SeparatedEnergy(0.0, D * D), y, physical)
 

@@ -5,27 +5,31 @@ It begins with a header: sizes, then where each section starts.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+import geomint as gi
 
 from ..manifold import Array
 from .branch_points import Separation
 from .symmetry import ReducedAxes
 from .torus import Torus
 
-__all__ = ["packed_torus", "with_clock"]
+__all__ = ["evaluated", "packed_torus", "padded", "with_clock"]
 
 # Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then three numbers.
 OVALS, ANGLES, AXES, ROWS, LEAD, SCALE, PHYSICAL = range(7)
 SECTIONS = (
-    "middle",
     "radius",
-    "others",
+    "branch_gaps",
+    "axis_gaps",
+    "oval_gaps",
     "terms",
     "series",
     "turns",
     "turns_low",
     "start",
-    "alpha",
     "signs",
     "spread",
     "low",
@@ -37,15 +41,15 @@ SECTIONS = (
     "clock",
 )
 (
-    MIDDLE,
     RADIUS,
-    OTHERS,
+    BRANCH_GAPS,
+    AXIS_GAPS,
+    OVAL_GAPS,
     TERMS,
     SERIES,
     TURNS,
     TURNS_LOW,
     START,
-    ALPHA,
     SIGNS,
     SPREAD,
     LOW,
@@ -57,6 +61,7 @@ SECTIONS = (
     CLOCK,
 ) = range(7, 7 + len(SECTIONS))
 HEADER = 7 + len(SECTIONS)
+MOST_CHECKED = 4096  # numbers
 
 
 def packed_torus(
@@ -93,15 +98,15 @@ def packed_torus(
     pair[axes.paired] = np.arange(np.count_nonzero(axes.paired))
     spread = [1.0 / np.prod(np.abs(np.delete(alpha, g) - alpha[g])) for g in range(count)]
     sections = {
-        "middle": torus.middle,
         "radius": torus.radius,
-        "others": torus.others.reshape(-1),
+        "branch_gaps": torus.branch_gaps.reshape(-1),
+        "axis_gaps": torus.axis_gaps.reshape(-1),
+        "oval_gaps": torus.oval_gaps.reshape(-1),
         "terms": [s.shape[1] for s in torus.shifts],
         "series": np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)]),
         "turns": torus.turns,
         "turns_low": torus.turns_low,
         "start": start,
-        "alpha": alpha,
         "signs": signs,
         "spread": spread,
         "low": low,
@@ -120,9 +125,25 @@ def packed_torus(
         header.append(at)
         at += len(values)
         parts.append(values)
-    return np.concatenate([np.array(header, dtype=np.float64), *parts])
+    return padded(np.concatenate([np.array(header, dtype=np.float64), *parts]))
 
 
 def with_clock(params: Array, values: Array) -> Array:
     """Return the parameters with the last section, that of the clock, filled."""
-    return np.concatenate([params[: int(params[CLOCK])], values])
+    return padded(np.concatenate([params[: int(params[CLOCK])], values]))
+
+
+def padded(values: Array) -> Array:
+    """Return the numbers with zeros after them, 2^k in all: `evaluated` checks each length once."""
+    if len(values) > MOST_CHECKED:
+        return values
+    size: int = 2 ** int(np.ceil(np.log2(max(len(values), 1))))
+    return np.concatenate([values, np.zeros(size - len(values))])
+
+
+def evaluated(function: Any, params: Array, points: Any, rows: int, work: int) -> Array:
+    """Return the values of a function of a torus; see `geomint.pointwise`.
+
+    Whether it fits is checked in plain Python, but for long series: that would take seconds.
+    """
+    return gi.pointwise(function, params, points, rows, work, check=len(params) <= MOST_CHECKED)

@@ -12,8 +12,9 @@ import geomint as gi
 from ..manifold import Array
 from .clock import Clock
 from .clock_functions import time_at
+from .packing import evaluated
 
-__all__ = ["Quadrature", "as_numbers", "finite_times", "refuse_left_over"]
+__all__ = ["LEFT", "Quadrature", "as_numbers", "finite_times", "refuse_left_over"]
 
 LEFT = 1e-9  # of an iteration's last step: more is a failure
 
@@ -28,11 +29,14 @@ class Quadrature:
         The Fourier series of its rate.
     params, work
         For the compiled function.
+    longest : float
+        The largest |τ| for which the phase means something.
     """
 
     clock: Clock
     params: Array
     work: int
+    longest: float
 
     @property
     def mean(self) -> float:
@@ -41,19 +45,22 @@ class Quadrature:
 
     def __call__(self, tau: Any) -> Array:
         """Return the integral from 0 to τ, for every τ."""
-        points = finite_times("tau", tau)[..., None]
-        values = gi.pointwise(time_at, self.params, points, 1, self.work)[..., 0]
+        points = finite_times("tau", tau, self.longest)[..., None]
+        values = evaluated(time_at, self.params, points, 1, self.work)[..., 0]
         if not np.isfinite(values).all():
             raise gi.DomainError("tau", tau, "times at which the integral is a finite number")
         return values
 
 
-def finite_times(name: str, values: Any) -> Array:
-    """Return times as an array, or raise `DomainError` for what is no finite number."""
+def finite_times(name: str, values: Any, longest: float) -> Array:
+    """Return times as an array, or raise `DomainError` for what is no finite number, or too large."""
     times = as_numbers(name, values)
+    if (np.abs(times) <= longest).all():
+        return times
     if not np.isfinite(times).all():
         raise gi.DomainError(name, values, "finite times")
-    return times
+    expected = f"|{name}| up to {longest:.3g}; later the phase is uncertain by more than a radian"
+    raise gi.DomainError(name, values, expected)
 
 
 def as_numbers(name: str, values: Any) -> Array:

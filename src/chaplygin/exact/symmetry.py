@@ -17,12 +17,13 @@ is left.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..manifold import Array, length
 
-__all__ = ["ReducedAxes", "reduced_axes"]
+__all__ = ["TINY", "ReducedAxes", "power_of_two", "reduced_axes"]
 
 PARALLEL = 4.0 * 2.0**-52  # roundings of the angle of γ_G and p̃_G with which they count as parallel
 TINY = 1e-300
@@ -61,6 +62,11 @@ class ReducedAxes:
         momentum = np.where(self.paired, cos * u + sin * v, u)
         psi = np.arctan2(y, x)[self.paired]
         return position, momentum, psi, (radius * (cos * v - sin * u))[self.paired]
+
+
+def power_of_two(x: Any) -> float:
+    """Return a power of two near x > 0: in such units nothing overflows, and nothing is rounded."""
+    return float(np.ldexp(1.0, int(np.frexp(x)[1]))) if x > 0.0 else 1.0
 
 
 def unit_of(v: Array) -> Array:

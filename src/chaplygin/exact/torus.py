@@ -18,8 +18,16 @@ With m_gk, the means of ∂μ_k/∂ℓ_g dλ_k/dθ_k, the polar angle ψ_g of a 
 
 So all of them are (φ, Φ) = (θ, ψ) + Σ_k shift_k(θ_k).
 
-Coefficients decay geometrically: the trapezoidal rule gives the periods to more than 32 digits with
-a few dozen points, if the branch points are apart.
+Every difference of λ_k and a point b beyond an end of its oval is a sum of positive numbers,
+
+    |λ_k − b| = gap + 2d sin²(θ_k/2), or gap + 2d cos²(θ_k/2),
+
+b below or above: with the gap from that end to b known to rounding, it keeps all digits where a_i are
+nearly equal and ovals narrow.
+
+Coefficients decay like e^{−mη}, cosh η = 1 + gap/d for the nearest point. So the trapezoidal rule gives
+the periods to more than 32 digits with a few dozen points (`DoubleDouble`) where points are apart, and
+how many it takes is known beforehand.
 """
 
 from __future__ import annotations
@@ -29,49 +37,14 @@ from typing import Any
 
 import numpy as np
 
-import geomint as gi
-
 from ..manifold import Array
 from .branch_points import Oval, Separation, mp
+from .periods import gap_of, means_of, points_of, strip_of
+from .separated_energy import SeparatedEnergy
 
-__all__ = ["SeparatedEnergy", "Torus", "torus_of"]
+__all__ = ["Torus", "distances", "torus_of"]
 
-MOST_POINTS = 16384  # of the trapezoidal rule; more are needed only next to a separatrix
-AGREEMENT = mp.mpf("1e-18")  # of N and N/2 points: the error is squared when N is doubled
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
-
-
-@dataclass(frozen=True)
-class SeparatedEnergy:
-    """A Hamiltonian that is separated in spheroconical coordinates: H = ½ (x F(0) + y (p̃, Ap̃)).
-
-    (p̃, Ap̃) is the limit of λ²F. Sphere: x = D, y = −1; Veselova: x = 0, y = D².
-
-    Parameters
-    ----------
-    at_zero, at_infinity : float or mpf
-        x and y.
-    """
-
-    at_zero: Any
-    at_infinity: Any
-
-    def in_units(self, unit: float, unit_p: float) -> SeparatedEnergy:
-        """Return the energy whose flow is the same in time where a and p̃ are measured in units."""
-        a, p = mp.mpf(unit), mp.mpf(unit_p)
-        return SeparatedEnergy(mp.mpf(self.at_zero) * p / a, mp.mpf(self.at_infinity) * p * a)
-
-    def slopes(self, alpha: Any) -> list[Any]:
-        """Return ∂H/∂c_j, j = 0 … q−2."""
-        weights = [mp.mpf(0)] * (len(alpha) - 1)
-        if weights:
-            weights[0] += mp.mpf(self.at_zero) / (2 * mp.fprod(-x for x in alpha))
-            weights[-1] += mp.mpf(self.at_infinity) / 2
-        return weights
-
-    def turning(self, alpha: Any, ell: Any) -> Any:
-        """Return ∂H/∂ℓ of a pair."""
-        return ell * (mp.mpf(self.at_zero) / alpha + mp.mpf(self.at_infinity) * alpha)
 
 
 @dataclass(frozen=True)
@@ -82,20 +55,31 @@ class Torus:
     ----------
     middle, radius : array, shape (d,)
         m and d of every oval.
-    others : array, shape (d, 2d−1)
-        The branch points of Q.
+    branch_gaps, axis_gaps : array, shape (d, 2d−1), (d, q)
+        From the ovals to the branch points of Q, 0 first, and to the α_g: positive from points below
+        to the lower end, negative from points above to the upper end; ±0 at the ends themselves.
+    oval_gaps : array, shape (d, d)
+        From the nearer end of one oval to that of another, positive from those below.
     lead : float
+    means : array, shape (d, d + pairs)
+        The means of the differentials of λ_k over one turn.
     shifts : tuple of array, shape (d + pairs, terms)
         For every θ_k the coefficients of sin mθ_k, m = 1, 2, …
+    strips : array, shape (d,)
+        η: half widths of the strips around real θ_k in which all this is analytic.
     turns, turns_low : array, shape (d + pairs,)
         Frequencies over 4π in the flow's time τ, in two parts: turns of 4π, by which signs return.
     """
 
     middle: Array
     radius: Array
-    others: Array
+    branch_gaps: Array
+    axis_gaps: Array
+    oval_gaps: Array
     lead: float
+    means: Array
     shifts: tuple[Array, ...]
+    strips: Array
     turns: Array
     turns_low: Array
 
@@ -105,16 +89,9 @@ class Torus:
         return np.asarray(4.0 * np.pi * self.turns)
 
 
-def lagrange(nodes: Any, x: Any) -> list[Any]:
-    """Return ℓ_j(x), Lagrange's polynomials on the nodes."""
-    rows = []
-    for j, node in enumerate(nodes):
-        value = mp.mpf(1)
-        for s, other in enumerate(nodes):
-            if s != j:
-                value = value * ((x - other) / (node - other))
-        rows.append(value)
-    return rows
+def distances(gaps: Array, radius: Any, sine: Any) -> Array:
+    """Return λ − b from the gaps of an oval, its radius and sin²(θ/2), of shapes that broadcast."""
+    return np.asarray(gaps + 2.0 * radius * np.where(np.signbit(gaps), sine - 1.0, sine))
 
 
 def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
@@ -123,29 +100,46 @@ def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     Raises
     ------
     geomint.DomainError
-        If the periods do not converge: the motion is next to a separatrix.
+        If the periods take too many points: the motion is next to a separatrix.
     """
+    with mp.workdps(separation.digits):
+        return _torus_of(separation, energy)
+
+
+def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     ovals, size = separation.ovals, len(separation.ovals)
     nodes = [(o.lower + o.upper) / 2 for o in ovals]
     pairs = [g for g, ell in enumerate(separation.ell) if ell]
-    means, samples = [], []
-    for oval in ovals:
-        mean, values = _means(oval, separation, nodes, pairs)
-        means.append(mean)
-        samples.append(values)
-    turns = _turns(separation, energy, nodes, pairs, means)
-    high = [float(x) for x in turns]
+    strips = [strip_of(oval, separation) for oval in ovals]
+    counts = [points_of(strip, separation) for strip in strips]
+    sampled = [means_of(separation, k, nodes, pairs, count) for k, count in enumerate(counts)]
+    means = [mean for mean, _ in sampled]
     inverse = _inverse(means, size)
-    shifts = [_shift(values, inverse, means, k) for k, values in enumerate(samples)]
+    turns = _turns(separation, energy, nodes, pairs, means, inverse)
+    high = [float(x) for x in turns]
+    shifts = [_shift(values, inverse, means, k) for k, (_, values) in enumerate(sampled)]
     return Torus(
         np.array([float(x) for x in nodes]),
         np.array([float((o.upper - o.lower) / 2) for o in ovals]),
-        np.array([[float(b) for b in o.others] for o in ovals]),
+        np.array([[float(gap_of(o, b)) for b in o.others] for o in ovals]),
+        np.array([[_signed_gap(o, x) for x in separation.alpha] for o in ovals]),
+        np.array([[0.0 if s is o else float(_oval_gap(o, s)) for s in ovals] for o in ovals]),
         float(separation.lead),
+        np.array([[float(x) for x in row] for row in means]).reshape(size, size + len(pairs)),
         tuple(_heard(s) for s in shifts),
+        np.array(strips),
         np.array(high),
         np.array([float(x - y) for x, y in zip(turns, high, strict=True)]),
     )
+
+
+def _signed_gap(oval: Oval, x: Any) -> float:
+    return -0.0 if x == oval.upper else float(gap_of(oval, x))
+
+
+def _oval_gap(oval: Oval, other: Oval) -> Any:
+    below = other.upper <= oval.lower
+    return oval.lower - other.upper if below else oval.upper - other.lower
 
 
 def _inverse(means: list[list[Any]], size: int) -> Any:
@@ -163,11 +157,11 @@ def _turns(
     nodes: list[Any],
     pairs: list[int],
     means: list[list[Any]],
+    inverse: Any,
 ) -> list[Any]:
     """Return ω and Ω over 4π."""
     size = len(nodes)
     rates = _mixed(nodes, energy.slopes(separation.alpha))
-    inverse = _inverse(means, size)
     omega = [mp.fsum(inverse[k, j] * rates[j] for j in range(size)) for k in range(size)]
     for row, g in enumerate(pairs, start=size):
         turning = energy.turning(separation.alpha[g], separation.ell[g])
@@ -190,44 +184,6 @@ def _mixed(nodes: list[Any], weights: list[Any]) -> list[Any]:
                 ]
         rates.append(mp.fsum(c * w for c, w in zip(coefficients, weights, strict=True)))
     return rates
-
-
-def _means(
-    oval: Oval, separation: Separation, nodes: list[Any], pairs: list[int]
-) -> tuple[list[Any], Array]:
-    """Return the means over θ of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
-    middle, radius = (oval.lower + oval.upper) / 2, (oval.upper - oval.lower) / 2
-    count, previous = 16, None
-
-    def row(i: int) -> list[Any]:
-        lam = middle - radius * mp.cos(2 * mp.pi * i / count)
-        value = separation.lead
-        for b in oval.others:
-            value *= lam - b
-        value = -1 / (4 * mp.sqrt(value))
-        product = 2 * mp.fprod(lam - x for x in separation.alpha)
-        turning = [
-            product * separation.ell[g] * separation.alpha[g] / (lam - separation.alpha[g]) ** 2
-            for g in pairs
-        ]
-        return [value * x for x in lagrange(nodes, lam) + turning]
-
-    rows: list[list[Any]] = []  # even in θ: half of the circle
-    while count <= MOST_POINTS:
-        known = dict(zip(range(0, count // 2 + 1, 2), rows, strict=True)) if rows else {}
-        rows = [known[i] if i in known else row(i) for i in range(count // 2 + 1)]
-        columns = list(zip(*rows, strict=True))
-        means = [(2 * mp.fsum(c[1:-1]) + c[0] + c[-1]) / count for c in columns]
-        allowed = AGREEMENT * max(abs(z) for z in means)
-        if previous is not None and all(
-            abs(x - y) < allowed for x, y in zip(means, previous, strict=True)
-        ):
-            half = np.array([[float(x) for x in row] for row in rows]).T
-            return means, np.concatenate([half, half[:, -2:0:-1]], axis=1)
-        previous, count = means, 2 * count
-    expected = "a motion with branch points farther apart: the periods do not converge, condition "
-    ends = [float(oval.lower), float(oval.upper)]
-    raise gi.DomainError("state", ends, f"{expected}{separation.condition:.3g}")
 
 
 def _shift(values: Array, inverse: Any, means: list[list[Any]], k: int) -> Array:

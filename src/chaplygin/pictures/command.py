@@ -42,7 +42,8 @@ def exact(
 ) -> None:
     """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
 
-    For the Chaplygin sphere with zero momentum, the ball in R³ with any, and Veselova's problem.
+    For the Chaplygin sphere with zero momentum, the ball in R³ with any, Veselova's problem, and the
+    rubber ball. Times at which the phase means nothing any more are refused.
     """
     times = [] if at is None else _times(at)
     if animate is not None and animate.suffix not in ENDINGS:
@@ -115,7 +116,8 @@ def _tell(name: str, motion: Any) -> None:
         click.echo(f"physical time is not available: {error}")
     row("condition number", [motion.condition], ".3g")
     fastest = max(abs(float(x)) for x in motion.frequencies)
-    row("error of phases, over their size", [motion.condition * 2.0**-52], ".3g")
+    row("error of phases, over their size", [motion.phase_error(1e3 / fastest) / 1e3], ".3g")
+    row("phases mean something up to |τ|", [motion.longest], ".3g")
     row("a turn of the fastest angle takes τ", [6.283185307179586 / fastest], ".6g")
 
 

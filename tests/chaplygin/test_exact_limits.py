@@ -1,0 +1,228 @@
+"""The exact flow at the limits of what double precision resolves: nearly equal a_i, tiny components,
+nearly degenerate tori, times at which the phase means nothing; and that its estimates are honest."""
+
+import numpy as np
+import pytest
+from exact_support import flow_of, problem_of, turn_of
+
+import chaplygin as ch
+import geomint as gi
+from chaplygin.exact import clock, clock_series, flow, torus
+from geomint.exact import exact_reference
+
+ULP = float(np.spacing(0.8))
+GAPS = (1e-1, 1e-5, 1e-9, 1e-12, 1e-14, ULP, 0.0)
+
+
+def nearly_equal(gap, group, n):
+    a = np.array([0.8, 1.1, 1.4, 0.65, 1.25])[:n]
+    a[:group] = 0.8 + gap * np.arange(group)
+    return a
+
+
+@pytest.mark.parametrize(("group", "n"), [(2, 3), (3, 3), (3, 4), (3, 5)])
+def test_nearly_equal_parameters(group, n):
+    """To rounding at any gap: the start, a flow, and what is there without a gap."""
+    for problems in (lambda a: ch.ChaplyginSphere(a, 4.0), lambda a: ch.Veselova(a, 1.3)):
+        for seed in range(3):
+            last = None
+            for gap in GAPS:
+                problem = problems(nearly_equal(gap, group, n)).hamiltonized()
+                y = problem.random_state(seed)
+                exact = problem.exact(y)
+                np.testing.assert_allclose(exact.at_tau(0.0), y, rtol=0, atol=1e-14)
+                times = np.array([1.0, 10.0, -100.0])
+                found = exact.at_tau(times)
+                there = problem.exact(problem.canonical(found[1])).at_tau(-10.0)
+                allowed = float(exact.phase_error(20.0))
+                assert allowed < 1e-11
+                np.testing.assert_allclose(there, y, rtol=0, atol=allowed)
+                if gap == 1e-14:
+                    last = found
+            np.testing.assert_allclose(last, found, rtol=0, atol=1e-10)
+
+
+def test_nearly_equal_parameters_against_integration():
+    for gap in (1e-3, 1e-9, 1e-13, ULP):
+        problem = ch.ChaplyginSphere(nearly_equal(gap, 2, 3), D=4.0).hamiltonized()
+        y = problem.random_state(1)
+        exact = problem.exact(y)
+        run = gi.solve(problem, y, tau_end=3.0, step=0.01, method="gauss-8", progress=False)
+        np.testing.assert_allclose(exact.at_tau(3.0), run.y[-1], rtol=0, atol=5e-14)
+
+
+def test_a_turn_within_a_nearly_equal_group():
+    """ℓ² of the size of the gap: another torus, right or refused with the condition."""
+    for size in 10.0 ** np.arange(-1.0, -7.0, -0.5):
+        problem = ch.ChaplyginSphere([0.8, 0.8 + 1e-7, 1.5], 4.0).hamiltonized()
+        y = flow_of(problem, [0.5, 0.2, 0.6], [0.5 + size, 0.2, -0.3])
+        if size < 5e-3:
+            with pytest.raises(gi.DomainError, match="condition"):
+                problem.exact(y)
+            continue
+        exact = problem.exact(y)
+        np.testing.assert_allclose(exact.at_tau(0.0), y, rtol=0, atol=1e-13)
+        middle = problem.canonical(exact.at_tau(7.0))
+        allowed = float(exact.phase_error(14.0))
+        np.testing.assert_allclose(problem.exact(middle).at_tau(-7.0), y, rtol=0, atol=allowed)
+
+
+@pytest.mark.parametrize("kind", ["sphere-tau", "body-tau"])
+def test_estimates_are_honest(kind):
+    """A rounding of the state moves later states by less than the estimate, if not by much less."""
+    rng, ratios = np.random.default_rng(4), []
+    problem = problem_of("3", kind)
+    for seed in range(24):
+        small = 10.0 ** -(rng.uniform(0.0, 4.0, 6) * (rng.random(6) < 0.4))
+        y = problem.random_state(seed) * small
+        y = flow_of(problem, y[:3], y[3:])
+        try:
+            exact = problem.exact(y)
+        except gi.DomainError:
+            continue
+        times = turn_of(exact) * np.array([3.0, 300.0, 3e5])
+        size = np.max(np.abs(y[3:]))
+        near = y.copy()
+        near[:3] += 2.0**-53 * rng.normal(size=3)
+        near[3:] += 2.0**-53 * size * rng.normal(size=3)
+        moved = np.abs(problem.exact(problem.canonical(near)).at_tau(times) - exact.at_tau(times))
+        off = np.maximum(np.max(moved[:, :3], axis=1), np.max(moved[:, 3:], axis=1) / size)
+        ratios.extend(off / exact.phase_error(times))
+    assert len(ratios) > 40
+    assert max(ratios) < 1.0
+    assert np.median(ratios) > 1e-3
+
+
+def test_an_estimate_of_time_is_part_of_a_reference():
+    problem = problem_of("3", "sphere-t")
+    y = problem.random_state(1)
+    exact = problem.exact(y)
+    reference = exact_reference(problem, y, {"t_end": 3.0})
+    tau = float(exact.tau(3.0))
+    assert reference.error == pytest.approx(
+        float(exact.phase_error(tau) + exact.time_error(tau)), rel=1e-12
+    )
+    assert 0.0 < float(exact.time_error(tau)) < 1e-13
+
+
+def test_times_without_a_phase_are_refused():
+    problem = problem_of("3", "sphere-tau")
+    exact = problem.exact(problem.random_state(1))
+    assert float(exact.phase_error(exact.longest)) == pytest.approx(1.0)
+    assert np.isfinite(exact.at_tau(-0.99 * exact.longest)).all()
+    assert np.isfinite(exact(0.99 * exact.longest * exact.clock.mean)).all()
+    integral = exact.quadrature(lambda phi: np.cos(phi[:, 0]))
+    for call, name in ((exact.at_tau, "tau"), (exact.time, "tau"), (integral, "tau"),
+                       (exact, "t"), (exact.tau, "t")):  # fmt: skip
+        for far in (1e300, [0.0, -1e17]):
+            with pytest.raises(gi.DomainError, match=rf"\|{name}\| up to .*e\+1") as caught:
+                call(far)
+            assert caught.value.name == name
+    ball = ch.ChaplyginSphere(inertia=problem.parameters["a"], D=1.0).classical()
+    with pytest.raises(gi.DomainError, match="radian"):
+        ball.exact(ball.random_state(1))(1e300)
+
+
+def test_work_is_known_beforehand(monkeypatch):
+    """Next to a separatrix: refused before anything is computed, with the condition number."""
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    y = flow_of(problem, [1.0, 0.0, 1e-4], [0.0, 1e-4, 0.2])
+    monkeypatch.setattr(torus, "means_of", None)
+    with pytest.raises(gi.DomainError, match=r"condition \d.*e\+06"):
+        problem.exact(y)
+
+
+def test_work_of_the_clock_is_bounded(monkeypatch):
+    problem = problem_of("4", "sphere-tau")
+    exact = problem.exact(problem.random_state(2))
+    monkeypatch.setattr(clock_series, "MOST_WORK", 1e4)
+    with pytest.raises(gi.DomainError, match="multiplications, and the narrowest strip"):
+        exact.time(1.0)
+    monkeypatch.undo()
+    monkeypatch.setattr(clock_series, "MOST_NUMBERS", 1e4)
+    with pytest.raises(gi.DomainError, match="they reach as far as m"):
+        exact.time(1.0)
+    monkeypatch.undo()
+    assert float(exact.time(0.0)) == pytest.approx(0.0, abs=1e-14)
+    monkeypatch.setattr(clock, "MOST_TERMS", 1e5)
+    ball = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
+    near = ball.exact(
+        ball.canonical(np.r_[1.0, 0.03, 0.9, np.array([0.05, 1.0, 0.02]) / np.sqrt(1.0029)])
+    )
+    calls = []
+    monkeypatch.setattr(clock, "_edge", lambda spectrum: calls.append(spectrum.size) or 1.0)
+    with pytest.raises(gi.DomainError, match="Fourier series that decays"):
+        near.time(1.0)
+    terms = sum(s.shape[1] for s in near.torus.shifts)
+    assert max(calls) == 32**2 or max(calls) * 2 * terms <= 1e5
+
+
+def test_a_series_with_gaps():
+    """Nearly equal a_i: coefficients that matter beyond others that do not."""
+    a = [0.91464134, 0.91464134 + 4.6e-7, 0.91464134 + 1.08e-6, 1.2313585]
+    problem = ch.ChaplyginSphere(a, 4.0).hamiltonized()
+    assert max(problem.exact(problem.random_state(s)).clock.edge for s in range(8)) < 1e-13
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_states_of_any_size(n):
+    """Unequal sizes of everything: the torus goes through its start, or there is none."""
+    rng, found = np.random.default_rng(n), 0
+    for count in range(60):
+        a = 10.0 ** rng.uniform(-6, 6, n) if count % 2 else rng.uniform(0.6, 1.6, n)
+        gamma, p = rng.normal(size=(2, n)) * 10.0 ** -(
+            rng.choice([0, 0, 1, 9, 17, 160, 300], (2, n))
+        )
+        gamma[rng.integers(n)], p[rng.integers(n)] = 1.0, 1.0
+        problem = ch.Veselova(a, 1.3).hamiltonized()
+        y = flow_of(problem, gamma, p - (gamma @ p) / (gamma @ gamma) * gamma)
+        y[n:] *= 10.0 ** rng.choice([-290, 0, 250])
+        if not np.any(y[n:]):
+            continue
+        try:
+            exact = problem.exact(y)
+        except gi.DomainError:
+            continue
+        z, found = exact.at_tau(0.0), found + 1
+        np.testing.assert_allclose(z[:n], y[:n], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(z[n:], y[n:], rtol=0, atol=1e-12 * np.max(np.abs(y[n:])))
+    assert found > 20
+
+
+def test_balls_of_any_momentum_and_nearly_parallel_vectors():
+    ball = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
+    body = ch.Veselova([0.8, 1.1, 1.5], 1.3).classical(0.0)
+    gamma = np.array([0.48, 0.6, 0.64])
+    for unit in (1e-290, 1e-100, 1.0, 1e100):
+        for problem, k in ((ball, [0.3, -0.4, 0.5]), (body, np.cross(gamma, [0.3, -0.4, 0.5]))):
+            y = np.r_[unit * np.array(k), gamma]
+            z = problem.exact(y).at_tau(0.0)
+            np.testing.assert_allclose(z[:3] / unit, y[:3] / unit, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(z[3:], gamma, rtol=0, atol=1e-12)
+    found = 0
+    for apart in 10.0 ** np.arange(-1.0, -8.0, -0.5):
+        y = np.r_[-2.0 * gamma + apart * np.array([0.8, 0.0, -0.6]), gamma]
+        try:
+            z = ball.exact(y).at_tau(0.0)
+        except gi.DomainError:
+            continue
+        np.testing.assert_allclose(z, y, rtol=0, atol=1e-12)
+        found += 1
+    assert 0 < found < 13
+
+
+def test_the_rubber_ball():
+    problem = ch.RubberSphere.from_a([0.8, 0.8 + 1e-13, 1.1], 0.3).hamiltonized()
+    y = problem.random_state(1)
+    exact = problem.exact(y)
+    np.testing.assert_allclose(exact.at_tau(0.0), y, rtol=0, atol=1e-14)
+    assert exact.condition < 20.0
+
+
+def test_a_torus_that_misses_its_state_is_refused(monkeypatch):
+    problem = problem_of("3", "sphere-tau")
+    y = problem.random_state(1)
+    right = flow.component_signs
+    monkeypatch.setattr(flow, "component_signs", lambda *given: -right(*given))
+    with pytest.raises(gi.DomainError, match="misses the state by"):
+        problem.exact(y)
