@@ -1,7 +1,7 @@
 """What users meet: geomint and heyoka on the Hamiltonised sphere, n = 3, from random states.
 
-The ball of `hamiltonized_n3`, from `random_state(0)` … `random_state(7)`, to several ends in τ. For each
-state the fastest setting of either code counts whose error of the final state is below the goal; the
+The ball of `hamiltonized_n3`, from `random_state(0)` … `random_state(7)`, to several ends in τ. For
+each state the fastest setting of either code counts whose error of the final state is below the goal; the
 error is the largest deviation of (γ, p̃) from a double-double reference. Times are those of the whole
 call, as a clock on the wall shows them: `geomint.solve` with what it checks and makes beside the steps,
 and heyoka's `propagate_until`. Compilation, and making heyoka's integrator, are apart. Codes take
@@ -104,7 +104,9 @@ def compared(problem: gi.Problem, integrators: Any, seed: int, end: float, repea
     truth = reference_solution(problem, y0, end).y
     ours, theirs = geomint_runners(problem, y0), heyoka_runners(integrators, y0)
     errors = {**good_enough(ours, end, truth), **good_enough(theirs, end, truth)}
-    seconds = times_of({k: run for k, run in {**ours, **theirs}.items() if k in errors}, end, repeats)
+    seconds = times_of(
+        {k: run for k, run in {**ours, **theirs}.items() if k in errors}, end, repeats
+    )
     row: dict[str, Any] = {"seed": seed}
     for code, runners in (("geomint", ours), ("heyoka", theirs)):
         best = min((name for name in runners if name in seconds), key=lambda name: seconds[name])

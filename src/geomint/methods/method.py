@@ -54,8 +54,8 @@ class Method:
         The form of the problem: ``field``, ``action``, ``hamiltonian`` or ``splitting``.
     symmetric, symplectic : bool
         Structure of the method itself, in exact arithmetic: symplectic on the manifold for a method
-        that needs ``hamiltonian`` or ``splitting``; for one that needs ``field``, for Hamiltonian fields
-        on flat space. See `structure`.
+        that needs ``hamiltonian`` or ``splitting``; for one that needs ``field``, for Hamiltonian
+        fields on flat space. See `structure`.
     keeps : tuple of str
         What every step keeps to round-off, however long it is; `geomint.stress` holds the method to
         it. Some of ``"group orbits"``, ``"quadratic invariants"``, ``"constraints"``, and ``"steady
