@@ -1,11 +1,12 @@
 """What users meet: geomint and heyoka on the Hamiltonised sphere, n = 3, from random states.
 
 The ball of `hamiltonized_n3`, from `random_state(0)` … `random_state(7)`, to several ends in τ. For
-each state the fastest setting of either code counts whose error of the final state is below the goal; the
-error is the largest deviation of (γ, p̃) from a double-double reference. Times are those of the whole
-call, as a clock on the wall shows them: `geomint.solve` with what it checks and makes beside the steps,
-and heyoka's `propagate_until`. Compilation, and making heyoka's integrator, are apart. Codes take
-turns; the median of the repeats counts, and of the states the geometric mean of the ratios.
+each state the fastest setting of either code counts whose error of the final state is below the
+goal; the error is the largest deviation of (γ, p̃) from a double-double reference. Times are those of
+the whole call, as a clock on the wall shows them: `geomint.solve` with what it checks and makes
+beside the steps, and heyoka's `propagate_until`. Compilation, and making heyoka's integrator, are
+apart. Codes take turns; the median of the repeats counts, and of the states the geometric mean of
+the ratios.
 """
 
 from __future__ import annotations
