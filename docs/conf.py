@@ -13,11 +13,11 @@ from typing import Any
 os.environ.setdefault("MPLBACKEND", "Agg")
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "src")]
 
+import tables
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
 import geomint
-import tables
 
 project = "geomint"
 author = "The geomint authors"

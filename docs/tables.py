@@ -8,9 +8,10 @@ import typing
 from pathlib import Path
 from typing import Any
 
-from geomint.systems import find_system, system_names
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
+
+from geomint.systems import find_system, system_names
 
 RESULTS = Path(__file__).parents[1] / "benchmarks" / "results"
 
@@ -73,7 +74,11 @@ def peers() -> str:
     lielab = min(seconds["lielab with_arrays"], seconds["lielab with_numbers"])
     found = [
         (f"lielab {versions['lielab']}, RKMK", lielab, seconds["geomint rkmk-4"]),
-        (f"Mici {versions['mici']}, constrained leapfrog", seconds["mici"], seconds["geomint rattle-2"]),
+        (
+            f"Mici {versions['mici']}, constrained leapfrog",
+            seconds["mici"],
+            seconds["geomint rattle-2"],
+        ),
     ]
     rows = [
         [code, f"{1e6 * theirs:.0f}", f"{1e6 * ours:.2f}", f"{theirs / ours:.0f}"]
@@ -100,7 +105,10 @@ def main_job() -> str:
     record = result("observer_loop")
     seconds = record["seconds"]
     rows = [
-        ["a million steps of `ball-3d` with `cf-4`, five quantities after every step", seconds["loop"]],
+        [
+            "a million steps of `ball-3d` with `cf-4`, five quantities after every step",
+            seconds["loop"],
+        ],
         ["`geomint drift ball-3d`, the whole command, code in the cache", seconds["command"]],
         ["the same with an empty cache", record["cold_command_seconds"]],
         ["of which compilation", seconds["cold_compilation"]],

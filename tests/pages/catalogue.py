@@ -43,8 +43,7 @@ def _made(n: int) -> Iterator[tuple[str, gi.Problem]]:
         objects: list[Any] = [ch.ChaplyginSphere(a=a, D=4.0), ch.RubberSphere.from_a(0.3 * a, 4.0)]
         objects += [ch.Veselova(a=a), ch.VeselovaLR.from_a(a, 1), ch.VeselovaLR.from_a(a, 2)]
         for thing in objects:
-            for name, problem in _of(thing, {"k0": np.zeros(rows)}):
-                yield name, problem
+            yield from _of(thing, {"k0": np.zeros(rows)})
         yield "ellipsoid_problem", ch.ellipsoid_problem(a)
         yield "neumann_problem", ch.neumann_problem(a, 1.0)
         yield "clebsch_problem", ch.clebsch_problem(a, 1.0, 1.0, 0.5)

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from blocks import Command, blocks, commands, examples, page, rewrite
 from click.testing import CliRunner
 
-from blocks import Command, blocks, commands, examples, page, rewrite
 from geomint.cli import main
 from geomint.errors import GeomintError
 

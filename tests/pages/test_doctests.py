@@ -19,7 +19,7 @@ MODULES = [
 @pytest.mark.parametrize("name", MODULES)
 def test_examples_of_docstrings(name: str) -> None:
     """Each docstring brings the names that it uses, as a reader would have to."""
-    found = [test for test in doctest.DocTestFinder().find(importlib.import_module(name))]
+    found = list(doctest.DocTestFinder().find(importlib.import_module(name)))
     examples = 0
     for test in found:
         test.globs = {}
