@@ -11,7 +11,8 @@ from typing import Any
 
 # Autodoc imports the package: without a display, and from this tree if it is not installed.
 os.environ.setdefault("MPLBACKEND", "Agg")
-sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "src")]
+sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
+sys.path.insert(0, str(Path(__file__).parent))
 
 import tables
 from docutils import nodes

@@ -1,4 +1,4 @@
-"""The tables of pages that are made of results and registries, so that a page cannot differ from them."""
+"""The tables of pages that are made of results and registries: a page cannot differ from them."""
 
 from __future__ import annotations
 
