@@ -95,7 +95,8 @@ def step_cost() -> str:
         place = [row["title"], str(row["numbers"])] if row["title"] != before else ["", ""]
         before = row["title"]
         numbers = [f"{row['step']:g}", f"{row['ns']:.0f}", f"{row['evaluations']:.0f}"]
-        each = f"{row['ns'] / row['evaluations']:.2g}"
+        cost = row["ns"] / row["evaluations"]
+        each = f"{cost:.0f}" if cost >= 10.0 else f"{cost:.1f}"
         rows.append([*place, f"`{row['method']}`", *numbers, each])
     return _table([*heads, "ns an evaluation"], rows)
 
@@ -199,9 +200,9 @@ def scene_keys() -> str:
     rows = []
     for name in system_names():
         system = find_system(name)
-        cells = [_keys(system.parameters), _keys(system.initial)]
-        rows.append([f"`{name}`", system.summary.replace("|", "\\|"), *cells])
-    return _table(["system", "what it is", "`[system]`", "`[initial]`"], rows)
+        summary = system.summary.replace("|", "\\|").replace("*", "\\*")
+        rows.append([f"`{name}`: {summary}", _keys(system.parameters), _keys(system.initial)])
+    return _table(["system", "`[system]`", "`[initial]`"], rows)
 
 
 def _keys(model: type[BaseModel]) -> str:

@@ -17,7 +17,7 @@ import geomint
 from geomint.errors import MethodError
 from geomint.methods import find_method, method_names
 from geomint.scene import scene_names
-from geomint.systems import system_names
+from geomint.systems import find_system, system_names
 
 API = ROOT / "docs" / "api"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -176,3 +176,14 @@ def test_scenes_and_systems_are_on_the_pages() -> None:
     page = (ROOT / "docs" / "scene-files.md").read_text("utf-8")
     assert [name for name in scene_names() if f" {name} " not in tutorial] == []
     assert [name for name in system_names() if f"`{name}`" not in page] == []
+
+
+def test_keys_of_systems_are_explained() -> None:
+    """In words, beside the generated table: in a table of keys or in a sentence about them."""
+    page = (ROOT / "docs" / "scene-files.md").read_text("utf-8")
+    part = page.split("\n## `[system]`", 1)[1].split("\n## `[time]`", 1)[0]
+    assert "{{ scene_keys }}" in part
+    for name in system_names():
+        system = find_system(name)
+        for key in (*system.parameters.model_fields, *system.initial.model_fields):
+            assert f"`{key}`" in part, (name, key)
