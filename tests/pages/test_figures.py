@@ -127,6 +127,29 @@ def test_long_runs_are_as_the_page_says() -> None:
     assert 2e-19 < abs(drift["K"]["slope"]) < 1e-18
 
 
+ROUNDING = 32 * 2.0**-52
+# Methods by what they keep to round-off in all six scenes, as the table "Which method for what" says.
+KEEPS = {
+    "energy": ("gauss-8",),
+    "constraints": ("gauss-8", "gauss-2", "rattle-2", "rattle-4", "cf-4", "rkmk-4"),
+}
+
+
+def test_what_is_kept_by_which_method() -> None:
+    scenes = result("drift_by_method")["scenes"]
+    for scene in scenes.values():
+        for label, method in scene["methods"].items():
+            for name, found in method["quantities"].items():
+                kind, size = scene["kinds"][name], found["max_abs_error"] / found["scale"]
+                if label in KEEPS.get(kind, ()):
+                    assert size <= ROUNDING, (label, name)
+                if kind == "integrals" and label.startswith(("cf", "rkmk")):
+                    assert size <= ROUNDING, (label, name)
+                if kind == "energy":
+                    assert label != "rk-4" or found["class"] == "linear"
+                    assert not label.startswith("rattle") or found["class"] == "bounded"
+
+
 def test_rattle_costs_what_pages_say() -> None:
     """100 to 400 times gauss-8: the least time of a point with no larger error."""
     ours = ladder("sphere", "gauss-8")

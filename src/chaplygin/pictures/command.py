@@ -42,7 +42,8 @@ def exact(
 ) -> None:
     """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
 
-    For the Chaplygin sphere with zero momentum, the ball in R³ with any, and Veselova's problem.
+    For the Chaplygin sphere with zero momentum, the rubber ball, the ball in R³ with any momentum, and
+    Veselova's problem.
     """
     times = [] if at is None else _times(at)
     if animate is not None and animate.suffix not in ENDINGS:
