@@ -17,6 +17,7 @@ import geomint
 from geomint.errors import MethodError
 from geomint.methods import find_method, method_names
 from geomint.scene import scene_names
+from geomint.stress.case import stress_cases
 from geomint.systems import find_system, system_names
 
 API = ROOT / "docs" / "api"
@@ -187,3 +188,11 @@ def test_keys_of_systems_are_explained() -> None:
         system = find_system(name)
         for key in (*system.parameters.model_fields, *system.initial.model_fields):
             assert f"`{key}`" in part, (name, key)
+
+
+def test_axes_of_stress_are_on_their_page() -> None:
+    text = (ROOT / "docs" / "stress.md").read_text("utf-8")
+    table = text.split("\n## What is stressed", 1)[1].split("\n## ", 1)[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == {
+        case.axis.name for case in stress_cases()
+    }
