@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 import os
 import re
 import sys
@@ -13,7 +12,9 @@ from typing import Any
 # Autodoc imports the package: without a display, and from this tree if it is not installed.
 os.environ.setdefault("MPLBACKEND", "Agg")
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
+sys.path.insert(0, str(Path(__file__).parent))
 
+import tables
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
@@ -49,68 +50,7 @@ napoleon_use_rtype = False
 # Several attributes may share one line of an Attributes section.
 napoleon_custom_sections = [("Attributes", "params_style")]
 
-_ROOT = Path(__file__).parents[1]
-
-
-def _benchmark() -> str:
-    """Return the table of the benchmark's own result, so that the page cannot differ from it."""
-    path = _ROOT / "benchmarks" / "results" / "hamiltonized_n3.json"
-    result = json.loads(path.read_text(encoding="utf-8"))
-    versions = result["machine"]["versions"]
-    lines = [
-        f"| error | geomint {versions['geomint']} (ms) | heyoka {versions['heyoka']} (ms) | ratio |",
-        "|---|---|---|---|",
-    ]
-    for error, row in result["at_error"].items():
-        ours, theirs = row["geomint_ms"], row["heyoka_ms"]
-        lines.append(
-            f"| {float(error):g} | {ours:.1f} | {theirs:.1f} | {row['heyoka_over_geomint']:.1f} |"
-        )
-    return "\n".join(lines)
-
-
-_KINDS = {
-    "energy": "energy",
-    "integrals": "other integrals",
-    "constraints": "constraints",
-    "measure": "measure",
-}
-
-
-def _drift_tables() -> dict[str, str]:
-    """Return a table for each scene of the benchmark of drifts: largest deviation, worst class."""
-    path = _ROOT / "benchmarks" / "results" / "drift_by_method.json"
-    scenes = json.loads(path.read_text(encoding="utf-8"))["scenes"]
-    return {f"drift_{name.replace('-', '_')}": _drift_table(s) for name, s in scenes.items()}
-
-
-def _drift_table(scene: dict[str, Any]) -> str:
-    heads = ["method", "representation", "step", "µs a step", *_KINDS.values()]
-    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
-    for label, method in scene["methods"].items():
-        run = method["run"]
-        if run is None:
-            lines.append(f"| `{label}` | {method['status']}: {method['message']} |" + " |" * 6)
-            continue
-        time = {"t": "t", "tau": "τ"}[run["time"]]
-        each = 1e6 * run["run_seconds"] / max(run["steps"], 1)
-        cells = [f"`{label}`", method["representation"], f"{run['step']:.3g} in {time}"]
-        cells += [f"{each:.2g}", *(_drift_cell(scene, method, kind) for kind in _KINDS)]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
-def _drift_cell(scene: dict[str, Any], method: dict[str, Any], kind: str) -> str:
-    """Return the largest deviation / scale (of the measure: the deviation) and its class."""
-    found = [q for name, q in method["quantities"].items() if scene["kinds"][name] == kind]
-    sizes = [(q["max_abs_error"] / (q["scale"] if kind != "measure" else 1.0), q) for q in found]
-    if not sizes:
-        return "–"
-    size, worst = max(sizes, key=lambda pair: pair[0])
-    return f"{size:.1e} `{worst['class']}`"
-
-
-myst_substitutions = {"benchmark": _benchmark(), **_drift_tables()}
+myst_substitutions = tables.substitutions()
 
 html_theme = "furo"
 html_title = f"geomint {release}"

@@ -34,9 +34,10 @@ def converted(y: Any, source: gi.Problem, target: gi.Problem) -> Array:
 
     Examples
     --------
-    >>> sphere = ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
+    >>> import chaplygin as ch
+    >>> sphere = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
     >>> y = sphere.reduced().state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
-    >>> converted(y, sphere.reduced(), sphere.classical())[3:]
+    >>> ch.converted(y, sphere.reduced(), sphere.classical())[3:]
     array([0.6, 0. , 0.8])
     """
     state = source.canonical(y)

@@ -72,7 +72,8 @@ class Spheroconical:
 
     Examples
     --------
-    >>> chart = Spheroconical([0.8, 1.1, 1.5])
+    >>> import chaplygin as ch
+    >>> chart = ch.Spheroconical([0.8, 1.1, 1.5])
     >>> point = chart.point([0.6, 0.48, 0.64], [0.4, 0.1, -0.45])
     >>> gamma, p_tilde = chart.state(point)
     >>> gamma

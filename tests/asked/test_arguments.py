@@ -211,7 +211,7 @@ BELOW = {
 ELSEWHERE = {"Compose", "CommutatorFree", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet"}
 METHODS_BELOW = {  # methods of classes
     "Problem": {"canonical", "exact", "physical_state", "random_state", "state"},
-    "Method": {"check_fits", "with_options"},
+    "Method": {"check_fits", "structure", "with_options"},
     "Scene": {
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
@@ -435,6 +435,7 @@ def test_methods_of_a_method() -> None:
         gauss.check_fits(IN_T, True)
     with pytest.raises(gi.FormError, match="needs the form 'action'"):
         action.check_fits(IN_T, False)
+    assert (gauss.structure(IN_T), gi.RungeKutta("rk-4").structure(IN_T)) == ("symmetric", "")
 
 
 # --- problems -------------------------------------------------------------------------------------

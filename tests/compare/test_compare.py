@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +27,15 @@ def model():
 @pytest.fixture(scope="module")
 def comparison(model):
     return compare(model, {"tau_end": 10.0}, METHODS, repeats=1)
+
+
+def test_the_docs_name_every_key_of_the_reference(comparison):
+    page = (Path(__file__).parents[2] / "docs" / "drift-classes.md").read_text("utf-8")
+    text = page.split("| key of `reference` |", 1)[1].split("\n## ", 1)[0]
+    confirmation = comparison.reference["confirmation"]
+    assert confirmation
+    for key in (*comparison.reference, *confirmation):
+        assert f"`{key}`" in text, key
 
 
 def test_all_methods_converge_to_one_truth(comparison):

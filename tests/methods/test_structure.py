@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -384,6 +385,21 @@ def test_a_method_that_is_not_symplectic_is_noticed() -> None:
     for name, size in (("rk-4", 1e-7), ("gauss-1", 1e-6)):
         stepper = find_method(name).start(Start(problem, y0, 0.0, 0.1))
         assert symplectic_defect(problem, y0, stepper, 0.1, 5) > size
+
+
+def test_gauss_methods_are_not_symplectic_on_the_manifold() -> None:
+    """The defect of the Hamiltonised flow is of order h^(2s+1) a step, and no plan says symplectic."""
+    problem, y0 = hamiltonized(3)
+    method = find_method("gauss-1")
+    coarse, fine = (
+        symplectic_defect(problem, y0, method.start(Start(problem, y0, 0.0, h)), h, steps)
+        for h, steps in ((0.1, 5), (0.05, 10))
+    )
+    assert coarse > 1e-3
+    assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.2)  # of a time, one order less
+    assert method.structure(problem) == "symmetric"
+    for name in ("rattle-2", "verlet-2"):
+        assert find_method(name).structure(problem) == "symmetric and symplectic"
 
 
 def test_the_naive_hamiltonian_has_another_constraint() -> None:

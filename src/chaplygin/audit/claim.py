@@ -7,18 +7,26 @@ true the function returns the corrected or restricted statement instead.
 
 The rule. With HOLDS and FAILS the two thresholds, and residuals the largest over all points and n:
 
-====================================================  ============================
+====================================================  ================================
 printed ≤ HOLDS (off the manifold too, if claimed)    holds
 printed ≤ HOLDS on the manifold, ≥ FAILS off it       holds on the manifold only
 printed ≥ FAILS, restricted ≤ HOLDS                   needs a restriction
+printed ≥ FAILS, with a wider condition ≤ HOLDS       condition stronger than needed
 printed ≥ FAILS, corrected ≤ HOLDS                    misprint
 no function, but a reason                             not checkable numerically
 anything else                                         unexplained: the audit has failed
-====================================================  ============================
+====================================================  ================================
 
 A *negative* claim says that two things differ: it holds if its residual is ≥ FAILS. A correction of
 something that holds as printed is `unexplained` as well, and so is a residual between the
 thresholds.
+
+Every statement is evaluated off the manifold too, where |γ| ≠ 1 and (γ, p) ≠ 0: that residual is shown,
+but it decides only about a statement that is made there (`everywhere`).
+
+Several claims may show one *finding*: a formula that is misprinted, and what is said of it. They name
+the first of them (`finding`), so that findings can be counted. A statement that holds may cite a
+formula that does not (`cites`): then it holds of the formula as corrected, and its remark says so.
 """
 
 from __future__ import annotations
@@ -33,6 +41,7 @@ from .points import Point
 
 __all__ = [
     "FAILS",
+    "FINDINGS",
     "HOLDS",
     "ON_MANIFOLD",
     "VERDICTS",
@@ -48,9 +57,10 @@ FAILS = 1e-3
 LEAST = 1e-3  # sizes below it count as this: the numbers of a random point are of order 1
 
 TRUE, ON_MANIFOLD, RESTRICTED = "holds", "holds on the manifold only", "needs a restriction"
-MISPRINT, UNCHECKED = "misprint", "not checkable numerically"
-UNEXPLAINED = "unexplained"
-VERDICTS = (TRUE, ON_MANIFOLD, RESTRICTED, MISPRINT, UNCHECKED)
+STRONGER, MISPRINT = "condition stronger than needed", "misprint"
+UNCHECKED, UNEXPLAINED = "not checkable numerically", "unexplained"
+FINDINGS = (ON_MANIFOLD, RESTRICTED, STRONGER, MISPRINT)
+VERDICTS = (TRUE, *FINDINGS, UNCHECKED)
 
 Sides = tuple[Any, ...]
 Check = Callable[..., Sides]
@@ -76,6 +86,10 @@ class Claim:
         The verdict if the printed form fails and the amended one holds.
     amendment, reason : str
         The amended form, or why nothing can be evaluated.
+    finding : str
+        The label of the claim that shows the same finding first; empty for that one.
+    cites : tuple of str
+        Labels of formulas that the statement cites and that do not hold as printed.
     """
 
     label: str
@@ -89,11 +103,16 @@ class Claim:
     kind: str | None = None
     amendment: str = ""
     reason: str = ""
+    finding: str = ""
+    cites: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Result:
-    """A claim with its verdict; residuals are the largest over the points, None if not evaluated."""
+    """A claim with its verdict; residuals are the largest over the points, None if not evaluated.
+
+    That off the manifold is infinite where the statement has no value there.
+    """
 
     claim: Claim
     verdict: str
@@ -109,6 +128,20 @@ class Result:
         if self.claim.reason or self.verdict != UNCHECKED:
             return self.claim.reason
         return f"speaks of n = {', '.join(map(str, self.claim.dimensions))} only"
+
+    @property
+    def remark(self) -> str:
+        """What is to be said beside the verdict, or an empty string."""
+        claim = self.claim
+        if claim.negative:
+            return "they differ"
+        if claim.cites and self.verdict == TRUE:
+            return f"cites {_named(claim.cites)}: true of what holds there, not of what is printed"
+        return self.reason
+
+
+def _named(labels: Sequence[str]) -> str:
+    return ", ".join(f"({label})" for label in labels)
 
 
 class Section:
@@ -129,19 +162,39 @@ class Section:
         negative: bool = False,
         misprint: str = "",
         restriction: str = "",
+        wider: str = "",
         off_manifold: str = "",
+        finding: str = "",
+        cites: tuple[str, ...] = (),
     ) -> Callable[[Check], Check]:
         """Register a function as a claim; at most one amendment, told by the argument's name.
 
-        `off_manifold` is the form that holds off the manifold as well.
+        `off_manifold` is the form that holds off the manifold as well, `wider` a weaker condition under
+        which the statement holds.
         """
-        kinds = {MISPRINT: misprint, RESTRICTED: restriction, ON_MANIFOLD: off_manifold}
+        kinds = {
+            MISPRINT: misprint,
+            RESTRICTED: restriction,
+            STRONGER: wider,
+            ON_MANIFOLD: off_manifold,
+        }
         given = [(kind, text) for kind, text in kinds.items() if text]
         kind, text = given[0] if given else (None, "")
 
         def register(check: Check) -> Check:
             claim = Claim(
-                label, statement, self.title, lines, check, n, everywhere, negative, kind, text
+                label=label,
+                statement=statement,
+                section=self.title,
+                lines=lines,
+                check=check,
+                dimensions=n,
+                everywhere=everywhere,
+                negative=negative,
+                kind=kind,
+                amendment=text,
+                finding=finding,
+                cites=cites,
             )
             self.claims.append(claim)
             return check
@@ -178,28 +231,28 @@ def evaluate(claim: Claim, points: Sequence[Point]) -> Result:
 
 def _residuals(
     claim: Claim, check: Check, points: Sequence[Point]
-) -> tuple[float, float | None, float | None]:
-    """Return the residuals on the manifold, off it if claimed, and of the amended form."""
+) -> tuple[float, float, float | None]:
+    """Return the residuals on the manifold and off it, and of the amended form where it is claimed."""
 
     def largest(places: Sequence[Point], *amended: bool) -> float:
         return max(residual(check(point, *amended)) for point in places)
 
-    beyond = [point.off for point in points] if claim.everywhere else []
+    beyond = [point.off for point in points]
     printed = [False] if claim.kind else []
-    on = largest(points, *printed)
-    off = largest(beyond, *printed) if beyond else None
-    return on, off, largest([*points, *beyond], True) if claim.kind else None
+    on, off = largest(points, *printed), largest(beyond, *printed)
+    claimed = [*points, *beyond] if claim.everywhere else points
+    return on, off, largest(claimed, True) if claim.kind else None
 
 
-def _verdict(claim: Claim, on: float, off: float | None, amended: float | None) -> str:
+def _verdict(claim: Claim, on: float, off: float, amended: float | None) -> str:
     if claim.negative:
         return TRUE if on >= FAILS else UNEXPLAINED
     explained = amended is None or amended <= HOLDS
     if on <= HOLDS:
-        if off is None or off <= HOLDS:
+        if off <= HOLDS or not claim.everywhere:
             return TRUE if claim.kind is None else UNEXPLAINED
         fits = off >= FAILS and explained and claim.kind in (None, ON_MANIFOLD)
         return ON_MANIFOLD if fits else UNEXPLAINED
-    if on >= FAILS and claim.kind in (MISPRINT, RESTRICTED) and explained:
+    if on >= FAILS and claim.kind in (MISPRINT, RESTRICTED, STRONGER) and explained:
         return str(claim.kind)
     return UNEXPLAINED

@@ -205,6 +205,7 @@ def si(point: Point, corrected: bool) -> Sides:
     "the levels of H and the integrals are two-dimensional, with an invariant measure",
     "1525–1530",
     n=range(3, 8),
+    cites=("SI",),
 )
 def lagrange_levels(point: Point) -> Sides:
     case = lagrange_case(point)
@@ -224,6 +225,8 @@ def lagrange_levels(point: Point) -> Sides:
     "1531–1536",
     n=range(3, 8),
     misprint="with " + SI + " in place of (SI)",
+    finding="SI",
+    cites=("SI",),
 )
 def theorem_lagrange(point: Point, corrected: bool) -> Sides:
     """Check that the field is tangent to the levels, and they are two-dimensional."""

@@ -80,6 +80,7 @@ def integrable(point: Point) -> Sides:
     "CH-VP:ii",
     "Theorem 8 (ii): the reduced ball and the reduced Veselova problem have the same tori",
     "1396–1401",
+    cites=("extended2",),
 )
 def same_tori(point: Point) -> Sides:
     """Both fields in t are tangent to the levels of all r_k."""
@@ -94,7 +95,10 @@ def same_tori(point: Point) -> Sides:
 
 
 @claim(
-    "CH-VP:iii", "Theorem 8 (iii): both are linear on the tori after the same dτ = 𝒩dt", "1403–1414"
+    "CH-VP:iii",
+    "Theorem 8 (iii): both are linear on the tori after the same dτ = 𝒩dt",
+    "1403–1414",
+    cites=("extended2",),
 )
 def same_angles(point: Point) -> Sides:
     """X/𝒩 of both are Hamiltonian, with Hamiltonians that commute with all r_k: φ′ = ω(r)."""

@@ -278,7 +278,13 @@ def momentum_defect(point: Point, extra: Any) -> Sides:
     return left, inner(Y[1], body) + inner(k, bracket(body, Y[0]))
 
 
-@claim("text:truncated-flow", "i_X(Ω + Ξ̃) = dH_red", "219–221", restriction=CONVENTION)
+@claim(
+    "text:truncated-flow",
+    "i_X(Ω + Ξ̃) = dH_red",
+    "219–221",
+    restriction=CONVENTION,
+    finding="red:eq",
+)
 def truncated_flow(point: Point, restricted: bool) -> Sides:
     def form(k: Array, omega: Array, Y: Vector, Z: Vector) -> Any:
         return canonical_group_form(k, Y, Z) + truncated_form(point.D, point.gamma, omega, Y, Z)
@@ -287,7 +293,11 @@ def truncated_flow(point: Point, restricted: bool) -> Sides:
 
 
 @claim(
-    "red:eq2", "i_X w_η = dH_η, evaluated at η = 0 on T*S^(n−1)", "223–233", restriction=CONVENTION
+    "red:eq2",
+    "i_X w_η = dH_η, evaluated at η = 0 on T*S^(n−1)",
+    "223–233",
+    restriction=CONVENTION,
+    finding="red:eq",
 )
 def red_eq2(point: Point, restricted: bool) -> Sides:
     return almost_hamiltonian_on_bundle(point, restricted)

@@ -271,6 +271,7 @@ def almost_hamiltonian_on_bundle(point: Point, convention: bool) -> Sides:
     "i_X(w) = dH on T*S^(n−1) with w = ω + semi-basic",
     "650–655",
     restriction=CONVENTION,
+    finding="red:eq",
 )
 def almost_hamiltonian(point: Point, restricted: bool) -> Sides:
     return almost_hamiltonian_on_bundle(point, restricted)

@@ -40,7 +40,7 @@ def iop1(moments: Array, D: float) -> Array:
     "a_i a_j < D, 1 ≤ i, j ≤ n; any n = 3 ball has one",
     "747–754, 764–779",
     n=(3,),
-    misprint="0 < a_i a_j < D for i ≠ j only: else a_i² < D would exclude balls such as "
+    wider="0 < a_i a_j < D for i ≠ j only: else a_i² < D would exclude balls such as "
     "moments 0.1, 10, 10 with D = 1",
 )
 def operator(point: Point, corrected: bool) -> Sides:
@@ -208,6 +208,7 @@ def ro_preserves(point: Point) -> Sides:
     "641–644",
     everywhere=True,
     off_manifold="(r1), (r2) with q = (γ, γ)p − (γ, p)γ for p in ω, and H = ½⟨γ∧p, ω⟩ with it",
+    finding="theorem:ro",
 )
 def ro_preserves_energy(point: Point, amended: bool) -> Sides:
     def omega(y: Array) -> Array:

@@ -108,6 +108,7 @@ def poisson(point: Point) -> Sides:
     "1256–1261",
     n=FRAMES,
     misprint="r + 1 ≤ p < q ≤ n",
+    finding="VC",
 )
 def vfk(point: Point, corrected: bool) -> Sides:
     """Return what is left of the motion after the best λ_pq."""
@@ -123,6 +124,7 @@ def vfk(point: Point, corrected: bool) -> Sides:
     "1263–1266",
     n=(3,),
     misprint="n = 3, r = 1, with γ⃗ = e_1",
+    finding="VC",
 )
 def classical_case(point: Point, corrected: bool) -> Sides:
     """Return dim 𝔡 and (w⃗, e_1) for w in it; w⃗ = (w_32, w_13, w_21)."""
@@ -264,6 +266,7 @@ def cond_p(point: Point) -> Sides:
     "Theorem 7: the reduction of (VC), (PoissonV), (VFK) to T*V(n, r) is (dot_P)",
     "1327–1338",
     n=FRAMES,
+    cites=("VC", "VFK"),
 )
 def theorem_stiefel(point: Point) -> Sides:
     return stiefel_rates(point)

@@ -107,29 +107,53 @@ def veselova_measure(point: Point) -> Sides:
     return np.sum(terms), -derivative(log_density, y, extended(inertia, y)), np.sum(np.abs(terms))
 
 
-def capital_k(inertia: Array, y: Array) -> Array:
-    """Return K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗, 𝓘⁰ = 𝓘 − 1."""
+def along_gamma(inertia: Array, y: Array, any_length: bool = False) -> Any:
+    """Return (𝓘⁰w⃗, γ⃗), 𝓘⁰ = 𝓘 − 1; over (γ⃗, γ⃗) what holds whatever the length of γ⃗."""
     w, gamma = y[:3], y[3:]
-    return np.asarray(inertia @ w - ((inertia @ w - w) @ gamma) * gamma)
+    return ((inertia @ w - w) @ gamma) / (gamma @ gamma if any_length else 1.0)
 
 
-@claim("3.2", "dK⃗/dt = K⃗ × w⃗, dγ⃗/dt = γ⃗ × w⃗ with K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗, any f_1", "1161–1169", n=(3,))
-def momentum_form(point: Point) -> Sides:
+def capital_k(inertia: Array, y: Array, any_length: bool = False) -> Array:
+    """Return K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗."""
+    return np.asarray(inertia @ y[:3] - along_gamma(inertia, y, any_length) * y[3:])
+
+
+ANY_LENGTH = "K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗/(γ⃗, γ⃗)"  # d/dt of the factor of γ⃗ is λ only so
+
+
+@claim(
+    "3.2",
+    "dK⃗/dt = K⃗ × w⃗, dγ⃗/dt = γ⃗ × w⃗ with K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗, on R⁶(w⃗, γ⃗)",
+    "1161–1169",
+    n=(3,),
+    everywhere=True,
+    off_manifold="with " + ANY_LENGTH,
+)
+def momentum_form(point: Point, amended: bool) -> Sides:
     inertia, y = tensor(point), state(point)
-    left = derivative(lambda z: capital_k(inertia, z), y, extended(inertia, y))
-    return left, np.cross(capital_k(inertia, y), y[:3])
+    left = derivative(lambda z: capital_k(inertia, z, amended), y, extended(inertia, y))
+    return left, np.cross(capital_k(inertia, y, amended), y[:3])
 
 
-@claim("text:f1-K", "f_1 = (w⃗, γ⃗) = (K⃗, γ⃗)", "1171", n=(3,))
-def f1_of_k(point: Point) -> Sides:
+@claim(
+    "text:f1-K",
+    "f_1 = (w⃗, γ⃗) = (K⃗, γ⃗)",
+    "1171",
+    n=(3,),
+    everywhere=True,
+    off_manifold="with " + ANY_LENGTH,
+    finding="3.2",
+)
+def f1_of_k(point: Point, amended: bool) -> Sides:
     y = state(point)
-    return capital_k(tensor(point), y) @ y[3:], y[:3] @ y[3:]
+    return capital_k(tensor(point), y, amended) @ y[3:], y[:3] @ y[3:]
 
 
-def f3_f4(inertia: Array, y: Array) -> Array:
+def f3_f4(inertia: Array, y: Array, any_length: bool = False) -> Array:
     """Return f_3 and f_4 of eq. (ints)."""
-    w, gamma, K = y[:3], y[3:], capital_k(inertia, y)
-    return np.array([0.5 * (K @ w) - 0.5 * (K @ gamma) * ((inertia @ w - w) @ gamma), K @ K])
+    w, gamma, K = y[:3], y[3:], capital_k(inertia, y, any_length)
+    along = along_gamma(inertia, y, any_length)
+    return np.array([0.5 * (K @ w) - 0.5 * (K @ gamma) * along, K @ K])
 
 
 @claim(
@@ -137,9 +161,12 @@ def f3_f4(inertia: Array, y: Array) -> Array:
     "f_3 = ½(K⃗, w⃗) − ½(K⃗, γ⃗)(𝓘⁰w⃗, γ⃗) and f_4 = (K⃗, K⃗) are integrals at any f_1",
     "1172–1178",
     n=(3,),
+    everywhere=True,
+    off_manifold="with " + ANY_LENGTH + ", and the second factor in f_3 divided by (γ⃗, γ⃗) too",
+    finding="3.2",
 )
-def ints(point: Point) -> Sides:
-    left, right, size = integral(point, lambda y: f3_f4(tensor(point), y))
+def ints(point: Point, amended: bool) -> Sides:
+    left, right, size = integral(point, lambda y: f3_f4(tensor(point), y, amended))
     return left, right, np.max(size)
 
 

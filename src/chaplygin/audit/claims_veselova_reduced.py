@@ -90,6 +90,7 @@ def extended2(point: Point, corrected: bool) -> Sides:
     "by (CM), (mapping) the reduced system becomes the flow of 𝓗 = D²/2 (Ap̃, p̃) on T*S^(n−1)",
     "1371–1378",
     n=range(3, 7),
+    cites=("extended2",),
 )
 def ham_ves(point: Point) -> Sides:
     """ω(·, X) = d𝓗 on the tangent space."""

@@ -35,9 +35,9 @@ def _dimensions(text: str) -> tuple[int, ...]:
 @click.option(
     "--points",
     type=click.IntRange(min=1),
-    default=3,
+    default=20,
     show_default=True,
-    help="Random points in each dimension.",
+    help="Random points for each statement, at least, spread over its dimensions.",
 )
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the points."

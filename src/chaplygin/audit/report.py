@@ -18,10 +18,12 @@ import geomint as gi
 
 from .claim import (
     FAILS,
+    FINDINGS,
     HOLDS,
     MISPRINT,
     ON_MANIFOLD,
     RESTRICTED,
+    STRONGER,
     TRUE,
     UNCHECKED,
     UNEXPLAINED,
@@ -29,12 +31,13 @@ from .claim import (
 )
 from .run import Audit
 
-__all__ = ["as_json", "counts", "markdown", "print_audit", "write_json"]
+__all__ = ["as_json", "counts", "distinct", "markdown", "print_audit", "write_json"]
 
 COLOURS = {
     TRUE: "green",
     ON_MANIFOLD: "cyan",
     RESTRICTED: "yellow",
+    STRONGER: "blue",
     MISPRINT: "magenta",
     UNCHECKED: "dim",
     UNEXPLAINED: "bold red",
@@ -45,6 +48,12 @@ def counts(audit: Audit) -> dict[str, int]:
     """Return how often each verdict occurs among the claims of the paper."""
     verdicts = [result.verdict for result in audit.paper]
     return {verdict: verdicts.count(verdict) for verdict in COLOURS if verdict in verdicts}
+
+
+def distinct(audit: Audit) -> dict[str, int]:
+    """Return how many findings there are of each kind: several claims may show one."""
+    kinds = [results[0].verdict for results in audit.findings.values()]
+    return {kind: kinds.count(kind) for kind in FINDINGS if kind in kinds}
 
 
 def _row(result: Result) -> dict[str, Any]:
@@ -58,6 +67,9 @@ def _row(result: Result) -> dict[str, Any]:
         "corrected_residual": _finite(result.amended),
         "off_manifold_residual": _finite(result.off_manifold),
         "negative": claim.negative,
+        "claimed_off_manifold": claim.everywhere,
+        "finding": (claim.finding or claim.label) if result.verdict in FINDINGS else None,
+        "cites": list(claim.cites),
         "reason": result.reason or None,
         "section": claim.section,
         "lines": claim.lines or None,
@@ -77,6 +89,7 @@ def as_json(audit: Audit) -> dict[str, Any]:
         "claims": [_row(result) for result in audit.paper],
         "package": [_row(result) for result in audit.package],
         "counts": counts(audit),
+        "findings": distinct(audit),
         "thresholds": {"holds": HOLDS, "fails": FAILS},
         "gap": {"largest_that_holds": below, "least_that_fails": _finite(above)},
         "n": list(audit.dimensions),
@@ -106,31 +119,31 @@ def write_json(audit: Audit, folder: Path) -> Path:
 def _number(x: float | None) -> str:
     if x is None:
         return ""
-    return "0" if x == 0.0 else f"{x:.1e}"
+    return "0" if x == 0.0 else f"{x:.1e}" if np.isfinite(x) else "no value"
 
 
-def _residuals(result: Result) -> str:
-    """Return the residual; for a statement about all (γ, p) also the one off the manifold."""
-    text = _number(result.residual)
-    if result.off_manifold is None:
-        return text
-    return f"{text}, off: {_number(result.off_manifold)}"
+def _residuals(result: Result) -> tuple[str, str]:
+    """Return the residuals on and off the manifold; in brackets where nothing is claimed."""
+    off = _number(result.off_manifold)
+    return _number(result.residual), off if result.claim.everywhere or not off else f"({off})"
 
 
 def _explanation(result: Result) -> str:
     """Return what holds instead with its residual, or why nothing was evaluated."""
     if result.claim.amendment:
         return f"{result.claim.amendment} ({_number(result.amended)})"
-    return "they differ" if result.claim.negative else result.reason
+    return result.remark
 
 
 def _summary(audit: Audit) -> str:
     below, above = audit.gap
     found = ", ".join(f"{number} {verdict}" for verdict, number in counts(audit).items())
+    kinds = ", ".join(f"{number} {kind}" for kind, number in distinct(audit).items())
     return (
-        f"{len(audit.paper)} claims: {found}. Residuals of what holds are ≤ {below:.1e}, "
-        f"of what fails ≥ {above:.1e}; n = {', '.join(map(str, audit.dimensions))}, "
-        f"{audit.points} points each, seed {audit.seed}."
+        f"{len(audit.paper)} claims: {found}. Distinct findings: {kinds or 'none'}. "
+        f"Residuals of what holds are ≤ {below:.1e}, of what fails ≥ {above:.1e}; "
+        f"n = {', '.join(map(str, audit.dimensions))}, {audit.points} points or more for each claim "
+        f"and as many off the manifold, seed {audit.seed}."
     )
 
 
@@ -150,7 +163,8 @@ def print_audit(audit: Audit, console: Console | None = None, everything: bool =
             statement, explanation = Text(result.claim.statement), _explanation(result)
             if explanation:
                 statement.append(f"\n→ {explanation}", style=COLOURS[result.verdict])
-            residual = "\n".join(_residuals(result).split(", "))
+            on, off = _residuals(result)
+            residual = f"{on}\noff: {off}" if off else on
             verdict = Text(result.verdict, style=COLOURS[result.verdict])
             table.add_row(Text(result.claim.label), Text(residual), verdict, statement)
         screen.print(table)
@@ -163,23 +177,25 @@ def print_audit(audit: Audit, console: Console | None = None, everything: bool =
 def markdown(audit: Audit) -> str:
     """Return the table of the docs page: what differs first, then all claims by section."""
     lines = [_summary(audit), ""]
-    found = [r for r in audit.paper if r.verdict in (MISPRINT, RESTRICTED, ON_MANIFOLD)]
     lines += ["### What does not hold as printed", ""]
     lines += ["| label, lines | verdict | printed | what holds |", "|---|---|---|---|"]
-    for r in found:
+    for r in (result for results in audit.findings.values() for result in results):
         printed = _number(r.off_manifold if r.verdict == ON_MANIFOLD else r.residual)
         cells = (
             f"{r.claim.statement}<br>({printed})",
             f"{r.claim.amendment}<br>({_number(r.amended)})",
         )
-        lines.append(_line(_place(r), r.verdict, *cells))
+        same = f"<br>as ({r.claim.finding})" if r.claim.finding else ""
+        lines.append(_line(_place(r), r.verdict + same, *cells))
     for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
         lines += ["", f"### {section}", ""]
-        lines += ["| label, lines | statement | residual | verdict |", "|---|---|---|---|"]
+        lines += [
+            "| label, lines | statement | residual | off | verdict |",
+            "|---|---|---|---|---|",
+        ]
         for r in group:
-            remark = f": {r.reason}" if r.reason else ""
-            remark = " (they differ)" if r.claim.negative else remark
-            lines.append(_line(_place(r), r.claim.statement, _residuals(r), r.verdict + remark))
+            verdict = f"{r.verdict}: {r.remark}" if r.remark else r.verdict
+            lines.append(_line(_place(r), r.claim.statement, *_residuals(r), verdict))
     return "\n".join(lines) + "\n"
 
 

@@ -85,10 +85,12 @@ def rolled_path(
 
     Examples
     --------
-    >>> sphere = ChaplyginSphere(a=[0.8, 1.1, 1.3, 1.5], D=4.0)
+    >>> import numpy as np
+    >>> import chaplygin as ch
+    >>> sphere = ch.ChaplyginSphere(a=[0.8, 1.1, 1.3, 1.5], D=4.0)
     >>> reduced, t = sphere.reduced(), np.linspace(0.0, 10.0, 400)
     >>> motion = reduced.exact(reduced.random_state(1))
-    >>> path = rolled_path(sphere.contact(rho=1.0), reduced, t, motion(t))
+    >>> path = ch.rolled_path(sphere.contact(rho=1.0), reduced, t, motion(t))
     >>> path.attitude.shape, path.contact.shape, path.error < 1e-9
     ((400, 4, 4), (400, 3), True)
     """

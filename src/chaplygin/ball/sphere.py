@@ -46,7 +46,8 @@ class ChaplyginSphere:
 
     Examples
     --------
-    >>> sphere = ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
+    >>> import chaplygin as ch
+    >>> sphere = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
     >>> problem = sphere.reduced()
     >>> problem.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
     array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])

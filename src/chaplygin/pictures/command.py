@@ -42,8 +42,8 @@ def exact(
 ) -> None:
     """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
 
-    For the Chaplygin sphere with zero momentum, the ball in R³ with any, Veselova's problem, and the
-    rubber ball. Times at which the phase means nothing any more are refused.
+    For the Chaplygin sphere with zero momentum, the rubber ball, the ball in R³ with any momentum, and
+    Veselova's problem. Times at which the phase means nothing any more are refused.
     """
     times = [] if at is None else _times(at)
     if animate is not None and animate.suffix not in ENDINGS:

@@ -45,7 +45,8 @@ class RubberSphere:
 
     Examples
     --------
-    >>> problem = RubberSphere.from_moments([1.0, 1.5, 2.0], D=1.2).reduced()
+    >>> import chaplygin as ch
+    >>> problem = ch.RubberSphere.from_moments([1.0, 1.5, 2.0], D=1.2).reduced()
     >>> problem.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
     array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])
     """

@@ -41,7 +41,8 @@ class Veselova:
 
     Examples
     --------
-    >>> problem = Veselova(a=[0.8, 1.1, 1.5]).reduced()
+    >>> import chaplygin as ch
+    >>> problem = ch.Veselova(a=[0.8, 1.1, 1.5]).reduced()
     >>> problem.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
     array([ 0.6,  0. ,  0.8,  0.8,  1. , -0.6])
     """

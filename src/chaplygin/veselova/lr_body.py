@@ -37,7 +37,8 @@ class VeselovaLR:
 
     Examples
     --------
-    >>> body = VeselovaLR.from_a([0.7, 0.9, 1.2, 1.5], r=2)
+    >>> import chaplygin as ch
+    >>> body = ch.VeselovaLR.from_a([0.7, 0.9, 1.2, 1.5], r=2)
     >>> [problem.rows for problem in (body.lr(), body.stiefel())]
     [22, 16]
     """

@@ -32,7 +32,7 @@ def command(form: str | None) -> None:
         raise MethodError(f"--form {form!r}: no such form.{nearest(form, FORMS)}")
     console = Console()
     wide = console.width >= WIDE  # else the description would be a column of single words
-    table = Table(box=None, header_style="bold")
+    table = Table(box=None, header_style="bold", pad_edge=False)
     table.add_column("method", no_wrap=True)
     table.add_column("order", justify="right")
     table.add_column("needs", no_wrap=True)
@@ -41,9 +41,12 @@ def command(form: str | None) -> None:
         table.add_column("what it is")
     for method in methods().values():
         if form in (None, method.needs):
-            words = ["symm."] * method.symmetric + ["symplectic"] * method.symplectic
+            mark = "¹" if method.needs == "field" else ""
+            words = ["symm."] * method.symmetric + [f"symplectic{mark}"] * method.symplectic
             if method.needs == "action":
                 words.append("on orbits")
             row = [method.name, str(method.order), method.needs, ", ".join(words)]
             table.add_row(*row, *([method.summary] if wide else []))
     console.print(table)
+    if form in (None, "field"):
+        console.print("¹ for Hamiltonian fields on flat space, not for flows on a manifold")

@@ -27,8 +27,8 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
 
     Notes
     -----
-    Whatever the group's orbits keep (|γ|, K, the spectrum of k) is kept to rounding; the energy
-    and the invariant measure drift with the method's order.
+    Whatever the group's orbits keep (|γ|, K, the spectrum of k) is kept to rounding. The energy
+    and the invariant measure drift; that of the ball by a rate of one order more than the method's.
     """
     table = tableau_of(COMMUTATOR_FREE, tableau)
 

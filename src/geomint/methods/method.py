@@ -53,7 +53,9 @@ class Method:
     needs : str
         The form of the problem: ``field``, ``action``, ``hamiltonian`` or ``splitting``.
     symmetric, symplectic : bool
-        Structure of the method itself, in exact arithmetic.
+        Structure of the method itself, in exact arithmetic: symplectic on the manifold for a method
+        that needs ``hamiltonian`` or ``splitting``; for one that needs ``field``, for Hamiltonian
+        fields on flat space. See `structure`.
     keeps : tuple of str
         What every step keeps to round-off, however long it is; `geomint.stress` holds the method to
         it. Some of ``"group orbits"``, ``"quadratic invariants"``, ``"constraints"``, and ``"steady
@@ -94,6 +96,17 @@ class Method:
     def adaptive(self) -> bool:
         """Whether the method chooses its steps itself."""
         return self.first_step is not None
+
+    def structure(self, problem: Problem) -> str:
+        """Return in words what holds of the method's map on that problem: symmetric, symplectic.
+
+        A field does not tell whether it is Hamiltonian, and that of a flow on a manifold, extended to
+        the flat space around it, is not: no method of fields is called symplectic. Nor is a splitting
+        whose parts are not (`geomint.Splitting`).
+        """
+        form = getattr(problem, self.needs)
+        symplectic = self.symplectic and self.needs != "field" and getattr(form, "symplectic", True)
+        return " and ".join(["symmetric"] * self.symmetric + ["symplectic"] * symplectic)
 
     def with_options(self, **changes: Any) -> Method:
         """Return the method with other options, such as its tolerance."""

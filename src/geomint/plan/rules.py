@@ -23,10 +23,7 @@ _PROBE_ROWS = 64
 def choose_method(c: Context) -> Choice:
     """State the method."""
     method = c.scene.method
-    form = getattr(c.problem, method.needs)
-    symplectic = method.symplectic and getattr(form, "symplectic", True)  # a splitting may not be
-    words = ["symmetric"] * method.symmetric + ["symplectic"] * symplectic
-    kind = " and ".join(words)
+    kind = method.structure(c.problem)
     reason = f"order {method.order}{', ' + kind if kind else ''}: {method.summary}"
     options = ", ".join(f"{k} {v!r}" for k, v in c.scene.content.integrate.options.items())
     return Choice("method", f"{method.name}{' with ' + options if options else ''}", reason)

@@ -146,7 +146,7 @@ def _facts(solution: Solution, scene: Scene) -> list[tuple[str, str]]:
     """Return what the first screen tells about the run."""
     method, problem = solution.method, solution.problem
     own = "τ" if problem.time == "tau" else "t"
-    structure = " and ".join(w for w in ("symmetric", "symplectic") if getattr(method, w))
+    structure = method.structure(problem)
     pieces = ", ".join(f"{name} ({rows})" for name, rows in problem.pieces)
     time = scene.content.time
     asked, end = ("t", time.t_end) if time.tau_end is None else ("τ", time.tau_end)

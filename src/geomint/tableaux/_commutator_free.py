@@ -31,6 +31,7 @@ def flow(start: int, *exponentials: str) -> Flow:
 
     Examples
     --------
+    >>> from geomint.tableaux import flow
     >>> flow(2, "-1/2 0 1")
     Flow(start=2, exponentials=((Fraction(-1, 2), Fraction(0, 1), Fraction(1, 1)),))
     """

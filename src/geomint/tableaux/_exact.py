@@ -40,6 +40,7 @@ def row(text: str, length: int = 0) -> Row:
 
     Examples
     --------
+    >>> from geomint.tableaux import row
     >>> row("1/2 0.25", length=3)
     (Fraction(1, 2), Fraction(1, 4), Fraction(0, 1))
     """
@@ -52,6 +53,7 @@ def rows(*texts: str) -> tuple[Row, ...]:
 
     Examples
     --------
+    >>> from geomint.tableaux import rows
     >>> rows("", "1/2")
     ((Fraction(0, 1), Fraction(0, 1)), (Fraction(1, 2), Fraction(0, 1)))
     """

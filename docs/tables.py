@@ -1,0 +1,258 @@
+"""The tables of pages that are made of results and registries: a page cannot differ from them."""
+
+from __future__ import annotations
+
+import json
+import types
+import typing
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from geomint.systems import find_system, system_names
+
+RESULTS = Path(__file__).parents[1] / "benchmarks" / "results"
+
+
+def result(name: str) -> dict[str, Any]:
+    """Return a benchmark's own record."""
+    found: dict[str, Any] = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def _table(heads: list[str], rows: list[list[str]]) -> str:
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def measured_on(record: dict[str, Any]) -> str:
+    """Return the machine and the versions of a result."""
+    machine = record["machine"]
+    cpu = machine["cpu"].replace("(R)", "")
+    versions = ", ".join(f"{name} {version}" for name, version in machine["versions"].items())
+    return f"{cpu}, Python {machine['python']}, {versions}"
+
+
+def benchmark() -> str:
+    """Return times at two errors against heyoka."""
+    record = result("hamiltonized_n3")
+    versions = record["machine"]["versions"]
+    heads = ["error", f"geomint {versions['geomint']} (ms)", f"heyoka {versions['heyoka']} (ms)"]
+    rows = [
+        [
+            f"{float(error):g}",
+            f"{row['geomint_ms']:.1f}",
+            f"{row['heyoka_ms']:.1f}",
+            f"{row['heyoka_over_geomint']:.1f}",
+        ]
+        for error, row in record["at_error"].items()
+    ]
+    return _table([*heads, "ratio"], rows)
+
+
+def states() -> str:
+    """Return the ratios of wall times from random states."""
+    heads = ["end in τ", "geometric mean of the ratios", "least", "largest"]
+    rows = [
+        [
+            f"{float(end):g}",
+            f"{found['geometric_mean']:.2f}",
+            f"{found['least']:.2f}",
+            f"{found['largest']:.2f}",
+        ]
+        for end, found in result("hamiltonized_states")["ends"].items()
+    ]
+    return _table(heads, rows)
+
+
+def peers() -> str:
+    """Return what a step costs in lielab and Mici."""
+    record = result("peers_per_step")
+    seconds, versions = record["seconds_per_step"], record["machine"]["versions"]
+    lielab = min(seconds["lielab with_arrays"], seconds["lielab with_numbers"])
+    found = [
+        (f"lielab {versions['lielab']}, RKMK", lielab, seconds["geomint rkmk-4"]),
+        (
+            f"Mici {versions['mici']}, constrained leapfrog",
+            seconds["mici"],
+            seconds["geomint rattle-2"],
+        ),
+    ]
+    rows = [
+        [code, f"{1e6 * theirs:.0f}", f"{1e6 * ours:.2f}", f"{theirs / ours:.0f}"]
+        for code, theirs, ours in found
+    ]
+    return _table(["code", "µs a step", "geomint", "ratio"], rows)
+
+
+def step_cost() -> str:
+    """Return what a step of each method costs."""
+    heads = ["scene", "numbers in the state", "method", "step", "ns a step", "evaluations a step"]
+    rows, before = [], ""
+    for row in result("step_cost")["rows"]:
+        place = [row["title"], str(row["numbers"])] if row["title"] != before else ["", ""]
+        before = row["title"]
+        numbers = [f"{row['step']:g}", f"{row['ns']:.0f}", f"{row['evaluations']:.0f}"]
+        cost = row["ns"] / row["evaluations"]
+        each = f"{cost:.0f}" if cost >= 10.0 else f"{cost:.1f}"
+        rows.append([*place, f"`{row['method']}`", *numbers, each])
+    return _table([*heads, "ns an evaluation"], rows)
+
+
+def main_job() -> str:
+    """Return what the drift report of the ball costs."""
+    record = result("observer_loop")
+    seconds = record["seconds"]
+    rows = [
+        [
+            "a million steps of `ball-3d` with `cf-4`, five quantities after every step",
+            seconds["loop"],
+        ],
+        ["`geomint drift ball-3d`, the whole command, code in the cache", seconds["command"]],
+        ["the same with an empty cache", record["cold_command_seconds"]],
+        ["of which compilation", seconds["cold_compilation"]],
+        ["`geomint --help`", seconds["help"]],
+        ["an unknown scene name", seconds["typo"]],
+    ]
+    return _table(["what", "seconds"], [[what, f"{value:.2g}"] for what, value in rows])
+
+
+def methods(name: str) -> str:
+    """Return a table of the page that helps to choose a method."""
+    table = result("method_tables")["tables"][name]
+    rows = []
+    for point in table["shown"]:
+        own = "" if point["representation"] != "reduced" else ", reduced, in t"
+        cells = [f"`{point['method']}`{own}", f"{point['step']:.2g}"]
+        if point["error"] is None:
+            rows.append([*cells, point["status"].split(":")[0].split(" (")[0], ""])
+            continue
+        rows.append([*cells, f"{point['error']:.1e}", f"{point['seconds']:.2g}"])
+    return _table(["method", "step", "error", "seconds"], rows)
+
+
+def splittings() -> str:
+    """Return the same with times relative to the first method."""
+    shown = result("method_tables")["tables"]["splittings"]["shown"]
+    rows = [
+        [
+            f"`{point['method']}`",
+            f"{point['step']:g}",
+            f"{point['error']:.1e}",
+            f"{point['seconds'] / shown[0]['seconds']:.2g}",
+        ]
+        for point in shown
+    ]
+    return _table(["method", "step", "error", "time"], rows)
+
+
+def elsewhere() -> dict[str, str]:
+    """Return the ratios against heyoka on a second machine, in words."""
+    record = result("hamiltonized_n3_elsewhere")
+    errors = [f"{ratio} at {float(error):.0e}" for error, ratio in record["at_error"].items()]
+    ends = [f"{ratio} to τ = {end}" for end, ratio in record["states"].items()]
+    words = {"elsewhere_errors": errors, "elsewhere_states": ends}
+    return {name: " and ".join(parts).replace("e-0", "e-") for name, parts in words.items()}
+
+
+KINDS = {
+    "energy": "energy",
+    "integrals": "other integrals",
+    "constraints": "constraints",
+    "measure": "measure",
+}
+
+
+def drift_tables() -> dict[str, str]:
+    """Return a table for each scene of the benchmark of drifts: largest deviation, worst class."""
+    scenes = result("drift_by_method")["scenes"]
+    return {f"drift_{name.replace('-', '_')}": _drift_table(s) for name, s in scenes.items()}
+
+
+def _drift_table(scene: dict[str, Any]) -> str:
+    rows = []
+    for label, method in scene["methods"].items():
+        run = method["run"]
+        if run is None:
+            rows.append([f"`{label}`", f"{method['status']}: {method['message']}", *[""] * 6])
+            continue
+        time = {"t": "t", "tau": "τ"}[run["time"]]
+        each = 1e6 * run["run_seconds"] / max(run["steps"], 1)
+        cells = [f"`{label}`", method["representation"], f"{run['step']:.3g} in {time}"]
+        rows.append([*cells, f"{each:.2g}", *(_drift_cell(scene, method, kind) for kind in KINDS)])
+    return _table(["method", "representation", "step", "µs a step", *KINDS.values()], rows)
+
+
+def _drift_cell(scene: dict[str, Any], method: dict[str, Any], kind: str) -> str:
+    """Return the largest deviation / scale (of the measure: the deviation) and its class."""
+    found = [q for name, q in method["quantities"].items() if scene["kinds"][name] == kind]
+    sizes = [(q["max_abs_error"] / (q["scale"] if kind != "measure" else 1.0), q) for q in found]
+    if not sizes:
+        return "–"
+    size, worst = max(sizes, key=lambda pair: pair[0])
+    return f"{size:.1e} `{worst['class']}`"
+
+
+def scene_keys() -> str:
+    """Return every key of ``[system]`` and ``[initial]`` of every registered system."""
+    rows = []
+    for name in system_names():
+        system = find_system(name)
+        summary = system.summary.replace("|", "\\|").replace("*", "\\*")
+        rows.append([f"`{name}`: {summary}", _keys(system.parameters), _keys(system.initial)])
+    return _table(["system", "`[system]`", "`[initial]`"], rows)
+
+
+def _keys(model: type[BaseModel]) -> str:
+    return "; ".join(f"`{key}` {_kind(field)}" for key, field in model.model_fields.items())
+
+
+WORDS = {bool: "true or false", int: "whole number", float: "number", str: "string"}
+
+
+def _kind(field: FieldInfo) -> str:
+    """Return in words what a key takes, and what it is if it is not given."""
+    words = list(dict.fromkeys(_words(field.annotation)))
+    text = " or ".join(words)
+    if field.is_required():
+        return f"{text}, required"
+    if field.default is None:
+        return text
+    return f"{text}, default {json.dumps(field.default)}"
+
+
+def _words(annotation: Any) -> list[str]:
+    """Return the alternatives of a type."""
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        return [word for part in typing.get_args(annotation) for word in _words(part)]
+    if typing.get_origin(annotation) is typing.Annotated:
+        return _words(typing.get_args(annotation)[0])
+    if typing.get_origin(annotation) is list:
+        (inner,) = _words(typing.get_args(annotation)[0])
+        return ["numbers"] if inner == "number" else ["lists of numbers"]
+    return [] if annotation is type(None) else [WORDS[annotation]]
+
+
+def substitutions() -> dict[str, str]:
+    """Return what stands for ``{{ name }}`` on the pages."""
+    return {
+        "benchmark": benchmark(),
+        "states": states(),
+        "states_machine": measured_on(result("hamiltonized_states")),
+        "peers": peers(),
+        "peers_machine": measured_on(result("peers_per_step")),
+        "step_cost": step_cost(),
+        "step_cost_machine": measured_on(result("step_cost")),
+        "main_job": main_job(),
+        "main_job_machine": measured_on(result("observer_loop")),
+        "methods_ball": methods("ball"),
+        "methods_sphere": methods("sphere"),
+        "methods_rkmk": methods("rkmk"),
+        "methods_machine": measured_on(result("method_tables")),
+        "splittings": splittings(),
+        "scene_keys": scene_keys(),
+        **elsewhere(),
+        **drift_tables(),
+    }

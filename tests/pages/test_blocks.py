@@ -1,0 +1,183 @@
+"""What pages show is what happens: Python, commands with their outputs, options."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import click
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from blocks import Block, blocks, commands, examples, invocations, page
+from scipy.integrate import solve_ivp
+from session import NOT_RUN, is_slow, outputs, printed, same
+
+import geomint as gi
+from geomint.cli import main
+from geomint.methods import registry
+
+CONSOLES = ["tutorial", "scene-files"]
+# The packages that pages tell how to write are installed as they say: see below.
+PYTHON = ["tutorial", "systems", "exact-flow", "README"]
+
+
+def test_every_block_is_run_somewhere() -> None:
+    """A page with Python or a console that no test runs is named here, or is an error."""
+    elsewhere = {"add-a-method", "add-a-system", "audit"}
+    for path in sorted(Path(page("tutorial").parent).glob("*.md")):
+        infos = {block.info for block in blocks(path)}
+        if "console" in infos:
+            assert path.stem in {*CONSOLES, *elsewhere}
+        if "python" in infos:
+            assert path.stem in {*PYTHON, *elsewhere, "stress"}
+
+
+@pytest.mark.parametrize(
+    "slow", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["fast", "all"]
+)
+@pytest.mark.parametrize("name", CONSOLES)
+def test_commands_print_what_the_page_shows(name: str, slow: bool, tmp_path: Path) -> None:
+    ran = 0
+    for command, lines in outputs(name, tmp_path, slow):
+        if command.output:
+            assert same(command.output, lines), (command.text, "\n".join(lines))
+            ran += 1
+    shown = [c for c in commands(page(name)) if not c.text.startswith(NOT_RUN)]
+    assert ran >= sum(1 for c in shown if c.output and (slow or not is_slow(c.text))) > 0
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_python_prints_what_the_page_shows(name: str, tmp_path: Path) -> None:
+    """All blocks of a page in one namespace, in their order."""
+    scope: dict[str, object] = {"__name__": "page"}
+    with contextlib.chdir(tmp_path):
+        for example in examples(page(name)):
+            text = printed(example.source, scope, str(page(name)), example.line)
+            plt.close("all")
+            if example.output is not None:
+                assert text.rstrip() == example.output.text.rstrip(), example.line
+    if name == "README":
+        check_readme(scope)
+
+
+def check_readme(scope: dict[str, object]) -> None:
+    """The sphere's two warnings; the pendulum, from rest, against SciPy."""
+    sphere, pendulum = examples(page("README"))
+    text = page("README").read_text("utf-8")
+    said = re.search(r"prints two warnings.*?```\n(.*?)```", text, re.DOTALL)
+    assert said is not None
+    assert printed(sphere.source, {}, "README", 0).strip() == said.group(1).strip()
+    sol = scope["sol"]
+    assert isinstance(sol, gi.Solution)
+    assert sol.drift["energy"].max_abs_error < 1e-13
+    shown = printed(pendulum.source, {"__name__": "page"}, str(page("README")), pendulum.line)
+    assert shown.strip() == pendulum.source.rsplit("# ", 1)[1].strip()
+    exact = solve_ivp(
+        lambda t, y: [y[1], -np.sin(y[0])], (0, 100), [2, 0], "DOP853", rtol=1e-12, atol=1e-12
+    ).y[:, -1]
+    np.testing.assert_allclose(np.array(shown.strip(" []\n").split(), float), exact, atol=2e-8)
+
+
+def installed(folder: Path, entry_points: str) -> None:
+    """Make the entry points of a pyproject.toml known, as an installation would."""
+    groups = re.findall(
+        r'\[project\.entry-points\."([\w.]+)"\]\n((?:[\w-]+ = .*\n?)+)', entry_points
+    )
+    lines = [f"[{group}]\n{entries}".replace('"', "") for group, entries in groups]
+    assert lines
+    info = folder / "page-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: page\nVersion: 1.0\n", "utf-8")
+    (info / "entry_points.txt").write_text("\n".join(lines), "utf-8")
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A folder on the path of imports, whose modules are forgotten afterwards."""
+    before = set(sys.modules)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    registry.methods.cache_clear()
+    yield tmp_path
+    registry.methods.cache_clear()
+    for name in set(sys.modules) - before:
+        if (getattr(sys.modules[name], "__file__", None) or "").startswith(str(tmp_path)):
+            del sys.modules[name]
+
+
+def by_info(name: str, info: str) -> list[Block]:
+    return [block for block in blocks(page(name)) if block.info == info]
+
+
+def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
+    """The tableau, registered; the order that is printed; the midpoint rule; and the doctest."""
+    tableau, order, midpoint, same_bytes = examples(page("add-a-method"))
+    (entry_points,) = by_info("add-a-method", "toml")
+    (package / "more_methods.py").write_text(tableau.source, "utf-8")
+    installed(package, entry_points.text)
+    assert gi.find_method("ralston-4").order == 4
+    scope: dict[str, object] = {}
+    assert order.output is not None
+    assert printed(order.source, scope, "add-a-method", 0) == order.output.text
+    (package / "midpoint.py").write_text(midpoint.source, "utf-8")
+    exec("from midpoint import MIDPOINT_2", scope)
+    printed(same_bytes.source, scope, "add-a-method", 0)
+    (session,) = by_info("add-a-method", "pycon")
+    inputs = [x.removeprefix(">>> ") for x in session.text.splitlines() if x.startswith(">>> ")]
+    exec(inputs[0], scope)
+    assert str(eval(inputs[1], scope)) == session.text.splitlines()[-1]
+
+
+def test_a_system_of_ones_own_works_as_its_page_says(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The files of the page, its tests, a plan of its scene, and the error that it shows."""
+    sources = [example.source for example in examples(page("add-a-system"))]
+    *problem, system, tests = sources
+    scene, project = (block.text for block in by_info("add-a-system", "toml"))
+    (package / "tops" / "scenes").mkdir(parents=True)
+    for name, text in (
+        ("__init__.py", ""),
+        ("free_top.py", "\n\n".join(problem)),
+        ("system.py", system),
+        ("scenes/__init__.py", ""),
+        ("scenes/free-top.toml", scene),
+    ):
+        (package / "tops" / name).write_text(text, "utf-8")
+    installed(package, project)
+    scope: dict[str, object] = {}
+    exec(compile(tests, "test_free_top.py", "exec"), scope)
+    for y in scope["STATES"]:
+        scope["test_forms_agree"](y)
+        for name in ("energy", "momentum-squared"):
+            scope["test_invariants_are_constant_along_the_field"](y, name)
+    scope["test_methods_of_both_forms_agree"]()
+    assert gi.load_scene("free-top").content.system.name == "free-top"
+    bad = scene.replace("moments = [1.0, 2.0, 3.0]", "moment = [1.0, 2.0]")
+    (package / "bad.toml").write_text(bad, "utf-8")
+    (shown,) = (c for c in commands(page("add-a-system")) if "bad.toml" in c.text)
+    with contextlib.chdir(package), pytest.raises(SystemExit):
+        main(shlex.split(shown.text)[1:])
+    told = capsys.readouterr()
+    assert same(shown.output, (told.out + told.err).splitlines())
+
+
+def test_commands_of_pages_are_accepted() -> None:
+    """Every geomint command that a page shows, in whatever block, has a command and its options."""
+    context = click.Context(main)
+    seen = 0
+    for where, line in invocations():
+        for part in line.split(" | "):
+            words = shlex.split(part.replace("…", "1"))
+            words = words[1:] if words[0] == "geomint" else words
+            command = main.get_command(context, words[0]) if words else None
+            if words[0].startswith("-"):
+                continue
+            assert command is not None, (where, line)
+            with contextlib.suppress(click.MissingParameter):
+                command.make_context(words[0], words[1:], resilient_parsing=False)
+            seen += 1
+    assert seen > 30

@@ -1,0 +1,207 @@
+"""Figures in the text of pages are those of the results beside them.
+
+An entry is a sentence, made of the JSON, that must be on the page: a new measurement without a new
+sentence fails, and says what the sentence would be. Tables of docs are made at the build
+(``docs/tables.py``) and cannot differ.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from blocks import ROOT, page
+
+RESULTS = ROOT / "benchmarks" / "results"
+
+
+def result(name: str) -> dict[str, Any]:
+    return json.loads((RESULTS / f"{name}.json").read_text("utf-8"))
+
+
+def against_heyoka() -> Iterator[tuple[str, str]]:
+    record, elsewhere = result("hamiltonized_n3"), result("hamiltonized_n3_elsewhere")
+    states = result("hamiltonized_states")
+    versions = record["machine"]["versions"]
+    yield "README", f"| geomint {versions['geomint']} | heyoka {versions['heyoka']} | ratio |"
+    for error, row in record["at_error"].items():
+        ours, theirs, ratio = (
+            row[key] for key in ("geomint_ms", "heyoka_ms", "heyoka_over_geomint")
+        )
+        yield "README", f"| {error} | {ours:.1f} ms | {theirs:.1f} ms | {ratio:.1f} |"
+    python, numba, numpy = record["machine"]["python"], versions["numba"], versions["numpy"]
+    yield "README", f"Python {python}, numba {numba}, numpy {numpy}; figures of"
+    first, second = elsewhere["at_error"].values()
+    yield "README", f"the ratios were {first} and {second}."
+    long, short = (states["ends"][end]["geometric_mean"] for end in ("2500", "250"))
+    there = elsewhere["states"]
+    yield (
+        "README",
+        f"was {there['2500']} to τ = 2500 on that second machine ({long:.1f} on an Intel Xeon), "
+        f"and {there['250']} ({short:.2f}) to τ = 250",
+    )
+    cpu = states["machine"]["cpu"]
+    assert cpu.startswith("Intel(R) Xeon(R)"), "the README names another machine"
+
+
+def measure() -> Iterator[tuple[str, str]]:
+    scenes = result("measure_cost")["scenes"]
+    micros = [m["measure_us"] for methods in scenes.values() for m in methods.values()]
+    low, high = min(micros), max(micros)
+    yield "limitations", f"as the manifold has dimensions, {low:.0f} to {10 * round(high / 10)} µs"
+
+    def times(scene: str, method: str) -> float:
+        return scenes[scene][method]["measure_us"] / scenes[scene][method]["step_us"]
+
+    ball = [times("ball-3d", name) for name in ("rkmk-4", "cf-4", "rk-4")]
+    small = [times("hamiltonized-n3", name) for name in ("verlet-4", "rk-4")]
+    gauss = [times(scene, "gauss-8") for scene in ("hamiltonized-n3", "ball-3d")]
+    for name in ("README", "tutorial"):
+        yield name, f"costs {times('ball-3d', 'cf-4'):.0f} times"
+    yield (
+        "drift-classes",
+        f"That is {min(small):.0f} to {max(small):.0f} times a step of `rk-4` or `verlet-4` of the "
+        f"Hamiltonised sphere at n = 3, and {gauss[0]:.0f} times one of `gauss-8`",
+    )
+    yield (
+        "drift-classes",
+        f"With attitude it is {min(ball):.0f} to {max(ball):.0f} times an explicit step of the ball "
+        f"at n = 3, and {10 * round(gauss[1] / 10)} times one of `gauss-8`",
+    )
+
+
+def audit() -> Iterator[tuple[str, str]]:
+    text = (ROOT / "docs" / "audit-table.md").read_text("utf-8")
+    found = re.search(r"Distinct findings: ([^.]+)\.", text)
+    counts = dict(reversed(part.split(" ", 1)) for part in found[1].split(", "))
+    yield (
+        "README",
+        f"it finds {counts['misprint']} misprints, {counts['needs a restriction']} restrictions "
+        f"that are not printed, {counts['holds on the manifold only']} formulas that need |γ| = 1, "
+        f"and {counts['condition stronger than needed']} condition that is stronger than needed",
+    )
+
+
+def ladder(table: str, method: str) -> list[dict[str, Any]]:
+    points = result("method_tables")["tables"][table]["points"]
+    return [point for point in points if point["method"] == method and point["error"]]
+
+
+def halving() -> Iterator[tuple[str, str]]:
+    """A Gauss method at half the step."""
+    coarse, fine = ladder("sphere", "gauss-8")[:2]
+    yield (
+        "choose-a-method",
+        f"from {coarse['step']:.2f} to {fine['step']:.2f} in the table above, for an error "
+        f"{100 * round(coarse['error'] / fine['error'] / 100)} times as small",
+    )
+
+
+FIGURES = [entry for source in (against_heyoka, measure, audit, halving) for entry in source()]
+
+
+@pytest.mark.parametrize(("name", "sentence"), FIGURES)
+def test_the_page_has_the_figures_of_the_result(name: str, sentence: str) -> None:
+    assert sentence in " ".join(page(name).read_text("utf-8").split())
+
+
+def test_long_runs_are_as_the_page_says() -> None:
+    """Of dop853 and the bounded methods, after ten million steps."""
+    scenes = result("long_runs")["scenes"]
+
+    def energy(scene: str, method: str) -> float:
+        return scenes[scene]["methods"][method]["drift"]["energy"]["max_abs_error"]
+
+    assert energy("veselova-n3", "dop853") > energy("veselova-n3", "gauss-2")
+    for method in ("gauss-2", "rattle-4", "verlet-4"):
+        assert energy("hamiltonized-n3", "dop853") < energy("hamiltonized-n3", method)
+    for method in ("rattle-2", "rattle-4"):
+        assert energy("ellipsoid-n4", "dop853") < energy("ellipsoid-n4", method)
+    drift = scenes["hamiltonized-n3"]["methods"]["gauss-8"]["drift"]
+    assert 5e-18 < drift["tangency"]["slope"] < 7e-18
+    assert 2e-19 < abs(drift["K"]["slope"]) < 1e-18
+
+
+ROUNDING = 32 * 2.0**-52
+# Methods by what they keep to round-off in all six scenes, as the table "Which method for what" says.
+KEEPS = {
+    "energy": ("gauss-8",),
+    "constraints": ("gauss-8", "gauss-2", "rattle-2", "rattle-4", "cf-4", "rkmk-4"),
+}
+
+
+def test_what_is_kept_by_which_method() -> None:
+    scenes = result("drift_by_method")["scenes"]
+    for scene in scenes.values():
+        for label, method in scene["methods"].items():
+            for name, found in method["quantities"].items():
+                kind, size = scene["kinds"][name], found["max_abs_error"] / found["scale"]
+                if label in KEEPS.get(kind, ()):
+                    assert size <= ROUNDING, (label, name)
+                if kind == "integrals" and label.startswith(("cf", "rkmk")):
+                    assert size <= ROUNDING, (label, name)
+                if kind == "energy":
+                    assert label != "rk-4" or found["class"] == "linear"
+                    assert not label.startswith("rattle") or found["class"] == "bounded"
+
+
+def test_rattle_costs_what_pages_say() -> None:
+    """100 to 400 times gauss-8: the least time of a point with no larger error."""
+    ours = ladder("sphere", "gauss-8")
+    for name in ("rattle-4", "rattle-6", "rattle-8"):
+        for point in ladder("sphere", name):
+            if 1e-9 < point["error"] < 1e-4:
+                best = min(p["seconds"] for p in ours if p["error"] <= point["error"])
+                assert 50 < point["seconds"] / best < 500
+    for name in ("README", "limitations", "choose-a-method"):
+        assert "100 to 400 times" in " ".join(page(name).read_text("utf-8").split())
+
+
+def test_tables_of_the_drift_classes_are_those_of_the_result() -> None:
+    record = result("drift_classes")
+    text = (ROOT / "docs" / "drift-classes-table.md").read_text("utf-8")
+    spec = importlib.util.spec_from_file_location(
+        "drift_classes", ROOT / "benchmarks" / "drift_classes.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        spec.loader.exec_module(module)
+    cells = next(value for value in record.values() if isinstance(value, list))
+    assert text == module.table(cells, record["seeds"])
+
+
+EXAMPLES = re.findall(
+    r"^\| `drift ([^`]+)` \| `([\w-]+)` \| ([\d.e+-]+) \| .*? \| `(\w+)` \|$",
+    page("drift-classes").read_text("utf-8"),
+    re.MULTILINE,
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("words", "quantity", "size", "kind"), EXAMPLES)
+def test_examples_of_drift_classes(
+    words: str, quantity: str, size: str, kind: str, tmp_path: Path
+) -> None:
+    """Watched alone: what else a report watches changes nothing but its time."""
+    from click.testing import CliRunner
+
+    from geomint.cli import main
+
+    done = CliRunner().invoke(
+        main, ["drift", *words.split(), "--observe", quantity, "--out", str(tmp_path)]
+    )
+    assert done.exit_code == 0
+    found = json.loads((tmp_path / "drift.json").read_text("utf-8"))["quantities"][quantity]
+    assert (f"{found['max_abs_error']:.1e}", found["class"]) == (size, kind)
+
+
+def test_there_are_examples() -> None:
+    assert len(EXAMPLES) == 7

@@ -1,0 +1,198 @@
+"""Names of the package are where the pages say: API entries, files, links, methods, versions."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import tomllib
+from importlib.metadata import metadata
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from blocks import PAGES, README, ROOT, blocks, prose
+
+import chaplygin
+import geomint
+from geomint.errors import MethodError
+from geomint.methods import find_method, method_names
+from geomint.scene import scene_names
+from geomint.stress.case import stress_cases
+from geomint.systems import find_system, system_names
+
+API = ROOT / "docs" / "api"
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+
+
+def documented() -> tuple[set[str], set[str]]:
+    """Return the modules whose members the API pages list, and the single names that they list."""
+    modules, names = set(), set()
+    for path in API.glob("*.rst"):
+        text = path.read_text("utf-8")
+        for name, rest in re.findall(r"automodule:: (\S+)\n((?:   .*\n)*)", text + "\n"):
+            if ":no-members:" not in rest:
+                modules.add(name)
+        names |= set(re.findall(r"(?:autofunction|autoclass|autoexception|py:data):: (\S+)", text))
+    return modules, names
+
+
+@pytest.mark.parametrize("package", [geomint, chaplygin], ids=lambda p: p.__name__)
+def test_api_pages_have_every_public_name(package: ModuleType) -> None:
+    modules, names = documented()
+    shown = {name.rsplit(".", 1)[-1] for name in names}
+    for module in map(importlib.import_module, modules):
+        shown |= set(getattr(module, "__all__", vars(module)))
+    for name in package.__all__:
+        value = getattr(package, name)
+        if isinstance(value, ModuleType):
+            assert any(entry.startswith(value.__name__) for entry in modules | names), name
+        elif not isinstance(value, str):
+            assert name in shown, name
+
+
+def targets(path: Path) -> list[tuple[str, str]]:
+    """Return the files that a page links or shows, with the anchor."""
+    text = path.read_text("utf-8")
+    for block in blocks(path):
+        if not block.info.startswith("{"):
+            text = text.replace(block.text, "")
+    found = re.findall(r"\]\(([^()\s]+)\)", text) + re.findall(r'<img src="([^"]+)"', text)
+    found += re.findall(r"```\{(?:figure|include)\} (\S+)", text)
+    return [
+        (target.partition("#")[0], target.partition("#")[2])
+        for target in found
+        if not re.match(r"https?:", target)
+    ]
+
+
+def anchors(path: Path) -> set[str]:
+    """Return the anchors of the headings of a page."""
+    heads = re.findall(r"^#+ (.*)$", path.read_text("utf-8"), re.MULTILINE)
+    words = [re.sub(r"[^\w\- ]", "", head.replace("`", "").lower()) for head in heads]
+    return {word.strip().replace(" ", "-") for word in words}
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_links_lead_somewhere(path: Path) -> None:
+    for target, anchor in targets(path):
+        place = (path.parent / target).resolve() if target else path
+        assert place.exists(), target
+        if anchor:
+            assert anchor in anchors(place), f"{target}#{anchor}"
+
+
+def test_scripts_and_results_that_pages_name_exist() -> None:
+    for path in PAGES:
+        for name in re.findall(r"benchmarks/[\w/.-]+\.(?:py|json|png)", path.read_text("utf-8")):
+            assert (ROOT / name).exists(), (path.name, name)
+
+
+def test_the_source_distribution_has_what_pages_link() -> None:
+    included = PROJECT["tool"]["hatch"]["build"]["targets"]["sdist"]["include"]
+    for path in (README, ROOT / "CONTRIBUTING.md"):
+        named = [target for target, _ in targets(path)]
+        named += re.findall(r"(?:^|[\s`])(\.ci/\w+|docs/[\w-]+\.md)", path.read_text("utf-8"))
+        assert named
+        for name in named:
+            assert any(name == entry or name.startswith(f"{entry}/") for entry in included), name
+
+
+def test_the_long_description_has_no_relative_links() -> None:
+    """As an installation has it: a package index would look for them at its own address."""
+    text = metadata("geomint")["Description"] or metadata("geomint").get_payload()
+    assert "Structure" in text or "structure" in text
+    assert not re.findall(r"\]\((?!https?:)[^)]*\)|<img src=\"(?!https?:)", text)
+
+
+def test_versions_agree() -> None:
+    """A release has one number and one date; before it there is no date."""
+    citation = (ROOT / "CITATION.cff").read_text("utf-8")
+    changes = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    version = PROJECT["project"]["version"]
+    assert geomint.__version__ == metadata("geomint")["Version"] == version
+    assert re.search(r"^version: (\S+)$", citation, re.MULTILINE)[1] == version
+    released = re.search(r"^date-released: (\S+)$", citation, re.MULTILINE)
+    dated = re.search(rf"^## \[{re.escape(version)}\] - (\S+)$", changes, re.MULTILINE)
+    assert (released and released[1]) == (dated and dated[1])
+    assert re.search(r"^## \[(\S+)\]", changes, re.MULTILINE)[1] in ("Unreleased", version)
+
+
+FAMILIES = r"gauss|rattle|verlet|cf|cg|rk|rkmk|dop853|heun|kutta|bogacki-shampine|dormand-prince"
+EXAMPLES = {"ralston-4", "midpoint-2", "free-top"}  # of the pages on adding methods and systems
+
+
+def test_methods_that_pages_name_exist() -> None:
+    """Code such as `gauss-8` or `cf-4:0.02`; not `rkmk-TABLEAU` or `cf-…`."""
+    seen = set()
+    for path in PAGES:
+        for name in re.findall(rf"`((?:{FAMILIES})-[a-z0-9-]+)(?::[\d.]+)?`", prose(path)):
+            if name in EXAMPLES:
+                continue
+            try:
+                find_method(name)
+            except MethodError as error:
+                raise AssertionError(f"{path.name}: {error}") from None
+            seen.add(name)
+    assert len(seen) > 30
+
+
+def expanded(cell: str) -> set[str]:
+    """Return the names that a cell of README's table of methods stands for."""
+    found: list[str] = []
+    parts = re.split(r"`([^`]+)`", cell)
+    for between, name in zip(parts[::2], parts[1::2], strict=False):
+        if name.startswith("-"):
+            name = re.sub(r"-\d+$", name, found[0])
+        if "…" in between:
+            stem, last = name.rsplit("-", 1)
+            first = int(found[-1].rsplit("-", 1)[1])
+            found += [f"{stem}-{i}" for i in range(first + 1, int(last))]
+        found.append(name)
+    return set(found)
+
+
+def test_readme_lists_every_method() -> None:
+    text = README.read_text("utf-8").split("## Methods", 1)[1].split("\n## ", 1)[0]
+    rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| ")][1:]
+    names, patterns = set(), []
+    known = {name: find_method(name) for name in method_names()}
+    for _, cell, order, needs, *_ in rows:
+        given = expanded(cell)
+        plain = {name for name in given if name == name.lower()}
+        names |= plain
+        patterns += [re.sub(r"[A-Z]+", ".+", name) for name in given - plain]
+        orders = {find_method(name).order for name in plain & set(known)}
+        if not given - plain:
+            first, last = (int(word) for word in re.findall(r"\d+", order))
+            assert (min(orders), max(orders)) == (first, last), cell
+            assert {known[name].needs for name in plain} == {needs.strip(" `")}, cell
+    assert all(find_method(name) for name in names if name in known or "suzuki" in name)
+    left = {n for n in set(known) - names if not any(re.fullmatch(p, n) for p in patterns)}
+    assert not left
+
+
+def test_scenes_and_systems_are_on_the_pages() -> None:
+    """Each built-in scene is shown by the tutorial, each system by the page on scene files."""
+    tutorial = (ROOT / "docs" / "tutorial.md").read_text("utf-8")
+    page = (ROOT / "docs" / "scene-files.md").read_text("utf-8")
+    assert [name for name in scene_names() if f" {name} " not in tutorial] == []
+    assert [name for name in system_names() if f"`{name}`" not in page] == []
+
+
+def test_keys_of_systems_are_explained() -> None:
+    """In words, beside the generated table: in a table of keys or in a sentence about them."""
+    page = (ROOT / "docs" / "scene-files.md").read_text("utf-8")
+    part = page.split("\n## `[system]`", 1)[1].split("\n## `[time]`", 1)[0]
+    assert "{{ scene_keys }}" in part
+    for name in system_names():
+        system = find_system(name)
+        for key in (*system.parameters.model_fields, *system.initial.model_fields):
+            assert f"`{key}`" in part, (name, key)
+
+
+def test_axes_of_stress_are_on_their_page() -> None:
+    text = (ROOT / "docs" / "stress.md").read_text("utf-8")
+    table = text.split("\n## What is stressed", 1)[1].split("\n## ", 1)[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == {
+        case.axis.name for case in stress_cases()
+    }
