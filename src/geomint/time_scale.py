@@ -113,13 +113,14 @@ def jacobian(problem: Problem, y0: Array) -> Array:
 
 def names_time(problem: Problem) -> bool:
     """Tell whether the code of a form names time at all: most do not, and pay for nothing more."""
-    functions = (
-        (problem.field, 1),
-        (problem.action and problem.action.generator, 1),
-        (problem.hamiltonian and problem.hamiltonian.gradients, 1),
-        (problem.splitting and problem.splitting.flow, 2),
-    )
-    return any(f is not None and reads(f.function.__code__, place) for f, place in functions)
+    places = [(problem.field, 1)]
+    if problem.action is not None:
+        places.append((problem.action.generator, 1))
+    if problem.hamiltonian is not None:
+        places.append((problem.hamiltonian.gradients, 1))
+    if problem.splitting is not None:
+        places.append((problem.splitting.flow, 2))
+    return any(f is not None and reads(f.function.__code__, place) for f, place in places)
 
 
 @np.errstate(all="ignore")

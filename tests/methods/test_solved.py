@@ -6,6 +6,7 @@ the step, after it, and of h times its rate.
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from geomint.kernels.status import OK
 from geomint.methods import Start, find_method
 from geomint.methods.gauss import lane_positions
 from geomint.tableaux import gauss_legendre
-from geomint.testproblems import neumann
+from geomint.testproblems import abc_flow, neumann, pulsating_body
 from geomint.time_scale import characteristic_time
 from geomint.timeline import default_step
 
@@ -348,3 +349,37 @@ def test_the_default_step_sees_where_it_goes() -> None:
 def test_no_default_step_where_nothing_is_smooth() -> None:
     with pytest.raises(gi.DomainError, match="smooth in time"):
         time_of_force(lambda w, t: gi.sin(w * t), 1e60)
+
+
+@gi.field
+def pulled(params, t, q, p, dq, dp, work):
+    dq[0] = -gi.sin(1e3 * t)
+    dq[1] = 0.0 * q[1]
+    dp[0] = p[0]
+    dp[1] = p[1]
+
+
+@gi.field
+def on_axis(params, q, g, G, work):
+    g[0] = q[1]
+    G[0] = 0.0 * q[0]
+    G[1] = 1.0
+
+
+@pytest.mark.nojit
+def test_the_default_step_in_every_form() -> None:
+    """Field, generator, gradients and flows tell that they depend on time."""
+    body = pulsating_body.problem(frequencies=(1e3, 1e3, 1e3))
+    flow = abc_flow.problem()
+    slow = dataclasses.replace(flow, params=flow.params * np.array([1e-3, 1e-3, 1e-3, 1.0]))
+    pieces, form = (("q", 2), ("p", 2)), gi.Hamiltonian(pulled, on_axis, 1)
+    mass = gi.Problem("pulled", pieces, hamiltonian=form)
+    for problem, y0, omega in (
+        (body, pulsating_body.INITIAL, 1e3),
+        (slow, abc_flow.INITIAL, 2.0),
+        (mass, np.zeros(4), 1e3),
+    ):
+        for form in problem.forms:
+            others = {other: None for other in problem.forms if other != form}
+            only = dataclasses.replace(problem, **others)
+            assert 0.5 < omega * characteristic_time(only, y0) < 5.0
