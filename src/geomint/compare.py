@@ -149,7 +149,8 @@ def compare(
             continue
         y0 = model.states[name]
         base = (first_steps or {}).get(method.name)
-        for variant, step in ladder(method, problem, y0, steps, base):
+        own_end = next(iter(end.values()))
+        for variant, step in ladder(method, problem, y0, steps, base, own_end):
             options = variant.options
             setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
             report(f"{method.name}, {setting}")

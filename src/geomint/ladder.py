@@ -49,6 +49,7 @@ def ladder(
     y0: Array,
     steps: list[float] | None,
     base: float | None,
+    end: float,
 ) -> list[tuple[Method, float | None]]:
     """Return what to run: the method at several steps, an adaptive one at several tolerances."""
     if method.adaptive:
@@ -57,7 +58,7 @@ def ladder(
         scaled = (own * 10.0**power for power in RTOL_POWERS)
         kept = dict.fromkeys(min(max(r, LEAST_RTOL), LARGEST_RTOL) for r in scaled)
         return [(method.with_options(rtol=r, atol=ratio * r), base) for r in kept]
-    base = default_step(problem, method, y0) if base is None else base
+    base = default_step(problem, method, y0, end) if base is None else base
     return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]
 
 

@@ -80,7 +80,7 @@ def reference_solution(
 
 
 def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
-    h = 1.5 * default_step(problem, Gauss(8), y0)
+    h = 1.5 * default_step(problem, Gauss(8), y0, own_end)
     fine = integrate_extended(problem, y0, own_end, 0.5 * h)
     for _ in range(MAX_HALVINGS):
         h, coarse = 0.5 * h, fine

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .errors import DomainError
 from .evaluate import derivative
+from .kernels.code import reads
 from .problem import Problem
 
 __all__ = ["characteristic_time"]
@@ -17,21 +18,44 @@ Array = npt.NDArray[np.float64]
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 SPACING = 1e-6  # of the differences that give the linearised motion, relative
 
+# Where the rate depends on time: it is a polynomial of that degree over the time, to that part of its
+# largest size. For an oscillation of angular frequency ω and that size ωT is then 0.9 to 1.7.
+DEGREE, FITTED = 6, 1e-6
+ROUGH = 0.05  # as well as a rate without derivatives at time 0, such as √t, is fitted over any time
+HALVINGS = 100
+COUNT = 16
+# Irregular parts of the time, so that no oscillation looks slow at them; not 0, where a switch may be.
+PARTS = (np.arange(COUNT) + 0.5 + 0.3 * np.sin(np.arange(COUNT) ** 2.0)) / COUNT
+POLYNOMIALS = np.linalg.qr(np.vander(2.0 * PARTS - 1.0, DEGREE + 1))[0]
 
-def characteristic_time(problem: Problem, y0: Array) -> float:
+
+def characteristic_time(problem: Problem, y0: Array, end: float = math.inf) -> float:
+    """Return the time scale of the motion from y0 at time 0 towards `end`.
+
+    It is that of the state as it moves there (`state_time`), and where the rate depends on time
+    explicitly, not longer than that of this dependence (`smooth_time`).
+
+    Raises
+    ------
+    DomainError
+        If the derivative at y0 is not finite, or so large that no time is left; or if it depends on
+        time and is smooth over no time at all.
+    """
+    rates = derivative(problem, y0)
+    time = state_time(problem, y0, rates)
+    if not names_time(problem):
+        return time
+    return abs(smooth_time(problem, y0, rates, math.copysign(time, end)))
+
+
+def state_time(problem: Problem, y0: Array, rates: Array) -> float:
     """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
 
     For a unit vector turning at angular velocity ω this is 1/ω. But the size of a piece at rest, or
     nearly so, as a momentum is at a turning point, is not that of its motion. Where there are such
     pieces the time scale of the linearised motion (`linearised_time`) decides: alone if no piece has
     a time, and else where the two are far apart. 1 if there is none.
-
-    Raises
-    ------
-    DomainError
-        If the derivative at y0 is not finite, or so large that no time is left.
     """
-    rates = derivative(problem, y0)
     times, from_rest = [], False
     for rows in problem.slices.values():
         size, rate = length(y0[rows]), length(rates[rows])
@@ -85,6 +109,67 @@ def jacobian(problem: Problem, y0: Array) -> Array:
             difference = derivative(problem, above) - derivative(problem, below)
             J[:, i] = difference / (above[i] - below[i])
     return J
+
+
+def names_time(problem: Problem) -> bool:
+    """Tell whether the code of a form names time at all: most do not, and pay for nothing more."""
+    places = [(problem.field, 1)]
+    if problem.action is not None:
+        places.append((problem.action.generator, 1))
+    if problem.hamiltonian is not None:
+        places.append((problem.hamiltonian.gradients, 1))
+    if problem.splitting is not None:
+        places.append((problem.splitting.flow, 2))
+    return any(f is not None and reads(f.function.__code__, place) for f, place in places)
+
+
+@np.errstate(all="ignore")
+def smooth_time(problem: Problem, y0: Array, rates: Array, time: float) -> float:
+    """Return `time`, halved until the explicit dependence of the rate on time is smooth over it.
+
+    Looked at are y0, and a state on the way, where what is multiplied by a piece at rest is seen. What
+    is smooth over no time is taken for what it is over the longest that shows no more of it.
+    """
+    way = y0 + 0.5 * time * rates
+    way += 0.5 * time * derivative(problem, way, 0.5 * time)
+    start = derivative(problem, way)
+    states, last = ((y0, way), start) if np.isfinite(start).all() else ((y0,), rates)
+    if not depends_on_time(problem, states[-1], last, time):
+        return time
+    least, found = math.inf, time
+    for _ in range(HALVINGS):
+        left = max(roughness(problem, y, time) for y in states)
+        if left <= FITTED:
+            return time
+        if left < 0.5 * least:
+            least, found = left, time
+        time *= 0.5
+    if least > ROUGH:
+        raise DomainError("state", y0, "one from which the rate is smooth in time: give a step")
+    return found
+
+
+def depends_on_time(problem: Problem, y: Array, at_0: Array, time: float) -> bool:
+    """Tell whether the rate at a fixed state has other bits at some times up to the given one."""
+    return any(derivative(problem, y, s * time).tobytes() != at_0.tobytes() for s in PARTS[::7])
+
+
+def roughness(problem: Problem, y: Array, time: float) -> float:
+    """Return how far the rate at a fixed state is from a polynomial in time, up to the given one.
+
+    Relative to the largest rate of each piece: the largest of them.
+    """
+    rates = np.array([derivative(problem, y, part * time) for part in PARTS])
+    if not np.isfinite(rates).all():
+        return math.inf
+    found = 0.0
+    for rows in problem.slices.values():
+        largest = float(np.max(np.abs(rates[:, rows])))
+        if largest > 0.0:
+            scaled = rates[:, rows] / largest
+            rest = scaled - POLYNOMIALS @ (POLYNOMIALS.T @ scaled)
+            found = max(found, float(np.max(np.abs(rest))))
+    return found
 
 
 def length(v: Array) -> float:

@@ -131,10 +131,10 @@ def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array
 
 
 def default_step(problem: Problem, method: Method, y0: Array, end: float = math.inf) -> float:
-    """Return the stated default: the method's fraction of the characteristic time at y0.
+    """Return the stated default: the method's fraction of the characteristic time at y0 towards `end`.
 
-    For an adaptive method, the first step of a run towards `end`.
+    For an adaptive method, the first step of a run there.
     """
     if method.first_step is not None:
         return method.first_step(problem, y0, end)
-    return method.step_fraction * characteristic_time(problem, y0)
+    return method.step_fraction * characteristic_time(problem, y0, end)

@@ -132,7 +132,8 @@ def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem
 
 def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
     name, problem = _extended_problem(model, end)
-    steps = abs(next(iter(end.values()))) / default_step(problem, Gauss(8), model.states[name])
+    own_end = next(iter(end.values()))
+    steps = abs(own_end) / default_step(problem, Gauss(8), model.states[name], own_end)
     return steps > MOST_EXTENDED_STEPS
 
 

@@ -14,7 +14,7 @@ import types
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed"]
+__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "reads"]
 
 CONSTANTS = (type(None), type(...), bool, int, float, complex, str, bytes)
 
@@ -67,6 +67,17 @@ def constant(value: Any) -> bytes:
     if kind is types.CodeType:
         return framed(name, described(value).digest)
     return framed(name, repr(value).encode())
+
+
+@functools.lru_cache(maxsize=4096)
+def reads(code: types.CodeType, place: int) -> bool:
+    """Tell whether a function's code names its argument at a place at all: if not, it is not read."""
+    if place >= code.co_argcount:
+        return True
+    name = code.co_varnames[place]
+    # Some instructions of newer Pythons have a tuple of names.
+    found = (instruction.argval for instruction in dis.get_instructions(code))
+    return any(name == value or (type(value) is tuple and name in value) for value in found)
 
 
 @functools.lru_cache(maxsize=4096)

@@ -88,7 +88,7 @@ def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) ->
     reference = reference_solution(problem, y0, end, judges=ROUNDOFF)
     second = reference.confirmation
     assert second is not None
-    h = 0.75 * default_step(problem, Gauss(8), y0)
+    h = 0.75 * default_step(problem, Gauss(8), y0, end)
 
     def from_other(shifted: Problem, y: Array) -> Array:
         return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)
