@@ -6,7 +6,7 @@ from functools import partial
 
 import geomint as gi
 
-from .standard import MOTIONS, THREE, D, Motion, a_values, direction, momentum
+from .standard import MOTIONS, QUICK, THREE, D, Motion, a_values, direction, momentum
 
 __all__ = ["DIMENSION", "cases"]
 
@@ -25,7 +25,14 @@ def cases() -> list[gi.StressCase]:
     field takes O(n) operations.
     """
     found = [
-        gi.StressCase(name, DIMENSION, n, n, partial(_standard, MOTIONS[name], n))
+        gi.StressCase(
+            name,
+            DIMENSION,
+            n,
+            n,
+            partial(_standard, MOTIONS[name], n),
+            quick=QUICK if (name, n) == ("sphere", 3) else (),
+        )
         for name in MOTIONS
         for n in (_SMALL if name not in THREE else ())
     ]

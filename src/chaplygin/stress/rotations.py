@@ -22,6 +22,7 @@ __all__ = ["ROTATION", "cases"]
 ROTATION = gi.StressAxis("rotation", "rotations by nearly π and 2π in a step", "angle/π")
 
 _FEW = ("1−1e-04", "1−1e-12", "1", "2")  # angles of what turns as the ball does
+_QUICK = ("1−1e-15", "1")
 _OFF = (1e-1, 1e-4, 1e-8, 1e-12, 1e-15)
 STEPS = 4
 
@@ -61,11 +62,14 @@ def cases() -> list[gi.StressCase]:
             n,
             partial(build, n),
             label=label,
-            representations=("ball-attitude", *(("classical-attitude",) if n == 3 else ())),
+            representations=(
+                "ball-attitude",
+                *(("classical", "classical-attitude") if n == 3 else ()),
+            ),
             step=angle * np.pi,
             steps=STEPS,
             steady=build is steady,
-            quick=("classical-attitude",) if label in ("1", "1−1e-15") and n == 3 else (),
+            quick=("classical",) if name == "tumbling" and label in _QUICK and n == 3 else (),
         )
         for name, build, dimensions in (
             ("steady", steady, (3, 5)),

@@ -32,7 +32,10 @@ __all__ = [
 ]
 
 D = 4.0
-QUICK = ("reduced", "hamiltonized", "classical-attitude")  # representations of quick runs, n = 3
+QUICK = (
+    "reduced",
+    "hamiltonized",
+)  # representations of quick runs, n = 3: all forms, few functions
 
 Motion = Callable[[Array, float, Array, Array], gi.Model]
 
@@ -56,9 +59,7 @@ def momentum(gamma: Array) -> Array:
     return np.asarray(2.0 * p / np.linalg.norm(p))
 
 
-def built(
-    system: gi.System, parameters: Mapping[str, Any], initial: Mapping[str, Any]
-) -> gi.Model:
+def built(system: gi.System, parameters: Mapping[str, Any], initial: Mapping[str, Any]) -> gi.Model:
     """Return the model of a system, from parameters and states as arrays."""
 
     def plain(given: Mapping[str, Any]) -> dict[str, Any]:

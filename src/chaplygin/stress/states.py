@@ -21,7 +21,15 @@ GammaAt = Callable[[int, float], Array]
 
 _POWERS = (-500, -250, -25, 0, 25, 250, 500)  # of 2, for |p|/2; |p|² is 1e-300 … 1e300
 _DISTANCES = (1e-1, 1e-8, 1e-300, 0.0)
-_MOMENTA = ("p", "p_tilde", "k", "omega", "v", "w", "P")  # pieces that are proportional to a velocity
+_MOMENTA = (
+    "p",
+    "p_tilde",
+    "k",
+    "omega",
+    "v",
+    "w",
+    "P",
+)  # pieces that are proportional to a velocity
 _FOUR = ("sphere", "veselova", "veselova-lr")  # motions that are placed in R⁴ as well
 
 

@@ -21,7 +21,7 @@ STEP = StressAxis("step", "steps too small and too large", "step/characteristic 
 
 _FRACTIONS = (1e-12, 1e-6, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)
 _QUICK = (1e-12, 1000.0)
-_QUICK_PROBLEMS = ("seasonal-lotka-volterra", "spherical-pendulum", "pulsating-body")
+_QUICK_PROBLEMS = ("spherical-pendulum", "pulsating-body")
 _FEW, _MANY = 4, 20
 
 
@@ -55,9 +55,7 @@ def steps() -> list[StressCase]:
     return found
 
 
-def _at_all_steps(
-    name: str, build: Build, representations: tuple[str, ...]
-) -> list[StressCase]:
+def _at_all_steps(name: str, build: Build, representations: tuple[str, ...]) -> list[StressCase]:
     quick = tuple(name for name in representations if name in _QUICK_PROBLEMS)
     return [
         StressCase(
