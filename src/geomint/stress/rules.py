@@ -14,8 +14,9 @@ untyped     any other error or warning, or a process that died
 hung        longer than the time allowed
 wrong       success, but a number is not finite, or a quantity that the method promises to keep is
             off by more than 32 ε · scale · N, or the accuracy is not that stated: see the last line
-ok          the state is off by round-off, (32 ε T + φ) · condition at most; or by less than 0.1, and one
-            of three halvings of the step divides that by 2^(p/2) or more, or brings it to round-off.
+ok          the state is off by round-off, (32 ε T + φ) · condition at most; or by less than 0.1, and
+            one of three halvings of the step divides that by 2^(p/2) or more, or brings it to
+            round-off.
             Of adaptive methods: by the tolerance of a step · condition · their number, at most
 unresolved  not ok, and none can be expected: the step is longer than the method's default for the
             shortest time of the motion, or round-off alone may grow to 0.1, or there is no
