@@ -89,7 +89,10 @@ def short(record: Record, quick: Record | None) -> dict[str, Any]:
 def table(title: str, rows: Mapping[str, Mapping[str, int]]) -> list[str]:
     """Return a table of counts, one column for each verdict that occurs."""
     columns = [v for v in VERDICTS if any(v in counts for counts in rows.values())]
-    lines = [f"| {title} | cells | {' | '.join(columns)} |", "|---" + "|---:" * (len(columns) + 1) + "|"]
+    lines = [
+        f"| {title} | cells | {' | '.join(columns)} |",
+        "|---" + "|---:" * (len(columns) + 1) + "|",
+    ]
     for name, counts in rows.items():
         numbers = [sum(counts.values()), *(counts.get(v, 0) for v in columns)]
         lines.append(f"| {name} | {' | '.join(str(n or '') for n in numbers)} |")
@@ -105,7 +108,7 @@ def page(found: Record) -> str:
         "<!-- made by python benchmarks/stress_table.py -->",
         "",
         f"The run of the picture, `{made['command']}`, had {found['cells']} cells: {told};"
-        f" {'nothing' if not bad else bad} forbidden. It took {made['seconds'] / 60:.0f} minutes on"
+        f" {bad or 'nothing'} forbidden. It took {made['seconds'] / 60:.0f} minutes on"
         f" {made['cores']} cores of an {made['cpu']}.",
         references_told(found["references"]),
         "",

@@ -26,6 +26,7 @@ STEADY = gi.StressAxis("steady", "steady motions and fixed points", "distance")
 Build = Callable[[str, int, float], gi.Model]
 
 _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
+STEP, STEPS = 0.01, 200  # in the problem's time: what stands still has no characteristic one
 _UPRIGHT = ("rolling", "group", "poisson", "veselova-classical")
 _STRAIGHT = tuple(
     name for name in MOTIONS if name not in ("group", "poisson", "veselova-classical")
@@ -46,6 +47,8 @@ def cases() -> list[gi.StressCase]:
             3,
             partial(build, name, 3, distance),
             representations=representations(name, 3),
+            step=STEP,
+            steps=STEPS,
             steady=distance == 0.0,
             quick=("reduced",) if (name, distance) == ("sphere", 0.0) else (),
         )

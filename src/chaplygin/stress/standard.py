@@ -32,10 +32,7 @@ __all__ = [
 ]
 
 D = 4.0
-QUICK = (
-    "reduced",
-    "hamiltonized",
-)  # representations of quick runs, n = 3: all forms, few functions
+QUICK = ("reduced",)  # representations of quick runs, n = 3
 
 Motion = Callable[[Array, float, Array, Array], gi.Model]
 

@@ -13,7 +13,7 @@ from ..systems import Model
 from ..testproblems import examples
 from .case import StressAxis, StressCase
 
-__all__ = ["STEP", "Build", "cases", "sources", "steps"]
+__all__ = ["QUICK", "STEP", "Build", "cases", "sources", "steps"]
 
 Build = Callable[[], Model]
 
@@ -21,7 +21,7 @@ STEP = StressAxis("step", "steps too small and too large", "step/characteristic 
 
 _FRACTIONS = (1e-12, 1e-6, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)
 _QUICK = (1e-12, 1000.0)
-_QUICK_PROBLEMS = ("spherical-pendulum", "pulsating-body")
+QUICK = "spherical-pendulum"  # the problem of quick runs: explicit, Gauss, RATTLE, splitting
 _FEW, _MANY = 4, 20
 
 
@@ -56,7 +56,7 @@ def steps() -> list[StressCase]:
 
 
 def _at_all_steps(name: str, build: Build, representations: tuple[str, ...]) -> list[StressCase]:
-    quick = tuple(name for name in representations if name in _QUICK_PROBLEMS)
+    quick = tuple(name for name in representations if name == QUICK)
     return [
         StressCase(
             name,

@@ -12,7 +12,7 @@ from ..evaluate import derivative
 from ..problem import Problem
 from ..systems import Model
 from .case import StressAxis, StressCase
-from .own_cases import Build, sources
+from .own_cases import QUICK, Build, sources
 from .special_states import (
     Make,
     allowed,
@@ -35,7 +35,7 @@ STEADY = StressAxis("steady", "steady motions and fixed points", "distance")
 _RESTS = (1e-8, 1e-100, 0.0)
 _ZEROS = (1e-12, 0.0)
 _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
-_QUICK = {REST: "spherical-pendulum", ZEROS: "spherical-pendulum", STEADY: "pulsating-body"}
+_STEP, _STEPS = 0.01, 200  # in the problem's time: what stands still has no characteristic one
 _MOST_ROWS = 30
 _TRIES = 40  # random choices until one is admitted
 
@@ -113,8 +113,10 @@ def _along(
                 0,
                 partial(_started, build, name, y),
                 representations=(name,),
+                step=_STEP if axis is STEADY else None,
+                steps=_STEPS,
                 steady=axis is STEADY and value == 0.0 and is_steady(problem, y),
-                quick=(name,) if name == _QUICK[axis] and value == 0.0 else (),
+                quick=(name,) if name == QUICK and value == 0.0 else (),
             )
 
 

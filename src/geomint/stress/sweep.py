@@ -129,8 +129,8 @@ def items_of(
     """Return the cells to compute, a group for each problem, and those that are judged already.
 
     These are the cases whose problem cannot be built: with a typed error they are refused. In a
-    quick run, which is mostly compilation, cases of one problem are one group: no two processes
-    compile the same.
+    quick run, which is mostly compilation, cases of one problem are one group, and every other
+    group begins with the last methods: processes side by side do not compile the same.
     """
     groups: dict[tuple[Any, ...], list[Item]] = {}
     judged: list[Cell] = []
@@ -150,7 +150,9 @@ def items_of(
             if chosen is None or name in chosen:
                 key = (problem.name, problem.rows) if quick else (number, name)
                 items = [Item(number, name, m.name) for m in methods if _fits(m, problem)]
-                groups.setdefault(key, []).extend(items)
+                group = groups.setdefault(key, [])
+                turned = quick and list(groups).index(key) % 2 == 1
+                group.extend(reversed(items) if turned else items)
     return [group for group in groups.values() if group], judged
 
 

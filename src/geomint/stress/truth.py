@@ -13,6 +13,7 @@ import contextlib
 import dataclasses
 import itertools
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -141,7 +142,7 @@ def field_rounding(problem: Problem, y0: Array) -> float:
     worst, sizes = 0.0, sizes_of(problem, y0)
     for seed in range(SAMPLES):
         near, y = shifted(problem, y0, seed, SHIFTS[0])
-        rates = []
+        rates: list[Any] = []
         for number in (np.float64, np.longdouble):
             out = np.zeros(problem.rows, number)
             work = Block(np.zeros(problem.work, number))
