@@ -27,7 +27,7 @@ from .standard import (
 __all__ = ["BOUNDED", "EDGE", "EQUAL", "SPREAD", "cases"]
 
 EDGE = gi.StressAxis("edge", "a_i a_j → D", "1 − a_i a_j/D")
-SPREAD = gi.StressAxis("spread", "parameters spread over powers of ten", "largest/middle")
+SPREAD = gi.StressAxis("spread", "spread parameters", "largest/middle")
 EQUAL = gi.StressAxis("equal", "nearly equal a_i", "relative differences")
 
 Parameters = Callable[[int, float], tuple[Array, float]]

@@ -15,7 +15,7 @@ from .standard import MOTIONS, QUICK, D, Motion, a_values, direction, momentum, 
 __all__ = ["MOMENTUM", "PLANES", "cases"]
 
 MOMENTUM = gi.StressAxis("momentum", "small and large momenta", "|p|²")
-PLANES = gi.StressAxis("planes", "γ on coordinate axes and planes", "distance")
+PLANES = gi.StressAxis("planes", "γ on axes and planes", "distance")
 
 GammaAt = Callable[[int, float], Array]
 

@@ -274,7 +274,7 @@ def _failed(error: StepError) -> dict[str, Any]:
 def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[str, Any] | None:
     """Return the verdict on the worst promised quantity if it is lost, else None."""
     found: list[tuple[float, float, str]] = []
-    iterates = "quadratic invariants" in method.keeps
+    iterates = _iterates(method)
     for name, defect in trial.quantities.promised(method.keeps).items():
         first = trial.quantities.value(name, 0.0, trial.y0)
         values = [
@@ -302,6 +302,11 @@ def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[
         "error": error,
         "allowed": roundings + defect,
     }
+
+
+def _iterates(method: Method) -> bool:
+    """Tell whether what a method keeps is found by iterations: Gauss methods and RATTLE."""
+    return "quadratic invariants" in method.keeps or method.needs == "hamiltonian"
 
 
 def _rounded(trial: Trial, solution: Solution, end: float) -> float:

@@ -129,7 +129,7 @@ def items_of(
     """Return the cells to compute, a group for each problem, and those that are judged already.
 
     These are the cases whose problem cannot be built: with a typed error they are refused. In a
-    quick run, which is mostly compilation, cases of one problem are one group, and every other
+    quick run, which is mostly compilation, problems of the same forms are one group, and every other
     group begins with the last methods: processes side by side do not compile the same.
     """
     groups: dict[tuple[Any, ...], list[Item]] = {}
@@ -148,7 +148,7 @@ def items_of(
         for name, problem in model.problems.items():
             chosen = case.quick if quick else case.representations
             if chosen is None or name in chosen:
-                key = (problem.name, problem.rows) if quick else (number, name)
+                key = problem.forms if quick else (number, name)
                 items = [Item(number, name, m.name) for m in methods if _fits(m, problem)]
                 group = groups.setdefault(key, [])
                 turned = quick and list(groups).index(key) % 2 == 1
