@@ -26,7 +26,7 @@ STEADY = gi.StressAxis("steady", "steady motions and fixed points", "distance")
 Build = Callable[[str, int, float], gi.Model]
 
 _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
-STEP, STEPS = 0.01, 200  # in the problem's time: what stands still has no characteristic one
+STEP, STEPS = 0.02, 50  # in the problem's time: what stands still has no characteristic one
 _UPRIGHT = ("rolling", "group", "poisson", "veselova-classical")
 _STRAIGHT = tuple(
     name for name in MOTIONS if name not in ("group", "poisson", "veselova-classical")

@@ -292,6 +292,8 @@ def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[
     if all(error <= ROUNDOFF * turns + defect for error, defect, _ in found):
         return None
     roundings = ROUNDOFF * max(turns, _rounded(trial, solution, end))
+    if method.needs != "action":  # orbits are kept with any generator
+        roundings += trial.field_rounding * abs(end)
     error, defect, name = max(found, key=lambda one: one[0] / (roundings + one[1]))
     if error <= roundings + defect:
         return None

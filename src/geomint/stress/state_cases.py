@@ -35,7 +35,7 @@ STEADY = StressAxis("steady", "steady motions and fixed points", "distance")
 _RESTS = (1e-8, 1e-100, 0.0)
 _ZEROS = (1e-12, 0.0)
 _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
-_STEP, _STEPS = 0.01, 200  # in the problem's time: what stands still has no characteristic one
+_STEP, _STEPS = 0.02, 50  # in the problem's time: what stands still has no characteristic one
 _MOST_ROWS = 30
 _TRIES = 40  # random choices until one is admitted
 
