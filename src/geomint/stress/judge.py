@@ -220,6 +220,11 @@ class Trial:
             self._scales[name, pieces] = self.quantities.scale(name, 0.0, self.y0, pieces)
         return self._scales[name, pieces]
 
+    def scale_along(self, name: str, solution: Solution, pieces: bool) -> float:
+        """Return the larger of the scales at the ends of a run."""
+        last = self.quantities.scale(name, solution.tau[-1], solution.y[-1], pieces)
+        return max(self.scale(name, pieces), last)
+
 
 def judge(trial: Trial, method: Method) -> dict[str, Any]:
     """Return what `Cell` says of a method on a trial, from `verdict` on."""
@@ -274,7 +279,9 @@ def _failed(error: StepError) -> dict[str, Any]:
 def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[str, Any] | None:
     """Return the verdict on the worst promised quantity if it is lost, else None."""
     found: list[tuple[float, float, str]] = []
-    iterates = _iterates(method)
+    turns = max(1.0, abs(end) / trial.time)
+    # Orbits are kept with any generator; all else with what rounding makes of the field.
+    noise = trial.field_rounding * abs(end) if method.needs != "action" else 0.0
     for name, defect in trial.quantities.promised(method.keeps).items():
         first = trial.quantities.value(name, 0.0, trial.y0)
         values = [
@@ -282,18 +289,15 @@ def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[
             for t, y in zip(solution.tau, solution.y, strict=True)
         ]
         off = float(np.max(np.abs(np.array(values) - first)))
-        scale = max(
-            trial.scale(name, iterates),
-            trial.quantities.scale(name, solution.tau[-1], solution.y[-1], iterates),
-        )
+        scale = trial.scale_along(name, solution, _iterates(method))
+        if off <= (ROUNDOFF * turns + defect) * scale:
+            continue
+        off = max(off - noise * trial.scale_along(name, solution, True), 0.0)
         error = 0.0 if off == 0.0 else off / scale if scale > 0.0 and off < np.inf else np.inf
         found.append((error, defect, name))
-    turns = max(1.0, abs(end) / trial.time)
-    if all(error <= ROUNDOFF * turns + defect for error, defect, _ in found):
+    if not found:
         return None
     roundings = ROUNDOFF * max(turns, _rounded(trial, solution, end))
-    if method.needs != "action":  # orbits are kept with any generator
-        roundings += trial.field_rounding * abs(end)
     error, defect, name = max(found, key=lambda one: one[0] / (roundings + one[1]))
     if error <= roundings + defect:
         return None

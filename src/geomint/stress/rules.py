@@ -13,8 +13,8 @@ failed      a typed error of a step, that says where, with a finite partial solu
 untyped     any other error or warning, or a process that died
 hung        longer than the time allowed
 wrong       success, but a number is not finite, or a quantity that the method promises to keep is
-            off by more than (32 ε N + φ) · scale, or the accuracy is not that stated: see the last
-            line; group orbits are kept whatever rounding makes of the field: without φ
+            off by more than 32 ε N · scale + φ · scale of pieces (group orbits, which any generator
+            keeps: without φ), or the accuracy is not that stated: see the last line
 ok          the state is off by round-off, (32 ε T + φ) · condition at most; or by less than 0.1, and
             one of three halvings of the step divides that by 2^(p/2) or more, or brings it to
             round-off.

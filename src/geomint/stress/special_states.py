@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ..deviation import sizes_of
 from ..errors import GeomintError, GeomintWarning
 from ..evaluate import derivative, value
 from ..kernels.blocks import Block
@@ -34,7 +35,7 @@ Array = npt.NDArray[np.float64]
 Make = Callable[[Problem, Array, np.random.Generator], Array]
 
 STEADY = 1e-14  # relative: generators that differ by less are the same
-ON, NEAR = 1e-14, 1e-8  # what is on a constraint; differences
+NEWTON, ON, NEAR = 5, 1e-13, 1e-8  # steps; what is on a constraint; differences
 TURNS = (0.3, 1.7, 4.0)  # of the largest row of the generator
 
 
@@ -130,27 +131,34 @@ def allowed(problem: Problem, y: Array) -> Array | None:
     if state is None or problem.admit is not None or not names:
         return state
 
-    def off(x: Array) -> Array:
-        """Return the constraints, which are quadratic, and their slopes along the flow."""
-        rate = derivative(problem, x)
-        ends = [[value(problem, name, x + s * rate) for name in names] for s in (-0.5, 0.0, 0.5)]
-        behind, here, ahead = np.array(ends)
-        return np.concatenate([here, ahead - behind])
+    form = problem.hamiltonian
+    hidden = form is not None and len(names) == form.constraints
 
-    free, last = np.flatnonzero(state), np.inf
-    while True:
+    def off(x: Array) -> Array:
+        """Return the constraints, which are quadratic, and where they are not named their slopes."""
+        here = np.array([value(problem, name, x) for name in names])
+        if not hidden:
+            return here
+        rate = 0.5 * derivative(problem, x)
+        behind, ahead = (
+            [value(problem, name, x + s * rate) for name in names] for s in (-1.0, 1.0)
+        )
+        return np.concatenate([here, np.array(ahead) - np.array(behind)])
+
+    free, sizes = np.flatnonzero(state), sizes_of(problem, state)
+    for _ in range(NEWTON):  # momenta may be much smaller than positions
         now = off(state)
-        size = float(np.max(np.abs(now)))
-        if size <= ON:
-            return state
-        if not size <= 0.5 * last:
-            return None
-        last = size
-        units = NEAR * np.eye(len(state))[free]
-        slopes = np.array([off(state + d) - now for d in units]).T / NEAR
-        if not np.isfinite(slopes).all():
-            return None
-        state[free] -= np.linalg.lstsq(slopes, now, rcond=1e-10)[0]
+        if not np.isfinite(now).all() or not len(free):
+            break
+        units = NEAR * np.diag(sizes)[free]
+        slopes = np.array([off(state + d) - now for d in units]).T / (NEAR * sizes[free])
+        largest = np.max(np.abs(slopes), axis=1)
+        weights = np.where(largest > 0.0, 1.0 / np.maximum(largest, 1e-300), 0.0)
+        if not np.isfinite(largest).all():
+            break
+        moves = np.linalg.lstsq(weights[:, None] * slopes, weights * now, rcond=1e-5)[0]
+        state[free] -= moves
+    return state if np.max(np.abs(off(state))) <= ON else None
 
 
 @np.errstate(all="ignore")

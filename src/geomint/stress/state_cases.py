@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..evaluate import derivative
 from ..problem import Problem
 from ..systems import Model
+from ..time_scale import characteristic_time
 from .case import StressAxis, StressCase
 from .own_cases import QUICK, Build, sources
 from .special_states import (
@@ -35,7 +36,7 @@ STEADY = StressAxis("steady", "steady motions and fixed points", "distance")
 _RESTS = (1e-8, 1e-100, 0.0)
 _ZEROS = (1e-12, 0.0)
 _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
-_STEP, _STEPS = 0.02, 50  # in the problem's time: what stands still has no characteristic one
+_FRACTION, _STEPS = 0.02, 50  # in times of the usual state: what stands still has none
 _MOST_ROWS = 30
 _TRIES = 40  # random choices until one is admitted
 
@@ -100,6 +101,7 @@ def _along(
     """Yield states on the way from the special one to the usual one."""
     if special is None:
         return
+    time = characteristic_time(problem, y0)
     for value in values:
         away = value * (y0 - special)
         if "g" in problem.slices:  # between two rotations there is none
@@ -113,7 +115,7 @@ def _along(
                 0,
                 partial(_started, build, name, y),
                 representations=(name,),
-                step=_STEP if axis is STEADY else None,
+                step=_FRACTION * time,
                 steps=_STEPS,
                 steady=axis is STEADY and value == 0.0 and is_steady(problem, y),
                 quick=(name,) if name == QUICK and value == 0.0 else (),
