@@ -113,7 +113,13 @@ def admitted(problem: Problem, y: Array) -> Array | None:
         try:
             return problem.canonical(y)
         except GeomintError:
-            pass
+            return projected(problem, y)
+
+
+def projected(problem: Problem, y: Array) -> Array | None:
+    """Return what `Problem.state` makes of the pieces, on its manifold to rounding, or None."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GeomintWarning)
         try:
             return problem.state(**{name: y[piece] for name, piece in problem.slices.items()})
         except (GeomintError, TypeError):  # TypeError: its state is made of other components
@@ -122,11 +128,15 @@ def admitted(problem: Problem, y: Array) -> Array | None:
 
 @np.errstate(all="ignore")
 def allowed(problem: Problem, y: Array) -> Array | None:
-    """Return what `admitted` does; of problems that admit any state, one on their constraints.
+    """Return the state, on its manifold to rounding, or None.
 
-    It is found by Newton's method, which leaves rows that are zero as they are; None if it is not.
+    Problems that admit any state are moved to their constraints by Newton's method, which leaves rows
+    that are zero as they are.
     """
     state = admitted(problem, y)
+    if state is not None and problem.admit is not None:
+        exact = projected(problem, y)
+        return state if exact is None else exact
     names = list(problem.constraints)
     if state is None or problem.admit is not None or not names:
         return state
