@@ -138,14 +138,15 @@ def test_steady_cases_are_steady():
 
 
 def test_special_states_are_on_their_manifolds():
-    """Of test problems, which admit any state; those of chaplygin refuse what is off."""
+    """To rounding: methods project what is off, and would be blamed for it."""
     for case in CASES:
-        if case.axis.name not in ("rest", "zeros", "steady") or not case.system.startswith("test:"):
+        if case.axis.name not in ("rest", "zeros", "steady") or case.n > 0:
             continue
         model = sweep._built(case.build)
         for name, problem in model.problems.items():
-            off = [gi.value(problem, f, model.states[name]) for f in problem.constraints]
-            assert all(abs(x) <= 1e-12 for x in off), (case.system, case.value, off)
+            if "g" not in problem.slices:
+                off = [gi.value(problem, f, model.states[name]) for f in problem.constraints]
+                assert all(abs(x) <= 1e-13 for x in off), (case.system, case.value, off)
 
 
 def test_rest_is_rest():

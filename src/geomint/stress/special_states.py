@@ -35,6 +35,7 @@ Array = npt.NDArray[np.float64]
 Make = Callable[[Problem, Array, np.random.Generator], Array]
 
 STEADY = 1e-14  # relative: generators that differ by less are the same
+ADMITTED = 1e-6
 NEWTON, ON, NEAR = 5, 1e-13, 1e-8  # steps; what is on a constraint; differences
 TURNS = (0.3, 1.7, 4.0)  # of the largest row of the generator
 
@@ -113,13 +114,7 @@ def admitted(problem: Problem, y: Array) -> Array | None:
         try:
             return problem.canonical(y)
         except GeomintError:
-            return projected(problem, y)
-
-
-def projected(problem: Problem, y: Array) -> Array | None:
-    """Return what `Problem.state` makes of the pieces, on its manifold to rounding, or None."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)
+            pass
         try:
             return problem.state(**{name: y[piece] for name, piece in problem.slices.items()})
         except (GeomintError, TypeError):  # TypeError: its state is made of other components
@@ -130,19 +125,19 @@ def projected(problem: Problem, y: Array) -> Array | None:
 def allowed(problem: Problem, y: Array) -> Array | None:
     """Return the state, on its manifold to rounding, or None.
 
-    Problems that admit any state are moved to their constraints by Newton's method, which leaves rows
-    that are zero as they are.
+    `Problem.canonical` leaves what is off by little as it is, and test problems admit any state: both
+    are moved to their constraints by Newton's method, which leaves rows that are zero as they are.
     """
     state = admitted(problem, y)
-    if state is not None and problem.admit is not None:
-        exact = projected(problem, y)
-        return state if exact is None else exact
-    names = list(problem.constraints)
-    if state is None or problem.admit is not None or not names:
+    if state is None or "g" in problem.slices:  # rotations are projected well enough
         return state
-
+    names = list(problem.constraints)
+    if problem.admit is not None:  # states that are admitted can only be off by little
+        names = [name for name in names if abs(value(problem, name, state)) <= ADMITTED]
+    if not names:
+        return state
     form = problem.hamiltonian
-    hidden = form is not None and len(names) == form.constraints
+    hidden = problem.admit is None and form is not None and len(names) == form.constraints
 
     def off(x: Array) -> Array:
         """Return the constraints, which are quadratic, and where they are not named their slopes."""

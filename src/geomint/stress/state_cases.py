@@ -34,7 +34,7 @@ ZEROS = StressAxis("zeros", "zero and equal rows", "distance")
 STEADY = StressAxis("steady", "steady motions and fixed points", "distance")
 
 _RESTS = (1e-8, 1e-100, 0.0)
-_ZEROS = (1e-10, 0.0)  # systems of chaplygin take 1e-13 off their manifold as it is
+_ZEROS = (1e-10, 0.0)
 _DISTANCES = (1e-1, 1e-6, 1e-12, 0.0)
 _FRACTION, _STEPS = 0.02, 50  # in times of the usual state: what stands still has none
 _MOST_ROWS = 30
