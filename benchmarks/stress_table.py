@@ -81,6 +81,7 @@ def short(record: Record, quick: Record | None) -> dict[str, Any]:
             "cells": len(quick["cells"]),
             "counts": quick["counts"],
             "seconds": quick["provenance"]["seconds"],
+            "processor_seconds": quick["provenance"]["processor_seconds"],
             "command": quick["provenance"]["command"],
         }
     return found
@@ -103,13 +104,14 @@ def page(found: Record) -> str:
     """Return the text of ``docs/stress-table.md``."""
     counts, made = found["counts"], found["provenance"]
     told = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts.get(v))
-    bad = len(found["forbidden"])
+    bad, used = len(found["forbidden"]), made.get("processor_seconds")
+    processor = f", {used / 60:.1f} minutes of processor time," if used else ""
     lines = [
         "<!-- made by python benchmarks/stress_table.py -->",
         "",
         f"The run of the picture, `{made['command']}`, had {found['cells']} cells: {told};"
-        f" {bad or 'nothing'} forbidden. It took {made['seconds'] / 60:.0f} minutes on"
-        f" {made['cores']} cores of an {made['cpu']}.",
+        f" {bad or 'nothing'} forbidden. It took {made['seconds'] / 60:.1f} minutes{processor} on"
+        f" {made['cores']} cores ({made['cpu']}).",
         references_told(found["references"]),
         "",
         *table("axis", {f"`{name}`": counts for name, counts in found["axes"].items()}),
@@ -122,8 +124,8 @@ def page(found: Record) -> str:
     if "quick" in found:
         quick = found["quick"]
         lines += [
-            f"The quick run had {quick['cells']} cells and took {quick['seconds']:.0f} s there, all"
-            " compilations included.",
+            f"The quick run had {quick['cells']} cells; it began with an empty code cache and took"
+            f" {quick['processor_seconds']:.0f} s of processor time, on two processes.",
             "",
         ]
     return "\n".join(lines)

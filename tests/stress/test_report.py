@@ -61,7 +61,9 @@ def test_files(tmp_path):
     assert "References: none." in text
     assert data["references"]["judged"] == 0
     assert data["counts"] == dict.fromkeys(VERDICTS, 2)
-    assert {"versions", "cpu", "date", "command", "seconds"} <= set(data["provenance"])
+    assert {"versions", "cpu", "date", "command", "seconds", "processor_seconds"} <= set(
+        data["provenance"]
+    )
 
 
 def test_the_picture_of_all_axes_is_not_clipped():
