@@ -7,8 +7,7 @@ problem does not admit is projected as `Problem.state` does it, or left out.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -17,10 +16,17 @@ import numpy as np
 import geomint as gi
 from geomint.evaluate import derivative
 from geomint.stress import own_cases
+from geomint.stress.special_states import (
+    Make,
+    admitted,
+    at_rest,
+    equal_rows,
+    on_axes,
+    zero_rows,
+)
 from geomint.testproblems import examples
 
 Array = Any
-Make = Callable[[gi.Problem, Array, np.random.Generator], Array]
 FEW = {
     ("seasonal-lotka-volterra", 2),
     ("spherical-pendulum", 6),
@@ -39,7 +45,7 @@ def problems(form: str, few: bool = False) -> list[tuple[gi.Problem, Array]]:
     Of all scenes and test problems; or a few of them, which other tests compile too.
     """
     found: dict[tuple[str, int], tuple[gi.Problem, Array]] = {}
-    for case in own_cases.cases():
+    for case in own_cases.steps():
         model = case.build()
         for name, problem in model.problems.items():
             found.setdefault((problem.name, problem.rows), (problem, model.states[name]))
@@ -56,41 +62,13 @@ def generic(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
     return y0 * (1.0 + 0.3 * rng.normal(size=len(y0))) + 0.05 * size * rng.normal(size=len(y0))
 
 
-def at_rest(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
-    y = generic(problem, y0, rng)
-    pieces = list(problem.slices.values())
-    for piece in rng.permutation(len(pieces))[: rng.integers(1, len(pieces) + 1)]:
-        y[pieces[piece]] = 0.0
-    return y
+def made(make: Make) -> Make:
+    """Return that kind, made of a generic state."""
 
+    def of_generic(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
+        return make(problem, generic(problem, y0, rng), rng)
 
-def zero_rows(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
-    y = generic(problem, y0, rng)
-    y[rng.permutation(len(y))[: rng.integers(1, 3)]] = 0.0
-    return y
-
-
-def equal_rows(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
-    y = generic(problem, y0, rng)
-    for piece in problem.slices.values():
-        if rng.random() < 0.6:
-            y[piece] = y[piece][0]
-    return y
-
-
-def on_axes(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
-    y = generic(problem, y0, rng)
-    for name, piece in problem.slices.items():
-        rows = piece.stop - piece.start
-        n = round(rows**0.5)
-        if name == "g" and n * n == rows:
-            rotation = np.eye(n)[rng.permutation(n)]
-            rotation[0] *= np.linalg.det(rotation)
-            y[piece] = rotation.ravel()
-        else:
-            y[piece] = 0.0
-            y[piece.start + rng.integers(rows)] = rng.choice([1.0, -1.0, 0.5])
-    return y
+    return of_generic
 
 
 def nearly(make: Make) -> Make:
@@ -111,29 +89,15 @@ def other_sizes(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Arr
 
 KINDS: dict[str, Make] = {
     "generic": generic,
-    "at rest": at_rest,
-    "zero rows": zero_rows,
-    "equal rows": equal_rows,
-    "on axes": on_axes,
-    "nearly at rest": nearly(at_rest),
-    "nearly equal rows": nearly(equal_rows),
-    "nearly on axes": nearly(on_axes),
+    "at rest": made(at_rest),
+    "zero rows": made(zero_rows),
+    "equal rows": made(equal_rows),
+    "on axes": made(on_axes),
+    "nearly at rest": nearly(made(at_rest)),
+    "nearly equal rows": nearly(made(equal_rows)),
+    "nearly on axes": nearly(made(on_axes)),
     "other sizes": other_sizes,
 }
-
-
-def admitted(problem: gi.Problem, y: Array) -> Array | None:
-    """Return the state, if need be projected, or None."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", gi.GeomintWarning)
-        try:
-            return problem.canonical(y)
-        except gi.GeomintError:
-            pass
-        try:
-            return problem.state(**{name: y[piece] for name, piece in problem.slices.items()})
-        except (gi.GeomintError, TypeError):  # TypeError: its state is made of other components
-            return None
 
 
 def states(problem: gi.Problem, y0: Array, kind: str, count: int, seed: int) -> Iterator[Array]:

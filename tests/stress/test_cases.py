@@ -12,7 +12,7 @@ LARGE = 16  # larger ones take a second to build
 
 
 def test_cells_are_told_apart():
-    places = [(case.system, case.axis.name, case.text, case.n) for case in CASES]
+    places = [(c.system, c.representations, c.axis.name, c.text, c.n) for c in CASES]
     assert len(set(places)) == len(places)
 
 
@@ -48,9 +48,9 @@ def test_axes_of_the_issue():
     assert max(case.value for case in CASES if case.axis.name == "momentum") >= 1e150
 
 
-@pytest.mark.parametrize("quick", [False, True])
-def test_every_method_is_stressed(quick):
-    selection = Selection(tuple(gi.method_names()), (), ("momentum",), quick)
+@pytest.mark.parametrize(("quick", "axes"), [(False, ("momentum",)), (True, ())])
+def test_every_method_is_stressed(quick, axes):
+    selection = Selection(tuple(gi.method_names()), (), axes, quick)
     groups, _ = items_of(*selected(selection), quick)
     assert {item.method for group in groups for item in group} == set(gi.method_names())
 

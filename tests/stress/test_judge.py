@@ -153,6 +153,37 @@ def test_a_promised_invariant_that_is_kept(verdict_on):
     assert verdict_on(lambda y, t, h: exact(t), KEEPING)["verdict"] == "ok"
 
 
+def test_roundings_of_a_fast_motion_are_counted_step_by_step(verdict_on, monkeypatch):
+    """200 steps of a motion that turns much faster than its first state tells round 200 times."""
+
+    def grown(y, t, h):
+        return exact(t) * (1.0 + 5e-14 * (t > 0.0))
+
+    options = {"steps": 200, "truth": lambda end: Truth({"x": exact(end)}, 1e6)}
+    assert verdict_on(grown, KEEPING, **options)["verdict"] == "wrong"
+    monkeypatch.setattr(judging.Trial, "parting_time", 1e-6)
+    assert verdict_on(grown, KEEPING, **options)["verdict"] != "wrong"
+    options["steps"] = 4
+    assert verdict_on(grown, KEEPING, **options)["verdict"] == "wrong"
+
+
+def test_what_is_found_by_iterations():
+    found = {name for name in gi.method_names() if judging._iterates(gi.find_method(name))}
+    assert {"gauss-8", "rattle-2", "rattle-10"} <= found
+    assert not {"verlet-2", "cf-4", "rk-4", "rkmk-4"} & found
+
+
+def test_digits_that_the_field_loses_are_no_fault_of_the_method(verdict_on, monkeypatch):
+    """An error that no step makes smaller is wrong, unless rounding makes as much of the field."""
+
+    def tamper(y, t, h):
+        return exact(t) + 1e-9
+
+    assert verdict_on(tamper)["verdict"] == "wrong"
+    monkeypatch.setattr(judging, "field_rounding", lambda problem, y0: 1e-8)
+    assert verdict_on(tamper)["verdict"] == "ok"
+
+
 @pytest.mark.parametrize(
     ("error", "fraction", "verdict"),
     [

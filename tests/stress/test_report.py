@@ -1,5 +1,6 @@
 """The command, its files and its exit code."""
 
+import dataclasses
 import json
 
 import pytest
@@ -60,7 +61,32 @@ def test_files(tmp_path):
     assert "References: none." in text
     assert data["references"]["judged"] == 0
     assert data["counts"] == dict.fromkeys(VERDICTS, 2)
-    assert {"versions", "cpu", "date", "command", "seconds"} <= set(data["provenance"])
+    assert {"versions", "cpu", "date", "command", "seconds", "processor_seconds"} <= set(
+        data["provenance"]
+    )
+
+
+def test_the_picture_of_all_axes_is_not_clipped():
+    """All that is drawn of every axis with all its values lies on the figure, nothing on top."""
+    from geomint.stress.picture import stress_figure
+
+    methods = gi.method_names()
+    made = [
+        dataclasses.asdict(Cell(c.system, c.axis.name, c.value, c.text, c.n, m, "ok", error=0.0))
+        for c in stress_cases()
+        for m in (methods[0], methods[-1])
+    ]
+    figure = stress_figure(
+        made, methods, dict.fromkeys(methods, "one"), [dataclasses.asdict(a) for a in AXES]
+    )
+    assert len(figure.axes) == len(AXES)
+    figure.canvas.draw()
+    boxes = [panel.get_tightbbox() for panel in figure.axes] + [figure.legends[0].get_tightbbox()]
+    for box in boxes:
+        assert min(box.x0, box.y0) >= 0.0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y1 <= figure.bbox.y1
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from geomint.reference_record import place_of
 from geomint.stress import truth as stress_truth
 from geomint.stress.judge import Cell, Trial, judge
 from geomint.stress.references import references_of, references_told
-from geomint.stress.truth import truth_of
+from geomint.stress.truth import field_rounding, truth_of
 
 
 @gi.field
@@ -45,6 +45,21 @@ def test_a_truth_says_how_sure_it_is(planted):
     assert found.known == 0.0
     assert 1e-16 < found.confirmed < 1e-11
     assert found.scaled({"x": 2.0}).confirmed == found.confirmed
+
+
+@gi.field
+def cancelling(params, t, y, out, work):
+    """Two large numbers whose difference is 1 to 1e-8."""
+    out[0] = (params[0] + y[0]) - params[0]
+    out[1] = 1.0 * y[1]
+
+
+def test_digits_that_a_field_loses_are_seen():
+    if np.finfo(np.longdouble).eps > 1e-18:
+        pytest.skip("no extended precision here")
+    lossy = gi.Problem("lossy", (("x", 2),), params=[1e8 / 3.0], field=cancelling)
+    assert 1e-10 < field_rounding(lossy, np.array([0.7, 1.0])) < 1e-7
+    assert field_rounding(PROBLEM, EAST) <= 1e-15
 
 
 @pytest.mark.parametrize("off", [4.5e-3, 1e-9])

@@ -6,7 +6,7 @@ from functools import partial
 
 import geomint as gi
 
-from .standard import MOTIONS, D, Motion, a_values, direction, momentum
+from .standard import MOTIONS, QUICK, THREE, D, Motion, a_values, direction, momentum
 
 __all__ = ["DIMENSION", "cases"]
 
@@ -14,6 +14,7 @@ DIMENSION = gi.StressAxis("dimension", "dimensions", "n")
 
 _SMALL = (2, 3, 4, 5)
 _LARGE = (7, 10, 16, 32, 64, 100)
+_MANY = {"veselova": _LARGE, "ellipsoid": _LARGE, "neumann": (10, 100), "clebsch": (10, 100)}
 _SHORT = 0.2  # characteristic times, for large n
 
 
@@ -24,9 +25,16 @@ def cases() -> list[gi.StressCase]:
     field takes O(n) operations.
     """
     found = [
-        gi.StressCase(name, DIMENSION, n, n, partial(_standard, MOTIONS[name], n))
+        gi.StressCase(
+            name,
+            DIMENSION,
+            n,
+            n,
+            partial(_standard, MOTIONS[name], n),
+            quick=QUICK if (name, n) == ("sphere", 3) else (),
+        )
         for name in MOTIONS
-        for n in _SMALL
+        for n in (_SMALL if name not in THREE else ())
     ]
     found += [
         gi.StressCase(
@@ -43,8 +51,8 @@ def cases() -> list[gi.StressCase]:
     ]
     return found + [
         gi.StressCase(name, DIMENSION, n, n, partial(_standard, MOTIONS[name], n), span=_SHORT)
-        for name in ("veselova", "ellipsoid")
-        for n in _LARGE
+        for name, sizes in _MANY.items()
+        for n in sizes
     ]
 
 

@@ -10,13 +10,19 @@ import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
 from ..inertia import GeneralInertia
+from ..systems.ball import GROUP
+from ..systems.lr import LR
 from ..systems.models import ball_model
-from .standard import direction
+from ..systems.rolling import ROLLING
+from ..systems.rubber import RUBBER
+from .standard import built, direction
 
 __all__ = ["ROTATION", "cases"]
 
 ROTATION = gi.StressAxis("rotation", "rotations by nearly π and 2π in a step", "angle/π")
 
+_FEW = ("1−1e-04", "1−1e-12", "1", "2")  # angles of what turns as the ball does
+_QUICK = ("1−1e-15", "1")
 _OFF = (1e-1, 1e-4, 1e-8, 1e-12, 1e-15)
 STEPS = 4
 
@@ -26,7 +32,29 @@ def cases() -> list[gi.StressCase]:
     angles = [(1.0 - off, f"1−{off:.0e}") for off in _OFF] + [(1.0, "1")]
     angles += [(1.0 + off, f"1+{off:.0e}") for off in reversed(_OFF)]
     angles += [(2.0 - 1e-9, "2−1e-09"), (2.0, "2"), (2.0 + 1e-9, "2+1e-09")]
-    return [
+    turning = [
+        gi.StressCase(
+            f"{name}-n3",
+            ROTATION,
+            angle,
+            3,
+            partial(_turning, system),
+            label=label,
+            representations=chosen,
+            step=angle * np.pi,
+            steps=STEPS,
+            steady=True,
+        )
+        for name, system, chosen in (
+            ("group", GROUP, ("group",)),
+            ("rolling", ROLLING, ("rolling", "contact")),
+            ("rubber", RUBBER, ("rolling",)),
+            ("veselova-lr", LR, ("lr",)),
+        )
+        for angle, label in angles
+        if label in _FEW
+    ]
+    return turning + [
         gi.StressCase(
             f"{name}-n{n}",
             ROTATION,
@@ -34,11 +62,14 @@ def cases() -> list[gi.StressCase]:
             n,
             partial(build, n),
             label=label,
-            representations=("ball-attitude", *(("classical-attitude",) if n == 3 else ())),
+            representations=(
+                "ball-attitude",
+                *(("classical", "classical-attitude") if n == 3 else ()),
+            ),
             step=angle * np.pi,
             steps=STEPS,
             steady=build is steady,
-            quick=("classical-attitude",) if label in ("1", "1−1e-15") and n == 3 else (),
+            quick=("classical",) if name == "tumbling" and label in _QUICK and n == 3 else (),
         )
         for name, build, dimensions in (
             ("steady", steady, (3, 5)),
@@ -67,6 +98,15 @@ def steady(n: int) -> gi.Model:
     gamma = np.zeros(n)
     gamma[-1] = 1.0
     return ball_model(ChaplyginSphere(inertia=inertia, D=1.0), gamma, attitude=True, omega=omega)
+
+
+def _turning(system: gi.System) -> gi.Model:
+    """Return that rotation at n = 3 with other pieces; what is bound turns about a level axis."""
+    moments, gamma = _moments(3).diagonal, np.array([0.0, 0.0, 1.0])
+    if system is LR:
+        return built(LR, {"inertia": moments}, {"w": [1.0, 0.0, 0.0]})
+    omega = [0.0, 1.0, 0.0] if system is RUBBER else [1.0, 0.0, 0.0]
+    return built(system, {"inertia": moments, "D": 1.0}, {"gamma": gamma, "omega": omega})
 
 
 def tumbling(n: int) -> gi.Model:

@@ -15,14 +15,22 @@ from .standard import MOTIONS, QUICK, D, Motion, a_values, direction, momentum, 
 __all__ = ["MOMENTUM", "PLANES", "cases"]
 
 MOMENTUM = gi.StressAxis("momentum", "small and large momenta", "|p|²")
-PLANES = gi.StressAxis("planes", "γ on coordinate axes and planes", "distance")
+PLANES = gi.StressAxis("planes", "γ on axes and planes", "distance")
 
 GammaAt = Callable[[int, float], Array]
 
-_POWERS = (-500, -250, -125, -25, 0, 25, 125, 250, 500)  # of 2, for |p|/2; |p|² is 1e-300 … 1e300
-_DISTANCES = (1e-1, 1e-8, 1e-15, 1e-300, 0.0)
-_MOMENTA = ("p", "p_tilde", "k", "omega", "v")  # pieces that are proportional to a velocity
-_PLANE_MOTIONS = ("sphere", "veselova")
+_POWERS = (-500, -250, -25, 0, 25, 250, 500)  # of 2, for |p|/2; |p|² is 1e-300 … 1e300
+_DISTANCES = (1e-1, 1e-8, 1e-300, 0.0)
+_MOMENTA = (
+    "p",
+    "p_tilde",
+    "k",
+    "omega",
+    "v",
+    "w",
+    "P",
+)  # pieces that are proportional to a velocity
+_FOUR = ("sphere", "veselova", "veselova-lr")  # motions that are placed in R⁴ as well
 
 
 def cases() -> list[gi.StressCase]:
@@ -32,9 +40,9 @@ def cases() -> list[gi.StressCase]:
         for name in MOTIONS
         for case in (_at_rest(name, 3), *(_scaled(name, 3, power) for power in _POWERS))
     ]
-    for name in _PLANE_MOTIONS:
+    for name in MOTIONS:
         for place, gamma_at, sizes in (
-            ("axis", near_an_axis, (3, 4)),
+            ("axis", near_an_axis, (3, 4) if name in _FOUR else (3,)),
             ("plane", near_a_plane, (3,)),
         ):
             found += [

@@ -1,10 +1,10 @@
-"""geomint's own cases: steps of all sizes, on all built-in scenes and on all test problems."""
+"""geomint's own cases: all built-in scenes and all test problems, at steps of all sizes."""
 
 from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 from ..errors import GeomintWarning
@@ -13,37 +13,50 @@ from ..systems import Model
 from ..testproblems import examples
 from .case import StressAxis, StressCase
 
-__all__ = ["STEP", "cases"]
+__all__ = ["QUICK", "STEP", "Build", "cases", "sources", "steps"]
+
+Build = Callable[[], Model]
 
 STEP = StressAxis("step", "steps too small and too large", "step/characteristic time")
 
 _FRACTIONS = (1e-12, 1e-6, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)
 _QUICK = (1e-12, 1000.0)
-_QUICK_PROBLEMS = ("seasonal-lotka-volterra", "spherical-pendulum", "pulsating-body")
+QUICK = "spherical-pendulum"  # the problem of quick runs: explicit, Gauss, RATTLE, splitting
 _FEW, _MANY = 4, 20
 
 
 def cases() -> list[StressCase]:
+    """Return all cases of this package."""
+    from . import state_cases
+
+    return [*steps(), *state_cases.cases()]
+
+
+def sources() -> Iterator[tuple[str, Build]]:
+    """Yield the names of all built-in scenes and test problems, and how their models are built."""
+    for name in scene_names():
+        yield f"scene:{name}", partial(_scene, name)
+    for i, (problem, _) in enumerate(examples()):
+        yield f"test:{problem.name}", partial(_example, i)
+
+
+def steps() -> list[StressCase]:
     """Return steps of every size for every scene and every test problem.
 
-    A representation that an earlier scene has, with as many numbers, is not stressed again.
+    A representation that an earlier one has, with as many numbers, is not stressed again.
     """
     found: list[StressCase] = []
     seen: set[tuple[str, int]] = set()
-    for name in scene_names():
-        model = _scene(name)
+    for source, build in sources():
+        model = build()
         new = [r for r, p in model.problems.items() if (p.name, p.rows) not in seen]
         seen.update((problem.name, problem.rows) for problem in model.problems.values())
-        found += _at_all_steps(f"scene:{name}", partial(_scene, name), tuple(new))
-    for i, (problem, _) in enumerate(examples()):
-        found += _at_all_steps(f"test:{problem.name}", partial(_example, i), (problem.name,))
+        found += _at_all_steps(source, build, tuple(new))
     return found
 
 
-def _at_all_steps(
-    name: str, build: Callable[[], Model], representations: tuple[str, ...]
-) -> list[StressCase]:
-    quick = tuple(name for name in representations if name in _QUICK_PROBLEMS)
+def _at_all_steps(name: str, build: Build, representations: tuple[str, ...]) -> list[StressCase]:
+    quick = tuple(name for name in representations if name == QUICK)
     return [
         StressCase(
             name,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -35,7 +36,10 @@ def stress_record(
     command: str | None = None,
     interrupted: bool = False,
 ) -> dict[str, Any]:
-    """Return the content of ``stress.json``: its cells, axes, counts, references, provenance."""
+    """Return the content of ``stress.json``: its cells, axes, counts, references, provenance.
+
+    Its `processor_seconds` are those of this process and of all that it has ended.
+    """
     counts = Counter(cell.verdict for cell in cells)
     record: dict[str, Any] = finite_json(
         {
@@ -47,6 +51,7 @@ def stress_record(
                 **environment(),
                 "command": command,
                 "seconds": round(seconds, 3),
+                "processor_seconds": round(sum(os.times()[:4]), 1),
                 "interrupted": interrupted,
             },
         }

@@ -37,11 +37,12 @@ SYMBOLS = {
 }
 LIGHT, DARK = (0.87, 0.93, 0.97), (0.19, 0.51, 0.74)
 EXPONENTS = (-16.0, -1.0)  # of the errors at the ends of the blues
-ROW, HEAD, LABELS = 0.082, 1.05, 1.62  # inches: a method, a panel's title and ticks, the names
+ROW, LABELS = 0.082, 1.62  # inches: a method, the names
+TOP, HEAD = 0.5, 1.1  # inches: a panel's title; that, its ticks and their quantity
 TINY = 5.2
-FULL = 42  # columns that a line has room for
 GAP = 0.14
-NARROWEST = 0.62  # inches of a panel: what its title needs
+NARROWEST, UNIT = 0.58, 0.095  # inches of a panel: what its title needs; of a column
+ROOM = WIDTH - LABELS - 0.05  # inches that a line has for its panels
 
 
 def stress_figure(
@@ -89,16 +90,26 @@ def _columns(cells: Cells, axis: str) -> list[str]:
 
 
 def _lines(panels: Mapping[str, Sequence[str]]) -> list[list[str]]:
-    """Return the names of the panels, line by line, lines of about the same number of columns."""
-    total = sum(len(columns) + 2 for columns in panels.values())
-    count = max(1, round(total / FULL))
+    """Return the names of the panels, line by line: as few lines as there is room in, then even."""
+    needs = {name: GAP + max(NARROWEST, UNIT * len(columns)) for name, columns in panels.items()}
+    fewest = _filled(needs, ROOM + GAP)
+    for share in range(50, 100):
+        even = _filled(needs, 0.01 * share * (ROOM + GAP))
+        if len(even) == len(fewest):
+            return even
+    return fewest
+
+
+def _filled(needs: Mapping[str, float], limit: float) -> list[list[str]]:
+    """Return names in lines that are filled up to a limit, each with one name at least."""
     lines: list[list[str]] = [[]]
     used = 0.0
-    for name, columns in panels.items():
-        if lines[-1] and used + 0.5 * len(columns) > len(lines) * total / count:
+    for name, need in needs.items():
+        if lines[-1] and used + need > limit:
             lines.append([])
+            used = 0.0
         lines[-1].append(name)
-        used += len(columns) + 2
+        used += need
     return lines
 
 
@@ -122,7 +133,7 @@ def _draw_line(
         width = widths[i]
         box = (
             left / WIDTH,
-            top - (0.48 + ROW * len(methods)) / height,
+            top - (TOP + ROW * len(methods)) / height,
             width / WIDTH,
             ROW * len(methods) / height,
         )
@@ -139,7 +150,7 @@ def _draw_line(
 
 def _widths(columns: Sequence[int]) -> list[float]:
     """Return the widths of panels of so many columns: alike, but not too narrow for a title."""
-    room = WIDTH - LABELS - 0.05 - GAP * (len(columns) - 1)
+    room = ROOM - GAP * (len(columns) - 1)
     wide = sum(columns)
     for count in sorted(columns):
         if count * room / wide < NARROWEST:
@@ -232,7 +243,7 @@ def _legend(figure: Figure, height: float) -> None:
 
     low, high = EXPONENTS
     handles = [
-        Patch(facecolor=shade(10.0**exponent), label=f"ok, error 1e{exponent:.0f}")
+        Patch(facecolor=shade(10.0**exponent), label=f"ok, relative error 1e{exponent:.0f}")
         for exponent in (low, 0.5 * (low + high) - 0.5, high)
     ]
     for verdict in ("unresolved", "failed", "refused"):

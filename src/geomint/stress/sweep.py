@@ -128,9 +128,11 @@ def items_of(
 ) -> tuple[list[list[Item]], list[Cell]]:
     """Return the cells to compute, a group for each problem, and those that are judged already.
 
-    These are the cases whose problem cannot be built: with a typed error they are refused.
+    These are the cases whose problem cannot be built: with a typed error they are refused. In a
+    quick run, which is mostly compilation, problems of the same forms are one group, and every other
+    group begins with the last methods: processes side by side do not compile the same.
     """
-    groups: list[list[Item]] = []
+    groups: dict[tuple[Any, ...], list[Item]] = {}
     judged: list[Cell] = []
     for number in numbers:
         case = _cases()[number]
@@ -146,8 +148,12 @@ def items_of(
         for name, problem in model.problems.items():
             chosen = case.quick if quick else case.representations
             if chosen is None or name in chosen:
-                groups.append([Item(number, name, m.name) for m in methods if _fits(m, problem)])
-    return [group for group in groups if group], judged
+                key = problem.forms if quick else (number, name)
+                items = [Item(number, name, m.name) for m in methods if _fits(m, problem)]
+                group = groups.setdefault(key, [])
+                turned = quick and list(groups).index(key) % 2 == 1
+                group.extend(reversed(items) if turned else items)
+    return [group for group in groups.values() if group], judged
 
 
 def _cell(case: StressCase, representation: str, method: str, found: dict[str, Any]) -> Cell:

@@ -13,6 +13,7 @@ import contextlib
 import dataclasses
 import itertools
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +22,7 @@ from ..deviation import pieces_of, relative_error, shifted, sizes_of
 from ..drift import ROUNDOFF
 from ..errors import StepError
 from ..evaluate import derivative
+from ..kernels.blocks import Block
 from ..methods import Gauss
 from ..problem import Problem
 from ..reference import integrate_extended, reference_solution
@@ -29,6 +31,7 @@ from ..timeline import default_step
 __all__ = [
     "Truth",
     "condition_of",
+    "field_rounding",
     "parting_time",
     "truth_of",
 ]
@@ -125,6 +128,30 @@ def condition_of(
         if worst <= LINEAR:
             return max(1.0, worst / shift)
     return np.inf
+
+
+@np.errstate(all="ignore")
+def field_rounding(problem: Problem, y0: Array) -> float:
+    """Return what rounding makes of the field at states next to y0, relative to pieces, per time.
+
+    From a comparison with extended precision, where the platform has it and the state is not large: a
+    linear system with parameters of very different size loses digits that no method can give back.
+    """
+    if problem.field is None or problem.rows > MANY:
+        return 0.0
+    worst, sizes = 0.0, sizes_of(problem, y0)
+    for seed in range(SAMPLES):
+        near, y = shifted(problem, y0, seed, SHIFTS[0])
+        rates: list[Any] = []
+        for number in (np.float64, np.longdouble):
+            out = np.zeros(problem.rows, number)
+            work = Block(np.zeros(problem.work, number))
+            params = Block(np.array(near.params, number))
+            problem.field(params, number(0.0), Block(y.astype(number)), Block(out), work)
+            rates.append(out)
+        off = float(np.max(np.abs(rates[0] - rates[1]) / sizes))
+        worst = max(worst, off if np.isfinite(off) else 0.0)
+    return worst
 
 
 def parting_time(problem: Problem, y0: Array) -> float:
