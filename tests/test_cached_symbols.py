@@ -8,6 +8,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 SOLVE = """
 import sys
 import geomint as gi
@@ -28,6 +30,7 @@ def solved(cache, *clocks):
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_cached_functions_of_one_name(tmp_path):
     with_clock = solved(tmp_path, "clock")[0]
     without = solved(tmp_path, "none")[0]

@@ -349,7 +349,7 @@ def test_homogeneous_ball_arrives_where_it_should():
 
 @EACH_INERTIA
 @pytest.mark.parametrize("method", ["gauss-2", "cf-4"])
-@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("which", [pytest.param(0, marks=pytest.mark.slow), 1])
 def test_compiled_is_plain_python(method, make, which):
     """Field in lanes, generator, and in one case each the diagnostics, bit for bit."""
     problems, states = both(make, 3, k0=np.ones(3))

@@ -114,6 +114,7 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert third.results != first.results
 
 
+@pytest.mark.slow
 def test_nothing_is_specialised_to_a_function(tmp_path: Path) -> None:
     """A stepper is compiled once for all fields: a call adds no specialisation."""
     two = SOLVE + FIELD.replace("gi.sin(y[0])", "y[0]") + SOLVE

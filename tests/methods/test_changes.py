@@ -154,7 +154,6 @@ def referred(compiled: bool) -> Any:
 
 ENTRIES = {
     "explicit": solved(PENDULUM, "rk-4"),
-    "adaptive": solved(PENDULUM, gi.RungeKutta("dop853", adaptive=True)),
     "lanes": solved(PENDULUM, "gauss-2"),
     "one at a time": solved(dataclasses.replace(PENDULUM, field=branching), "gauss-2"),
     "observable": solved(
@@ -162,6 +161,10 @@ ENTRIES = {
         "rk-4",
         observe="invariants",
     ),
+    "pointwise": mapped,
+}
+SLOW = {
+    "adaptive": solved(PENDULUM, gi.RungeKutta("dop853", adaptive=True)),
     "clock": solved(
         gi.Problem("circle", PIECES, [1.0], field=circle, time="tau", clock=clock),
         "rk-4",
@@ -173,9 +176,6 @@ ENTRIES = {
     ),
     "called group": solved(sheared(False), "cf-4"),
     "called group, rkmk": solved(sheared(False), "rkmk-4"),
-    "pointwise": mapped,
-}
-SLOW = {
     "reference": referred,
     "fused": solved(PENDULUM, gi.Gauss(2, fused=True)),
     "constrained": solved(

@@ -50,8 +50,9 @@ def run_command(text: str, folder: Path) -> list[str]:
         result = CliRunner().invoke(main, words[1:], env={"COLUMNS": WIDTH})
     if result.exception and not isinstance(result.exception, SystemExit):
         raise result.exception
-    lines = [line.rstrip() for line in result.output.rstrip().splitlines()]
-    return [line for line in lines if not line.startswith("geomint: compiling")]
+    lines = [line.rstrip() for line in result.output.splitlines()]
+    shown = [line for line in lines if not line.startswith("geomint: compiling")]
+    return "\n".join(shown).strip("\n").splitlines()
 
 
 def save_files(name: str, folder: Path) -> None:
