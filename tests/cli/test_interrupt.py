@@ -71,6 +71,7 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     assert samples == {record["provenance"]["steps"]}
 
 
+@pytest.mark.slow
 def test_interrupted_methods_leave_a_report(warm, tmp_path):
     arguments = ["drift", "sphere-n3", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)

@@ -135,10 +135,8 @@ NAMESAKES = {
 }
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [k if k == "helper" else pytest.param(k, marks=pytest.mark.slow) for k in NAMESAKES],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", NAMESAKES)
 def test_namesakes_are_kept_apart(kind: str, tmp_path: Path) -> None:
     """A process that finds the code of two others in the cache runs each for itself."""
     # Too long to be inlined twice: what is inlined has no symbol that could be taken for another.
@@ -177,7 +175,10 @@ first, second = made(-1.0), made(-2.0)
     assert separate[0].results != separate[1].results
 
 
-@pytest.mark.parametrize("filename", ["<ipython-input-1-abc>", "/tmp/ipykernel_123/456.py"])
+@pytest.mark.parametrize(
+    "filename",
+    ["<ipython-input-1-abc>", pytest.param("/tmp/ipykernel_123/456.py", marks=pytest.mark.slow)],
+)
 def test_a_notebook_cell(filename: str, tmp_path: Path) -> None:
     """Cells have no file, and live in __main__."""
     cell = f"""
@@ -280,6 +281,7 @@ assert "cannot be kept" in str(caught[0].message)
     assert bad.results == good.results
 
 
+@pytest.mark.slow
 def test_a_damaged_file_is_compiled_anew(tmp_path: Path) -> None:
     """And mended."""
     command = ("-c", REPORT + FIELD + SOLVE_ONCE)
