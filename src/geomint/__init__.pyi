@@ -26,6 +26,9 @@ from .errors import (
     NonFiniteError as NonFiniteError,
 )
 from .errors import (
+    OutputError as OutputError,
+)
+from .errors import (
     SceneError as SceneError,
 )
 from .errors import (
@@ -129,6 +132,18 @@ from .methods.registry import (
 from .methods.rkmk import RKMK as RKMK
 from .methods.splitting import Verlet as Verlet
 from .natural import natural_on_sphere as natural_on_sphere
+from .outputs import (
+    check_file as check_file,
+)
+from .outputs import (
+    check_folder as check_folder,
+)
+from .outputs import (
+    whole_file as whole_file,
+)
+from .outputs import (
+    whole_folder as whole_folder,
+)
 from .plan import (
     SeveralRuns as SeveralRuns,
 )
@@ -202,6 +217,7 @@ __all__ = [
     "MethodError",
     "Model",
     "NonFiniteError",
+    "OutputError",
     "Problem",
     "Rattle",
     "Rescaled",
@@ -222,6 +238,8 @@ __all__ = [
     "TruthError",
     "Verlet",
     "as_vector",
+    "check_file",
+    "check_folder",
     "cos",
     "derivative",
     "drift_report",
@@ -253,5 +271,7 @@ __all__ = [
     "top",
     "turn_coefficients",
     "value",
+    "whole_file",
+    "whole_folder",
     "with_quadrature",
 ]

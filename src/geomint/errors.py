@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import pickle
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
@@ -15,6 +17,7 @@ __all__ = [
     "GeomintWarning",
     "MethodError",
     "NonFiniteError",
+    "OutputError",
     "SceneError",
     "StepError",
     "StepLimitError",
@@ -24,8 +27,56 @@ __all__ = [
 ]
 
 
+LONGEST = 300  # characters of a value in a message
+
+
 class GeomintError(Exception):
-    """Base of all errors that geomint raises on purpose."""
+    """Base of all errors that geomint raises on purpose.
+
+    All of them can be copied and pickled with their attributes. Of a value that cannot be pickled
+    the other process gets its text.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), self.args, {k: _sent(v) for k, v in vars(self).items()})
+
+    def __copy__(self) -> GeomintError:
+        return _restored(type(self), self.args, vars(self))
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> GeomintError:
+        return self.__copy__()  # what it speaks of stays what it was
+
+
+def _restored(
+    kind: type[GeomintError], args: tuple[Any, ...], attributes: dict[str, Any]
+) -> GeomintError:
+    error = kind.__new__(kind)
+    error.args = args
+    vars(error).update(attributes)
+    return error
+
+
+def _sent(value: Any) -> Any:
+    """Return what another process gets of an attribute."""
+    as_saved = getattr(value, "as_saved", None)
+    if as_saved is not None:
+        value = as_saved()
+    try:
+        pickle.dumps(value)
+    except Exception:  # whatever a foreign object raises there
+        return told(value)
+    return value
+
+
+def told(value: Any) -> str:
+    """Return the text of a value for a message, of bounded length."""
+    try:
+        text = repr(value)
+    except Exception as failure:  # such as an int of more digits than Python prints
+        return f"<{type(value).__name__}: {failure}>"[:LONGEST]
+    if len(text) > LONGEST:
+        text = f"{text[: LONGEST - 40]} … {text[-20:]} ({len(text)} characters)"
+    return text
 
 
 class GeomintWarning(UserWarning):
@@ -44,7 +95,7 @@ class DomainError(GeomintError, ValueError):
     """
 
     def __init__(self, name: str, value: Any, expected: str) -> None:
-        super().__init__(f"{name} = {value!r}: expected {expected}")
+        super().__init__(f"{name} = {told(value)}: expected {expected}")
         self.name, self.value, self.expected = name, value, expected
 
 
@@ -90,6 +141,26 @@ class SceneError(GeomintError, ValueError):
     """A scene that cannot be understood; the message names each key, value and expectation."""
 
 
+class OutputError(GeomintError, OSError):
+    """A file that cannot be written; what was there before is as it was.
+
+    Attributes
+    ----------
+    path : str
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], reason: str, number: int | None = None
+    ) -> None:
+        super().__init__(f"{os.fspath(path)!r} cannot be written: {reason}")
+        self.path, self.number = os.fspath(path), number
+
+    @property
+    def errno(self) -> int | None:  # type: ignore[override]
+        """The number that the operating system gave, such as `errno.ENOSPC`."""
+        return self.number
+
+
 class StepError(GeomintError, ArithmeticError):
     """An integration that ended at a step.
 
@@ -104,7 +175,8 @@ class StepError(GeomintError, ArithmeticError):
     iterations : int
         Iterations of the step that failed.
     partial : object
-        The result up to the last good step, where there is one.
+        The result up to the last good step, where there is one. In another process what can be
+        saved of it: a `geomint.SavedSolution`.
     """
 
     reason = "the step failed"

@@ -9,6 +9,7 @@ import functools
 import hashlib
 import json
 import math
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ import numpy.typing as npt
 
 from .confirmation import Confirmation
 from .errors import TruthError
+from .outputs import whole_file
 from .problem import Problem
 
 __all__ = ["MARGIN", "RESOLUTION", "SMALL", "Reference", "place_of", "stored"]
@@ -129,13 +131,10 @@ class Reference:
     def store(self, path: Path) -> None:
         """Write everything to disk; a folder that cannot be written costs time, nothing else."""
         data = {**asdict(self), "y": list(self.y), "steps": list(self.steps)}
-        try:
+        with suppress(OSError):
             path.parent.mkdir(parents=True, exist_ok=True)
-            temporary = path.with_suffix(".part")
-            temporary.write_text(json.dumps(data), encoding="utf-8")
-            temporary.replace(path)
-        except OSError:
-            pass
+            with whole_file(path) as unfinished:
+                unfinished.write_text(json.dumps(data), encoding="utf-8")
 
 
 def stored(path: Path) -> Reference | None:

@@ -17,6 +17,8 @@ from .problem import Problem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .storage import SavedSolution
+
 __all__ = ["Solution", "StepSizes"]
 
 Array = npt.NDArray[np.float64]
@@ -119,7 +121,18 @@ class Solution:
         return drift_figure([(self.method.name, self.drift)], self.drift_time)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write states, drifts and provenance to a NetCDF file."""
+        """Write states, drifts and provenance to a NetCDF file, whole or not at all.
+
+        Raises
+        ------
+        OutputError
+        """
         from .storage import save_solution
 
         save_solution(self, path)
+
+    def as_saved(self) -> SavedSolution:
+        """Return what `save` would write and `geomint.load` give back: numbers and text alone."""
+        from .storage import as_saved
+
+        return as_saved(self)

@@ -15,11 +15,14 @@ variable               dimensions              content
 =====================  ======================  ==================================================
 
 for every watched QUANTITY, whose numbers (initial value, errors, slope, class) are the attribute
-`drift` of its ``mean``, as JSON. The global attribute `provenance` is JSON too.
+`drift` of its ``mean``, as JSON. The global attribute `provenance` is JSON too; `status` and
+`message` say how the run ended; `checksum` is the SHA-256 of the whole file with 64 zeros in the
+place of its own digits.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -33,7 +36,8 @@ from scipy.io import netcdf_file  # type: ignore[attr-defined]
 
 from . import __version__
 from .drift import Drift
-from .errors import DomainError, GeomintError
+from .errors import DomainError, GeomintError, told
+from .outputs import whole_file
 from .windows import Windows
 
 if TYPE_CHECKING:
@@ -41,14 +45,16 @@ if TYPE_CHECKING:
 
     from .solution import Solution
 
-__all__ = ["SavedSolution", "load", "load_solution", "save_solution"]
+__all__ = ["SavedSolution", "as_saved", "load", "load_solution", "save_solution"]
 
 Array = npt.NDArray[np.float64]
-_FORMAT = "geomint-run-1"
+_FORMAT = "geomint-run-2"
+_NO_CHECKSUM = "0" * 64
+_HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _open: Any = netcdf_file
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SavedSolution:
     """A run that was read from a file.
 
@@ -72,6 +78,30 @@ class SavedSolution:
     pieces: tuple[tuple[str, int], ...]
     drift: dict[str, Drift]
     provenance: dict[str, Any]
+
+    def __repr__(self) -> str:
+        told, end = self.provenance, f"{len(self.tau)} states"
+        if len(self.tau):
+            end += f" to {told.get('time', 't')} = {self.tau[-1]:.9g}"
+        return (
+            f"<saved solution of {told.get('problem')!r} by {told.get('method')}: {self.status}, "
+            f"{end}, {len(self.drift)} drifts>"
+        )
+
+    @property
+    def status(self) -> str:
+        """How the run ended, as `geomint.Solution.status`."""
+        return str(self.provenance.get("status"))
+
+    @property
+    def message(self) -> str:
+        """Why it did not reach its end, if so."""
+        return str(self.provenance.get("message", ""))
+
+    @property
+    def success(self) -> bool:
+        """Whether the end was reached, and all that was observed is finite."""
+        return self.status == "success"
 
     def piece(self, name: str) -> Array:
         """Return the saved values of one piece of the state, one a row."""
@@ -101,27 +131,76 @@ def save_solution(
     ----------
     solution : Solution
     path : path
-        Replaced if it is there, once the new file is complete.
+        A regular file that is there is replaced, once the new one is complete; symlinks are
+        followed.
     provenance : mapping, optional
         Default: all that the solution knows by itself.
+
+    Raises
+    ------
+    OutputError
+        If something else is there, or the file cannot be written; what was there is as it was.
     """
     if provenance is None:
         from .report.provenance import run_provenance
 
         provenance = run_provenance(solution)
-    target = Path(path)
-    unfinished = target.with_name(target.name + ".part")
-    try:
-        with _open(fspath(unfinished), "w", version=2) as file:
+    with whole_file(path) as unfinished:
+        with unfinished.open("w+b") as stream:
+            file = _open(stream, "w", version=2)
+            file.checksum = _NO_CHECKSUM
             file.format = _FORMAT
             file.history = f"written by geomint {__version__}"
+            file.status, file.message = solution.status, solution.message.encode()
             file.provenance = json.dumps(provenance)
             _write_states(file, solution)
             for name, drift in solution.drift.items():
-                _write_drift(file, name, drift)
-        unfinished.replace(target)
-    finally:
-        unfinished.unlink(missing_ok=True)
+                _write_drift(file, _packed(name), drift)
+            file.flush()
+        _seal(unfinished)
+
+
+def as_saved(solution: Solution) -> SavedSolution:
+    """Return what a file of a run holds, without the file."""
+    from .report.provenance import run_provenance
+
+    return SavedSolution(
+        tau=solution.tau,
+        t=solution.physical,
+        y=solution.y,
+        pieces=solution.problem.pieces,
+        drift=solution.drift,
+        provenance=run_provenance(solution),
+    )
+
+
+def _seal(path: Path) -> None:
+    """Put the checksum of a file into its header."""
+    with path.open("r+b") as file:
+        place = file.read(_HEADER).index(_NO_CHECKSUM.encode())
+        file.seek(0)
+        digits = hashlib.file_digest(file, "sha256").hexdigest()
+        file.seek(place)
+        file.write(digits.encode())
+
+
+def _sealed(path: Path, checksum: str) -> bool:
+    """Tell whether a file is what was written."""
+    with path.open("rb") as file:
+        header = file.read(_HEADER).replace(checksum.encode(), _NO_CHECKSUM.encode(), 1)
+        digest = hashlib.sha256(header)
+        while block := file.read(_HEADER):
+            digest.update(block)
+    return digest.hexdigest() == checksum
+
+
+def _packed(name: str) -> str:
+    """Return a name as scipy has to have it so that its UTF-8 is in the file."""
+    return name.encode().decode("latin-1")
+
+
+def _unpacked(name: str) -> str:
+    return name.encode("latin-1").decode()
 
 
 def _write_states(file: Any, solution: Solution) -> None:
@@ -167,16 +246,26 @@ def load_solution(path: str | PathLike[str]) -> SavedSolution:
     Raises
     ------
     GeomintError
-        If the file is none, or not complete.
+        If the file is none, not complete, or not what was written.
     FileNotFoundError
     """
+    name = fspath(path)
     try:
-        with _open(fspath(path), "r", mmap=False) as file:
-            if getattr(file, "format", b"").decode() != _FORMAT:
-                raise GeomintError(f"{fspath(path)!r} holds no run of geomint")
+        with _open(name, "r", mmap=False) as file:
+            form = getattr(file, "format", b"").decode()
+            if form == "geomint-run-1":
+                raise GeomintError(f"{name!r} is of an earlier geomint, without a checksum")
+            if form != _FORMAT:
+                raise GeomintError(f"{name!r} holds no run of geomint")
+            if not _sealed(Path(name), file.checksum.decode("ascii")):
+                raise GeomintError(f"{name!r} is not what was written: its checksum differs")
             return _read(file)
-    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
-        raise GeomintError(f"{fspath(path)!r} cannot be read as a run: {error}") from error
+    except GeomintError:
+        raise
+    except OSError:
+        raise
+    except Exception as error:  # scipy's reader believes all that a header says
+        raise GeomintError(f"{name!r} cannot be read as a run: {told(error)}") from error
 
 
 load = load_solution
@@ -191,7 +280,7 @@ def _read(file: Any) -> SavedSolution:
         t=_array(variables["t"]) if "t" in variables else None,
         y=_array(variables["y"]),
         pieces=pieces,
-        drift={name: _read_drift(variables, name) for name in names},
+        drift={_unpacked(name): _read_drift(variables, name) for name in names},
         provenance=json.loads(file.provenance),
     )
 
@@ -209,7 +298,7 @@ def _read_drift(variables: Any, name: str) -> Drift:
             [_array(variables[f"{name}.{part}"]) for part in ("time", "mean", "maximum")]
         ),
     )
-    return Drift(name=name, kind=numbers.pop("class"), windows=windows, **numbers)
+    return Drift(name=_unpacked(name), kind=numbers.pop("class"), windows=windows, **numbers)
 
 
 def _array(variable: Any) -> Array:

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..compare import Comparison, compare
+from ..outputs import whole_folder
 from ..reference_record import MARGIN, RESOLUTION
 from .compare_plots import work_precision_figure
 from .pages import render
 from .plots import drift_figure
-from .provenance import environment, finite_json
+from .provenance import environment, finite_json, json_text
 from .style import data_uri, save_figure
 
 if TYPE_CHECKING:
@@ -25,8 +25,12 @@ __all__ = ["run_compare", "write_compare_report"]
 def write_compare_report(
     result: Comparison, scene: Scene, out: Path, command: str | None = None
 ) -> None:
-    """Write ``compare.html``, ``compare.json`` and the plots as PNG and SVG."""
-    out.mkdir(parents=True, exist_ok=True)
+    """Write ``compare.html``, ``compare.json`` and the plots as PNG and SVG, all or none.
+
+    Raises
+    ------
+    OutputError
+    """
     provenance = {
         **environment(),
         "scene": scene.sections,
@@ -39,13 +43,9 @@ def write_compare_report(
         "compile_seconds": round(result.compile_seconds, 6),
     }
     record = finite_json({**result.as_json(), "provenance": provenance})
-    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
-    (out / "compare.json").write_text(text + "\n", encoding="utf-8")
     figures = {"compare": work_precision_figure(result.points)}
     if result.drifts:
         figures["compare-drift"] = drift_figure(result.drifts, "t")
-    for name, figure in figures.items():
-        save_figure(figure, out, name)
     best = _best(record["points"])
     page = render(
         "compare.html.j2",
@@ -60,7 +60,11 @@ def write_compare_report(
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
-    (out / "compare.html").write_text(page, encoding="utf-8")
+    with whole_folder(out) as unfinished:
+        (unfinished / "compare.json").write_text(json_text(record), encoding="utf-8")
+        (unfinished / "compare.html").write_text(page, encoding="utf-8")
+        for name, figure in figures.items():
+            save_figure(figure, unfinished, name)
 
 
 def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:

@@ -1,18 +1,22 @@
-"""``drift.json``: the numbers of a drift report."""
+"""``drift.json``: the numbers of a drift report, and its folder."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..drift import Drift
+from ..outputs import whole_folder
 from ..plan.several import MethodRun, SeveralRuns
 from ..quantities import kind_of
-from .provenance import finite_json, run_record
+from .provenance import finite_json, json_text, run_record
+from .style import save_figure
 
-__all__ = ["drift_record", "several_record", "write_drift_json"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["drift_record", "several_record", "write_drift_files"]
 
 
 def drift_record(drifts: Mapping[str, Drift], provenance: Mapping[str, Any]) -> dict[str, Any]:
@@ -60,7 +64,10 @@ def _method_entry(run: MethodRun) -> dict[str, Any]:
     }
 
 
-def write_drift_json(path: Path, record: Mapping[str, Any]) -> None:
-    """Write the record as strict JSON."""
-    text = json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+def write_drift_files(folder: Path, record: Mapping[str, Any], figure: Figure, page: str) -> Path:
+    """Write ``drift.json``, ``drift.png``, ``drift.svg``, ``report.html``; return the page's path."""
+    with whole_folder(folder) as unfinished:
+        (unfinished / "drift.json").write_text(json_text(record), encoding="utf-8")
+        save_figure(figure, unfinished, "drift")
+        (unfinished / "report.html").write_text(page, encoding="utf-8")
+    return folder / "report.html"

@@ -15,12 +15,12 @@ from ..plan import Plan, SeveralRuns, make_plan, run_methods
 from ..quantities import KINDS, kind_of
 from ..scene import Scene, load_scene
 from ..solution import Solution
-from .drift_json import drift_record, write_drift_json
+from .drift_json import drift_record, write_drift_files
 from .pages import render
 from .plots import drift_figure, panel_figure
 from .provenance import run_provenance
 from .several_page import write_several_report
-from .style import data_uri, save_figure
+from .style import data_uri
 from .text import (
     number,
     rule_details,
@@ -109,17 +109,19 @@ def write_drift_report(
     plan: Plan,
     command: str | None = None,
 ) -> Path:
-    """Write the four files of a report and return the path of the page."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write the four files of a report, all or none, and return the path of the page.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written.
+    """
     provenance = run_provenance(solution, scene, command)
     record = drift_record(solution.drift, provenance)
-    write_drift_json(folder / "drift.json", record)
     drifts = dict(_by_kind(solution))
     figure = drift_figure([(solution.method.name, drifts)], solution.drift_time)
-    save_figure(figure, folder, "drift")
-    page = folder / "report.html"
-    page.write_text(drift_page(solution, scene, plan, record["provenance"]), encoding="utf-8")
-    return page
+    page = drift_page(solution, scene, plan, record["provenance"])
+    return write_drift_files(folder, record, figure, page)
 
 
 def drift_page(solution: Solution, scene: Scene, plan: Plan, provenance: Mapping[str, Any]) -> str:

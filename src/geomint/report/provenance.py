@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import platform
@@ -21,6 +22,7 @@ from ..solution import Solution
 __all__ = [
     "environment",
     "finite_json",
+    "json_text",
     "method_record",
     "run_provenance",
     "run_record",
@@ -140,6 +142,11 @@ def finite_json(value: Any) -> Any:
     if value is None or isinstance(value, str | int | bool):
         return value
     return repr(value)
+
+
+def json_text(record: Mapping[str, Any]) -> str:
+    """Return a record as the text of a file of strict JSON."""
+    return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _version(package: str) -> str | None:

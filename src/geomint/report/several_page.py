@@ -9,12 +9,12 @@ from typing import Any
 from ..growth import RULE
 from ..plan.several import MethodRun, SeveralRuns
 from ..quantities import KINDS
-from .drift_json import several_record, write_drift_json
+from .drift_json import several_record, write_drift_files
 from .kind_plots import kind_figure, kinds_figure, quantity_figure, swatch
 from .kinds import conserved_by_kind, kinds_in_words, names_by_kind
 from .pages import render
 from .provenance import environment, scene_record
-from .style import data_uri, save_figure
+from .style import data_uri
 from .text import (
     duration,
     number,
@@ -29,15 +29,17 @@ __all__ = ["write_several_report"]
 
 
 def write_several_report(result: SeveralRuns, folder: Path, command: str | None = None) -> Path:
-    """Write ``report.html``, ``drift.json``, ``drift.png``, ``drift.svg``; return the page's path."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write ``report.html``, ``drift.json``, ``drift.png``, ``drift.svg``; return the page's path.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written; what was there is as it was.
+    """
     provenance = {**environment(), **scene_record(result.scene, command)}
     record = several_record(result, provenance)
-    write_drift_json(folder / "drift.json", record)
-    save_figure(kinds_figure(result), folder, "drift")
-    page = folder / "report.html"
-    page.write_text(several_page(result, record["provenance"]), encoding="utf-8")
-    return page
+    page = several_page(result, record["provenance"])
+    return write_drift_files(folder, record, kinds_figure(result), page)
 
 
 def several_page(result: SeveralRuns, provenance: Mapping[str, Any]) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..methods import find_method
+from ..outputs import whole_folder
 from ..report.pages import render
 from ..report.provenance import environment, finite_json
 from ..report.style import data_uri, save_figure
@@ -62,6 +63,8 @@ def stress_record(
 def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: Path) -> Path:
     """Write ``stress.html``, ``stress.json``, ``stress.png`` and ``stress.svg``; return the page.
 
+    All of them, or none with an OutputError.
+
     Parameters
     ----------
     record : mapping
@@ -69,8 +72,6 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     methods : sequence of str
         The rows of the picture, put together by family; those without a cell are left out.
     """
-    out.mkdir(parents=True, exist_ok=True)
-    (out / "stress.json").write_text(_text(record), encoding="utf-8")
     cells = record["cells"]
     used = {cell["method"] for cell in cells}
     families = {name: _family(name) for name in methods if name in used}
@@ -78,7 +79,6 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     rows = sorted(families, key=lambda name: order.index(families[name]))
     axes = [a for a in record["axes"] if any(cell["axis"] == a["name"] for cell in cells)]
     picture = stress_figure(cells, rows, families, axes)
-    save_figure(picture, out, "stress")
     page = render(
         "stress.html.j2",
         verdict=_sentence(record),
@@ -93,9 +93,11 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
         rules=RULES,
         references=references_told(record["references"]),
     )
-    path = out / "stress.html"
-    path.write_text(page, encoding="utf-8")
-    return path
+    with whole_folder(out) as unfinished:
+        (unfinished / "stress.json").write_text(_text(record), encoding="utf-8")
+        save_figure(picture, unfinished, "stress")
+        (unfinished / "stress.html").write_text(page, encoding="utf-8")
+    return out / "stress.html"
 
 
 def _text(record: Mapping[str, Any]) -> str:
