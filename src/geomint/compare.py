@@ -12,7 +12,7 @@ import statistics
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -71,16 +71,24 @@ class Point:
 
 @dataclass
 class Comparison:
-    """All points, the reference, and the drifts of each method's best run."""
+    """All points, the reference, and the drifts of each method's best run.
+
+    `status` is ``"interrupted"`` if Ctrl-C ended it before the last point.
+    """
 
     points: list[Point]
     reference: dict[str, Any]
     drifts: list[tuple[str, dict[str, Drift]]] = field(default_factory=list)
     compile_seconds: float = 0.0
+    status: str = "success"
 
     def as_json(self) -> dict[str, Any]:
         """Return the numbers under the names of ``compare.json``."""
-        return {"points": [asdict(point) for point in self.points], "reference": self.reference}
+        return {
+            "status": self.status,
+            "points": [asdict(point) for point in self.points],
+            "reference": self.reference,
+        }
 
 
 def compare(
@@ -139,33 +147,55 @@ def compare(
     check_representation(model, representation)
     goal, truth = goal_of(model, end, reference, report)
     result = Comparison([], truth)
-    for method in chosen:
-        best: tuple[Method, Problem, Array, float | None] | None = None
-        last: Point | None = None
-        try:
-            name, problem = representation_for(model, method, end, representation)
-        except FormError as error:
-            result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
-            continue
-        y0 = model.states[name]
-        base = (first_steps or {}).get(method.name)
-        own_end = next(iter(end.values()))
-        for variant, step in ladder(method, problem, y0, steps, base, own_end):
-            options = variant.options
-            setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
-            report(f"{method.name}, {setting}")
-            expected = 0.0 if last is None else _expected_seconds(last, variant, step)
-            if expected > MAX_SECONDS:
-                status = f"not run: would take about {expected:.0f} s"
-                result.points.append(replace(_point(variant, name, step), status=status))
-                continue
-            point = _measure(goal, variant, name, problem, y0, step, repeats, result)
-            result.points.append(point)
-            if point.bound is not None:
-                best, last = (variant, problem, y0, step), point
-        if observe and best is not None:
-            result.drifts.append((method.name, _drifts(goal, *best)))
+    asked = _Asked(end, steps, first_steps or {}, representation, repeats, observe, report)
+    try:
+        for method in chosen:
+            _run_ladder(result, goal, model, method, asked)
+    except KeyboardInterrupt:
+        result.status = "interrupted"
     return result
+
+
+class _Asked(NamedTuple):
+    """What all methods of a comparison have in common, as `compare` was given it."""
+
+    end: dict[str, float]
+    steps: list[float] | None
+    first_steps: Mapping[str, float]
+    representation: str | None
+    repeats: int
+    observe: bool
+    report: Callable[[str], None]
+
+
+def _run_ladder(
+    result: Comparison, goal: Goal, model: Model, method: Method, asked: _Asked
+) -> None:
+    """Add the points of one method, and its drifts at the finest."""
+    best: tuple[Method, Problem, Array, float | None] | None = None
+    last: Point | None = None
+    try:
+        name, problem = representation_for(model, method, asked.end, asked.representation)
+    except FormError as error:
+        result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
+        return
+    y0 = model.states[name]
+    base, own_end = asked.first_steps.get(method.name), next(iter(asked.end.values()))
+    for variant, step in ladder(method, problem, y0, asked.steps, base, own_end):
+        options = variant.options
+        setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
+        asked.report(f"{method.name}, {setting}")
+        expected = 0.0 if last is None else _expected_seconds(last, variant, step)
+        if expected > MAX_SECONDS:
+            status = f"not run: would take about {expected:.0f} s"
+            result.points.append(replace(_point(variant, name, step), status=status))
+            continue
+        point = _measure(goal, variant, name, problem, y0, step, asked.repeats, result)
+        result.points.append(point)
+        if point.bound is not None:
+            best, last = (variant, problem, y0, step), point
+    if asked.observe and best is not None:
+        result.drifts.append((method.name, _drifts(goal, *best)))
 
 
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
@@ -241,7 +271,7 @@ def _drifts(
     goal: Goal, method: Method, problem: Problem, y0: Array, step: float | None
 ) -> dict[str, Drift]:
     """Return the drifts over physical time, so that all methods share an axis."""
-    return solve(
+    solution = solve(
         problem,
         y0,
         t_end=goal.physical_end,
@@ -249,4 +279,7 @@ def _drifts(
         step=step,
         observe=[*problem.invariants, *problem.constraints],
         progress=False,
-    ).drift
+    )
+    if solution.status == "interrupted":
+        raise KeyboardInterrupt
+    return solution.drift

@@ -128,18 +128,27 @@ class Reference:
             "confirmation": second and {**asdict(second), "agrees": self.agrees},
         }
 
-    def store(self, path: Path) -> None:
+    def store(self, path: Path | None) -> None:
         """Write everything to disk; a folder that cannot be written costs time, nothing else."""
+        if path is None:
+            return
+        from .kernels.private import private_folder
+
         data = {**asdict(self), "y": list(self.y), "steps": list(self.steps)}
         with suppress(OSError):
-            path.parent.mkdir(parents=True, exist_ok=True)
+            private_folder(path.parent)
             with whole_file(path) as unfinished:
                 unfinished.write_text(json.dumps(data), encoding="utf-8")
 
 
-def stored(path: Path) -> Reference | None:
+def stored(path: Path | None) -> Reference | None:
     """Return the reference that is there, or None; also of a file that is damaged."""
+    if path is None or not path.exists():
+        return None
+    from .kernels.private import private_folder
+
     try:
+        private_folder(path.parent)  # nobody else may have put a truth there
         data = json.loads(path.read_text(encoding="utf-8"))
         second = data.pop("confirmation")
         data.update(y=np.array(data["y"]), steps=tuple(data["steps"]))
@@ -148,16 +157,23 @@ def stored(path: Path) -> Reference | None:
         return None
 
 
-def place_of(problem: Problem, y0: Array, end: float) -> Path:
-    """Return where a reference is kept: under all that it depends on, geomint's sources included."""
-    from .kernels.cache import cache_folder
+def place_of(problem: Problem, y0: Array, end: float) -> Path | None:
+    """Return where a reference is kept: under all that it depends on, geomint's sources included.
 
+    None where there is no place to keep anything.
+    """
+    from .kernels.private import cache_root
+
+    try:
+        folder = cache_root() / "references"
+    except OSError:
+        return None
     digest = hashlib.sha256(f"{_stamp()} {problem.pieces} {problem.work} {problem.time}".encode())
     for f in (problem.field, problem.clock):
         digest.update(f.fingerprint.encode() if f is not None else b"-")
     for values in (problem.params, y0, np.array([end])):
         digest.update(np.ascontiguousarray(values).tobytes())
-    return cache_folder().parent / "references" / f"{digest.hexdigest()[:32]}.json"
+    return folder / f"{digest.hexdigest()[:32]}.json"
 
 
 @functools.cache

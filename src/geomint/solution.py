@@ -118,7 +118,7 @@ class Solution:
         """Plot the largest deviation of every observed quantity, window by window."""
         from .report.plots import drift_figure
 
-        return drift_figure([(self.method.name, self.drift)], self.drift_time)
+        return drift_figure([(self.method.name, self.drift)], self.drift_time, self.status)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write states, drifts and provenance to a NetCDF file, whole or not at all.

@@ -117,7 +117,8 @@ class SavedSolution:
         from .report.plots import drift_figure
 
         label = str(self.provenance.get("method", ""))
-        return drift_figure([(label, self.drift)], self.provenance.get("drift_time", "t"))
+        time = self.provenance.get("drift_time", "t")
+        return drift_figure([(label, self.drift)], time, self.status)
 
 
 def save_solution(

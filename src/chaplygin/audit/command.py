@@ -66,6 +66,10 @@ def audit(
     chosen = _dimensions(dimensions)
     if brief and quiet:
         raise gi.DomainError("--brief", brief, "no --quiet beside it, which prints no table at all")
+    if out is not None:
+        gi.check_folder(out)
+    if markdown is not None:
+        gi.check_file(markdown)
 
     from rich.console import Console
     from rich.progress import Progress
@@ -88,7 +92,8 @@ def audit(
     if out is not None:
         click.echo(f"report: {write_json(found, out)}")
     if markdown is not None:
-        markdown.write_text(table(found), encoding="utf-8")
+        with gi.whole_file(markdown) as unfinished:
+            unfinished.write_text(table(found), encoding="utf-8")
         click.echo(f"table: {markdown}")
     for result in found.unexplained:
         click.echo(f"geomint: unexplained: {result.claim.label}", err=True)

@@ -108,12 +108,16 @@ def as_json(audit: Audit) -> dict[str, Any]:
 
 
 def write_json(audit: Audit, folder: Path) -> Path:
-    """Write ``audit.json`` into a folder, which is made if need be, and return its path."""
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "audit.json"
+    """Write ``audit.json`` into a folder, which is made if need be, and return its path.
+
+    Raises
+    ------
+    geomint.OutputError
+    """
     text = json.dumps(as_json(audit), ensure_ascii=False, indent=1, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
-    return path
+    with gi.whole_folder(folder) as unfinished:
+        (unfinished / "audit.json").write_text(text + "\n", encoding="utf-8")
+    return folder / "audit.json"
 
 
 def _number(x: float | None) -> str:

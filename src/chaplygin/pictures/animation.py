@@ -49,6 +49,8 @@ def rolling_animation(
     ------
     geomint.DomainError
         For an ending that is none of these, and fewer than two times.
+    geomint.OutputError
+        If the file cannot be written; what was there is as it was.
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
@@ -64,7 +66,8 @@ def rolling_animation(
     film = FuncAnimation(
         figure, scene.draw, frames=len(moments), interval=1000 / FRAMES_PER_SECOND, blit=False
     )
-    film.save(target, writer=writer, dpi=DPI, progress_callback=progress)
+    with gi.whole_file(target) as unfinished:
+        film.save(unfinished, writer=writer, dpi=DPI, progress_callback=progress)
     return target
 
 

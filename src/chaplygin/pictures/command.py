@@ -50,6 +50,10 @@ def exact(
         raise gi.DomainError("--animate", str(animate), f"a name that ends in {', '.join(ENDINGS)}")
     if animate is None and frames is not None:
         raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
+    if out is not None:
+        gi.check_folder(out)
+    if animate is not None:
+        gi.check_file(animate)
     model = gi.load_scene(scene).model
     name, motion = _motion(model)
     _tell(name, motion)
@@ -59,10 +63,10 @@ def exact(
     if out is not None:
         from .motion import motion_figure
 
-        out.mkdir(parents=True, exist_ok=True)
         figure = motion_figure(motion, path)
-        figure.savefig(out / "exact.png", dpi=200)
-        figure.savefig(out / "exact.svg")
+        with gi.whole_folder(out) as unfinished:
+            figure.savefig(unfinished / "exact.png", dpi=200)
+            figure.savefig(unfinished / "exact.svg")
         click.echo(f"picture: {out / 'exact.png'}")
     if animate is not None:
         if path is None:

@@ -42,11 +42,12 @@ def command(
     quiet: bool,
     t_end: float | None,
     tau_end: float | None,
-) -> None:
+) -> int:
     """Run many methods on one scene: run time against error, drift against time."""
+    from ..outputs import check_folder
     from ..report.compare_page import reference_text, run_compare
     from ..scene.entries import split_list
-    from .options import chosen_scene, reproducing_command, tell_notes
+    from .options import chosen_scene, exit_code, partly, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
     if t_end is not None or tau_end is not None:
@@ -54,7 +55,7 @@ def command(
     section = chosen.content.compare
     names = section.methods or [chosen.method.name] if methods is None else split_list(methods)
     tell_notes(chosen)
-    out.mkdir(parents=True, exist_ok=True)
+    check_folder(out)
     result = run_compare(
         chosen,
         names,
@@ -67,7 +68,8 @@ def command(
     )
     if not quiet:
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")
-        click.echo(f"report: {out / 'compare.html'}")
+        click.echo(f"report{partly(result)}: {out / 'compare.html'}")
+    return exit_code(result.status)
 
 
 def _numbers(text: str) -> list[float]:

@@ -11,9 +11,11 @@ from .options import (
     chosen_scene,
     exit_code,
     methods_option,
+    partly,
     reproducing_command,
     scene_options,
     several_methods,
+    tell_failure,
     tell_notes,
 )
 
@@ -61,11 +63,12 @@ def command(
 
 def _one(scene: Scene, out: Path, quiet: bool) -> int:
     from ..errors import StepError
+    from ..outputs import check_folder
     from ..plan import make_plan
 
     plan = make_plan(scene, "drift")
     tell_notes(scene, plan.notes)
-    out.mkdir(parents=True, exist_ok=True)
+    check_folder(out)
     failure: StepError | None = None
     try:
         solution = plan.solve(progress=not quiet)
@@ -74,22 +77,22 @@ def _one(scene: Scene, out: Path, quiet: bool) -> int:
 
     from ..report import write_drift_report
 
+    tell_failure(failure)
     page = write_drift_report(solution, scene, out, plan, reproducing_command())
     if not quiet:
         from ..report.summary import print_summary
 
         print_summary(solution, scene)
-        click.echo(f"report: {page}")
-    if failure is not None:
-        raise failure
+        click.echo(f"report{partly(solution)}: {page}")
     return exit_code(solution.status)
 
 
 def _several(scene: Scene, methods: list[str], out: Path, quiet: bool) -> int:
+    from ..outputs import check_folder
     from ..plan import run_methods
 
     tell_notes(scene)
-    out.mkdir(parents=True, exist_ok=True)
+    check_folder(out)
     result = run_methods(scene, methods, not quiet, _tell_failure)
 
     from ..report import write_several_report
@@ -99,7 +102,7 @@ def _several(scene: Scene, methods: list[str], out: Path, quiet: bool) -> int:
         from ..report.summary import print_several
 
         print_several(result)
-        click.echo(f"report: {page}")
+        click.echo(f"report{partly(result)}: {page}")
     return exit_code(result.status)
 
 

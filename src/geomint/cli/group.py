@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import sys
 import traceback
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ import click
 
 from .. import __version__
 from ..errors import GeomintError
+from .signals import signals_as_ctrl_c
 
 __all__ = ["main"]
 
@@ -84,33 +86,63 @@ class LazyGroup(click.Group):
         standalone_mode: bool = True,
         **extra: Any,
     ) -> Any:
-        """Run; every failure is one message on standard error and exit code 2, Ctrl-C is 130."""
+        """Run; every failure is one message on standard error and exit code 2, Ctrl-C is 130.
+
+        SIGTERM and SIGHUP end a run as Ctrl-C does, with exit codes 143 and 129.
+        """
         if not standalone_mode:
             return super().main(args, prog_name, complete_var, False, **extra)
         arguments = list(sys.argv[1:] if args is None else args)
+        with signals_as_ctrl_c() as received:
+            code = self._exit_code(arguments, prog_name, complete_var, extra)
+        code = 128 + received[0] if received and code == INTERRUPTED else code
         try:
-            result = super().main(arguments, prog_name, complete_var, False, **extra)
+            sys.stdout.flush()  # or its failure would only show after Python's exit
+        except OSError as error:
+            code = _output_failed(error, code)
+        sys.exit(code)
+
+    def _exit_code(
+        self, arguments: list[str], prog_name: str | None, complete: str | None, extra: Any
+    ) -> int:
+        try:
+            result = super().main(arguments, prog_name, complete, False, **extra)
         except click.ClickException as error:
             error.show()
-            sys.exit(error.exit_code)
+            return error.exit_code
         except (click.Abort, KeyboardInterrupt):
             click.echo("geomint: interrupted", err=True)
-            sys.exit(INTERRUPTED)
+            return INTERRUPTED
         except GeomintError as error:
             _tell(error, arguments)
-            sys.exit(FAILED)
+            return FAILED
         except OSError as error:
-            if error.filename is None:
-                raise
-            _tell(error, arguments)
-            sys.exit(FAILED)
-        sys.exit(result if isinstance(result, int) else 0)
+            if error.filename is not None:
+                _tell(error, arguments)
+                return FAILED
+            return _output_failed(error, FAILED, arguments)
+        return result if isinstance(result, int) else 0
 
 
 def _tell(error: Exception, arguments: list[str]) -> None:
     if "--debug" in arguments:
         traceback.print_exc()
     click.echo(f"geomint: {error}", err=True)
+
+
+def _output_failed(error: OSError, code: int, arguments: Sequence[str] = ()) -> int:
+    """Return the exit code after standard output could not be written.
+
+    A reader that has read enough, as ``head`` does, is no failure of the command.
+    """
+    if "--debug" in arguments:
+        traceback.print_exc()
+    # What is still in the buffer must not be tried again at the end of Python.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    if isinstance(error, BrokenPipeError):
+        return code if code != FAILED else 0
+    click.echo(f"geomint: standard output cannot be written: {error.strerror}", err=True)
+    return FAILED
 
 
 @click.group(

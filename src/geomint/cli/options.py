@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+import traceback
 import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -11,15 +12,21 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from ..compare import Comparison
+    from ..errors import GeomintError
+    from ..plan import SeveralRuns
     from ..scene import Scene
+    from ..solution import Solution
 
 __all__ = [
     "chosen_scene",
     "exit_code",
     "methods_option",
+    "partly",
     "reproducing_command",
     "scene_options",
     "several_methods",
+    "tell_failure",
     "tell_notes",
 ]
 
@@ -113,6 +120,20 @@ def tell_notes(scene: Scene, more: tuple[str, ...] = ()) -> None:
     """Print what was changed to make the initial state admissible, and `more`."""
     for note in (*scene.notes, *more):
         click.echo(f"geomint: note: {note}", err=True)
+
+
+def tell_failure(failure: GeomintError | None) -> None:
+    """Print why a run ended, before it is said where that which there is of it is written."""
+    if failure is None:
+        return
+    if "--debug" in sys.argv:
+        traceback.print_exception(failure)
+    click.echo(f"geomint: {failure}", err=True)
+
+
+def partly(result: Solution | SeveralRuns | Comparison) -> str:
+    """Return how to say that a result is not all that was asked for."""
+    return "" if result.status == "success" else f" ({result.status})"
 
 
 def reproducing_command(arguments: list[str] | None = None) -> str:

@@ -9,8 +9,10 @@ import click
 from .options import (
     chosen_scene,
     exit_code,
+    partly,
     reproducing_command,
     scene_options,
+    tell_failure,
     tell_notes,
 )
 
@@ -38,6 +40,7 @@ def command(
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
     from ..errors import StepError
+    from ..outputs import check_file
 
     chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe)
 
@@ -46,7 +49,7 @@ def command(
     plan = make_plan(chosen)
     out = Path(f"{chosen.name}.nc") if out is None else out
     tell_notes(chosen)
-    out.parent.mkdir(parents=True, exist_ok=True)
+    check_file(out)
     failure: StepError | None = None
     try:
         solution = plan.solve(progress=not quiet)
@@ -56,12 +59,11 @@ def command(
     from ..report.provenance import run_provenance
     from ..storage import save_solution
 
+    tell_failure(failure)
     save_solution(solution, out, run_provenance(solution, chosen, reproducing_command()))
     if not quiet:
         from ..report.summary import print_summary
 
         print_summary(solution, chosen)
-        click.echo(f"written: {out}")
-    if failure is not None:
-        raise failure
+        click.echo(f"written{partly(solution)}: {out}")
     return exit_code(solution.status)

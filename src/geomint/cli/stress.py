@@ -50,12 +50,13 @@ def command(
     The exit code is 1 if anything forbidden happened: a number that is not finite, an accuracy or a
     kept quantity lost without a word, an error without a type, a hang.
     """
+    from ..outputs import check_folder
     from ..stress.page import forbidden, stress_record, write_stress_report
     from ..stress.sweep import Selection, run_selection
     from ..stress.terminal import Watch
 
     selection = Selection(_names(methods), _names(systems), _names(axis), quick)
-    out.mkdir(parents=True, exist_ok=True)
+    check_folder(out)
     with Watch(not quiet) as watch:
         result = run_selection(selection, watch, seconds=seconds, workers=workers)
     record = stress_record(
@@ -65,7 +66,7 @@ def command(
     bad = forbidden(result.cells)
     if not quiet:
         watch.summary(result.cells)
-        click.echo(f"report: {page}")
+        click.echo(f"report{' (interrupted)' if result.interrupted else ''}: {page}")
     if result.interrupted:
         return INTERRUPTED
     return FORBIDDEN if bad else 0

@@ -3,9 +3,12 @@
 numba stamps a cached function with its own source file only: after an edit of a helper, stale
 machine code would run silently. Every dispatcher made by geomint instead carries a stamp of the
 kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
-files lie in the user's cache folder, so an installation that cannot be written works too;
-``NUMBA_CACHE_DIR`` moves them. Where that folder cannot be written either, every process compiles
-anew, and `take_failure` tells why. Nothing process-global is touched.
+files lie in the user's cache folder (`geomint.kernels.private`), so an installation that cannot be
+written works too; ``NUMBA_CACHE_DIR`` moves them. Where that folder cannot be written either, every
+process compiles anew, and `take_failure` tells why.
+
+A file holds the code of one function for one signature, after its checksum: what is damaged, of
+another process that runs at the same time, or of somebody else is compiled anew.
 """
 
 from __future__ import annotations
@@ -13,6 +16,8 @@ from __future__ import annotations
 import functools
 import hashlib
 import os
+import pickle
+import secrets
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -21,22 +26,24 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-import platformdirs
 from numba.core import config
 from numba.core.caching import CompileResultCacheImpl as _Impl
 from numba.core.caching import FunctionCache, NullCache, _CacheLocator
+from numba.core.serialize import dumps
 
 from . import STARTED
+from .private import cache_root, private_folder
 
 __all__ = [
-    "StampedCache",
     "UnkeptCache",
     "cache_folder",
     "kernel_stamp",
+    "make_cache",
     "sources_edited",
     "take_failure",
 ]
 
+_CHECKSUM = hashlib.sha256().digest_size
 _failures: list[OSError] = []
 _failure_taken = False
 
@@ -66,9 +73,7 @@ def cache_folder() -> Path:
     """Return the folder of the compiled code of this version of the kernel layer."""
     # Bounds checking is not part of numba's own key: such code lives in a folder of its own.
     checked = "-boundscheck" if config.BOUNDSCHECK else ""
-    base = os.environ.get("NUMBA_CACHE_DIR")
-    root = Path(base) / "geomint" if base else platformdirs.user_cache_path("geomint")
-    return root / f"kernels-{kernel_stamp()}{checked}"
+    return cache_root() / f"kernels-{kernel_stamp()}{checked}"
 
 
 def take_failure() -> OSError | None:
@@ -88,6 +93,9 @@ class _StampedLocator(_CacheLocator):
     def get_cache_path(self) -> str:
         return str(cache_folder())
 
+    def ensure_cache_path(self) -> None:
+        private_folder(cache_folder())
+
     def get_source_stamp(self) -> str:
         return self._fingerprint
 
@@ -105,6 +113,42 @@ class _StampedImpl(_Impl):
         return not (cres.library.has_dynamic_globals or any(not x.can_cache for x in cres.lifted))
 
 
+class _Files:
+    """The compiled code of one function on the disk: a file for each key, checksum first.
+
+    No index: processes that compile different signatures at the same time do not meet.
+    """
+
+    def __init__(self, folder: Path, base: str) -> None:
+        self._folder, self._base = folder, base
+
+    def _path(self, key: Any) -> Path:
+        digest = hashlib.sha256(repr(key).encode()).hexdigest()
+        return self._folder / f"{self._base}.{digest[:16]}.nbc"
+
+    def load(self, key: Any) -> Any:
+        try:
+            content = self._path(key).read_bytes()
+        except FileNotFoundError:
+            return None
+        private_folder(self._folder)  # before its content is unpickled
+        checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
+        return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
+
+    def save(self, key: Any, data: Any) -> None:
+        content, path = dumps(data), self._path(key)
+        unfinished = path.with_suffix(f".{secrets.token_hex(8)}")
+        try:
+            unfinished.write_bytes(hashlib.sha256(content).digest() + content)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+    def flush(self) -> None:
+        for path in self._folder.glob(f"{self._base}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+
 class StampedCache(FunctionCache):
     """The cache of one dispatcher; `fingerprint` stands for all that its code depends on."""
 
@@ -113,13 +157,17 @@ class StampedCache(FunctionCache):
         # numba's own constructor builds the implementation from the function alone.
         self._impl_class = functools.partial(_StampedImpl, fingerprint=fingerprint)
         super().__init__(py_func)
+        self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             found = super().load_overload(sig, target_context)
-        except Exception:  # whatever a damaged file makes of unpickling: compile anew
+        except OSError as failure:
+            _failures.append(failure)
             found = None
-        # Two processes that write at the same time may give one file name to two signatures.
+        except Exception:  # of another compiler with the same checksum: compile anew
+            found = None
+        # Types of one name need not be the same.
         if found is None or tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
             self._on_miss()
             return None
@@ -133,6 +181,17 @@ class StampedCache(FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (sig, codegen.magic_tuple(), self._fingerprint)
+
+
+def make_cache(
+    py_func: Any, fingerprint: str, on_miss: Callable[[], None]
+) -> StampedCache | UnkeptCache:
+    """Return a cache on the disk, or none where there is no place for it."""
+    try:
+        return StampedCache(py_func, fingerprint, on_miss)
+    except OSError as failure:
+        _failures.append(failure)
+        return UnkeptCache(on_miss)
 
 
 class UnkeptCache(NullCache):

@@ -8,6 +8,7 @@ while its signature stays the same for every stepper.
 from __future__ import annotations
 
 import functools
+import os
 import threading
 import time
 import warnings
@@ -17,11 +18,12 @@ from typing import Any
 
 import numba
 from numba.core import types
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from .cache import StampedCache, UnkeptCache, sources_edited
+from .cache import UnkeptCache, make_cache, sources_edited
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .recorded import Recorded
 from .typing_blocks import LANE_BLOCK, SCALAR_BLOCK
@@ -34,6 +36,23 @@ _OPTIONS = {"error_model": "numpy", "nogil": True}
 _INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
+
+
+def _before_fork() -> None:
+    _lock.acquire()
+    global_compiler_lock.acquire()
+
+
+def _after_fork() -> None:
+    global_compiler_lock.release()
+    _lock.release()
+
+
+if hasattr(os, "register_at_fork"):
+    # A child that begins while a thread compiles would wait for ever for locks that nobody holds.
+    os.register_at_fork(
+        before=_before_fork, after_in_parent=_after_fork, after_in_child=_after_fork
+    )
 
 
 class Kind:
@@ -122,7 +141,7 @@ def _make_entry(recorded: Recorded) -> Any:
             _tell(recorded.function.__name__, None)
 
         if recorded.reach.kept and not sources_edited():
-            dispatcher._cache = StampedCache(recorded.function, recorded.fingerprint, started)
+            dispatcher._cache = make_cache(recorded.function, recorded.fingerprint, started)
         else:
             dispatcher._cache = UnkeptCache(started)
     return dispatcher

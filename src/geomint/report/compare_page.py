@@ -51,6 +51,7 @@ def write_compare_report(
         "compare.html.j2",
         title=scene.title,
         verdict=_verdict(record["points"], best),
+        status=record["status"],
         points=record["points"],
         reference=record["reference"],
         told=reference_text(record["reference"]),

@@ -28,6 +28,7 @@ def drift_record(drifts: Mapping[str, Drift], provenance: Mapping[str, Any]) -> 
     `jump_size`, `jump_time`, `not_finite_from` and `class`. All numbers are finite or null.
     """
     return {
+        "status": provenance.get("status"),
         "quantities": {name: finite_json(drift.as_json()) for name, drift in drifts.items()},
         "provenance": finite_json(provenance),
     }

@@ -119,7 +119,7 @@ def write_drift_report(
     provenance = run_provenance(solution, scene, command)
     record = drift_record(solution.drift, provenance)
     drifts = dict(_by_kind(solution))
-    figure = drift_figure([(solution.method.name, drifts)], solution.drift_time)
+    figure = drift_figure([(solution.method.name, drifts)], solution.drift_time, solution.status)
     page = drift_page(solution, scene, plan, record["provenance"])
     return write_drift_files(folder, record, figure, page)
 

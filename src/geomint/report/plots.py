@@ -20,7 +20,7 @@ __all__ = ["drift_figure", "panel_figure"]
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]
 
 
-def drift_figure(runs: Runs, time_label: str) -> Figure:
+def drift_figure(runs: Runs, time_label: str, status: str = "success") -> Figure:
     """Return a figure of the drifts of one or several runs, for print 6.5 inches wide.
 
     Parameters
@@ -28,6 +28,8 @@ def drift_figure(runs: Runs, time_label: str) -> Figure:
     runs : sequence of (label, mapping of name to Drift)
     time_label : str
         The time that the drifts are measured in: ``"t"`` or ``"tau"``.
+    status : str
+        Of the run, written above the panels if it is not ``"success"``.
 
     Notes
     -----
@@ -44,6 +46,8 @@ def drift_figure(runs: Runs, time_label: str) -> Figure:
     with figure_style():
         figure = Figure(figsize=(WIDTH, 0.6 + 1.55 * rows), layout="constrained")
         grid = figure.subplots(rows, columns, squeeze=False)
+        if status != "success":
+            figure.suptitle(f"run {status}", color="#b00020", weight="bold")
         if not names:
             grid[0, 0].set_axis_off()
             say(grid[0, 0], "no quantity was watched")
