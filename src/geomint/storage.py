@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -50,6 +51,7 @@ __all__ = ["SavedSolution", "as_saved", "load", "load_solution", "save_solution"
 Array = npt.NDArray[np.float64]
 _FORMAT = "geomint-run-2"
 _NO_CHECKSUM = "0" * 64
+_SEAL = re.compile(rb"checksum\x00\x00\x00\x02\x00\x00\x00\x40([0-9a-f]{64})")
 _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _open: Any = netcdf_file
 
@@ -185,14 +187,22 @@ def _seal(path: Path) -> None:
         file.write(digits.encode())
 
 
-def _sealed(path: Path, checksum: str) -> bool:
-    """Tell whether a file is what was written."""
+def _check_seal(path: Path) -> None:
+    """Refuse a file that is not what was written, before anything in it is believed."""
+    name = fspath(path)
     with path.open("rb") as file:
-        header = file.read(_HEADER).replace(checksum.encode(), _NO_CHECKSUM.encode(), 1)
-        digest = hashlib.sha256(header)
+        header = file.read(_HEADER)
+        found = _SEAL.search(header)
+        if found is None:
+            if b"geomint-run-1" in header:
+                raise GeomintError(f"{name!r} is of an earlier geomint, without a checksum")
+            raise GeomintError(f"{name!r} holds no run of geomint")
+        start, end = found.span(1)
+        digest = hashlib.sha256(header[:start] + _NO_CHECKSUM.encode() + header[end:])
         while block := file.read(_HEADER):
             digest.update(block)
-    return digest.hexdigest() == checksum
+    if digest.hexdigest().encode() != found[1]:
+        raise GeomintError(f"{name!r} is not what was written: its checksum differs")
 
 
 def _packed(name: str) -> str:
@@ -250,23 +260,14 @@ def load_solution(path: str | PathLike[str]) -> SavedSolution:
         If the file is none, not complete, or not what was written.
     FileNotFoundError
     """
-    name = fspath(path)
+    place = Path(path)
+    _check_seal(place)
     try:
-        with _open(name, "r", mmap=False) as file:
-            form = getattr(file, "format", b"").decode()
-            if form == "geomint-run-1":
-                raise GeomintError(f"{name!r} is of an earlier geomint, without a checksum")
-            if form != _FORMAT:
-                raise GeomintError(f"{name!r} holds no run of geomint")
-            if not _sealed(Path(name), file.checksum.decode("ascii")):
-                raise GeomintError(f"{name!r} is not what was written: its checksum differs")
+        with _open(fspath(place), "r", mmap=False) as file:
             return _read(file)
-    except GeomintError:
-        raise
-    except OSError:
-        raise
-    except Exception as error:  # scipy's reader believes all that a header says
-        raise GeomintError(f"{name!r} cannot be read as a run: {told(error)}") from error
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        reason = told(error)  # of a writer with another idea of the content
+        raise GeomintError(f"{fspath(place)!r} cannot be read as a run: {reason}") from error
 
 
 load = load_solution

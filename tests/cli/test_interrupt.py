@@ -24,8 +24,8 @@ def heed_interrupts():
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
 
 
-def interrupted(arguments, out, ready):
-    """Start a command, send SIGINT once it integrates, and return (exit code, standard error)."""
+def interrupted(arguments, out, ready, number=signal.SIGINT):
+    """Start a command, send a signal once it integrates, and return (exit code, standard error)."""
     process = subprocess.Popen(
         [sys.executable, "-m", "geomint", *arguments, "--out", str(out)],
         stdout=subprocess.PIPE,
@@ -37,7 +37,7 @@ def interrupted(arguments, out, ready):
     try:
         time.sleep(ready)
         assert process.poll() is None, process.stderr.read()
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, stderr = process.communicate(timeout=60)
     finally:
         if process.poll() is None:
@@ -85,12 +85,22 @@ def test_interrupted_methods_leave_a_report(warm, tmp_path):
     assert "gauss-8: interrupted." in page
 
 
-def test_an_interrupted_run_leaves_its_states(warm, tmp_path):
+@pytest.mark.parametrize(
+    ("number", "expected"),
+    [
+        (signal.SIGINT, 130),
+        pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow),
+        (signal.SIGHUP, 129),
+    ],
+)
+def test_an_interrupted_run_leaves_its_states(warm, tmp_path, number, expected):
+    """SIGTERM and SIGHUP end it as Ctrl-C does."""
     out = tmp_path / "run.nc"
-    code, _ = interrupted(["run", "sphere-n3", "--t-end", LONG], out, warm + 2.0)
-    assert code == 130
+    code, stderr = interrupted(["run", "sphere-n3", "--t-end", LONG], out, warm + 2.0, number)
+    assert code == expected
+    assert "Traceback" not in stderr
     saved = gi.load(out)
-    assert saved.provenance["status"] == "interrupted"
+    assert saved.status == "interrupted"
     assert saved.tau[-1] == pytest.approx(saved.provenance["steps"] * saved.provenance["step"])
 
 
@@ -98,3 +108,42 @@ def test_ctrl_c_does_not_outlive_the_run():
     before = signal.getsignal(signal.SIGINT)
     gi.run_scene(gi.load_scene("sphere-n3").changed(time={"t_end": 2.0}), progress=False)
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
+    """The points before Ctrl-C, in a report that says so; exit code 130."""
+    from click.testing import CliRunner
+
+    from geomint import compare
+    from geomint.cli import main
+
+    measure, points = compare._measure, []
+
+    def interrupting(*arguments):
+        if len(points) == 3:
+            raise KeyboardInterrupt
+        points.append(measure(*arguments))
+        return points[-1]
+
+    monkeypatch.setattr(compare, "_measure", interrupting)
+    arguments = ["compare", "sphere-n3", "--t-end", "5", "--methods", "rk-4,gauss-8"]
+    result = CliRunner().invoke(main, [*arguments, "--repeats", "1", "--out", str(tmp_path)])
+    assert result.exit_code == 130
+    assert "report (interrupted)" in result.stdout
+    record = json.loads((tmp_path / "compare.json").read_text(encoding="utf-8"))
+    assert record["status"] == "interrupted"
+    assert len(record["points"]) == 3
+    assert "was interrupted" in (tmp_path / "compare.html").read_text(encoding="utf-8")
+
+
+def test_signals_that_are_ignored_stay_so():
+    from geomint.cli.signals import signals_as_ctrl_c
+
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with signals_as_ctrl_c():
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)

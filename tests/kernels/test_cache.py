@@ -281,21 +281,6 @@ assert "cannot be kept" in str(caught[0].message)
     assert bad.results == good.results
 
 
-@pytest.mark.slow
-def test_a_damaged_file_is_compiled_anew(tmp_path: Path) -> None:
-    """And mended."""
-    command = ("-c", REPORT + FIELD + SOLVE_ONCE)
-    first = run(*command, cache=tmp_path)
-    files = list(tmp_path.rglob("*.nbc"))
-    assert len(files) >= 3
-    for path in files:
-        path.write_bytes(path.read_bytes()[:100])
-    second = run(*command, cache=tmp_path)
-    assert second.compiled == first.compiled
-    assert second.results == first.results
-    assert run(*command, cache=tmp_path).compiled == []
-
-
 def test_methods_of_several_functions_compile_quietly(tmp_path: Path) -> None:
     """numba calls tuples of first-class functions experimental; users need not hear of it."""
     script = """

@@ -19,6 +19,7 @@ from .signals import signals_as_ctrl_c
 
 __all__ = ["main"]
 
+CLOSED = 1  # what click returns if nobody reads
 FAILED = 2
 INTERRUPTED = 130
 
@@ -99,7 +100,7 @@ class LazyGroup(click.Group):
         try:
             sys.stdout.flush()  # or its failure would only show after Python's exit
         except OSError as error:
-            code = _output_failed(error, code)
+            code = _output_failed(error)
         sys.exit(code)
 
     def _exit_code(
@@ -120,7 +121,7 @@ class LazyGroup(click.Group):
             if error.filename is not None:
                 _tell(error, arguments)
                 return FAILED
-            return _output_failed(error, FAILED, arguments)
+            return _output_failed(error, arguments)
         return result if isinstance(result, int) else 0
 
 
@@ -130,17 +131,14 @@ def _tell(error: Exception, arguments: list[str]) -> None:
     click.echo(f"geomint: {error}", err=True)
 
 
-def _output_failed(error: OSError, code: int, arguments: Sequence[str] = ()) -> int:
-    """Return the exit code after standard output could not be written.
-
-    A reader that has read enough, as ``head`` does, is no failure of the command.
-    """
+def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
+    """Return the exit code after standard output could not be written; quiet after ``| head``."""
     if "--debug" in arguments:
         traceback.print_exc()
     # What is still in the buffer must not be tried again at the end of Python.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if isinstance(error, BrokenPipeError):
-        return code if code != FAILED else 0
+        return CLOSED
     click.echo(f"geomint: standard output cannot be written: {error.strerror}", err=True)
     return FAILED
 

@@ -126,11 +126,11 @@ class _Files:
         return self._folder / f"{self._base}.{digest[:16]}.nbc"
 
     def load(self, key: Any) -> Any:
+        private_folder(self._folder)  # what is in it is unpickled
         try:
             content = self._path(key).read_bytes()
         except FileNotFoundError:
             return None
-        private_folder(self._folder)  # before its content is unpickled
         checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
         return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
 

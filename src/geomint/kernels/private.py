@@ -26,11 +26,12 @@ def cache_root() -> Path:
     base = os.environ.get("NUMBA_CACHE_DIR")
     if base:
         return Path(base).absolute() / "geomint"
-    root = platformdirs.user_cache_path("geomint")
-    if not root.is_absolute():  # "~" stays where there is neither HOME nor an entry of the user
-        raise FileNotFoundError(
-            errno.ENOENT, "no home folder; set NUMBA_CACHE_DIR to a folder for it"
-        )
+    try:
+        root = platformdirs.user_cache_path("geomint")
+    except RuntimeError:
+        root = Path("~")
+    if not root.is_absolute():  # neither HOME nor an entry of the user
+        raise FileNotFoundError(errno.ENOENT, "no home folder; set NUMBA_CACHE_DIR to another one")
     return root
 
 

@@ -1,0 +1,166 @@
+"""Commands on disks that are full, places that cannot be written, and terminals that are gone."""
+
+import errno
+import os
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+import geomint as gi
+from geomint import outputs
+from geomint.cli import main
+
+# A short call of every command that writes something, and what it writes under --out.
+COMMANDS = {
+    "run": ("run", "sphere-n3", "--t-end", "5"),
+    "drift": ("drift", "sphere-n3", "--t-end", "5"),
+    "drift of several": ("drift", "sphere-n3", "--t-end", "5", "--methods", "rk-4,gauss-8"),
+    "compare": ("compare", "sphere-n3", "--t-end", "5", "--methods", "rk-4", "--repeats", "1"),
+    "stress": ("stress", "--axis", "momentum", "--systems", "no-such", "--methods", "rk-4"),
+    "audit": ("audit", "--n", "2", "--points", "1", "--quiet"),
+    "exact": ("exact", "veselova-n3"),
+}
+ALSO = {
+    "markdown": (*COMMANDS["audit"], "--markdown"),
+    "animate": ("exact", "ball-3d", "--animate"),
+}
+
+
+def invoke(*arguments):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def no_run(*_, **__):
+    raise AssertionError("the run was begun")
+
+
+@pytest.fixture
+def nothing_begins(monkeypatch):
+    """Whatever costs time must not begin before the output has been tried."""
+    for name in (
+        "geomint.plan.plan.Plan.solve",
+        "geomint.compare.solve",
+        "geomint.stress.sweep.sweep",
+        "chaplygin.audit.run.audit",
+        "geomint.problem.Problem.exact",
+        "geomint.integrate.solve",  # the last: the modules above have imported it
+    ):
+        monkeypatch.setattr(name, no_run)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("place", ["below a file", "full"])
+def test_outputs_are_tried_before_the_run(command, place, tmp_path, monkeypatch, nothing_begins):
+    out = tmp_path / "out"
+    if place == "below a file":
+        out.write_text("in the way", encoding="utf-8")
+        out = out / "further"
+    else:
+        monkeypatch.setattr(outputs.os, "fsync", full_disk)
+    result = invoke(*COMMANDS[command], "--out", out)
+    assert result.exit_code == 2, result.output
+    assert "cannot be written" in result.stderr
+    assert "Traceback" not in result.stderr
+    assert "written:" not in result.stdout
+    assert "report:" not in result.stdout
+
+
+def full_disk(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("option", ALSO)
+def test_other_outputs_are_tried_too(option, tmp_path, nothing_begins):
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
+    for place in (tmp_path / "file" / "x.gif", tmp_path):
+        result = invoke(*ALSO[option], place)
+        assert result.exit_code == 2, result.output
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "stress"])
+def test_a_disk_that_is_full_at_the_end(command, tmp_path, monkeypatch):
+    """What was there is still there, exit code 2, nothing is called written."""
+    out = tmp_path / ("out.nc" if command == "run" else "out")
+    first = invoke(*COMMANDS[command], "--out", out)
+    assert first.exit_code != 2, first.output
+    before = content(out)
+    monkeypatch.setattr(outputs, "_probe", lambda folder: None)
+    monkeypatch.setattr(outputs.os, "fsync", full_disk)
+    result = invoke(*COMMANDS[command], "--out", out)
+    assert result.exit_code == 2, result.output
+    assert os.strerror(errno.ENOSPC) in result.stderr
+    assert "Traceback" not in result.stderr
+    assert "written" not in result.stdout
+    assert "report" not in result.stdout
+    assert content(out) == before
+
+
+def content(path):
+    files = [path] if path.is_file() else sorted(path.iterdir())
+    return {file.name: file.read_bytes() for file in files}
+
+
+def test_a_file_that_may_not_be_larger(tmp_path):
+    """The limit that the system itself sets, in a process of its own."""
+    resource = pytest.importorskip("resource")
+    scene = ("sphere-n3", "--t-end", "500", "--quiet")
+    out = tmp_path / "drift"
+    done = subprocess.run(
+        [sys.executable, "-m", "geomint", "drift", *scene, "--out", str(out)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000)),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2, done.stderr
+    assert os.strerror(errno.EFBIG) in done.stderr
+    assert "Traceback" not in done.stderr
+    assert list(out.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["run", "drift"])
+def test_a_failure_is_told_before_what_is_written(command, tmp_path):
+    out = tmp_path / ("out.nc" if command == "run" else "report")
+    result = invoke(command, "sphere-n3", "--step", 40, "--out", out)
+    assert result.exit_code == 2
+    said = result.output  # both streams, in order
+    assert said.index("did not converge") < said.index("(failed): ")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="of Linux")
+@pytest.mark.parametrize("command", ["scenes", "methods", "--help"])
+def test_a_terminal_that_is_gone(command):
+    run = [sys.executable, "-m", "geomint", command]
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        done = subprocess.run(run, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "standard output cannot be written" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "Exception ignored" not in done.stderr
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(run, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+def test_a_run_that_failed_is_seen_in_every_file(tmp_path):
+    assert invoke("drift", "sphere-n3", "--step", 40, "--out", tmp_path).exit_code == 2
+    assert '"status": "failed"' in (tmp_path / "drift.json").read_text(encoding="utf-8")
+    assert "ended by an error" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "run failed" in (tmp_path / "drift.svg").read_text(encoding="utf-8")
+
+
+def test_nothing_is_imported_for_it():
+    """Taking over signals and testing outputs costs no import of numba or matplotlib."""
+    script = (
+        "import sys, geomint.outputs, geomint.cli.signals\n"
+        "print({'numba', 'matplotlib'} & {*sys.modules})"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "set()"
+    assert gi.whole_file is outputs.whole_file

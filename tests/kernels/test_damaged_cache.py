@@ -1,0 +1,173 @@
+"""Code on the disk that is not what was written is compiled anew; nobody else may write there."""
+
+from __future__ import annotations
+
+import os
+import random
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from .test_cache import FIELD, REPORT, SOLVE_ONCE, Outcome, run
+
+posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
+COMMAND = ("-c", REPORT + FIELD + SOLVE_ONCE)
+
+
+def flipped(content: bytes) -> bytes:
+    """Change single bits all over, in the machine code too."""
+    damaged, draw = bytearray(content), random.Random(0)
+    for _ in range(20):
+        damaged[draw.randrange(len(damaged))] ^= 1 << draw.randrange(8)
+    return bytes(damaged)
+
+
+DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "truncated": lambda content: content[: len(content) // 2],
+    "empty": lambda content: b"",
+    "zeroed": lambda content: bytes(len(content)),
+    "flipped": flipped,
+    "last byte": lambda content: content[:-1] + bytes([content[-1] ^ 1]),
+    "checksum alone": lambda content: content[:32],
+    "longer": lambda content: content + b"\0",
+    "not a pickle": lambda content: b"x" * 1000,
+}
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Outcome]:
+    folder = tmp_path_factory.mktemp("cache")
+    return folder, run(*COMMAND, cache=folder)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [name if name == "flipped" else pytest.param(name, marks=pytest.mark.slow) for name in DAMAGES],
+)
+def test_damaged_code_is_compiled_anew(damage: str, warm: tuple[Path, Outcome]) -> None:
+    """Whatever was done to all files of the cache: the same bits, and a sound cache after it."""
+    folder, first = warm
+    files = list(folder.rglob("*.nbc"))
+    assert len(files) >= 4
+    for path in files:
+        path.write_bytes(DAMAGES[damage](path.read_bytes()))
+    second = run(*COMMAND, cache=folder)
+    assert second.compiled == first.compiled
+    assert second.results == first.results
+    assert run(*COMMAND, cache=folder).compiled == []
+
+
+@posix
+def test_the_folder_is_private_whatever_the_umask(tmp_path: Path) -> None:
+    script = "import os; os.umask(0)\n" + REPORT + FIELD + SOLVE_ONCE
+    run("-c", script, cache=tmp_path)
+    folders = [path for path in (tmp_path / "geomint").rglob("*") if path.is_dir()]
+    assert folders
+    for folder in (tmp_path / "geomint", *folders):
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700, folder
+
+
+@posix
+def test_what_others_may_have_put_there_is_not_run(warm: tuple[Path, Outcome]) -> None:
+    """A folder that was open to all loses its content before anything of it is unpickled."""
+    cache, first = warm
+    folder = next(path.parent for path in cache.rglob("*.nbc"))
+    folder.chmod(0o777)
+    again = run(*COMMAND, cache=cache)
+    assert again.compiled == first.compiled
+    assert stat.S_IMODE(folder.stat().st_mode) & 0o022 == 0
+
+
+@posix
+@pytest.mark.skipif(
+    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give files away"
+)
+def test_a_folder_of_another_user_is_not_used(warm: tuple[Path, Outcome]) -> None:
+    cache, first = warm
+    folder = next(path.parent for path in cache.rglob("*.nbc"))
+    os.chown(folder, 12345, -1)
+    try:
+        outcome = run("-W", "ignore", *COMMAND, cache=cache)
+        assert outcome.compiled == first.compiled
+    finally:
+        os.chown(folder, 0, -1)
+
+
+@posix
+def test_without_a_home(tmp_path: Path) -> None:
+    """Nor an entry of the user: a note that says what to set, no traceback, no folder called ~."""
+    script = (
+        """
+import os, pwd
+def nobody(*_): raise KeyError("uid not found")
+pwd.getpwuid = pwd.getpwnam = nobody
+for name in ("HOME", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"):
+    os.environ.pop(name, None)
+import warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+"""
+        + "".join(f"    {line}\n" for line in (REPORT + FIELD + SOLVE_ONCE).splitlines())
+        + """
+assert "set NUMBA_CACHE_DIR" in str(caught[0].message), caught
+assert len(caught) == 1
+"""
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+FORK = """
+import os, threading, time, warnings
+import geomint as gi
+from geomint.kernels import compile as _compile
+from geomint.testproblems import pulsating_body
+warnings.simplefilter("ignore", DeprecationWarning)  # of Python, about forks and threads
+begun = threading.Event()
+_compile.listen(lambda name, seconds: begun.set())
+
+
+def run(method):
+    problem = pulsating_body.problem()
+    return gi.solve(problem, pulsating_body.INITIAL, t_end=1.0, step=0.1, method=method).y[-1]
+
+
+thread = threading.Thread(target=run, args=("rk-4",))
+thread.start()
+begun.wait()
+child = os.fork()
+if child == 0:
+    os._exit(0 if len(run("gauss-2")) else 1)
+end = time.monotonic() + 100
+while time.monotonic() < end:
+    pid, status = os.waitpid(child, os.WNOHANG)
+    if pid:
+        break
+    time.sleep(0.1)
+else:
+    os.kill(child, 9)
+    raise SystemExit("the child hangs")
+thread.join()
+raise SystemExit(os.waitstatus_to_exitcode(status))
+"""
+
+
+@posix
+def test_a_fork_while_a_thread_compiles(tmp_path: Path) -> None:
+    """The child does not wait for a lock whose thread it does not have."""
+    done = subprocess.run(
+        [sys.executable, "-c", FORK],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=200,
+    )
+    assert done.returncode == 0, done.stderr

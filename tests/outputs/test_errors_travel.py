@@ -1,0 +1,98 @@
+"""Errors can be copied and sent to another process with all that they carry."""
+
+import copy
+import pickle
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+
+import geomint as gi
+from geomint import errors
+
+EXAMPLES = {
+    gi.GeomintError: ("plain",),
+    gi.GeomintWarning: ("plain",),
+    gi.DomainError: ("step", -1.0, "a positive number"),
+    gi.MethodError: ("no such method",),
+    gi.FormError: ("does not fit",),
+    gi.DeclarationError: ("p", "field", "writes too much", "out", 3, 2),
+    gi.SceneError: ("a scene",),
+    gi.OutputError: ("run.nc", "no space", 28),
+    gi.StepError: (1.0, 2, 3.0, 4, "hint"),
+    gi.ConvergenceError: (1.0, 2, 3.0, 4, "hint"),
+    gi.NonFiniteError: (1.0, 2, 3.0, 4, "hint"),
+    gi.StepLimitError: (1.0, 2, 3.0, 4, "hint"),
+    gi.StepSizeError: (1.0, 2, 3.0, 4, "hint", 0.5),
+    gi.TruthError: ("reason", 1e-3, 1e-5, "advice"),
+}
+WAYS = {
+    "pickle": lambda error: pickle.loads(pickle.dumps(error)),
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}
+
+
+def kinds(base=(gi.GeomintError, gi.GeomintWarning)):
+    for kind in base:
+        yield kind
+        yield from kinds(kind.__subclasses__())
+
+
+def test_there_is_an_example_of_every_error():
+    """Also of those that other modules define."""
+    public = {kind for kind in kinds() if kind.__module__ == errors.__name__}
+    assert public == set(EXAMPLES)
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("kind", EXAMPLES, ids=lambda kind: kind.__name__)
+def test_an_error_comes_back(kind, way):
+    error = kind(*EXAMPLES[kind])
+    again = WAYS[way](error)
+    assert type(again) is kind
+    assert str(again) == str(error)
+    assert again.args == error.args
+    assert vars(again) == vars(error)
+    assert getattr(again, "errno", None) == getattr(error, "errno", None)
+
+
+def test_what_cannot_be_sent_is_told():
+    error = gi.DomainError("field", lambda: 0, "a field")
+    assert copy.copy(error).value is error.value
+    assert "lambda" in pickle.loads(pickle.dumps(error)).value
+
+
+LONG = {"text": "x" * 10**6, "int": 10**5000, "list": list(range(10**5)), "dict": {1: "y" * 10**5}}
+
+
+@pytest.mark.parametrize("value", LONG.values(), ids=LONG)
+def test_messages_have_a_bounded_length(value):
+    assert len(str(gi.DomainError("x", value, "something else"))) < 500
+
+
+class Unprintable:
+    def __repr__(self):
+        raise RuntimeError("no")
+
+
+def test_a_value_without_a_text():
+    assert "Unprintable" in str(gi.DomainError("x", Unprintable(), "something else"))
+
+
+def fail_in_a_worker(kind):
+    if kind == "domain":
+        gi.load_scene("sphere-n3").problem.exact([float("nan")] * 6)
+    scene = gi.load_scene("sphere-n3").changed(integrate={"step": 40.0})
+    gi.run_scene(scene, progress=False)
+
+
+@pytest.mark.parametrize(("kind", "error"), [("domain", gi.GeomintError), ("step", gi.StepError)])
+def test_a_pool_gets_the_error_of_its_worker(kind, error):
+    pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"))
+    with pool, pytest.raises(error) as caught:
+        pool.submit(fail_in_a_worker, kind).result(timeout=120)
+    if kind == "step":
+        assert isinstance(caught.value.partial, gi.SavedSolution)
+        assert caught.value.partial.status == "failed"
+        assert caught.value.residual > 0.0

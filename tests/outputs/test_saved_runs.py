@@ -1,0 +1,102 @@
+"""A file of a run that is not what was written is refused, and says how the run ended."""
+
+import random
+
+import numpy as np
+import pytest
+from scipy.io import netcdf_file
+
+import geomint as gi
+from geomint.storage import save_solution
+
+
+@pytest.fixture(scope="module")
+def solution():
+    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 5.0}, save={"every": 5})
+    return gi.run_scene(scene, progress=False)
+
+
+@pytest.fixture(scope="module")
+def content(solution, tmp_path_factory):
+    path = tmp_path_factory.mktemp("saved") / "run.nc"
+    solution.save(path)
+    return path.read_bytes()
+
+
+def refused(path, content):
+    path.write_bytes(content)
+    with pytest.raises(gi.GeomintError, match=r"run\.nc"):
+        gi.load(path)
+
+
+def test_whatever_byte_is_altered(content, tmp_path):
+    """All of the first thousand, where the header begins, and a thousand of the others."""
+    draw = random.Random(0)
+    places = [*range(1000), *(draw.randrange(1000, len(content)) for _ in range(1000))]
+    for place in places:
+        damaged = bytearray(content)
+        damaged[place] ^= 1 << draw.randrange(8)
+        refused(tmp_path / "run.nc", bytes(damaged))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_other_damages(content, tmp_path, seed):
+    draw = random.Random(seed)
+    at = draw.randrange(len(content))
+    refused(tmp_path / "run.nc", content[:at])
+    refused(tmp_path / "run.nc", content + content[:at] + b"\0")
+    refused(tmp_path / "run.nc", content[:at] + bytes(len(content) - at + 1))
+    refused(tmp_path / "run.nc", content[at:] + content[:at] if at else b"")
+
+
+def test_of_an_earlier_format(tmp_path):
+    path = tmp_path / "run.nc"
+    with netcdf_file(path, "w") as file:
+        file.format = "geomint-run-1"
+    with pytest.raises(gi.GeomintError, match="earlier"):
+        gi.load(path)
+
+
+@pytest.mark.parametrize("status", ["interrupted", "failed", "not finite"])
+def test_every_reader_sees_how_the_run_ended(solution, tmp_path, status):
+    from dataclasses import replace
+
+    path = tmp_path / "run.nc"
+    save_solution(replace(solution, status=status, message="at τ = 3: ∞"), path)
+    saved = gi.load(path)
+    assert (saved.status, saved.success, saved.message) == (status, False, "at τ = 3: ∞")
+    assert status in repr(saved)
+    assert saved.plot_drift().get_suptitle() == f"run {status}"
+    with netcdf_file(path, mmap=False) as file:
+        assert file.status.decode() == status
+        assert file.message.decode() == "at τ = 3: ∞"
+
+
+def test_as_saved_is_what_load_gives(solution, content, tmp_path):
+    path = tmp_path / "run.nc"
+    path.write_bytes(content)
+    loaded, told = gi.load(path), solution.as_saved()
+    np.testing.assert_array_equal(told.y, loaded.y)
+    assert (told.pieces, told.status, set(told.drift)) == (
+        loaded.pieces,
+        loaded.status,
+        set(loaded.drift),
+    )
+    assert repr(told) == repr(loaded)
+
+
+@pytest.mark.parametrize("name", ["γ²", "a b", "E.mean", "x.time"])
+def test_quantities_of_any_name(tmp_path, name):
+    @gi.observable
+    def first(params, t, y, work):
+        return y[0]
+
+    @gi.field
+    def turn(params, t, y, out, work):
+        out[0] = y[1]
+        out[1] = -y[0]
+
+    problem = gi.Problem("turn", (("q", 1), ("p", 1)), field=turn, invariants={name: first})
+    sol = gi.solve(problem, [1.0, 0.0], t_end=1.0, step=0.5, observe=[name], compiled=False)
+    sol.save(tmp_path / "run.nc")
+    assert list(gi.load(tmp_path / "run.nc").drift) == [name]

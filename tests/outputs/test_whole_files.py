@@ -1,0 +1,252 @@
+"""Files appear whole or not at all, and nothing but regular files is replaced."""
+
+import errno
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import geomint as gi
+from geomint import outputs
+
+posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
+
+
+def write(path, text="new"):
+    with gi.whole_file(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+
+
+def leftovers(folder):
+    return [p.name for p in Path(folder).rglob("*") if p.name.startswith(".geomint")]
+
+
+def test_a_new_and_an_old_file(tmp_path):
+    path = tmp_path / "run.nc"
+    for text in ("first", "second"):
+        write(path, text)
+        assert path.read_text(encoding="utf-8") == text
+    assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
+
+
+@pytest.mark.parametrize("name", ["run.nc.part", ".geomint-0", "run.nc~"])
+def test_neighbours_stay(tmp_path, name):
+    """A user's own file may have any name."""
+    (tmp_path / name).write_text("mine", encoding="utf-8")
+    write(tmp_path / "run.nc")
+    assert (tmp_path / name).read_text(encoding="utf-8") == "mine"
+
+
+@posix
+def test_permissions_are_those_of_the_old_file_or_of_the_user(tmp_path):
+    path, mask = tmp_path / "run.nc", os.umask(0o027)
+    try:
+        write(path)
+        assert stat.S_IMODE(path.stat().st_mode) == 0o640
+        path.chmod(0o604)
+        write(path)
+        assert stat.S_IMODE(path.stat().st_mode) == 0o604
+    finally:
+        os.umask(mask)
+
+
+@posix
+@pytest.mark.parametrize("there", [True, False])
+def test_symlinks_are_followed(tmp_path, there):
+    target, link = tmp_path / "elsewhere" / "run.nc", tmp_path / "link.nc"
+    target.parent.mkdir()
+    if there:
+        target.write_text("old", encoding="utf-8")
+    link.symlink_to(target)
+    write(link)
+    assert link.is_symlink()
+    assert target.read_text(encoding="utf-8") == "new"
+    assert leftovers(tmp_path) == []
+
+
+@posix
+@pytest.mark.parametrize("kind", ["folder", "fifo", "device", "link to a device", "loop"])
+def test_nothing_but_regular_files_is_replaced(tmp_path, kind):
+    path = tmp_path / "out"
+    if kind == "folder":
+        path.mkdir()
+    elif kind == "fifo":
+        os.mkfifo(path)
+    elif kind == "device":
+        path = Path(os.devnull)
+    else:
+        path.symlink_to(os.devnull if kind == "link to a device" else path)
+    before = path.lstat()
+    with pytest.raises(gi.OutputError):
+        gi.check_file(path)
+    with pytest.raises(gi.OutputError):
+        write(path)
+    assert path.lstat()[:2] == before[:2]  # of the same kind, the same one
+
+
+@posix
+@pytest.mark.skipif(getattr(os, "geteuid", lambda: 0)() == 0, reason="root may write everything")
+def test_a_file_that_may_not_be_written(tmp_path):
+    path = tmp_path / "run.nc"
+    write(path)
+    path.chmod(0o444)
+    with pytest.raises(gi.OutputError, match="may not be written"):
+        write(path)
+
+
+@pytest.mark.parametrize("path", ["missing/run.nc", "file/run.nc", "nul\0l", "x" * 300])
+def test_places_that_are_none(tmp_path, monkeypatch, path):
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("", encoding="utf-8")
+    with pytest.raises(gi.OutputError, match="cannot be written"):
+        write(path)
+
+
+def test_an_error_while_writing_leaves_the_old_file(tmp_path):
+    path = tmp_path / "run.nc"
+    write(path, "old")
+
+    def write_half(failure):
+        with gi.whole_file(path) as unfinished:
+            unfinished.write_text("half", encoding="utf-8")
+            raise failure
+
+    for failure in (
+        ValueError("of the writer"),
+        KeyboardInterrupt(),
+        OSError(errno.ENOSPC, "full"),
+    ):
+        with pytest.raises((ValueError, KeyboardInterrupt, gi.OutputError)):
+            write_half(failure)
+        assert path.read_text(encoding="utf-8") == "old"
+    assert leftovers(tmp_path) == []
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EFBIG, errno.EDQUOT])
+def test_a_full_disk_is_typed(tmp_path, monkeypatch, number):
+    def fail(*_):
+        raise OSError(number, os.strerror(number))
+
+    path = tmp_path / "run.nc"
+    write(path, "old")
+    monkeypatch.setattr(outputs.os, "fsync", fail)
+    with pytest.raises(gi.OutputError) as caught:
+        write(path)
+    assert caught.value.errno == number
+    assert path.read_text(encoding="utf-8") == "old"
+    with pytest.raises(gi.OutputError):
+        gi.check_file(path)
+    with pytest.raises(gi.OutputError):
+        gi.check_folder(tmp_path)
+    assert leftovers(tmp_path) == []
+
+
+NAMES = ("a.json", "b.png", "c.html")
+
+
+def write_report(folder, text, names=NAMES):
+    with gi.whole_folder(folder) as unfinished:
+        for name in names:
+            (unfinished / name).write_text(text, encoding="utf-8")
+
+
+def contents(folder):
+    return {p.name: p.read_text(encoding="utf-8") for p in Path(folder).iterdir()}
+
+
+def test_a_folder_is_replaced_as_a_whole(tmp_path):
+    write_report(tmp_path / "report", "old")
+    (tmp_path / "report" / "notes.txt").write_text("mine", encoding="utf-8")
+    write_report(tmp_path / "report", "new", (*NAMES, "d.svg"))
+    expected = {"notes.txt": "mine", "d.svg": "new", **dict.fromkeys(NAMES, "new")}
+    assert contents(tmp_path / "report") == expected
+
+
+@pytest.mark.parametrize("failing", range(3))
+def test_or_not_at_all(tmp_path, monkeypatch, failing):
+    """Whichever of its files cannot be moved: the old ones are all there, the new ones are not."""
+    write_report(tmp_path / "report", "old", NAMES[:2])
+    put, calls = outputs._put, []
+
+    def failing_put(unfinished, target):
+        calls.append(target)
+        if len(calls) == failing + 1:
+            raise OSError(errno.EDQUOT, "quota")
+        put(unfinished, target)
+
+    monkeypatch.setattr(outputs, "_put", failing_put)
+    with pytest.raises(gi.OutputError, match="quota"):
+        write_report(tmp_path / "report", "new")
+    assert contents(tmp_path / "report") == dict.fromkeys(NAMES[:2], "old")
+
+
+def test_a_folder_in_the_place_of_a_file(tmp_path):
+    write_report(tmp_path, "old", NAMES[:2])
+    (tmp_path / NAMES[2]).mkdir()
+    with pytest.raises(gi.OutputError, match="a folder"):
+        write_report(tmp_path, "new")
+    assert (tmp_path / NAMES[0]).read_text(encoding="utf-8") == "old"
+
+
+@posix
+def test_symlinks_in_a_folder_are_followed(tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.write_text("old", encoding="utf-8")
+    (tmp_path / "report").mkdir()
+    (tmp_path / "report" / NAMES[0]).symlink_to(elsewhere)
+    write_report(tmp_path / "report", "new")
+    assert elsewhere.read_text(encoding="utf-8") == "new"
+    assert contents(tmp_path / "report") == dict.fromkeys(NAMES, "new")
+
+
+WRITER = """
+import sys
+from geomint.outputs import whole_file, whole_folder
+place, text, times, kind = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4]
+for _ in range(times):
+    if kind == "file":
+        with whole_file(place) as unfinished:
+            unfinished.write_text(text * 200_000)
+    else:
+        with whole_folder(place) as unfinished:
+            for name in "abcdef":
+                (unfinished / name).write_text(text)
+"""
+
+
+@posix
+@pytest.mark.parametrize("kind", ["file", "folder"])
+def test_of_two_processes_the_last_complete_one_wins(tmp_path, kind):
+    place = tmp_path / "place"
+    command = [sys.executable, "-c", WRITER, str(place)]
+    writers = [subprocess.Popen([*command, text, "60", kind]) for text in "xyz"]
+    seen = set()
+    while any(w.poll() is None for w in writers):
+        if kind == "file" and place.exists():
+            content = place.read_text(encoding="utf-8")
+            assert len(content) == 200_000
+            assert len(set(content)) == 1
+            seen.add(content[0])
+    assert [w.returncode for w in writers] == [0, 0, 0]
+    if kind == "folder":
+        assert len(set(contents(place).values())) == 1
+        assert sorted(contents(place)) == list("abcdef")
+    assert leftovers(tmp_path) == []
+
+
+@posix
+def test_another_process_that_keeps_the_folder(tmp_path, monkeypatch):
+    import fcntl
+
+    descriptor = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(descriptor, fcntl.LOCK_EX)
+    monkeypatch.setattr(outputs, "PATIENCE", 0.05)
+    try:
+        with pytest.raises(gi.OutputError, match="another process"):
+            write_report(tmp_path, "new")
+    finally:
+        os.close(descriptor)
+    assert contents(tmp_path) == {}
