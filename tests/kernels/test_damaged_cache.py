@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import random
 import stat
 import subprocess
 import sys
@@ -19,10 +18,9 @@ COMMAND = ("-c", REPORT + FIELD + SOLVE_ONCE)
 
 
 def flipped(content: bytes) -> bytes:
-    """Change single bits all over, in the machine code too."""
-    damaged, draw = bytearray(content), random.Random(0)
-    for _ in range(20):
-        damaged[draw.randrange(len(damaged))] ^= 1 << draw.randrange(8)
+    """Change a bit in the middle, which is machine code: it could be unpickled and run."""
+    damaged = bytearray(content)
+    damaged[len(damaged) // 2] ^= 1
     return bytes(damaged)
 
 
