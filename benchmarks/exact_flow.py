@@ -53,7 +53,7 @@ def cost(action: Callable[[], Any], repeats: int = REPEATS) -> float:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("docs/images"))
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
     parser.add_argument("--longest", type=float, default=2e6)
     arguments = parser.parse_args()
     problem = ch.ChaplyginSphere(a=A, D=SCALE).hamiltonized()

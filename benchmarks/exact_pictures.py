@@ -21,7 +21,7 @@ FRAMES, SECONDS = 60, 12.0
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("docs/images"))
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
     sphere = ch.ChaplyginSphere.from_moments([1.0, 1.5, 2.6], 1.0, 1.0)

@@ -42,7 +42,7 @@ LONGEST = 150.0  # seconds: no run is begun that would take longer
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=Path("docs/images"))
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
     parser.add_argument("--end", type=float, default=1e7)
     arguments = parser.parse_args()
     problem = ch.ChaplyginSphere(a=A, D=SCALE).hamiltonized()

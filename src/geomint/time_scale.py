@@ -137,7 +137,8 @@ def smooth_time(problem: Problem, y0: Array, rates: Array, time: float) -> float
     if not depends_on_time(problem, states[-1], last, time):
         return time
     least, found = math.inf, time
-    for _ in range(HALVINGS):
+    # A state so small that its own time is 1e100 must be led back to a time that is one.
+    for _ in range(HALVINGS + max(0, math.frexp(time)[1])):
         left = max(roughness(problem, y, time) for y in states)
         if left <= FITTED:
             return time

@@ -137,3 +137,12 @@ def test_the_default_step_in_every_form() -> None:
             others = {other: None for other in problem.forms if other != form}
             only = dataclasses.replace(problem, **others)
             assert 0.5 < omega * characteristic_time(only, y0) < 5.0
+
+
+@pytest.mark.parametrize("size", [1e-20, 1e-100, 1e-150])
+def test_a_tiny_state_and_a_dependence_of_ordinary_speed(size: float) -> None:
+    """The state's own time is 1/size, and the dependence on time is seen beside it."""
+    problem = pulsating_body.problem()
+    ordinary = characteristic_time(problem, np.asarray(pulsating_body.INITIAL))
+    time = characteristic_time(problem, size * np.asarray(pulsating_body.INITIAL))
+    assert 0.1 < time / ordinary < 10.0

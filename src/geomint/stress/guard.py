@@ -17,6 +17,7 @@ from typing import Any
 __all__ = ["Outcome", "guarded"]
 
 COMPILE_SECONDS = 600.0  # compilations are not what is judged, but they must end too
+LEAVING = 60.0  # seconds that a process with much memory may take to end
 _TICK = 0.2
 
 
@@ -154,7 +155,7 @@ class _Worker:
             self.pipe.close()
             if self.items:
                 self._process.kill()
-            self._process.join(5.0)
+            self._process.join(LEAVING)  # so that its processor time is counted
 
 
 def _serve(pipe: Connection, function: Callable[[Any], Any], memory: int) -> None:
