@@ -1,7 +1,7 @@
 """Input that nobody means, by the hundred thousand: mutated scenes, short runs of such, mutated calls.
 
-Every case is made by a seed, a kind and a number, done in a process of its own kind that may hang, crash
-or take too much memory, and ends with one verdict. Writes ``results/fuzz.json``. The tests of
+Every case is made by a seed, a kind and a number, done in a process that may hang, crash or take
+too much memory, and ends with one verdict. Writes ``results/fuzz.json``. The tests of
 ``tests/fuzz`` draw from the same mutations.
 
     python benchmarks/fuzz.py --scenes 100000 --runs 10000 --calls 100000
@@ -25,9 +25,9 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests" / "fuzz"))
 
 from judge import BAD, VERDICTS, Judged, check_scene, run_scene  # noqa: E402
-from machine import describe  # noqa: E402
 
 from geomint.stress.guard import guarded  # noqa: E402
+from machine import describe  # noqa: E402
 
 PACKAGES = ["geomint", "numpy", "scipy", "numba", "pydantic", "click", "tomli_w"]
 KINDS = ("scenes", "runs", "compiled-runs", "calls")

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .arguments import whole
 from .errors import DomainError, nearest
-from .forms import Group, whole
+from .forms import Group
 from .kernels.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
 from .kernels.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
 from .kernels.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv, so_n_extent

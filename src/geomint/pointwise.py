@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import as_array, whole
 from .errors import DomainError
-from .forms import whole
 from .kernels.blocks import Block, scalar_block
 from .kernels.pointwise import pointwise_sweep
 from .kernels.recorded import Recorded
@@ -60,9 +60,9 @@ def pointwise(
         If the function does not fit the sizes that are given: it is run once at the first point, in
         plain Python, as those of problems are (`geomint.declaration`).
     """
+    x = np.ascontiguousarray(as_array("points", points))
     if np.ndim(points) == 0:
         raise DomainError("points", points, "an array whose last axis is a point")
-    x = np.ascontiguousarray(points, dtype=np.float64)
     width, shape = x.shape[-1], x.shape[:-1]
     count = int(np.prod(shape))
     rows, work = whole("rows", rows, 0), whole("work", work, 0)

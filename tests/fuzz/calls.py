@@ -138,10 +138,14 @@ def _bodies() -> dict[str, Call]:
         "tensor": Call(ch.GeneralInertia.from_tensor, {"tensor": tensor}),
         "veselova": Call(of(ch.Veselova, reduced), {"a": a, "D": D}),
         "veselova moments": Call(of(ch.Veselova.from_moments, reduced), {"moments": a, "D": D}),
-        "lr": Call(of(ch.VeselovaLR, lambda b: b.lr().state(w=[0.1, 0.2, 0.0])), {"inertia": a, "r": 1}),
+        "lr": Call(
+            of(ch.VeselovaLR, lambda b: b.lr().state(w=[0.1, 0.2, 0.0])), {"inertia": a, "r": 1}
+        ),
         "lr a": Call(of(ch.VeselovaLR.from_a, lambda b: b.stiefel()), {"a": [*a, 2.0], "r": 2}),
         "rubber": Call(of(ch.RubberSphere, lambda b: b.reduced()), {"inertia": tensor, "D": D}),
-        "rubber a": Call(of(ch.RubberSphere.from_a, lambda b: b.reduced()), {"a": [0.2, 0.3, 0.4], "D": 1.0}),
+        "rubber a": Call(
+            of(ch.RubberSphere.from_a, lambda b: b.reduced()), {"a": [0.2, 0.3, 0.4], "D": 1.0}
+        ),
         "neumann": Call(ch.neumann_problem, {"a": a, "strength": 1.0}),
         "clebsch": Call(ch.clebsch_problem, {"a": a, "strength": 1.0, "x": 1.0, "y": 0.5}),
         "ellipsoid": Call(ch.ellipsoid_problem, {"a": a}),
@@ -151,7 +155,9 @@ def _bodies() -> dict[str, Call]:
         "ball": Call(sphere.ball, {"attitude": True, "k0": triangle}),
         "veselova classical": Call(body.classical, {"f1": 0.3}),
         "state p": Call(sphere.reduced().state, {"gamma": g, "p": p}),
-        "state p_tilde": Call(flow_state := sphere.hamiltonized().state, {"gamma": g, "p_tilde": p}),
+        "state p_tilde": Call(
+            flow_state := sphere.hamiltonized().state, {"gamma": g, "p_tilde": p}
+        ),
         "state omega": Call(flow_state, {"gamma": g, "omega": None, "p": p, "k": None}),
         "state k": Call(lambda **s: ball(sphere, **s), k),
         "state q": Call(neumann.state, {"q": g, "v": [0.0, 1.0, 0.0]}),

@@ -75,10 +75,11 @@ def near(rng: Random, value: Any) -> Any:
         return items
     if isinstance(value, bool) or not isinstance(value, int | float):
         return _near_text(rng, value) if isinstance(value, str) else plain(rng)
-    return rng.choice(
-        (-value, value + 1, value * 2, value * 1e-8, value * 1e8, value * 1e150, value * 1e-150)
-        + (0 * value, int(value), float(value), str(value), [value], rng.choice(NUMBERS))
-    )
+    if abs(value) > 1e300 or value != value:
+        return rng.choice(NUMBERS)
+    factors = (-1, 2, 0, 1e-8, 1e8, 1e150, 1e-150)
+    changes = (value + 1, int(value), float(value), str(value), [value], rng.choice(NUMBERS))
+    return rng.choice((*changes, *(value * factor for factor in factors)))
 
 
 def _near_text(rng: Random, text: str) -> str:

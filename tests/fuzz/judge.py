@@ -123,9 +123,11 @@ def _watch(event: str, arguments: tuple[Any, ...]) -> None:
         path, mode, flags = arguments
         writes = flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT) if isinstance(flags, int) else 0
         if isinstance(path, str | bytes) and (writes or (mode and set(mode) & set("wax+"))):
-            _written.append(os.fsdecode(path))
+            _written.append(os.path.abspath(os.fsdecode(path)))
     elif event in ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.symlink", "os.link"):
-        _written.extend(os.fsdecode(a) for a in arguments[:2] if isinstance(a, str | bytes))
+        _written.extend(
+            os.path.abspath(os.fsdecode(a)) for a in arguments[:2] if isinstance(a, str | bytes)
+        )
 
 
 _hooked = False
@@ -149,12 +151,10 @@ def stray(paths: list[str], folder: Path) -> list[str]:
     """Return the paths that lie neither in the folder nor in a cache."""
     homes = [str(folder), os.environ.get("NUMBA_CACHE_DIR", "\0"), "/dev/", "/proc/"]
     homes += [str(Path("~/.cache").expanduser()), "/root/.config/matplotlib"]
-    return [p for p in map(os.path.abspath, paths) if not p.startswith(tuple(homes))]
+    return [p for p in paths if not p.startswith(tuple(homes))]
 
 
-def command_verdict(
-    arguments: list[str], folder: Path, seconds: float = 0.0
-) -> tuple[Judged, Any]:
+def command_verdict(arguments: list[str], folder: Path, seconds: float = 0.0) -> tuple[Judged, Any]:
     """Return the verdict on a command line, run in `folder`, and what the command returned."""
     streams = [
         io.TextIOWrapper(io.BytesIO(), "utf-8", errors=errors)

@@ -72,6 +72,9 @@ def _mutate(rng: Random, content: Content_) -> None:
     if not sections or rng.random() < 0.05:
         content[rng.choice((*known_keys(), *hostile.STRINGS))] = hostile.plain(rng)
         return
+    if rng.random() < 0.5:
+        _scale(rng, content)
+        return
     name = rng.choice(sections)
     section = content[name]
     key = rng.choice(sorted(section))
@@ -96,6 +99,29 @@ def _mutate(rng: Random, content: Content_) -> None:
         section[key] = _likely(rng, key)
     else:
         section[key] = hostile.near(rng, section[key])
+
+
+def _scale(rng: Random, content: Content_) -> None:
+    """Multiply one of the numbers, or all of a list."""
+    places: list[tuple[Any, Any]] = []
+    for section in content.values():
+        for key, value in section.items() if isinstance(section, dict) else ():
+            places.append((section, key))
+            if isinstance(value, list):
+                places += [(value, i) for i in range(len(value))]
+    holder, key = rng.choice(places)
+    factor = rng.choice(
+        (0.5, 1.1, 2.0, -1.0, 10.0 ** rng.randint(-6, 6), 10.0 ** rng.randint(-300, 300))
+    )
+    holder[key] = _times(holder[key], factor)
+
+
+def _times(value: Any, factor: float) -> Any:
+    if isinstance(value, list):
+        return [_times(item, factor) for item in value]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    return value * factor if isinstance(value, float) else round(min(value * factor, 1e30))
 
 
 def _likely(rng: Random, key: str) -> Any:

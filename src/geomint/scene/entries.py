@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..arguments import positive
 from ..errors import DomainError
 from ..methods.registry import find_method
-from ..timeline import positive
 
 __all__ = ["method_and_step", "methods_and_steps", "split_list"]
 
@@ -34,9 +34,12 @@ def method_and_step(entry: str) -> tuple[str, float | None]:
 
 def methods_and_steps(entries: Iterable[str]) -> list[tuple[str, float | None]]:
     """Return name and step of every entry, each once, or raise `DomainError` if there is none."""
-    found = list(dict.fromkeys(method_and_step(entry) for entry in entries))
+    given = list(entries)
+    found = [method_and_step(entry) for entry in given]
     if not found:
-        raise DomainError("methods", list(entries), "at least one method")
+        raise DomainError("methods", given, "at least one method")
+    if len(set(found)) < len(found):
+        raise DomainError("methods", given, "every method, or method and step, once")
     return found
 
 
