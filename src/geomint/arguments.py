@@ -65,8 +65,8 @@ def number(name: str, value: Any, low: float, high: float, expected: str) -> flo
     return result
 
 
-def as_array(name: str, value: Any, expected: str = "numbers") -> Array:
-    """Return real numbers as a new float64 array of any shape, or raise `DomainError`.
+def as_array(name: str, value: Any, expected: str = "numbers", kind: Any = np.float64) -> Any:
+    """Return numbers as a new array of float64, or complex ones, of any shape; or raise `DomainError`.
 
     Masked entries are refused: there is no number.
     """
@@ -75,10 +75,11 @@ def as_array(name: str, value: Any, expected: str = "numbers") -> Array:
     try:
         given = np.asarray(value)
         objects = list(given.flat) if given.dtype.kind == "O" else []
-        if given.dtype.kind == "c" or any(isinstance(x, _COMPLEX) for x in objects):
+        is_complex = given.dtype.kind == "c" or any(isinstance(x, _COMPLEX) for x in objects)
+        if is_complex and kind == np.float64:
             expected += ": real ones"
-        elif given.dtype.kind in "biufO" and not any(isinstance(x, _NO_NUMBER) for x in objects):
-            return np.array(given, dtype=np.float64)
+        elif given.dtype.kind in "biufcO" and not any(isinstance(x, _NO_NUMBER) for x in objects):
+            return np.array(given, dtype=kind)
     except Exception:  # whatever a foreign object raises there
         raise DomainError(name, value, expected) from None
     raise DomainError(name, value, expected)

@@ -54,12 +54,12 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
     DeclarationError
         If the functions of that form do not fit the problem.
     """
-    y = _flat(problem, y)
+    y, now = _flat(problem, y), _time(t)
     check_form(problem, problem.forms[0], y)
-    known = known_rates(problem, y) if t == 0.0 else None
+    known = known_rates(problem, y) if now == 0.0 else None
     if known is not None:
         return known
-    params, work, now = Block(problem.params), Block(np.zeros(problem.work)), _time(t)
+    params, work = Block(problem.params), Block(np.zeros(problem.work))
     out = np.zeros(problem.rows)
     if problem.field is not None:
         problem.field(params, now, Block(y), Block(out), work)
@@ -90,7 +90,7 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
 
 def _flat(problem: Problem, y: Array) -> Array:
     """Return a state, finite or not, as an array of the problem's length."""
-    if not isinstance(y, np.ndarray) or y.dtype != np.float64 or isinstance(y, np.ma.MaskedArray):
+    if type(y) is not np.ndarray or y.dtype != np.float64:
         y = as_array("y", y, f"a state of {problem.rows} numbers")
     if y.shape != (problem.rows,):
         raise DomainError("y", y, f"a state of {problem.rows} numbers")

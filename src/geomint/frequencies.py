@@ -65,13 +65,7 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
         For fewer than 16 samples, numbers that are not finite, and other nonsense.
     """
     expected = f"at least {FEWEST} finite numbers in a row"
-    if np.iscomplexobj(signal):
-        real, imaginary = (
-            as_array("signal", part(signal), expected) for part in (np.real, np.imag)
-        )
-        z = real + 1j * imaginary
-    else:
-        z = as_array("signal", signal, expected).astype(np.complex128)
+    z = as_array("signal", signal, expected, np.complex128)
     if z.ndim != 1 or len(z) < FEWEST or not np.isfinite(z).all():
         raise DomainError("signal", signal, expected)
     step, order = positive("step", step), whole("order", order, 0, LARGEST_ORDER)

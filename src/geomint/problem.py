@@ -261,7 +261,8 @@ def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:
 
 def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
     """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
-    vector = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
+    rows = whole("rows", rows, 0)
+    vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
     if len(vector) != rows:
         raise DomainError(name, value, f"{rows} numbers{detail}, got {len(vector)}")
     if not np.isfinite(vector).all():
