@@ -54,8 +54,9 @@ def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
     n = whole("n", n, 2)
     translations = whole("translations", translations, 0)
     for piece in pieces:
-        if piece not in _CODES:
-            raise DomainError("pieces", piece, f"one of {list(_CODES)}.{nearest(piece, _CODES)}")
+        if not (isinstance(piece, str) and piece in _CODES):
+            hint = nearest(piece, _CODES) if isinstance(piece, str) else ""
+            raise DomainError("pieces", piece, f"one of {list(_CODES)}.{hint}")
     codes = [*(_CODES[piece] for piece in pieces), *([SHIFTED] if translations else [])]
     layout = np.array([float(n), *(float(code) for code in codes)])
     name = f"SO({n}) × R^{translations}" if translations else f"SO({n})"

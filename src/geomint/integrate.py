@@ -134,7 +134,7 @@ def solve(
         recorder.observe_end()
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None:
-        _tell_short_run(solution, abs(recorder.own_time), step)
+        _tell_short_run(solution, abs(recorder.own_time), float(step))
     if isinstance(status, StepError):
         status.partial = solution
         raise status

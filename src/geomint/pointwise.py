@@ -67,7 +67,7 @@ def pointwise(
     count = int(np.prod(shape))
     rows, work = whole("rows", rows, 0), whole("work", work, 0)
     flat, out = x.reshape(-1), np.empty(count * rows)
-    block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
+    block, scratch = Block(flat("params", params)), scalar_block(work)
     if count and check:
         _check(function, block.data, flat[:width], rows, work)
     sweep = compiled(pointwise_sweep(function), _signature())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import tempfile
 from collections.abc import Callable, Mapping
 from functools import cache
@@ -98,6 +99,35 @@ def _made(**given: Any) -> Any:
     return gi.make_plan(gi.Scene(**given), costs=True).solve(progress=False)
 
 
+def _exact(sphere: ch.ChaplyginSphere, y: Any) -> dict[str, Call]:
+    """Return what is known of the motion through y without steps, and around it."""
+    problem = sphere.hamiltonized()
+    flow, chart = problem.exact(y), ch.Spheroconical([0.8, 1.1, 1.5])
+    a, D = [0.8, 1.1, 1.5], 4.0
+    gamma, p = np.array([0.6, 0.48, 0.64]), [0.4, 0.1, -0.45]
+    return {
+        "at_tau": Call(flow.at_tau, {"tau": [0.5, 2.0]}),
+        "at_angles": Call(flow.at_angles, {"phi": [0.5, 2.0]}),
+        "exact time": Call(flow.time, {"tau": [0.5, 2.0]}),
+        "exact tau": Call(flow.tau, {"t": [0.5, 2.0]}),
+        "angles": Call(flow.angles, {"y": y}),
+        "resonances": Call(ch.resonances, {"omega": [1.0, 2.0], "order": 4, "tolerance": 1e-9}),
+        "critical_energies": Call(ch.critical_energies, {"a": a, "D": D, "K": 1.0}),
+        "discriminant": Call(ch.discriminant, {"a": a, "D": D, "K": 1.0, "H": 0.3}),
+        "frequency_map": Call(
+            lambda states: ch.frequency_map(problem, states).refused, {"states": [y, y]}
+        ),
+        "chart": Call(ch.Spheroconical, {"a": a}),
+        "chart coordinates": Call(chart.coordinates, {"gamma": gamma}),
+        "chart point": Call(chart.point, {"gamma": gamma, "p_tilde": p}),
+        "chart gamma": Call(chart.gamma, {"gaps": chart.coordinates(gamma)[1], "signs": [1, 1, 1]}),
+        "gauss_map": Call(ch.gauss_map, {"a": a, "D": D}),
+        "attitude": Call(
+            ch.attitude, {"k": np.cross(gamma, p), "gamma": gamma, "g0": np.eye(3).tolist()}
+        ),
+    }
+
+
 def _bodies() -> dict[str, Call]:
     """Return the constructors of systems, each followed by a problem and a state of it."""
     g, p, triangle = [0.6, 0.0, 0.8], [0.8, 1.0, -0.6], [0.5, 0.2, -0.3]
@@ -165,6 +195,7 @@ def _bodies() -> dict[str, Call]:
             lambda y0, t: np.asarray(sphere.hamiltonized().exact(y0).at_tau(t)),
             {"y0": flow_state(gamma=g, p=p), "t": 1.0},
         ),
+        **_exact(sphere, flow_state(gamma=g, p=p)),
         "random": Call(sphere.ball().random_state, {"rng": 3}),
         "canonical": Call(sphere.ball().canonical, {"y": np.array([0.5, 0.2, -0.3, *g])}),
         "converted": Call(
@@ -172,6 +203,28 @@ def _bodies() -> dict[str, Call]:
             {"y": np.array([*g, *p])},
         ),
     }
+
+
+@cache
+def _run() -> gi.Solution:
+    problem, y0 = examples()[1]
+    return gi.solve(problem, y0, t_end=0.02, step=0.01, method="rk-4", compiled=False)
+
+
+def _text(path: Any) -> str:
+    return path if isinstance(path, str) else "."
+
+
+def _saved(path: Any) -> Any:
+    before = os.getcwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            if not isinstance(path, str) or "/" in path or path.startswith("."):
+                return None  # only where the test may write
+            _run().save(path)
+        finally:
+            os.chdir(before)
 
 
 @cache
@@ -229,7 +282,23 @@ def calls() -> dict[str, Call]:
             lambda y, t: gi.value(field, next(iter(field.invariants.values())), y, t),
             {"y": y0, "t": 0.0},
         ),
-        "derivative": Call(lambda y, t: gi.derivative(field, y, t), {"y": y0, "t": 0.0}),
+        "derivative": Call(lambda y, t: bool(len(gi.derivative(field, y, t))), {"y": y0, "t": 0.0}),
+        "so3": Call(gi.so3, {"vectors": 2}),
+        "so_n pieces": Call(
+            lambda n, piece, translations: gi.so_n(n, piece, translations=translations),
+            {"n": 4, "piece": "vector", "translations": 2},
+        ),
+        "natural_on_sphere": Call(gi.natural_on_sphere, {"gradient": field.field}),
+        "with_quadrature": Call(
+            gi.with_quadrature, {"problem": field, "name": "s", "rate": field.invariants["energy"]}
+        ),
+        "pointwise": Call(
+            lambda **given: bool(gi.pointwise(field.field, **given).shape),
+            {"params": field.params, "points": [y0, y0], "rows": 4, "work": 0, "check": True},
+        ),
+        "load": Call(lambda path: gi.load(_text(path)), {"path": "/nowhere/run.nc"}),
+        "save": Call(_saved, {"path": "run.nc"}),
+        "piece": Call(_run().piece, {"name": "q"}),
         "so_n": Call(gi.so_n, {"n": 4}),
         "frequencies": Call(
             gi.frequencies,
@@ -243,7 +312,7 @@ def mutated(rng: Random, call: Call) -> dict[str, Any]:
     given = dict(call.given)
     for _ in range(rng.choice((1, 1, 2))):
         name = rng.choice(list(given))
-        what = rng.randrange(5)
+        what = rng.randrange(8)
         if what == 0:
             given[name] = hostile.objects(rng)
         elif what == 1:

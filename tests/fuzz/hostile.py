@@ -97,8 +97,8 @@ def _near_text(rng: Random, text: str) -> str:
 def arrays(rng: Random, like: Any = None) -> Any:
     """Return something that numpy takes, or nearly takes, for an array."""
     size = rng.choice((0, 1, 2, 3, 4, 6, 50))
-    if isinstance(like, list | tuple | np.ndarray) and rng.random() < 0.7:
-        size = len(like)
+    if isinstance(like, list) or (isinstance(like, np.ndarray) and like.ndim):
+        size = rng.choice((size, len(like), len(like)))
     numbers = [rng.choice((0.5, 1.0, rng.choice(NUMBERS))) for _ in range(size)]
     makers: tuple[Callable[[], Any], ...] = (
         lambda: numbers,

@@ -50,7 +50,7 @@ def judged(call: Callable[[], Any], finite: Callable[[Any], bool] = lambda value
             value = call()
             if not finite(value):
                 return Judged("not finite", repr(value)[:300])
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, click.Abort):
         return Judged("interrupted")
     except (gi.GeomintError, click.ClickException) as error:
         return _told(error)
