@@ -70,6 +70,8 @@ def as_array(name: str, value: Any, expected: str = "numbers", kind: Any = np.fl
 
     Masked entries are refused: there is no number.
     """
+    if type(value) is np.ndarray and value.dtype == kind:
+        return value.copy()
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise DomainError(name, value, f"{expected}, none of them masked")
     try:

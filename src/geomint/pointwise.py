@@ -67,7 +67,7 @@ def pointwise(
     count = int(np.prod(shape))
     rows, work = whole("rows", rows, 0), whole("work", work, 0)
     flat, out = x.reshape(-1), np.empty(count * rows)
-    block, scratch = Block(flat("params", params)), scalar_block(work)
+    block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and check:
         _check(function, block.data, flat[:width], rows, work)
     sweep = compiled(pointwise_sweep(function), _signature())

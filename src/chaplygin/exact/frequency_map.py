@@ -34,6 +34,7 @@ __all__ = [
     "resonances",
 ]
 
+MANY = 10**7  # combinations of whole numbers that are tried
 POINTS = 512  # of the trapezoidal rule for actions
 
 
