@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .arguments import as_array, whole
+from .arguments import as_array, switch, whole
 from .errors import DomainError
 from .kernels.blocks import Block, scalar_block
 from .kernels.pointwise import pointwise_sweep
@@ -68,7 +68,7 @@ def pointwise(
     rows, work = whole("rows", rows, 0), whole("work", work, 0)
     flat, out = x.reshape(-1), np.empty(count * rows)
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
-    if count and check:
+    if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
     sweep = compiled(pointwise_sweep(function), _signature())
     for first in range(0, count, BATCH):

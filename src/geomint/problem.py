@@ -197,11 +197,7 @@ class Problem:
         """
         if self.make_random is None:
             raise DomainError("rng", rng, f"a problem with random states; {self.name!r} has none")
-        try:
-            generator = np.random.default_rng(rng)
-        except Exception:  # numpy's own, of several types
-            raise DomainError("rng", rng, "what numpy.random.default_rng takes") from None
-        return self.state(**self.make_random(generator))
+        return self.state(**self.make_random(_generator(rng)))
 
     def exact(self, y0: Any) -> Any:
         """Return the exact motion through a state, where the problem has one: states without stepping.
@@ -242,6 +238,17 @@ class Problem:
     def physical_state(self, y: Array) -> dict[str, Array]:
         """Return the named arrays by which results of different forms are compared."""
         return {"state": np.asarray(y)} if self.physical is None else self.physical(y)
+
+
+def _generator(rng: Any) -> np.random.Generator:
+    """Return what numpy makes of a seed, or raise `DomainError`."""
+    expected = "what numpy.random.default_rng takes"
+    if isinstance(rng, list | tuple) and as_array("rng", rng, expected).ndim != 1:
+        raise DomainError("rng", rng, expected)  # numpy crashes where lists are nested too deep
+    try:
+        return np.random.default_rng(rng)
+    except Exception:  # of several types
+        raise DomainError("rng", rng, expected) from None
 
 
 def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:

@@ -55,7 +55,8 @@ def judged(call: Callable[[], Any], finite: Callable[[Any], bool] = lambda value
     except (gi.GeomintError, click.ClickException) as error:
         return _told(error)
     except OSError as error:
-        return _told(error) if error.filename is not None else Judged("traceback", _place(error))
+        named = error.filename is not None  # as the command line tells them
+        return Judged("typed", "OSError") if named else Judged("traceback", _place(error))
     except Exception as error:
         return Judged("traceback", _place(error))
     return Judged("ok")
