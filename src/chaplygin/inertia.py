@@ -156,7 +156,11 @@ class SpecialInertia:
         if not (values > 0.0).all():
             raise gi.DomainError("moments", moments, "positive numbers")
         w = values / (values + scale)
-        return cls(np.sqrt(scale * w[0] * w[1] * w[2]) / w, scale)
+        try:
+            return cls(np.sqrt(scale * w[0] * w[1] * w[2]) / w, scale)
+        except gi.DomainError:  # a_i a_j rounds to D, or to 0
+            expected = f"numbers up to some 10¹⁵ D, D = {scale!r}, whose products do not vanish"
+            raise gi.DomainError("moments", moments, expected) from None
 
     @classmethod
     def homogeneous(cls, n: int, s: Any, D: Any) -> SpecialInertia:

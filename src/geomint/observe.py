@@ -77,6 +77,8 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded | Me
         if name not in known:
             raise DomainError("observe", name, f"a quantity of the problem.{nearest(name, known)}")
         chosen[name] = known[name]
+    if names and not chosen and "all" not in names:
+        raise DomainError("observe", names, f"something that {problem.name!r} has: it has none")
     return chosen
 
 
@@ -97,8 +99,6 @@ def _expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
         if name == "all":
             yield from quantities_of(problem)
         elif name in GROUPS:
-            if not getattr(problem, name):
-                raise DomainError("observe", name, f"what {problem.name!r} has: it has no {name}")
             yield from getattr(problem, name)
         else:
             yield name

@@ -253,14 +253,19 @@ def _generator(rng: Any) -> np.random.Generator:
 
 def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:
     """Return pairs of a name and a number of rows, or raise `DomainError`."""
-    expected = "pairs (name, rows) with names unlike each other and whole numbers rows ≥ 1"
+    expected = (
+        "pairs (name, rows) with names unlike each other and whole numbers rows from 1 to 10⁷"
+    )
     try:
         given = [(name, rows) for name, rows in pieces]
     except Exception as error:  # whatever a foreign object raises there
         raise DomainError("pieces", pieces, expected) from error
     for name, _ in given:
         check_name("pieces", name)
-    pairs = [(name, whole(f"rows of {name!r}", rows, 1, MOST_ROWS)) for name, rows in given]
+    try:
+        pairs = [(name, whole("rows", rows, 1, MOST_ROWS)) for name, rows in given]
+    except DomainError as error:
+        raise DomainError("pieces", pieces, expected) from error
     if not pairs or len({name for name, _ in pairs}) < len(pairs):
         raise DomainError("pieces", pieces, expected)
     return tuple(pairs)

@@ -161,9 +161,13 @@ class ExactFlow:
         """Mean frequencies in physical time, `frequencies`/T."""
         return np.asarray(self.frequencies / self.clock.mean)
 
+    @np.errstate(over="ignore", invalid="ignore")
     def angles(self, y: Any) -> Array:
         """Return (φ, Φ) of a state on the torus, modulo 4π, shape of `frequencies`."""
-        return self._angles(*self._split(self.inward(self._state(y))))
+        result = self._angles(*self._split(self.inward(self._state(y))))
+        if not np.isfinite(result).all():
+            raise gi.DomainError("y", y, "a state on the torus")
+        return result
 
     @property
     def ovals(self) -> Array:

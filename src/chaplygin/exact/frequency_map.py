@@ -147,6 +147,7 @@ def action_variables(exact: ExactFlow) -> Array:
     return exact.unit_p * np.array([*result, *turning])
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
     """Return the H at which the tori with that K degenerate, n = 3, in the order of the axes.
 
@@ -167,6 +168,7 @@ def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
     return result
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def discriminant(a: Any, D: Any, K: Any, H: Any) -> Array:
     """Return the discriminant of the branch points at n = 3, as a function of K and H.
 

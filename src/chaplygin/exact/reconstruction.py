@@ -49,6 +49,8 @@ def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
     for name, given in (("k", momenta), ("gamma", verticals)):
         if given.shape[-1:] != (3,) or given.size == 0 or not np.isfinite(given).all():
             raise gi.DomainError(name, given, "finite vectors of R³")
+    if momenta.shape != verticals.shape:
+        raise gi.DomainError("k", momenta, f"as many vectors as of gamma, {verticals.shape}")
     frames = _frames(momenta, verticals)
     first = frames.reshape(-1, 3, 3)[0]
     start = (

@@ -8,7 +8,7 @@ from ..arguments import positive
 from ..errors import DomainError
 from ..methods.registry import find_method
 
-__all__ = ["method_and_step", "methods_and_steps", "split_list"]
+__all__ = ["check_once", "method_and_step", "methods_and_steps", "split_list"]
 
 
 def method_and_step(entry: str) -> tuple[str, float | None]:
@@ -38,9 +38,15 @@ def methods_and_steps(entries: Iterable[str]) -> list[tuple[str, float | None]]:
     found = [method_and_step(entry) for entry in given]
     if not found:
         raise DomainError("methods", given, "at least one method")
-    if len(set(found)) < len(found):
-        raise DomainError("methods", given, "every method, or method and step, once")
+    check_once(found)
     return found
+
+
+def check_once(found: list[tuple[str, float | None]]) -> None:
+    """Raise `DomainError` if a method comes twice with the same step."""
+    if len(set(found)) < len(found):
+        told = [name if step is None else f"{name}:{step:g}" for name, step in found]
+        raise DomainError("methods", told, "each of them, with its step, once")
 
 
 def split_list(text: str) -> list[str]:

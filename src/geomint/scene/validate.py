@@ -23,7 +23,7 @@ from ..methods.method import Method
 from ..methods.registry import find_method
 from ..observe import GROUPS, MEASURE, quantities_of
 from ..systems import Model, System, find_system
-from .entries import method_and_step
+from .entries import check_once, method_and_step
 from .explain import explained, shown
 from .model import Content
 
@@ -152,11 +152,16 @@ def _other_methods(content: Content) -> Iterator[str]:
                 find_method(name)
             except (MethodError, DomainError) as error:
                 yield f"{where}{error}"
+    found = []
     for entry in content.drift.methods or []:
         try:
-            method_and_step(entry)
+            found.append(method_and_step(entry))
         except (MethodError, DomainError) as error:
             yield f"[drift] methods: {error}"
+    try:
+        check_once(found)
+    except DomainError as error:
+        yield f"[drift] {error}"
 
 
 def _parameters(content: Content) -> dict[str, Any]:
