@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 import geomint as gi
 from geomint import as_vector
+from geomint.arguments import as_array, whole
 
 from .manifold import flat_triangle, skew_matrix
 
@@ -25,6 +26,8 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
+LARGEST = 256  # dimension: tables of integrals have some n³/2 numbers
+LARGEST_OF_MATRICES = 100  # of a general operator, which has some n⁴/4
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error
 FACTORS = 1e-14  # relative: products a_i a_j that differ by more are not those of an a
 
@@ -42,6 +45,7 @@ def positive_vector(name: str, value: Any) -> Array:
     n = _count(name, value)
     if n < 2:
         raise gi.DomainError(name, value, "n ≥ 2 numbers")
+    check_dimension(name, n)
     values = as_vector(name, value, n)
     with np.errstate(over="ignore", divide="ignore"):
         good = (values > 0.0) & np.isfinite(1.0 / values)
@@ -59,10 +63,24 @@ def _frozen(array: Any) -> Array:
 
 
 def _count(name: str, value: Any) -> int:
-    try:
-        return len(value)
-    except TypeError:
-        raise gi.DomainError(name, value, "a sequence of numbers") from None
+    """Return how many numbers, or rows of such, there are: not more than a computer can hold."""
+    values = as_array(name, value, "a sequence of numbers")
+    if values.ndim == 0:
+        raise gi.DomainError(name, value, "a sequence of numbers")
+    return len(values)
+
+
+def check_dimension(name: str, n: int, most: int = LARGEST) -> None:
+    """Raise `geomint.DomainError` where there is no memory for what a dimension asks for."""
+    if n > most:
+        raise gi.DomainError(f"n, from {name},", n, f"a dimension up to {most}")
+
+
+def _matrix(name: str, value: Any, rows: int) -> Array:
+    """Return a matrix, or the diagonal one of that many numbers."""
+    if as_array(name, value).ndim == 1:
+        return np.diag(as_vector(name, value, rows))
+    return as_vector(name, value, rows * rows).reshape(rows, rows)
 
 
 def product_factors(values: Array, n: int) -> Array | None:
@@ -112,6 +130,7 @@ class SpecialInertia:
         n = _count("a", a)
         if n < 2:
             raise gi.DomainError("a", a, "n ≥ 2 numbers")
+        check_dimension("a", n)
         values, scale = as_vector("a", a, n), positive_number("D", D)
         if not (values > 0.0).all():
             raise gi.DomainError("a", a, f"positive numbers; a[{int(np.argmin(values))}] is not")
@@ -137,12 +156,17 @@ class SpecialInertia:
         if not (values > 0.0).all():
             raise gi.DomainError("moments", moments, "positive numbers")
         w = values / (values + scale)
-        return cls(np.sqrt(scale * w[0] * w[1] * w[2]) / w, scale)
+        try:
+            return cls(np.sqrt(scale * w[0] * w[1] * w[2]) / w, scale)
+        except gi.DomainError:  # a_i a_j rounds to D, or to 0
+            expected = f"numbers up to some 10¹⁵ D, D = {scale!r}, whose products do not vanish"
+            raise gi.DomainError("moments", moments, expected) from None
 
     @classmethod
     def homogeneous(cls, n: int, s: Any, D: Any) -> SpecialInertia:
         """Return the operator I = s·1: all a_i² = s D/(s + D)."""
         moment, scale = positive_number("s", s), positive_number("D", D)
+        n = whole("n", n, 2, LARGEST)
         return cls(np.full(n, np.sqrt(moment * (scale / (moment + scale)))), scale)
 
     @property
@@ -218,19 +242,21 @@ class GeneralInertia:
         n = round((1.0 + np.sqrt(1.0 + 8.0 * rows)) / 2.0)
         if n < 2 or n * (n - 1) // 2 != rows:
             raise gi.DomainError("inertia", values, "n(n−1)/2 numbers, or that many rows, n ≥ 2")
-        if np.ndim(values) == 1:
-            matrix = np.diag(as_vector("inertia", values, rows))
-        else:
-            matrix = as_vector("inertia", values, rows * rows).reshape(rows, rows)
+        check_dimension("inertia", n, LARGEST_OF_MATRICES)
+        matrix = _matrix("inertia", values, rows)
         largest = float(np.max(np.abs(matrix)))
-        skewness = float(np.max(np.abs(matrix - matrix.T)))
+        with np.errstate(over="ignore"):
+            skewness = float(np.max(np.abs(matrix - matrix.T)))
         if skewness > SYMMETRIC * largest:
             expected = f"a symmetric matrix; the largest |I − Iᵀ| is {skewness:.3g}"
             raise gi.DomainError("inertia", values, expected)
-        matrix = 0.5 * (matrix + matrix.T)
+        matrix = 0.5 * matrix + 0.5 * matrix.T
         diagonal = np.diag(matrix).copy()
         is_diagonal = np.count_nonzero(matrix - np.diag(diagonal)) == 0
-        least = float(np.min(diagonal if is_diagonal else np.linalg.eigvalsh(matrix)))
+        if is_diagonal:
+            least = float(np.min(diagonal))
+        else:  # of a matrix that neither over- nor underflows on the way
+            least = largest * float(np.min(np.linalg.eigvalsh(matrix / largest)))
         if not least > (0.0 if is_diagonal else rows * np.finfo(float).eps * largest):
             expected = f"a positive definite operator; its least eigenvalue is {least:.17g}"
             raise gi.DomainError("inertia", values, expected)
@@ -250,10 +276,8 @@ class GeneralInertia:
         n = _count("J", J)
         if n < 2:
             raise gi.DomainError("J", J, "n ≥ 2 numbers, or that many rows")
-        if np.ndim(J) == 1:
-            tensor = np.diag(as_vector("J", J, n))
-        else:
-            tensor = as_vector("J", J, n * n).reshape(n, n)
+        check_dimension("J", n, LARGEST_OF_MATRICES)
+        tensor = _matrix("J", J, n)
         if np.max(np.abs(tensor - tensor.T)) > SYMMETRIC * np.max(np.abs(tensor)):
             raise gi.DomainError("J", J, "a symmetric matrix")
         tensor = 0.5 * (tensor + tensor.T)

@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 import geomint as gi
 from geomint import as_vector
+from geomint.arguments import as_array
 
 __all__ = [
     "REPAIRED",
@@ -202,7 +203,7 @@ def skew_components(name: str, value: Any, n: int, vector: bool = False) -> Arra
     value : array_like
         A skew (n, n) matrix, or flat: the triangle, or with `vector` (n = 3) a 3-vector.
     """
-    if np.shape(value) != (n, n):
+    if as_array(name, value).shape != (n, n):
         flat = as_vector(name, value, n * (n - 1) // 2)
         return triangle_of_vector(flat) if vector else flat
     matrix = as_vector(name, value, n * n).reshape(n, n)

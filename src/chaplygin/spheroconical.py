@@ -139,12 +139,14 @@ class Spheroconical:
 
     def gamma(self, gaps: Any, signs: Any) -> Array:
         """Return γ from the gaps λ_k − a_i and the signs of the γ_i."""
-        distances = np.sort(np.abs(np.asarray(gaps, dtype=np.float64)), axis=0)
+        n = self.n
+        given = gi.as_vector("gaps", gaps, (n - 1) * n).reshape(n - 1, n)
+        distances, sides = np.sort(np.abs(given), axis=0), gi.as_vector("signs", signs, n)
         squares = np.zeros(self.n)
         for i in range(self.n):
             others = np.sort(np.abs(np.delete(self.a, i) - self.a[i]))
             squares[i] = np.prod(distances[:, i] / others)  # quotients, so that nothing overflows
-        return np.asarray(np.sign(signs) * np.sqrt(squares))
+        return np.asarray(np.sign(sides) * np.sqrt(squares))
 
     def polynomial(self, gamma: Any, p_tilde: Any) -> Array:
         """Return r_0, …, r_(n−2), the coefficients of R, at a point; also on γ_i = 0."""

@@ -6,6 +6,7 @@ import os
 import pickle
 from collections.abc import Iterable
 from difflib import get_close_matches
+from math import log10
 from typing import Any
 
 __all__ = [
@@ -28,14 +29,21 @@ __all__ = [
 
 
 LONGEST = 300  # characters of a value in a message
+LONGEST_MESSAGE = 3000  # characters: even where much is wrong
+DIGITS = 4000  # bits of an integer beyond which nobody reads its digits
+LONGEST_WORD = 100  # characters of a name that is compared with known ones
 
 
 class GeomintError(Exception):
     """Base of all errors that geomint raises on purpose.
 
     All of them can be copied and pickled with their attributes. Of a value that cannot be pickled
-    the other process gets its text.
+    the other process gets its text. Messages are of bounded length.
     """
+
+    def __init__(self, *args: Any) -> None:
+        cut = (shortened(a, LONGEST_MESSAGE) if isinstance(a, str) else a for a in args)
+        super().__init__(*cut)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (type(self), self.args, {k: _sent(v) for k, v in vars(self).items()})
@@ -70,13 +78,20 @@ def _sent(value: Any) -> Any:
 
 def told(value: Any) -> str:
     """Return the text of a value for a message, of bounded length."""
+    if isinstance(value, int) and value.bit_length() > DIGITS:
+        return f"<an integer of about {round(value.bit_length() * log10(2.0))} digits>"
     try:
         text = repr(value)
-    except Exception as failure:  # such as an int of more digits than Python prints
-        return f"<{type(value).__name__}: {failure}>"[:LONGEST]
-    if len(text) > LONGEST:
-        text = f"{text[: LONGEST - 40]} … {text[-20:]} ({len(text)} characters)"
-    return text
+    except Exception as failure:  # whatever a foreign object raises there
+        return f"<{type(value).__name__}: {type(failure).__name__}>"
+    return shortened(text)
+
+
+def shortened(text: str, longest: int = LONGEST) -> str:
+    """Return a text, or its beginning and end with its length."""
+    if len(text) <= longest:
+        return text
+    return f"{text[: longest - 40]} … {text[-20:]} ({len(text)} characters)"
 
 
 class GeomintWarning(UserWarning):
@@ -248,7 +263,7 @@ class TruthError(GeomintError, ArithmeticError):
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """Return `` Did you mean 'x'?`` for the closest known word, or the list of all."""
-    words = list(known)
+    words, word = list(known), word[:LONGEST_WORD]  # comparing takes the product of the lengths
     folded = {name.casefold(): name for name in words}
     close = get_close_matches(word.casefold(), folded, n=1, cutoff=0.5)
     if close:

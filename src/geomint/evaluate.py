@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from types import FunctionType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import as_array, finite
 from .declaration import check_form, check_value, known_rates
 from .errors import DomainError, nearest
 from .kernels.blocks import Block
@@ -38,7 +40,7 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
         raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
     y, f = _flat(problem, y), f if isinstance(f, Recorded) else Recorded(f)
     check_value(problem, f, y)
-    return float(f(Block(problem.params), np.float64(t), Block(y), Block(np.zeros(problem.work))))
+    return float(f(Block(problem.params), _time(t), Block(y), Block(np.zeros(problem.work))))
 
 
 @np.errstate(all="ignore")
@@ -52,12 +54,12 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
     DeclarationError
         If the functions of that form do not fit the problem.
     """
-    y = _flat(problem, y)
+    y, now = _flat(problem, y), _time(t)
     check_form(problem, problem.forms[0], y)
-    known = known_rates(problem, y) if t == 0.0 else None
+    known = known_rates(problem, y) if now == 0.0 else None
     if known is not None:
         return known
-    params, work, now = Block(problem.params), Block(np.zeros(problem.work)), np.float64(t)
+    params, work = Block(problem.params), Block(np.zeros(problem.work))
     out = np.zeros(problem.rows)
     if problem.field is not None:
         problem.field(params, now, Block(y), Block(out), work)
@@ -88,10 +90,15 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
 
 def _flat(problem: Problem, y: Array) -> Array:
     """Return a state, finite or not, as an array of the problem's length."""
-    state = np.asarray(y, dtype=np.float64)
-    if state.shape != (problem.rows,):
+    if type(y) is not np.ndarray or y.dtype != np.float64:
+        y = as_array("y", y, f"a state of {problem.rows} numbers")
+    if y.shape != (problem.rows,):
         raise DomainError("y", y, f"a state of {problem.rows} numbers")
-    return state
+    return y
+
+
+def _time(t: Any) -> np.float64:
+    return np.float64(t if isinstance(t, float) else finite("t", t))
 
 
 def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import flat, whole
 from .errors import DomainError
 from .kernels.recorded import Recorded
 
@@ -16,28 +17,6 @@ __all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting
 Array = npt.NDArray[np.float64]
 FORMS = ("field", "action", "hamiltonian", "splitting")
 _OPTIONAL_MAPS = ("cayley", "dexpinv", "dcayinv", "extent")
-
-
-def whole(name: str, value: Any, least: int) -> int:
-    """Return a whole number that is not less than `least`, or raise `DomainError`."""
-    counts = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not (counts and value >= least):
-        raise DomainError(name, value, f"a whole number ≥ {least}")
-    return int(value)
-
-
-def flat(name: str, value: Any) -> Array:
-    """Return finite numbers as a new, read-only flat array, or raise `DomainError`."""
-    try:
-        numbers = np.array(value, dtype=np.float64, ndmin=1)
-    except (TypeError, ValueError):
-        raise DomainError(name, value, "a flat sequence of numbers") from None
-    if numbers.ndim > 1 or np.iscomplexobj(value):
-        raise DomainError(name, value, "a flat sequence of real numbers")
-    if not np.isfinite(numbers).all():
-        raise DomainError(name, value, "finite numbers")
-    numbers.setflags(write=False)
-    return numbers
 
 
 def check_recorded(owner: Any, *names: str, optional: tuple[str, ...] = ()) -> None:

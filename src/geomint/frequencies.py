@@ -18,12 +18,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq
 
+from .arguments import as_array, positive, whole
 from .errors import DomainError
 
 __all__ = ["Term", "frequencies"]
 
 Array = npt.NDArray[Any]
 FEWEST = 16  # samples
+LARGEST_ORDER = 100  # of a window: beyond, nothing but its middle is left
 
 
 @dataclass(frozen=True)
@@ -62,16 +64,12 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     geomint.DomainError
         For fewer than 16 samples, numbers that are not finite, and other nonsense.
     """
-    try:
-        z = np.asarray(signal, dtype=np.complex128)
-    except (TypeError, ValueError):
-        raise DomainError("signal", signal, f"at least {FEWEST} finite numbers in a row") from None
+    expected = f"at least {FEWEST} finite numbers in a row"
+    z = as_array("signal", signal, expected, np.complex128)
     if z.ndim != 1 or len(z) < FEWEST or not np.isfinite(z).all():
-        raise DomainError("signal", signal, f"at least {FEWEST} finite numbers in a row")
-    if not (np.isfinite(step) and step > 0.0):
-        raise DomainError("step", step, "a number > 0")
-    if not (isinstance(terms, int) and isinstance(order, int)) or terms < 1 or order < 0:
-        raise DomainError("terms, order", (terms, order), "whole numbers ≥ 1 and ≥ 0")
+        raise DomainError("signal", signal, expected)
+    step, order = positive("step", step), whole("order", order, 0, LARGEST_ORDER)
+    terms = whole("terms", terms, 1, len(z))
     size = float(np.max(np.abs(z))) or 1.0
     z = z / size
     times = np.arange(len(z)) - 0.5 * (len(z) - 1)  # symmetric, in steps

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .arguments import whole
 from .errors import DomainError, nearest
-from .forms import Group, whole
+from .forms import Group
 from .kernels.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
 from .kernels.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
 from .kernels.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv, so_n_extent
@@ -53,8 +54,9 @@ def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
     n = whole("n", n, 2)
     translations = whole("translations", translations, 0)
     for piece in pieces:
-        if piece not in _CODES:
-            raise DomainError("pieces", piece, f"one of {list(_CODES)}.{nearest(piece, _CODES)}")
+        if not (isinstance(piece, str) and piece in _CODES):
+            hint = nearest(piece, _CODES) if isinstance(piece, str) else ""
+            raise DomainError("pieces", piece, f"one of {list(_CODES)}.{hint}")
     codes = [*(_CODES[piece] for piece in pieces), *([SHIFTED] if translations else [])]
     layout = np.array([float(n), *(float(code) for code in codes)])
     name = f"SO({n}) × R^{translations}" if translations else f"SO({n})"

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import switch, whole
 from .declaration import check_problem
 from .driver import Account, drive
 from .errors import DomainError, GeomintWarning, StepError
@@ -98,6 +99,9 @@ def solve(
     ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
+    if not isinstance(problem, Problem):
+        raise DomainError("problem", problem, "a geomint.Problem")
+    _check_switches(compiled=compiled, clock=clock, progress=progress)
     chosen = find_method(method)
     state = problem.canonical(y0)
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step)
@@ -130,11 +134,19 @@ def solve(
         recorder.observe_end()
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None:
-        _tell_short_run(solution, abs(recorder.own_time), step)
+        _tell_short_run(solution, abs(recorder.own_time), float(step))
     if isinstance(status, StepError):
         status.partial = solution
         raise status
     return solution
+
+
+def _check_switches(compiled: Any, **optional: Any) -> None:
+    """Raise `DomainError` for what says neither yes nor no."""
+    switch("compiled", compiled)
+    for name, value in optional.items():
+        if value is not None:
+            switch(name, value, "True, False or None")
 
 
 def _wants_clock(
@@ -159,10 +171,8 @@ def _check_counts(watched: Any, save_every: Any, observe_every: Any, measure_ste
         ("observe_every", observe_every, False),
         ("measure_steps", measure_steps, True),
     ):
-        whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
-        left_out = count is None and optional
-        if not left_out and not (whole and count >= 1):
-            raise DomainError(name, count, "a whole number ≥ 1")
+        if not (count is None and optional):
+            whole(name, count, 1)
     if observe_every != 1 and not watched:
         raise DomainError("observe_every", observe_every, "1, or something to observe")
     if measure_steps is not None and MEASURE not in watched:

@@ -7,12 +7,13 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import positive
 from .errors import DomainError, FormError, nearest
 from .methods import Method
 from .methods.tolerances import LARGEST_RTOL, LEAST_RTOL
 from .problem import Problem
 from .systems import Model
-from .timeline import default_step, positive
+from .timeline import default_step
 
 __all__ = ["check_representation", "checked_steps", "ladder", "representation_for"]
 

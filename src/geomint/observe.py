@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import check_name
 from .drift import ROUNDOFF, Drift, drift_of_run, walk_level
 from .errors import DomainError, nearest
 from .evaluate import rounding_scale, value
@@ -57,11 +59,17 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded | Me
         raise DomainError("observe", wanted, "names of quantities, or a mapping of functions")
     if isinstance(wanted, Mapping):
         return {name: _recorded(name, f) for name, f in wanted.items()}
+    try:
+        names = list(wanted)
+    except Exception:  # whatever a foreign object raises there
+        names = [None]
+    if not all(isinstance(name, str) for name in names):
+        raise DomainError("observe", wanted, "names of quantities, or a mapping of functions")
     known: dict[str, Recorded | Measure] = dict(problem.diagnostics)
     if problem.measure is not None:
         known[MEASURE] = problem.measure
     chosen: dict[str, Recorded | Measure] = {}
-    for name in _expanded(problem, wanted):
+    for name in _expanded(problem, names):
         if name == MEASURE and name not in known:
             raise DomainError(
                 "observe", name, f"one of {list(known)}: {problem.name!r} states no measure"
@@ -69,16 +77,20 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded | Me
         if name not in known:
             raise DomainError("observe", name, f"a quantity of the problem.{nearest(name, known)}")
         chosen[name] = known[name]
+    if names and not chosen and "all" not in names:
+        raise DomainError("observe", names, f"something that {problem.name!r} has: it has none")
     return chosen
 
 
 def _recorded(name: str, f: Any) -> Recorded:
+    check_name("observe", name)
     if name == MEASURE:
         raise DomainError("observe", name, "another name: it is that of the problem's own measure")
     if isinstance(f, Recorded):
         return f
-    if not callable(f):
-        raise DomainError(f"observe[{name!r}]", f, "a function f(params, t, y, work)")
+    expected = "a Python function f(params, t, y, work), written with def"
+    if not isinstance(f, FunctionType):
+        raise DomainError(f"observe[{name!r}]", f, expected)
     return Recorded(f)
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import as_array, switch, whole
 from .errors import DomainError
-from .forms import whole
 from .kernels.blocks import Block, scalar_block
 from .kernels.pointwise import pointwise_sweep
 from .kernels.recorded import Recorded
@@ -60,15 +60,15 @@ def pointwise(
         If the function does not fit the sizes that are given: it is run once at the first point, in
         plain Python, as those of problems are (`geomint.declaration`).
     """
+    x = np.ascontiguousarray(as_array("points", points))
     if np.ndim(points) == 0:
         raise DomainError("points", points, "an array whose last axis is a point")
-    x = np.ascontiguousarray(points, dtype=np.float64)
     width, shape = x.shape[-1], x.shape[:-1]
     count = int(np.prod(shape))
     rows, work = whole("rows", rows, 0), whole("work", work, 0)
     flat, out = x.reshape(-1), np.empty(count * rows)
-    block, scratch = Block(np.ascontiguousarray(params, dtype=np.float64)), scalar_block(work)
-    if count and check:
+    block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
+    if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
     sweep = compiled(pointwise_sweep(function), _signature())
     for first in range(0, count, BATCH):

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import as_array, check_name, flat, whole
 from .errors import DomainError, FormError, nearest
 from .forms import (
     FORMS,
@@ -26,14 +27,13 @@ from .forms import (
     Splitting,
     check_kind,
     check_recorded,
-    flat,
-    whole,
 )
 from .kernels.recorded import Recorded
 
 __all__ = ["Problem"]
 
 Array = npt.NDArray[np.float64]
+MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
 _GROUPS = ("invariants", "constraints", "observables")
 _RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
 
@@ -104,7 +104,7 @@ class Problem:
         object.__setattr__(self, "params", flat("params", self.params))
         object.__setattr__(self, "work", whole("work", self.work, 0))
         object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
-        if self.time not in ("t", "tau"):
+        if not (isinstance(self.time, str) and self.time in ("t", "tau")):
             raise DomainError("time", self.time, "'t' or 'tau'")
         self._check_functions()
         self._check_forms()
@@ -122,7 +122,8 @@ class Problem:
             quantities = getattr(self, group)
             check_kind(self, {group: Mapping})
             for name, f in quantities.items():
-                if not isinstance(name, str) or name in seen or name in _RESERVED:
+                check_name(group, name)
+                if name in seen or name in _RESERVED:
                     expected = f"names unlike each other and unlike {', '.join(_RESERVED)}"
                     raise DomainError(group, name, expected)
                 if not isinstance(f, Recorded):
@@ -196,7 +197,7 @@ class Problem:
         """
         if self.make_random is None:
             raise DomainError("rng", rng, f"a problem with random states; {self.name!r} has none")
-        return self.state(**self.make_random(np.random.default_rng(rng)))
+        return self.state(**self.make_random(_generator(rng)))
 
     def exact(self, y0: Any) -> Any:
         """Return the exact motion through a state, where the problem has one: states without stepping.
@@ -239,27 +240,41 @@ class Problem:
         return {"state": np.asarray(y)} if self.physical is None else self.physical(y)
 
 
+def _generator(rng: Any) -> np.random.Generator:
+    """Return what numpy makes of a seed, or raise `DomainError`."""
+    expected = "what numpy.random.default_rng takes"
+    if isinstance(rng, list | tuple) and as_array("rng", rng, expected).ndim != 1:
+        raise DomainError("rng", rng, expected)  # numpy crashes where lists are nested too deep
+    try:
+        return np.random.default_rng(rng)
+    except Exception:  # of several types
+        raise DomainError("rng", rng, expected) from None
+
+
 def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:
     """Return pairs of a name and a number of rows, or raise `DomainError`."""
-    expected = "pairs (name, rows) with names unlike each other and whole numbers rows ≥ 1"
+    expected = (
+        "pairs (name, rows) with names unlike each other and whole numbers rows from 1 to 10⁷"
+    )
     try:
-        pairs = [(name, whole(f"rows of {name!r}", rows, 1)) for name, rows in pieces]
-    except (TypeError, ValueError) as error:
+        given = [(name, rows) for name, rows in pieces]
+    except Exception as error:  # whatever a foreign object raises there
         raise DomainError("pieces", pieces, expected) from error
-    names = [name for name, _ in pairs]
-    if not pairs or not all(isinstance(n, str) for n in names) or len(set(names)) < len(names):
+    for name, _ in given:
+        check_name("pieces", name)
+    try:
+        pairs = [(name, whole("rows", rows, 1, MOST_ROWS)) for name, rows in given]
+    except DomainError as error:
+        raise DomainError("pieces", pieces, expected) from error
+    if not pairs or len({name for name, _ in pairs}) < len(pairs):
         raise DomainError("pieces", pieces, expected)
     return tuple(pairs)
 
 
 def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
     """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
-    try:
-        vector = np.array(value, dtype=np.float64).reshape(-1)
-    except (TypeError, ValueError):
-        raise DomainError(name, value, f"{rows} numbers{detail}") from None
-    if np.iscomplexobj(value):
-        raise DomainError(name, value, f"{rows} real numbers{detail}")
+    rows = whole("rows", rows, 0)
+    vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
     if len(vector) != rows:
         raise DomainError(name, value, f"{rows} numbers{detail}, got {len(vector)}")
     if not np.isfinite(vector).all():

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import check_name
 from .errors import DomainError, FormError
 from .kernels.blocks import part
 from .kernels.recorded import Recorded, field, observable
@@ -41,6 +42,11 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
     DomainError
         If it has a piece of that name.
     """
+    if not isinstance(problem, Problem):
+        raise DomainError("problem", problem, "a geomint.Problem")
+    check_name("name", name)
+    if not isinstance(rate, Recorded):
+        raise DomainError("rate", rate, "a function recorded with geomint.observable")
     own = problem.field
     if own is None:
         raise FormError(f"problem {problem.name!r} has no ODE form: with_quadrature needs one")

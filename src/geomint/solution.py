@@ -110,7 +110,7 @@ class Solution:
     def piece(self, name: str) -> Array:
         """Return the saved values of one piece of the state, one a row."""
         slices = self.problem.slices
-        if name not in slices:
+        if not (isinstance(name, str) and name in slices):
             raise DomainError("piece", name, f"one of {list(slices)}")
         return self.y[:, slices[name]]
 

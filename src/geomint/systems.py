@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel
 
-from .errors import SceneError, nearest
+from .errors import SceneError, nearest, told
 from .problem import Problem
 
 __all__ = ["Model", "System", "find_system", "system_names"]
@@ -76,4 +76,6 @@ def find_system(name: str) -> System:
             if not isinstance(system, System):
                 raise SceneError(f"entry point {point.value!r} is not a geomint.System")
             return system
-    raise SceneError(f"[system] name = {name!r}: no such system.{nearest(name, system_names())}")
+    raise SceneError(
+        f"[system] name = {told(name)}: no such system.{nearest(name, system_names())}"
+    )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .arguments import as_array, finite, positive
 from .errors import DomainError
 from .methods.method import Method
 from .problem import Problem
@@ -49,25 +50,6 @@ class Timeline:
         if self.own_end is not None and self.remainder == 0.0:
             times[steps == self.steps] = self.own_end
         return times
-
-
-def positive(name: str, value: Any) -> float:
-    """Return a positive finite float, or raise `DomainError`."""
-    number = finite(name, value, "a positive number")
-    if number <= 0.0:
-        raise DomainError(name, value, "a positive number")
-    return number
-
-
-def finite(name: str, value: Any, expected: str = "a finite number") -> float:
-    """Return a finite float, or raise `DomainError`."""
-    try:
-        number = math.nan if isinstance(value, str | bytes | bool) else float(value)
-    except (TypeError, ValueError):
-        raise DomainError(name, value, expected) from None
-    if not math.isfinite(number):
-        raise DomainError(name, value, expected)
-    return number
 
 
 def plan_timeline(
@@ -114,10 +96,7 @@ def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array
     """
     if t_eval is None:
         return np.zeros(0)
-    try:
-        times = np.atleast_1d(np.array(t_eval, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise DomainError("t_eval", t_eval, "numbers") from None
+    times = np.atleast_1d(as_array("t_eval", t_eval))
     forward = np.sign(timeline.h) * times
     if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(forward) < 0).any():
         raise DomainError("t_eval", t_eval, "finite times in the order of the run")

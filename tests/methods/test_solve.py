@@ -380,7 +380,6 @@ def test_what_is_watched() -> None:
         "invariants": ["energy", "angular-momentum"],
         "constraints": ["sphere", "tangency"],
         "all": ["energy", "angular-momentum", "sphere", "tangency", "measure"],
-        "observables": [],
     }
     for wanted, names in expected.items():
         assert list(gi.solve(problem, y0, observe=wanted, **options).drift) == names

@@ -154,6 +154,69 @@ BAD = {
     ),
     "section is a number": ("system = 3\n[time]\nt_end = 1.0\n", ["[system] = 3", "section"]),
     "no system": ("[time]\nt_end = 1.0\n", ["[system] is missing"]),
+    "every beyond what counts": (
+        changed('["energy"]', f'["energy"]\nevery = {2**63}'),
+        ["[observe] every", "a number ≤ 9.0072e+15"],
+    ),
+    "an integer of 5000 digits": (
+        changed("D = 4.0", f"D = {'9' * 5000}"),
+        ["too long an integer", "thousands of digits"],
+    ),
+    "an integer of 6000 digits in hexadecimal": (
+        changed("D = 4.0", f"D = 0x{'f' * 5000}"),
+        ["[system] D = <an integer of about 6021 digits>", "a number below 10³⁰⁰"],
+    ),
+    "an integer beyond floats": (
+        changed("D = 4.0", f"D = 1{'0' * 400}"),
+        ["[system] D = 1000", "a number below 10³⁰⁰"],
+    ),
+    "lists in lists": (
+        changed("D = 4.0", f"D = {'[' * 100}{']' * 100}"),
+        ["[system] D", "nested at most 20 deep"],
+    ),
+    "lists in thousands of lists": (
+        changed("D = 4.0", f"D = {'[' * 5000}{']' * 5000}"),
+        ["is too deep", "not nested in hundreds"],
+    ),
+    "tables in thousands of tables": (
+        REDUCED + "a" + ".a" * 2000 + " = 1\n",
+        ["[observe] a", "nested at most 20 deep"],
+    ),
+    "a composition of compositions": (
+        changed('"gauss-8"', '"gauss-1' + "-suzuki-4" * 2000 + '"'),
+        ["[integrate] method = 'gauss-1-suzuki-4", "cannot be composed again"],
+    ),
+    "control characters in a key": (
+        changed("D = 4.0", 'D = 4.0\n"a\\u001b[31m" = 1'),
+        ["[system] 'a\\x1b[31m' = 1", "no such key"],
+    ),
+    "moments that make products round to D": (
+        changed("[1.0, 2.0, 3.0]", "[1e308, 1e308, 1.0]", BALL),
+        ["[system] moments", "1e+308", "10¹⁵ D"],
+    ),
+    "a dimension for which there is no memory": (
+        """
+        [system]
+        name = "homogeneous-ball"
+        n = 9007199254740992
+        s = 1.0
+        D = 1.0
+        [initial]
+        gamma = [1.0]
+        k = []
+        [time]
+        t_end = 1.0
+        """,
+        ["[system] n = 9007199254740992", "from 2 to 256"],
+    ),
+    "a switch that is a word": (
+        changed("D = 1.0", 'D = 1.0\nattitude = "no"', BALL),
+        ["[system] attitude = 'no'", "true or false"],
+    ),
+    "the same method twice": (
+        REDUCED + '[drift]\nmethods = ["gauss-4", "rk-4:0.1", "gauss-4"]\n',
+        ["[drift] methods", "once"],
+    ),
     "TOML syntax": (changed("D = 4.0", "D = "), ["not valid TOML", "line 5"]),
     "key twice": (changed("D = 4.0", "D = 4.0\nD = 5.0"), ["not valid TOML", "line 6"]),
     "method of [drift]": (

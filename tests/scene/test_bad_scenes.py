@@ -36,7 +36,7 @@ def test_from_a_file(tmp_path, text, words):
 def test_from_python(text, words):
     try:
         content = tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):  # no TOML, or more than Python reads
         return
     with pytest.raises(gi.SceneError) as caught:
         gi.Scene(**content)

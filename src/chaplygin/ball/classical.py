@@ -22,6 +22,7 @@ import numpy as np
 
 import geomint as gi
 from geomint import fma, log, sqrt
+from geomint.arguments import switch
 
 from ..exact.motions import exact_ball
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
@@ -261,6 +262,7 @@ def classical_problem(
     params = coefficients(inertia_tensor(inertia), D)
     full = len(params) > DIAGONAL_SIZE
     routh = {f"routh-{i + 1}": routh_integral(i) for i in axes_of_symmetry(params)}
+    attitude = switch("attitude", attitude)
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     constraints = {"norm": classical_norm}

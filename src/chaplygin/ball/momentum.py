@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint.arguments import switch
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, admit_frame, admit_unit, frame, skew_components
@@ -53,6 +54,7 @@ def ball_problem(
     size = n * (n - 1) // 2
     omega, params = omega_for(inertia, D)
     forms, kept = ball_forms(omega, n), ball_integrals(n, size, size + n)
+    attitude = switch("attitude", attitude)
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     constraints = {"norm": kept.norm}

@@ -21,6 +21,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import expm
 
 import geomint as gi
+from geomint.arguments import as_array
 
 from ..conversion import converted
 from ..manifold import Array, skew_matrix
@@ -99,7 +100,7 @@ def rolled_path(
         raise gi.DomainError(
             "contact", contact.name, "sphere.contact(…), with attitude and contact point"
         )
-    times, given = np.asarray(t, dtype=np.float64), np.asarray(states)
+    times, given = as_array("t", t), as_array("states", states)
     if given.ndim != 2 or len(given) != np.size(times) or not np.isfinite(times).all():
         raise gi.DomainError("states", given.shape, "a state for every time, and finite times")
     steps = np.diff(times)

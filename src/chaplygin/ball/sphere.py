@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 import geomint as gi
+from geomint.arguments import as_array
 
 from ..inertia import GeneralInertia, SpecialInertia, positive_number
 from .classical import classical_problem
@@ -98,7 +97,7 @@ class ChaplyginSphere:
         m, rho : float
         """
         D = _scale(m, rho)
-        if np.ndim(moments) == 1:
+        if as_array("moments", moments).ndim == 1:
             return cls(inertia=SpecialInertia.from_moments(moments, D))
         return cls(inertia=GeneralInertia.from_tensor(moments), D=D)
 

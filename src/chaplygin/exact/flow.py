@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint.arguments import as_array
 
 from ..manifold import Array, length
 from ..states import multiplier
@@ -27,7 +28,7 @@ from .clock_series import product_clock
 from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
 from .packing import evaluated, packed_torus, with_clock
-from .quadrature import LEFT, Quadrature, as_numbers, finite_times, refuse_left_over
+from .quadrature import LEFT, Quadrature, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
 from .separated_energy import SeparatedEnergy
 from .symmetry import power_of_two, reduced_axes
@@ -160,9 +161,13 @@ class ExactFlow:
         """Mean frequencies in physical time, `frequencies`/T."""
         return np.asarray(self.frequencies / self.clock.mean)
 
+    @np.errstate(over="ignore", invalid="ignore")
     def angles(self, y: Any) -> Array:
         """Return (φ, Φ) of a state on the torus, modulo 4π, shape of `frequencies`."""
-        return self._angles(*self._split(self.inward(self._state(y))))
+        result = self._angles(*self._split(self.inward(self._state(y))))
+        if not np.isfinite(result).all():
+            raise gi.DomainError("y", y, "a state on the torus")
+        return result
 
     @property
     def ovals(self) -> Array:
@@ -199,7 +204,9 @@ class ExactFlow:
 
     def at_angles(self, phi: Any) -> Array:
         """Return states at angles (φ, Φ), shape (..., angles); those of pairs may be left out: 0."""
-        given = as_numbers("phi", phi)
+        given = as_array("phi", phi, "real numbers")
+        if not np.isfinite(given).all():
+            raise gi.DomainError("phi", phi, "finite angles")
         if given.ndim == 0 or given.shape[-1] > len(self.start):
             expected = f"an array whose last axis has no more than {len(self.start)} angles"
             raise gi.DomainError("phi", phi, expected)

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint.arguments import as_array, positive, whole
 
 from ..inertia import positive_number
 from ..manifold import Array
@@ -33,6 +34,7 @@ __all__ = [
     "resonances",
 ]
 
+MANY = 10**7  # combinations of whole numbers that are tried
 POINTS = 512  # of the trapezoidal rule for actions
 
 
@@ -77,6 +79,8 @@ def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
     rows: list[Any] = []
     conditions: list[float] = []
     refused: dict[int, str] = {}
+    if not (isinstance(problem, gi.Problem) and isinstance(states, Iterable)):
+        raise gi.DomainError("problem, states", (problem, states), "a problem, and states of it")
     for index, y in enumerate(states):
         try:
             exact = problem.exact(y)
@@ -105,11 +109,12 @@ def resonances(omega: Any, order: int, tolerance: float = 1e-9) -> list[tuple[in
     geomint.DomainError
         For frequencies that are not finite numbers in a row, and an order that is not a whole one.
     """
-    rates = np.asarray(omega, dtype=np.float64)
+    rates, order = as_array("omega", omega), whole("order", order, 1)
+    tolerance = positive("tolerance", tolerance)
     if rates.ndim != 1 or not np.isfinite(rates).all() or not rates.any():
         raise gi.DomainError("omega", omega, "finite frequencies in a row, not all of them 0")
-    if not (isinstance(order, int) and order > 0):
-        raise gi.DomainError("order", order, "a whole number > 0")
+    if (2 * order + 1) ** len(rates) > MANY:
+        raise gi.DomainError("order", order, f"one with (2 order + 1)^{len(rates)} up to {MANY:g}")
     rates = rates / np.max(np.abs(rates))
     found = []
     for m in itertools.product(range(-order, order + 1), repeat=len(rates)):
@@ -142,6 +147,7 @@ def action_variables(exact: ExactFlow) -> Array:
     return exact.unit_p * np.array([*result, *turning])
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
     """Return the H at which the tori with that K degenerate, n = 3, in the order of the axes.
 
@@ -156,9 +162,13 @@ def critical_energies(a: Any, D: Any, K: Any = 1.0) -> Array:
     values = gi.as_vector("a", a, 3)
     scale, level = positive_number("D", D), positive_number("K", K)
     products = np.array([values[1] * values[2], values[0] * values[2], values[0] * values[1]])
-    return np.asarray(level * (1.0 - products / scale) / (2.0 * scale))
+    result = np.asarray(level * (1.0 - products / scale) / (2.0 * scale))
+    if not np.isfinite(result).all():
+        raise gi.DomainError("a, D, K", (a, D, K), "numbers whose products are finite")
+    return result
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def discriminant(a: Any, D: Any, K: Any, H: Any) -> Array:
     """Return the discriminant of the branch points at n = 3, as a function of K and H.
 
@@ -175,9 +185,17 @@ def discriminant(a: Any, D: Any, K: Any, H: Any) -> Array:
     """
     values = gi.as_vector("a", a, 3)
     scale = positive_number("D", D)
-    level, energy = np.asarray(K, dtype=np.float64), np.asarray(H, dtype=np.float64)
+    level, energy = as_array("K", K), as_array("H", H)
+    if np.shape(level) != np.shape(energy) and level.ndim and energy.ndim:
+        try:
+            level, energy = np.broadcast_arrays(level, energy)
+        except ValueError:
+            raise gi.DomainError("H", H, f"of a shape that fits that of K, {level.shape}") from None
     r0 = -level * np.prod(values) / scale**2
     # H = −D r_0/(2Πa) − r_1/2
     r1 = -2.0 * energy - scale * r0 / np.prod(values)
     factors = [(r0 + x * r1) * scale for x in values]
-    return np.asarray(np.prod(np.array(factors), axis=0) ** 2)
+    result = np.asarray(np.prod(np.array(factors), axis=0) ** 2)
+    if not np.isfinite(result).all():
+        raise gi.DomainError("K, H", (K, H), "finite numbers, with sixth powers that are so too")
+    return result

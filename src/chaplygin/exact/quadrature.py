@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint.arguments import as_array
 
 from ..manifold import Array
 from .clock import Clock
 from .clock_functions import time_at
 from .packing import evaluated
 
-__all__ = ["LEFT", "Quadrature", "as_numbers", "finite_times", "refuse_left_over"]
+__all__ = ["LEFT", "Quadrature", "finite_times", "refuse_left_over"]
 
 LEFT = 1e-9  # of an iteration's last step: more is a failure
 
@@ -54,21 +55,13 @@ class Quadrature:
 
 def finite_times(name: str, values: Any, longest: float) -> Array:
     """Return times as an array, or raise `DomainError` for what is no finite number, or too large."""
-    times = as_numbers(name, values)
+    times: Array = as_array(name, values, "real numbers")
     if (np.abs(times) <= longest).all():
         return times
     if not np.isfinite(times).all():
         raise gi.DomainError(name, values, "finite times")
     expected = f"|{name}| up to {longest:.3g}; later the phase is uncertain by more than a radian"
     raise gi.DomainError(name, values, expected)
-
-
-def as_numbers(name: str, values: Any) -> Array:
-    """Return an array of float64, or raise `DomainError`."""
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise gi.DomainError(name, values, "real numbers") from None
 
 
 def refuse_left_over(left: Array, points: Array) -> None:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint.arguments import as_array
 
 from ..ball.rolling_states import upright
 from ..inertia import positive_number
@@ -44,10 +45,12 @@ def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
     geomint.DomainError
         If k⃗ and γ⃗ are parallel: the ball turns steadily about the vertical, and they say not how far.
     """
-    momenta, verticals = np.asarray(k, dtype=np.float64), np.asarray(gamma, dtype=np.float64)
+    momenta, verticals = as_array("k", k), as_array("gamma", gamma)
     for name, given in (("k", momenta), ("gamma", verticals)):
         if given.shape[-1:] != (3,) or given.size == 0 or not np.isfinite(given).all():
             raise gi.DomainError(name, given, "finite vectors of R³")
+    if momenta.shape != verticals.shape:
+        raise gi.DomainError("k", momenta, f"as many vectors as of gamma, {verticals.shape}")
     frames = _frames(momenta, verticals)
     first = frames.reshape(-1, 3, 3)[0]
     start = (

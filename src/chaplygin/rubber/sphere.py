@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint.arguments import as_array
 
 from ..ball.rolling_states import mass_and_radius
 from ..inertia import (
@@ -75,7 +76,7 @@ class RubberSphere:
     @classmethod
     def from_moments(cls, moments: Any, D: Any) -> RubberSphere:
         """Return the ball in R³ with principal moments I_1, I_2, I_3, or that inertia tensor."""
-        if np.ndim(moments) == 1:
+        if as_array("moments", moments).ndim == 1:
             values = gi.as_vector("moments", positive_vector("moments", moments), 3)
             return cls(GeneralInertia(values[::-1].copy()), D)
         return cls(GeneralInertia.from_tensor(moments), D)

@@ -29,7 +29,7 @@ Dimension = Annotated[int, Field(strict=True, ge=2)]
 class Strict(BaseModel):
     """Unknown keys are errors, and so are numbers written as strings."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", strict=True)
 
 
 class Weight(Strict):

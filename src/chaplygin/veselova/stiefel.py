@@ -24,6 +24,7 @@ import numpy as np
 
 import geomint as gi
 from geomint import part, sqrt
+from geomint.arguments import whole
 
 from ..actions import action_on_vectors
 from ..ball.angular_velocity import apply_to_gamma
@@ -238,6 +239,4 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
 
 def frame_count(r: Any, n: int) -> int:
     """Return r as a whole number with 1 ≤ r ≤ n − 1, or raise `geomint.DomainError`."""
-    if isinstance(r, bool) or not isinstance(r, int | np.integer) or not 1 <= r <= n - 1:
-        raise gi.DomainError("r", r, f"a whole number from 1 to n − 1 = {n - 1}")
-    return int(r)
+    return whole("r", r, 1, n - 1)

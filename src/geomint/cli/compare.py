@@ -73,9 +73,9 @@ def command(
 
 
 def _numbers(text: str) -> list[float]:
+    from ..arguments import positive
     from ..errors import DomainError
     from ..scene.entries import split_list
-    from ..timeline import positive
 
     try:
         return [positive("--steps", float(part)) for part in split_list(text)]

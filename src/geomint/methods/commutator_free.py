@@ -30,7 +30,7 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
     Whatever the group's orbits keep (|γ|, K, the spectrum of k) is kept to rounding. The energy
     and the invariant measure drift; that of the ball by a rate of one order more than the method's.
     """
-    table = tableau_of(COMMUTATOR_FREE, tableau)
+    table = tableau_of(COMMUTATOR_FREE, tableau, CommutatorFreeTableau)
 
     def start(s: Start) -> Stepper:
         generator, group = action_of(s)

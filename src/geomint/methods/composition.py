@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import MethodError, nearest
+from ..errors import MethodError, nearest, told
 from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION
 from .method import Method
 
@@ -21,14 +21,17 @@ def Compose(base: Method, scheme: str | int) -> Method:  # noqa: N802 - reads as
     scheme : str or int
         A name from `geomint.tableaux.COMPOSITIONS`, or an order: the best known scheme of it.
     """
+    if not isinstance(base, Method):
+        raise MethodError(f"base = {told(base)}: expected a geomint method")
     if base.compose is None:
         raise MethodError(
-            f"method {base.name!r} is not symmetric and cannot be composed; "
+            f"method {base.name!r} is composed already, or not symmetric, and cannot be composed; "
             "symmetric are: gauss-1 … gauss-16, rattle-2, verlet-2"
         )
-    name = DEFAULT_COMPOSITION.get(scheme, str(scheme)) if isinstance(scheme, int) else scheme
-    if name not in COMPOSITIONS:
-        raise MethodError(f"no composition {scheme!r}.{nearest(name, COMPOSITIONS)}")
+    name = DEFAULT_COMPOSITION.get(scheme) if isinstance(scheme, int) else scheme
+    if not (isinstance(name, str) and name in COMPOSITIONS):
+        hint = nearest(scheme if isinstance(scheme, str) else "", COMPOSITIONS)
+        raise MethodError(f"no composition {told(scheme)}.{hint}")
     table = COMPOSITIONS[name]
     if base.order != table.base_order:
         raise MethodError(

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from ..errors import MethodError, nearest
+from ..errors import MethodError, nearest, told
 from ..kernels.blocks import scalar_block
 from ..kernels.runge_kutta import (
     adaptive_runge_kutta_stepper,
@@ -40,18 +40,21 @@ def step_fraction(order: int) -> float:
     return _STEP_FRACTION.get(order, 0.05)
 
 
-def tableau_of(registry: Mapping[str, T], tableau: str | T) -> T:
+def tableau_of(registry: Mapping[str, T], tableau: str | T, kind: type[T]) -> T:
     """Return a tableau given by itself or by name, or raise `MethodError`."""
-    if not isinstance(tableau, str):
+    if isinstance(tableau, kind):
         return tableau
+    if not isinstance(tableau, str):
+        raise MethodError(f"tableau = {told(tableau)}: expected a name or a {kind.__name__}")
     if tableau not in registry:
-        raise MethodError(f"tableau = {tableau!r}: no such tableau.{nearest(tableau, registry)}")
+        hint = nearest(tableau, registry)
+        raise MethodError(f"tableau = {told(tableau)}: no such tableau.{hint}")
     return registry[tableau]
 
 
 def explicit_tableau(tableau: str | Tableau) -> Tableau:
     """Return an explicit Runge–Kutta tableau, or raise `MethodError`."""
-    table = tableau_of(RUNGE_KUTTA, tableau)
+    table = tableau_of(RUNGE_KUTTA, tableau, Tableau)
     if not table.explicit:
         raise MethodError(f"tableau {table.name!r} is implicit; Gauss methods are geomint.Gauss")
     return table

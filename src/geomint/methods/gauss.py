@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import DomainError
+from ..arguments import number, switch, whole
 from ..kernels.blocks import Block, scalar_block
 from ..kernels.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from ..kernels.gauss_trajectories import (
@@ -65,14 +65,9 @@ def Gauss(  # noqa: N802 - reads as the method it is
     a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect of order
     h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
     """
-    if not isinstance(stages, int) or isinstance(stages, bool) or not 1 <= stages <= 16:
-        raise DomainError("stages", stages, "an integer from 1 to 16")
-    if not 0.0 <= tolerance < 1e-2:
-        raise DomainError("tolerance", tolerance, "a number in [0, 0.01)")
-    if not isinstance(max_iterations, int) or max_iterations < 1:
-        raise DomainError("max_iterations", max_iterations, "a whole number ≥ 1")
-    if not isinstance(fused, bool):
-        raise DomainError("fused", fused, "True or False")
+    stages, fused = whole("stages", stages, 1, 16), switch("fused", fused)
+    tolerance = number("tolerance", tolerance, 0.0, 1e-2, "a number in [0, 0.01)")
+    max_iterations = whole("max_iterations", max_iterations, 1)
 
     def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
         return functools.partial(_start, stages, tolerance, max_iterations, fused, lengths, starts)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import DomainError, FormError, MethodError, nearest
+from ..errors import DomainError, FormError, MethodError, nearest, told
 from ..problem import Problem
 from .stepper import Stepper
 
@@ -115,9 +115,8 @@ class Method:
         remake = self.remake
         for option in changes:
             if option not in self.options or remake is None:
-                raise MethodError(
-                    f"method {self.name!r} has no option {option!r}.{nearest(option, self.options)}"
-                )
+                hint = nearest(option, self.options)
+                raise MethodError(f"method {self.name!r} has no option {told(option)}.{hint}")
             _check_kind(option, changes[option], self.options[option])
         assert remake is not None
         return replace(remake(**{**self.options, **changes}), name=self.name)

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from ..errors import DomainError
+from ..arguments import number, whole
 from ..kernels.blocks import scalar_block
 from ..kernels.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
 from ..kernels.rattle_separable import (
@@ -39,10 +39,8 @@ def Rattle(  # noqa: N802 - reads as the method it is
     tolerance, max_iterations
         As for `geomint.Gauss`; the unknowns are measured relative to the size of q and of p.
     """
-    if not 0.0 <= tolerance < 1e-2:
-        raise DomainError("tolerance", tolerance, "a number in [0, 0.01)")
-    if not isinstance(max_iterations, int) or max_iterations < 1:
-        raise DomainError("max_iterations", max_iterations, "a whole number ≥ 1")
+    tolerance = number("tolerance", tolerance, 0.0, 1e-2, "a number in [0, 0.01)")
+    max_iterations = whole("max_iterations", max_iterations, 1)
 
     def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
         return functools.partial(_start, tolerance, max_iterations, lengths, starts)

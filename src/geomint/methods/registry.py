@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from importlib.metadata import entry_points
 
-from ..errors import MethodError, nearest
+from ..errors import MethodError, nearest, told
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from .commutator_free import CommutatorFree
 from .composition import Compose
@@ -58,17 +58,25 @@ def method_names() -> list[str]:
     return list(methods())
 
 
+def _base(name: str) -> Method:
+    """Return the method that a composition is made of; compositions of compositions there are none."""
+    full = f"{name}-2" if name in _FAMILIES else name
+    if full not in methods() and any(full.endswith(f"-{suffix}") for suffix in COMPOSITIONS):
+        raise MethodError(f"method = {told(name)}: a composition cannot be composed again")
+    return find_method(full)
+
+
 def find_method(name: str | Method) -> Method:
     """Return the method of that name, or raise `MethodError` saying what may have been meant."""
     if isinstance(name, Method):
         return name
     if not isinstance(name, str):
-        raise MethodError(f"method = {name!r}: expected a name or a geomint method")
+        raise MethodError(f"method = {told(name)}: expected a name or a geomint method")
     known = methods()
     if name in known:
         return known[name]
     for composition in COMPOSITIONS:
         base = name.removesuffix(f"-{composition}")
         if base != name:
-            return Compose(find_method(f"{base}-2" if base in _FAMILIES else base), composition)
-    raise MethodError(f"method = {name!r}: no such method.{nearest(name, known)}")
+            return Compose(_base(base), composition)
+    raise MethodError(f"method = {told(name)}: no such method.{nearest(name, known)}")

@@ -97,7 +97,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
     kept to rounding. A step that turns so far that the coordinates end (2π, for cay π) is rejected,
     or at fixed step a `StepSizeError`.
     """
-    if coordinates not in COORDINATES:
+    if not (isinstance(coordinates, str) and coordinates in COORDINATES):
         raise DomainError("coordinates", coordinates, f"one of {list(COORDINATES)}")
     table = explicit_tableau(tableau)
     allowed = tolerances(table, adaptive, rtol, atol, max_step, max_steps)

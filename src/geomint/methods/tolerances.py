@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import finite, switch, whole
 from ..errors import DomainError, MethodError
 from ..evaluate import derivative
 from ..problem import Problem
@@ -40,8 +41,6 @@ class Tolerances:
             raise DomainError("atol", self.atol, "a number ≥ 0")
         if not self.max_step > 0.0:
             raise DomainError("max_step", self.max_step, "a number > 0")
-        if not isinstance(self.max_steps, int | np.integer) or self.max_steps < 1:
-            raise DomainError("max_steps", self.max_steps, "a whole number ≥ 1")
 
     def first_step(self, order: int, problem: Problem, y0: Array, end: float) -> float:
         """Return the length of a first step towards `end`, for a method of some order.
@@ -80,16 +79,20 @@ def tolerances(
     max_steps: int | None,
 ) -> Tolerances | None:
     """Return what the options of a method say, None for fixed steps; or raise."""
-    named = {"rtol": rtol, "atol": atol, "max_step": max_step, "max_steps": max_steps}
+    named: dict[str, Any] = {"rtol": rtol, "atol": atol, "max_step": max_step}
+    named["max_steps"] = max_steps
     given = {name: value for name, value in named.items() if value is not None}
-    if not adaptive:
+    if not switch("adaptive", adaptive):
         if given:
             raise MethodError(f"{', '.join(given)}: only with adaptive=True")
         return None
     if table.estimate_order is None:
         raise MethodError(f"tableau {table.name!r} has no embedded method to estimate errors with")
-    for name, value in given.items():
-        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-            raise DomainError(name, value, "a number")
-    limit: Any = given.pop("max_steps", Tolerances.max_steps)
-    return Tolerances(**{name: float(value) for name, value in given.items()}, max_steps=limit)
+    limit = whole("max_steps", given.pop("max_steps", Tolerances.max_steps), 1)
+    return Tolerances(**{name: _real(name, x) for name, x in given.items()}, max_steps=limit)
+
+
+def _real(name: str, value: Any) -> float:
+    """Return a number, which may be infinite as `max_step` is, or raise `DomainError`."""
+    endless = isinstance(value, float) and math.isinf(value)
+    return float(value) if endless else finite(name, value, "a number")

@@ -92,7 +92,9 @@ def make_plan(scene: Scene, purpose: str = "run", costs: bool = False) -> Plan:
     DomainError
         For a step or an end that makes no sense.
     """
-    if purpose not in PURPOSES:
+    if not isinstance(scene, Scene):
+        raise DomainError("scene", scene, "a geomint.Scene, such as load_scene gives")
+    if not (isinstance(purpose, str) and purpose in PURPOSES):
         raise DomainError("purpose", purpose, f"one of {list(PURPOSES)}")
     context = Context(scene, purpose)
     for rule in (*RULES, *(COST_RULES if costs else ())):

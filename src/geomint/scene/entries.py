@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..arguments import positive
 from ..errors import DomainError
 from ..methods.registry import find_method
-from ..timeline import positive
 
-__all__ = ["method_and_step", "methods_and_steps", "split_list"]
+__all__ = ["check_once", "method_and_step", "methods_and_steps", "split_list"]
 
 
 def method_and_step(entry: str) -> tuple[str, float | None]:
@@ -34,10 +34,19 @@ def method_and_step(entry: str) -> tuple[str, float | None]:
 
 def methods_and_steps(entries: Iterable[str]) -> list[tuple[str, float | None]]:
     """Return name and step of every entry, each once, or raise `DomainError` if there is none."""
-    found = list(dict.fromkeys(method_and_step(entry) for entry in entries))
+    given = list(entries)
+    found = [method_and_step(entry) for entry in given]
     if not found:
-        raise DomainError("methods", list(entries), "at least one method")
+        raise DomainError("methods", given, "at least one method")
+    check_once(found)
     return found
+
+
+def check_once(found: list[tuple[str, float | None]]) -> None:
+    """Raise `DomainError` if a method comes twice with the same step."""
+    if len(set(found)) < len(found):
+        told = [name if step is None else f"{name}:{step:g}" for name, step in found]
+        raise DomainError("methods", told, "each of them, with its step, once")
 
 
 def split_list(text: str) -> list[str]:

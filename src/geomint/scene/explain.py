@@ -8,12 +8,13 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import nearest
+from ..errors import nearest, shortened, told
 from .model import Content
 
-__all__ = ["explained", "shown"]
+__all__ = ["explained", "key_of", "shown"]
 
 _MISSING = object()
+LONGEST = 200  # characters of a key or a value
 _OBJECTS = reprlib.Repr()
 _OBJECTS.maxlist = _OBJECTS.maxdict = 8
 _OBJECTS.maxstring = _OBJECTS.maxother = 80
@@ -26,7 +27,7 @@ def explained(
     told = set()
     for entry in _nearest_branches(error.errors(include_url=False), raw):
         location = _without_branches(entry["loc"], raw)
-        key = _key((*prefix, *location))
+        key = key_of((*prefix, *location))
         value = _at(raw, location)
         if entry["type"] == "extra_forbidden":
             fields = _fields_at(model, location[:-1])
@@ -66,7 +67,9 @@ def _expected(entry: Any) -> str:
         return f"a number > {context['gt']:g}"
     if kind == "greater_than_equal":
         return f"a number ≥ {context['ge']:g}"
-    message = str(entry["msg"])
+    if kind == "less_than_equal":
+        return f"a number ≤ {context['le']:g}"
+    message = shortened(str(entry["msg"]))
     return _EXPECTED.get(kind, message.removeprefix("Input should be "))
 
 
@@ -105,13 +108,20 @@ def _at(raw: Any, location: tuple[Any, ...]) -> Any:
     return raw
 
 
-def _key(location: tuple[Any, ...]) -> str:
+def key_of(location: tuple[Any, ...]) -> str:
     """Return ``[time] t_end`` or ``[save] t_eval[2]``."""
     head, *rest = location
-    text = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in rest).removeprefix(".")
+    text = "".join(f"[{p}]" if isinstance(p, int) else f".{_bare(p)}" for p in rest)
     if rest:
-        return f"[{head}] {text}"
-    return f"[{head}]" if head in _SECTIONS else str(head)
+        return f"[{_bare(head)}] {text.removeprefix('.')}"
+    return f"[{head}]" if head in _SECTIONS else _bare(head)
+
+
+def _bare(key: Any) -> str:
+    """Return a key as TOML has it: quoted where it is no plain word, and short."""
+    text = str(key)
+    plain = text.isascii() and text.replace("-", "").replace("_", "").isalnum()
+    return shortened(text, LONGEST) if plain else shortened(repr(text), LONGEST)
 
 
 def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
@@ -145,4 +155,7 @@ def _described(model: type[BaseModel], location: tuple[Any, ...]) -> str:
 
 def shown(value: Any) -> str:
     """Return a value as messages show it: short."""
-    return _OBJECTS.repr(value)
+    try:
+        return shortened(_OBJECTS.repr(value), LONGEST)
+    except Exception:  # integers too long to print, objects without a text
+        return told(value)

@@ -15,7 +15,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SceneError, nearest
+from ..errors import SceneError, nearest, shortened, told
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -54,16 +54,21 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
-    text: str | None
+    text: str | None = None
+    content: Mapping[str, Any] | None = None
+    name, builtin = "scene", False
     if isinstance(source, str | PathLike):
         name, text, builtin = _found(source)
         content = parse(name if builtin else fspath(source), text)
     elif isinstance(source, Mapping):
-        name, text, builtin, content = "scene", None, False, dict(source)
-    else:
-        return source
+        content = source
     from .scene import Scene
 
+    if isinstance(source, Scene):
+        return source
+    if content is None:
+        expected = "a name, the path of a TOML file, a mapping, or a Scene"
+        raise SceneError(f"scene {told(source)}: expected {expected}")
     scene = Scene.from_content(name, content, text)
     if not builtin:
         scene.warn()
@@ -77,10 +82,17 @@ def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:
         known = builtin_scenes()
         if name in known:
             return name, known[name].read_text(encoding="utf-8"), True
-        if not path.is_file():
+        if not _is_file(path):
             hint = nearest(name, known)
-            raise SceneError(f"scene {name!r}: neither a file nor a built-in scene.{hint}")
+            raise SceneError(f"scene {told(name)}: neither a file nor a built-in scene.{hint}")
     return path.stem, _read(path), False
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # such as a name that is too long for one
+        return False
 
 
 def _read(path: Path) -> str:
@@ -88,9 +100,12 @@ def _read(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         close = nearest(path.name, [p.name for p in path.parent.glob("*.toml")])
-        raise SceneError(f"scene file {str(path)!r} does not exist.{close}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise SceneError(f"scene file {str(path)!r} cannot be read: {error}") from None
+        raise SceneError(f"scene file {told(str(path))} does not exist.{close}") from None
+    except OSError as error:
+        reason = error.strerror or "?"
+        raise SceneError(f"scene file {told(str(path))} cannot be read: {reason}") from None
+    except ValueError as error:  # no UTF-8, or no path
+        raise SceneError(f"scene file {told(str(path))} cannot be read: {error}") from None
 
 
 def parse(name: str, text: str) -> dict[str, Any]:
@@ -98,4 +113,12 @@ def parse(name: str, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"scene {name!r} is not valid TOML: {error}") from None
+        raise SceneError(f"scene {told(name)} is not valid TOML: {shortened(str(error))}") from None
+    except RecursionError:
+        expected = "lists and tables that are not nested in hundreds of others"
+        raise SceneError(f"scene {told(name)} is too deep: expected {expected}") from None
+    except ValueError:  # of Python: an integer that it does not read
+        expected = "numbers of at most some thousands of digits"
+        raise SceneError(
+            f"scene {told(name)} has too long an integer: expected {expected}"
+        ) from None

@@ -12,15 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import GeomintWarning
+from ..errors import GeomintWarning, SceneError, told
 from ..methods.method import Method
 from ..observe import MEASURE
 from ..problem import Problem
 from ..systems import Model
+from .explain import key_of, shown
 from .model import Content
 from .validate import check_content
 
 __all__ = ["Scene"]
+
+DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
+LARGEST_INTEGER = 10**300  # a float
 
 
 class Scene:
@@ -82,7 +86,10 @@ class Scene:
     def _check(self, name: str, content: Mapping[str, Any]) -> None:
         self.name = name
         self._text: str | None = None
-        self._raw: dict[str, Any] = _plain(content)
+        try:
+            self._raw: dict[str, Any] = _plain(content)
+        except SceneError as error:
+            raise SceneError(f"scene {told(name)}: {error}") from None
         self._checked = check_content(self._raw, name)
         self.content, self.model = self._checked.content, self._checked.model
         self.method, self.notes = self._checked.method, self._checked.notes
@@ -208,14 +215,26 @@ class Scene:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _plain(value: Any) -> Any:
-    """Return `value` with tuples and arrays as lists and numpy's numbers as Python's."""
+def _plain(value: Any, *where: Any) -> Any:
+    """Return `value` with tuples and arrays as lists and numpy's numbers as Python's.
+
+    `where` are the keys that led to it. What no scene can hold is a `SceneError`.
+    """
+    if len(where) > DEEPEST:
+        expected = f"lists and tables that are nested at most {DEEPEST} deep"
+        raise SceneError(f"{key_of(where[:2])}: expected {expected}")
     if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
+        keys = {key if isinstance(key, str) else told(key): key for key in value}
+        return {name: _plain(value[key], *where, name) for name, key in keys.items()}
+    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+        raise SceneError(f"{key_of(where)} = {shown(value)}: expected numbers, none of them masked")
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [_plain(item, *where, i) for i, item in enumerate(value)]
+    if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
+        expected = "a number below 10³⁰⁰"
+        raise SceneError(f"{key_of(where)} = {told(value)}: expected {expected}")
     return value
 
 

@@ -6,14 +6,24 @@ import warnings
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from ..errors import DomainError, GeomintWarning, MethodError, SceneError, nearest
+from ..errors import (
+    DomainError,
+    GeomintError,
+    GeomintWarning,
+    MethodError,
+    SceneError,
+    nearest,
+    shortened,
+    told,
+)
 from ..methods.method import Method
 from ..methods.registry import find_method
 from ..observe import GROUPS, MEASURE, quantities_of
 from ..systems import Model, System, find_system
-from .entries import method_and_step
+from .entries import check_once, method_and_step
 from .explain import explained, shown
 from .model import Content
 
@@ -46,6 +56,13 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
         model, notes = _build(system, parameters, initial)
     except DomainError as error:
         raise _error(name, [f"{_section_of(error.name, content)} {error}"]) from error
+    except GeomintError as error:
+        raise _error(name, [f"[system] or [initial]: {error}"]) from error
+    except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
+        expected = "numbers whose products are finite, and of which there are not too many"
+        told_by = f"{type(error).__name__}: {shortened(str(error))}"
+        flaw = f"[system] or [initial]: expected {expected} ({told_by})"
+        raise _error(name, [flaw]) from error
     flaws = [
         *_representation(model, content),
         *_quantities(model, content),
@@ -59,9 +76,9 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
 
 def _error(name: str, flaws: list[str]) -> SceneError:
     if len(flaws) == 1:
-        return SceneError(f"scene {name!r}: {flaws[0]}")
+        return SceneError(f"scene {told(name)}: {flaws[0]}")
     lines = "".join(f"\n  {flaw}" for flaw in flaws)
-    return SceneError(f"scene {name!r} has {len(flaws)} problems:{lines}")
+    return SceneError(f"scene {told(name)} has {len(flaws)} problems:{lines}")
 
 
 def _structure(raw: Mapping[str, Any]) -> tuple[Content | None, list[str]]:
@@ -135,11 +152,16 @@ def _other_methods(content: Content) -> Iterator[str]:
                 find_method(name)
             except (MethodError, DomainError) as error:
                 yield f"{where}{error}"
+    found = []
     for entry in content.drift.methods or []:
         try:
-            method_and_step(entry)
+            found.append(method_and_step(entry))
         except (MethodError, DomainError) as error:
             yield f"[drift] methods: {error}"
+    try:
+        check_once(found)
+    except DomainError as error:
+        yield f"[drift] {error}"
 
 
 def _parameters(content: Content) -> dict[str, Any]:
@@ -173,7 +195,7 @@ def _representation(model: Model, content: Content) -> Iterator[str]:
     name, known = content.integrate.representation, ["own", *model.problems]
     if name is not None and name not in known:
         yield (
-            f"[integrate] representation = {name!r}: no such representation of "
+            f"[integrate] representation = {told(name)}: no such representation of "
             f"{content.system.name!r} from this initial state.{nearest(name, known)}"
         )
 
@@ -189,7 +211,7 @@ def _quantities(model: Model, content: Content) -> Iterator[str]:
         for i, name in enumerate(quantities):
             if name not in known:
                 yield (
-                    f"[{section}] quantities[{i}] = {name!r}: no such quantity."
+                    f"[{section}] quantities[{i}] = {told(name)}: no such quantity."
                     f"{nearest(name, known)}"
                 )
 

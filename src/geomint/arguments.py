@@ -1,0 +1,108 @@
+"""Arguments made canonical where they come in: numbers, counts, switches, names; or `DomainError`.
+
+Whatever a foreign object raises when it is asked for its numbers, or for its length, ends as one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import DomainError
+
+__all__ = ["as_array", "check_name", "finite", "flat", "number", "positive", "switch", "whole"]
+
+Array = npt.NDArray[np.float64]
+MOST = 2**53  # of a count: all of them are floats too, and so fit into what kernels read
+LONGEST_NAME = 100  # characters: names are keys of files, and columns of tables
+_COMPLEX = (complex, np.complexfloating)
+_NO_NUMBER = (str, bytes, type(None))  # of which numpy would make one
+
+
+def whole(name: str, value: Any, least: int, most: int = MOST) -> int:
+    """Return a whole number from `least` to `most`, or raise `DomainError`."""
+    counts = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not (counts and least <= value <= most):
+        to = "2⁵³" if most == MOST else f"{most}"
+        over = counts and value > most
+        bounds = f"from {least} to {to}" if over or most != MOST else f"≥ {least}"
+        raise DomainError(name, value, f"a whole number {bounds}")
+    return int(value)
+
+
+def switch(name: str, value: Any, expected: str = "True or False") -> bool:
+    """Return a truth value, or raise `DomainError`: no other value says yes or no."""
+    if not isinstance(value, bool | np.bool_):
+        raise DomainError(name, value, expected)
+    return bool(value)
+
+
+def finite(name: str, value: Any, expected: str = "a finite number") -> float:
+    """Return a finite float, or raise `DomainError`."""
+    if not isinstance(value, bool | np.bool_):
+        numbers = as_array(name, value, expected)
+        if numbers.ndim == 0 and np.isfinite(numbers):
+            return float(numbers)
+    raise DomainError(name, value, expected)
+
+
+def positive(name: str, value: Any) -> float:
+    """Return a positive finite float, or raise `DomainError`."""
+    expected = "a positive number"
+    result = finite(name, value, expected)
+    if result <= 0.0:
+        raise DomainError(name, value, expected)
+    return result
+
+
+def number(name: str, value: Any, low: float, high: float, expected: str) -> float:
+    """Return a finite float with ``low ≤ value < high``, or raise `DomainError`."""
+    result = finite(name, value, expected)
+    if not low <= result < high:
+        raise DomainError(name, value, expected)
+    return result
+
+
+def as_array(name: str, value: Any, expected: str = "numbers", kind: Any = np.float64) -> Any:
+    """Return numbers as a new array of float64, or complex ones, of any shape; or raise `DomainError`.
+
+    Masked entries are refused: there is no number.
+    """
+    if type(value) is np.ndarray and value.dtype == kind:
+        return value.copy()
+    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+        raise DomainError(name, value, f"{expected}, none of them masked")
+    try:
+        given = np.asarray(value)
+        objects = list(given.flat) if given.dtype.kind == "O" else []
+        is_complex = given.dtype.kind == "c" or any(isinstance(x, _COMPLEX) for x in objects)
+        if is_complex and kind == np.float64:
+            expected += ": real ones"
+        elif given.dtype.kind in "biufcO" and not any(isinstance(x, _NO_NUMBER) for x in objects):
+            return np.array(given, dtype=kind)
+    except Exception:  # whatever a foreign object raises there
+        raise DomainError(name, value, expected) from None
+    raise DomainError(name, value, expected)
+
+
+def flat(name: str, value: Any) -> Array:
+    """Return finite numbers as a new, read-only flat array, or raise `DomainError`."""
+    numbers = np.atleast_1d(as_array(name, value, "a flat sequence of numbers"))
+    if numbers.ndim > 1:
+        raise DomainError(name, value, "a flat sequence of numbers")
+    if not np.isfinite(numbers).all():
+        raise DomainError(name, value, "finite numbers")
+    numbers.setflags(write=False)
+    return numbers
+
+
+def check_name(what: str, name: Any) -> None:
+    """Raise `DomainError` unless a name can be a key of files: what is observed is saved by it."""
+    good = isinstance(name, str) and 0 < len(name) <= LONGEST_NAME and name.isprintable()
+    if not good or "/" in name or name != name.strip():
+        expected = (
+            f"a name of 1 to {LONGEST_NAME} printable characters without '/' and outer blanks"
+        )
+        raise DomainError(what, name, expected)

@@ -1,0 +1,83 @@
+"""A few of the cases that `benchmarks/fuzz.py` does by the hundred thousand: nothing ends in a traceback."""
+
+from __future__ import annotations
+
+from random import Random
+
+import hostile
+import judge
+import pytest
+import scenes
+from calls import call_verdict, calls
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from judge import Judged, check_scene, command_verdict, judged, only_finite
+
+import geomint as gi
+
+SECONDS = 10.0
+RANDOM = st.randoms(use_true_random=False)
+
+
+@settings(max_examples=120)
+@given(RANDOM)
+def test_scenes_are_checked(rng: Random) -> None:
+    found = check_scene(scenes.mutated_text(rng), [])
+    assert not found.bad, found
+
+
+@settings(max_examples=300)
+@given(RANDOM)
+def test_calls_are_answered(rng: Random) -> None:
+    found = call_verdict(rng, SECONDS)
+    assert not found.bad, found
+
+
+@pytest.mark.slow
+@settings(max_examples=30)
+@given(RANDOM)
+def test_scenes_are_run(rng: Random) -> None:
+    found = judge.run_scene(scenes.mutated_text(rng, run=True), SECONDS)
+    assert not found.bad, found
+
+
+def test_calls_are_good_before_they_are_changed() -> None:
+    for name, call in calls().items():
+        found = judged(lambda call=call: call.function(**call.given), only_finite)
+        assert found.verdict == "ok" or name == "load", (name, found)
+
+
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
+def test_scenes_are_good_before_they_are_changed() -> None:
+    for name, content in scenes.originals().items():
+        text = scenes.toml_text(scenes.short(content))
+        assert gi.load_scene(scenes.tomllib.loads(text)).problem.rows > 0, name
+
+
+def test_verdicts(tmp_path) -> None:
+    def raising(error: BaseException):
+        def call() -> None:
+            raise error
+
+        return judged(call)
+
+    assert judged(lambda: 1) == Judged("ok")
+    assert raising(gi.DomainError("x", 1, "2")).verdict == "typed"
+    assert raising(gi.GeomintError("x" * 10**5)).verdict == "typed"
+    assert raising(KeyboardInterrupt()).verdict == "interrupted"
+    for error in (ValueError("x"), OSError("x"), RecursionError(), MemoryError()):
+        assert raising(error).verdict == "traceback"
+    assert judged(lambda: float("nan"), lambda x: x == x).verdict == "not finite"
+    (tmp_path / "in").mkdir()
+    arguments = ["inertia", "--help"]
+    assert command_verdict(arguments, tmp_path / "in")[0].verdict == "ok"
+    with judge.files_written() as paths:
+        (tmp_path / "out").write_text("x")
+    assert judge.stray(paths, tmp_path / "in") == [str(tmp_path / "out")]
+    assert judge.stray(paths, tmp_path) == []
+
+
+def test_mutations_are_those_of_their_seed() -> None:
+    for make in (scenes.mutated_text, hostile.plain):
+        assert repr(make(Random("a"))) == repr(make(Random("a")))
+    assert len({scenes.mutated_text(Random(i)) for i in range(50)}) > 40
