@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator
 from dis import get_instructions
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,7 +24,9 @@ __all__ = ["Habit", "habit_of"]
 
 _LISTS = {"BUILD_LIST", "BUILD_SET", "BUILD_MAP", "BUILD_CONST_KEY_MAP", "LIST_APPEND", "MAP_ADD"}
 _TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y), which are no lists
-_RAISES = "raises an exception: a function cannot end a run; outside of its domain it gives math.nan"
+_RAISES = (
+    "raises an exception: a function cannot end a run; outside of its domain it gives math.nan"
+)
 _STATEMENTS = {
     "RAISE_VARARGS": _RAISES,
     "LOAD_ASSERTION_ERROR": _RAISES.replace("raises an exception", "asserts"),
@@ -54,26 +56,18 @@ _INSTEAD: dict[Any, str] = {
 }
 
 
-class Habit(Exception):
-    """Something that a function may not do.
+class Habit(NamedTuple):
+    """What a function does that it may not: in words, which of those that are reached, and where."""
 
-    Attributes
-    ----------
-    function : function
-        Which of those that are reached does it.
-    line : int or None
-        Where.
-    """
-
-    def __init__(self, what: str, function: FunctionType, line: int | None) -> None:
-        super().__init__(what)
-        self.function, self.line = function, line
+    what: str
+    function: FunctionType
+    line: int | None
 
 
 def habit_of(recorded: Recorded) -> Habit | None:
     """Return the first thing that a function, or one that it reaches, may not do; None if nothing."""
-    found = recorded.made(_first_habit)
-    return found if isinstance(found, Habit) else None
+    found: Habit | None = recorded.made(_first_habit)
+    return found
 
 
 def _first_habit(recorded: Recorded) -> Habit | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -42,7 +41,7 @@ def watched_call(
         raise DeclarationError(problem, role, what)
     habit = habit_of(f)
     if habit is not None:
-        raise DeclarationError(problem, role, f"{habit} {_at(habit.function, habit.line)}")
+        raise DeclarationError(problem, role, f"{habit.what} {_at(habit.function, habit.line)}")
     try:
         with np.errstate(all="ignore"):
             result = f(*arguments.values())
@@ -89,14 +88,16 @@ def _place(f: Recorded, error: BaseException | None = None) -> str:
     return _at(f.function, line)
 
 
-def _at(function: FunctionType, line: int | None) -> str:
+def _at(function: Any, line: int | None) -> str:
     file = function.__code__.co_filename
     return f"({function.__name__}, {file if line is None else f'{file}:{line}'})"
 
 
 def _told(error: Exception) -> str:
     """Return what an error says, and what blocks are where arithmetic of arrays was meant."""
-    text = str(error).replace(f"'{Fresh.__name__}'", "block").replace(f"'{Given.__name__}'", "block")
+    text = (
+        str(error).replace(f"'{Fresh.__name__}'", "block").replace(f"'{Given.__name__}'", "block")
+    )
     if text == str(error):
         return text
     return f"{text}; blocks (params, y, out, work) have rows, no arithmetic: write loops over rows"

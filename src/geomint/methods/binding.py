@@ -173,7 +173,7 @@ def _compiles_for_lanes(f: Recorded) -> bool:
         f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
         f"{reason}; see geomint.field",
         GeomintWarning,
-        stacklevel=7,
+        stacklevel=8,
     )
     return False
 

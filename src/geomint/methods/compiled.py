@@ -16,10 +16,16 @@ _SELECT = "`if`, `and`, `or` and `not` do not take numbers of the state: gi.sele
 _LONGEST = 300  # characters of what numba says
 _ADVICE = (
     (r"(bool|not_)\(lanemask8", _SELECT),
-    (r"(mul|add|sub|truediv)\(.*lanemask8", "a condition is no number: gi.select(condition, 1.0, 0.0)"),
+    (
+        r"(mul|add|sub|truediv)\(.*lanemask8",
+        "a condition is no number: gi.select(condition, 1.0, 0.0)",
+    ),
     (r"i?pow\(lanes8", "`**` takes one number at a time: write products, or gi.sqrt"),
     (r"(min|max)\(.*lanes8", "min and max take one number at a time: write gi.maximum"),
-    (r"setitem\(array", "an array made in the function holds no number of the state: write to work"),
+    (
+        r"setitem\(array",
+        "an array made in the function holds no number of the state: write to work",
+    ),
 )
 
 
