@@ -2,6 +2,9 @@
 
 from .drift import Drift as Drift
 from .errors import (
+    ArgumentError as ArgumentError,
+)
+from .errors import (
     ConvergenceError as ConvergenceError,
 )
 from .errors import (
@@ -199,6 +202,7 @@ __version__: str
 
 __all__ = [
     "RKMK",
+    "ArgumentError",
     "CommutatorFree",
     "Compose",
     "ConvergenceError",

@@ -10,6 +10,7 @@ from math import log10
 from typing import Any
 
 __all__ = [
+    "ArgumentError",
     "ConvergenceError",
     "DeclarationError",
     "DomainError",
@@ -112,6 +113,20 @@ class DomainError(GeomintError, ValueError):
     def __init__(self, name: str, value: Any, expected: str) -> None:
         super().__init__(f"{name} = {told(value)}: expected {expected}")
         self.name, self.value, self.expected = name, value, expected
+
+
+class ArgumentError(GeomintError, TypeError):
+    """A call with arguments that the function does not take; the message says what it takes.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The keywords that it does not know.
+    """
+
+    def __init__(self, what: str, names: tuple[str, ...] = ()) -> None:
+        super().__init__(what)
+        self.names = names
 
 
 class MethodError(GeomintError, ValueError):

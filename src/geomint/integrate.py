@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .arguments import switch, whole
+from .calls import explained
 from .declaration import check_problem
 from .driver import Account, drive
 from .errors import DomainError, GeomintWarning, StepError
@@ -28,6 +29,7 @@ __all__ = ["solve"]
 Array = npt.NDArray[np.float64]
 
 
+@explained
 def solve(
     problem: Problem,
     y0: Any,
@@ -93,9 +95,9 @@ def solve(
 
     Raises
     ------
-    DomainError, FormError, MethodError, DeclarationError
+    ArgumentError, DomainError, FormError, MethodError, DeclarationError
         Before anything is computed; the last where a function of the problem does not fit what it
-        declares (`geomint.declaration`).
+        declares (`geomint.declaration`), or does what the rules of `geomint.field` exclude.
     ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
@@ -186,7 +188,7 @@ def _tell_short_run(solution: Solution, end: float, step: float) -> None:
             f"step = {step:.9g} is longer than the run to {solution.problem.time} = "
             f"{end:.9g}: a step of that length was taken instead",
             GeomintWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
 
 

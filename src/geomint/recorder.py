@@ -208,7 +208,7 @@ class Recorder:
                 f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
                 f"t_eval, up to {self._wanted[-1]:.9g}",
                 GeomintWarning,
-                stacklevel=3,
+                stacklevel=4,
             )
         sizes = self._step_sizes(account.steps)
         saved = self._kept()

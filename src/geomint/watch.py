@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from .errors import DeclarationError
+from .habits import habit_of
 from .kernels.recorded import Recorded
-from .kernels.watched import AccessError, Fresh
+from .kernels.watched import AccessError, Fresh, Given
 
 __all__ = ["watched_call"]
 
@@ -38,6 +39,9 @@ def watched_call(
         wanted = ", ".join(arguments)
         what = f"takes {inspect.signature(f.function)}, where ({wanted}) is wanted {_place(f)}"
         raise DeclarationError(problem, role, what)
+    habit = habit_of(f)
+    if habit is not None:
+        raise DeclarationError(problem, role, f"{habit.what} {_at(habit.function, habit.line)}")
     try:
         with np.errstate(all="ignore"):
             result = f(*arguments.values())
@@ -47,7 +51,7 @@ def watched_call(
     except (ArithmeticError, ValueError):
         return False
     except (TypeError, NameError, AttributeError, LookupError) as error:
-        what = f"raises {type(error).__name__}: {error} {_place(f, error)}"
+        what = f"raises {type(error).__name__}: {_told(error)} {_place(f, error)}"
         raise DeclarationError(problem, role, what) from error
     if number:
         real = isinstance(result, int | float | np.number | np.bool_)
@@ -81,4 +85,19 @@ def _place(f: Recorded, error: BaseException | None = None) -> str:
         if trace.tb_frame.f_code is code:
             line = trace.tb_lineno
         trace = trace.tb_next
-    return f"({f.function.__name__}, {code.co_filename}:{line})"
+    return _at(f.function, line)
+
+
+def _at(function: Any, line: int | None) -> str:
+    file = function.__code__.co_filename
+    return f"({function.__name__}, {file if line is None else f'{file}:{line}'})"
+
+
+def _told(error: Exception) -> str:
+    """Return what an error says, and what blocks are where arithmetic of arrays was meant."""
+    text = (
+        str(error).replace(f"'{Fresh.__name__}'", "block").replace(f"'{Given.__name__}'", "block")
+    )
+    if text == str(error):
+        return text
+    return f"{text}; blocks (params, y, out, work) have rows, no arithmetic: write loops over rows"

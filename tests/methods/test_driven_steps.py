@@ -65,6 +65,7 @@ def rates_of_driven(numbers: list[float], t: float, y: Array) -> list[float]:
 
 def time_of_force(force: Any, place: float, end: float = 1.0) -> float:
     """Return the characteristic time of q″ = force(place, t) from rest; 1 without the force."""
+    force = gi.helper(force)
 
     @gi.field
     def forced(params, t, y, out, work):

@@ -14,7 +14,7 @@ import types
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "reads"]
+__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "paths_in", "reads"]
 
 CONSTANTS = (type(None), type(...), bool, int, float, complex, str, bytes)
 
@@ -84,7 +84,7 @@ def reads(code: types.CodeType, place: int) -> bool:
 def described(code: types.CodeType) -> Code:
     """Return what a code object says, without its place in the file."""
     words: set[str] = set()
-    paths = dict.fromkeys(_paths(code, words))
+    paths = dict.fromkeys(path for path, _ in paths_in(code, words))
     for value in code.co_consts:
         if isinstance(value, types.CodeType):
             inner = described(value)
@@ -97,9 +97,10 @@ def described(code: types.CodeType) -> Code:
     return Code(digest, tuple(paths), frozenset(words))
 
 
-def _paths(code: types.CodeType, words: set[str]) -> Iterator[Path]:
-    """Yield the paths of a code object, and add the names of all attributes to `words`."""
+def paths_in(code: types.CodeType, words: set[str]) -> Iterator[tuple[Path, int | None]]:
+    """Yield the paths of a code object and their lines; add the names of attributes to `words`."""
     path: Path | None = None
+    line: int | None = None
     for instruction in dis.get_instructions(code):
         name = instruction.opname
         if name in _NOTHING:
@@ -110,7 +111,8 @@ def _paths(code: types.CodeType, words: set[str]) -> Iterator[Path]:
                 path = path._replace(attributes=(*path.attributes, instruction.argval))
             continue
         if path is not None:
-            yield path
+            yield path, line
         path = None
         if name in _GLOBALS or name in _CELLS:
             path = Path(name in _CELLS, instruction.argval, ())
+            line = instruction.positions.lineno if instruction.positions else None

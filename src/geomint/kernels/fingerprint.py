@@ -36,6 +36,8 @@ class Reach:
         What numba has compiled by itself, and where it was found.
     others : list of (str, object)
         Callables and values whose content is not known, and where they were found.
+    functions : list of function
+        All that are reached outside of the kernel layer and of libraries.
     """
 
     def __init__(self, function: Any) -> None:
@@ -49,6 +51,7 @@ class Reach:
         self.kept, self.compiled, self.others = walk.kept, walk.compiled, walk.others
         self._names = list(walk.names.values())
         self._cells, self._functions, self._tests = walk.cells, walk.functions, walk.tests
+        self.functions = [function for function, *_ in walk.functions]
 
     def holds(self) -> bool:
         """Tell whether all of it is still as it was: in a few microseconds for most functions."""

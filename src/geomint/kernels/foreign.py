@@ -12,13 +12,14 @@ from types import FunctionType
 from typing import Any
 
 from numba.core import types
+from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typing.typeof import Purpose, typeof
 
 from .recorded import Recorded
 from .walk import KERNELS, content_of, home_of
 
-__all__ = ["ForeignError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
+__all__ = ["ForeignError", "NumbaError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
 
 OWN = ("numba.", KERNELS + ".")
 HELPER = "a function recorded by geomint.helper"

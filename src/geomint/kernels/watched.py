@@ -41,16 +41,20 @@ class Given(Block):
         self.size = len(data) if size < 0 else size
 
     def __getitem__(self, row: int) -> Any:
-        if not 0 <= row < len(self.data):
-            raise self._outside("reads", row)
+        self._check("reads", row)
         return self.data[row]
 
     def __setitem__(self, row: int, value: Any) -> None:
-        if not 0 <= row < len(self.data):
-            raise self._outside("writes", row)
+        self._check("writes", row)
         raise self._error(
             f"writes row {row + self.first} of {self.name}, which is not its own", row
         )
+
+    def __iter__(self) -> Any:
+        raise self._misused(f"takes {self.name} apart: rows are {self.name}[i], i in range(…)")
+
+    def __array__(self, *args: Any, **options: Any) -> Any:
+        raise self._misused(f"hands {self.name} to numpy: write a loop over its rows")
 
     def part(self, start: int, rows: int) -> Block:
         """Return rows that share memory with these, and watch for the same block."""
@@ -68,6 +72,18 @@ class Given(Block):
         """How many rows the whole block has, in words."""
         plural = "" if self.size == 1 else "s"
         return f"{self.size} row{plural}, counted from 0" if self.size else "no rows"
+
+    def _check(self, verb: str, row: Any) -> None:
+        if isinstance(row, slice):
+            one = f"{self.name}[i] one by one; a part is gi.part({self.name}, start, rows)"
+            raise self._misused(f"{verb} a slice of {self.name}: rows are {one}")
+        if not isinstance(row, int | np.integer):
+            raise self._misused(f"{verb} {self.name}[{row!r}]: rows are counted by whole numbers")
+        if not 0 <= row < len(self.data):
+            raise self._outside(verb, row)
+
+    def _misused(self, what: str) -> AccessError:
+        return AccessError(what, self.name, None, self.size)
 
     def _outside(self, verb: str, row: Any) -> AccessError:
         at = row + self.first
@@ -91,16 +107,14 @@ class Fresh(Given):
         self.written = memoryview(bytearray(size))
 
     def __getitem__(self, row: int) -> Any:
-        if not 0 <= row < len(self.data):
-            raise self._outside("reads", row)
+        self._check("reads", row)
         if not self.written[row]:
             at = row + self.first
             raise self._error(f"reads row {at} of {self.name} before it is written", row)
         return self.data[row]
 
     def __setitem__(self, row: int, value: Any) -> None:
-        if not 0 <= row < len(self.data):
-            raise self._outside("writes", row)
+        self._check("writes", row)
         try:
             self.data[row] = [] if value is None else value  # of None numpy makes NaN
         except (TypeError, ValueError):

@@ -20,7 +20,7 @@ from ..kernels.arithmetic import lane
 from ..kernels.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
 from ..kernels.lanes import LANES, Lanes
 from ..kernels.recorded import Recorded
-from .compiled import compiled
+from .compiled import compiled, reason_of
 
 __all__ = [
     "bind_constraint",
@@ -166,26 +166,16 @@ def _compiles_for_lanes(f: Recorded) -> bool:
     try:
         compiled(f, signatures.field(LANE))
         return True
-    except Exception as lane_error:
-        reason = _reason(lane_error)
+    except Exception as error:
+        reason = reason_of(error.__cause__ or error, f)
     compiled(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
     warnings.warn(
         f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
         f"{reason}; see geomint.field",
         GeomintWarning,
-        stacklevel=7,
+        stacklevel=8,
     )
     return False
-
-
-def _reason(error: Exception) -> str:
-    """Return what could not be compiled, and where, out of a long message."""
-    lines = [line.strip() for line in str(error).splitlines()]
-    unknown = [line.removeprefix(">>>").strip() for line in lines if line.startswith(">>>")]
-    plain = [line for line in lines if line and not line.startswith("Failed in")]
-    places = [line.split(" at ")[-1] for line in lines if line.startswith("During: typing of")]
-    what = f"{unknown[0]} is not known" if unknown else (plain or [repr(error)])[0]
-    return f"{what}, in {places[0]}" if places else what
 
 
 def runs_on_lanes(f: Recorded, params: Block, y: npt.NDArray[np.float64], work: int) -> bool:

@@ -1,0 +1,226 @@
+"""What users of other solvers write out of habit: refused by name, with what to write instead."""
+
+from __future__ import annotations
+
+import dis
+import inspect
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.declaration import _functions, _values
+from geomint.habits import habit_of
+from geomint.scene.load import load_scene, scene_names
+from geomint.testproblems import examples
+
+pytestmark = pytest.mark.nojit
+
+TABLE, RATES, CONSTANTS = [1.0, 2.0], {"k": 1.0}, np.array([1.0, 2.0])
+PAIR = (1.0, (2.0, 3.0))
+
+
+@gi.helper
+def added(a, b):
+    return a + b
+
+
+@gi.helper
+def of_three(a, b):
+    return added(*(a, b)) * PAIR[1][0]
+
+
+def plain_helper(a):
+    return 2.0 * a
+
+
+# --- functions ------------------------------------------------------------------------------------
+
+# A line of a field, and what its error says.
+HABITS = {
+    "out[1] = -math.sin(y[0])": "calls math.sin: write gi.sin",
+    "out[1] = -np.sin(y[0])": "calls np.sin: write gi.sin",
+    "out[1] = np.exp(y[0])": r"calls np.exp: write math.exp, .* slower",
+    "out[1] = -np.dot(y, y)": "calls np.dot: write loops over rows",
+    "out[1] = np.array([y[0], y[1]])[0]": "calls np.array: write loops over rows",
+    "out[1] = np.where(y[0] > 0.0, y[0], y[1])": "calls np.where: write gi.select",
+    "out[1] = TABLE[0] * y[0]": "reads TABLE, a list: .*tuples, numpy arrays, or params",
+    "out[1] = RATES['k'] * y[0]": "reads RATES, a dict: .*params",
+    "out[1] = plain_helper(y[0])": r"calls plain_helper, a plain function: .*gi\.helper",
+    "out[1] = y[0]; print(y[0])": "calls print: write observe=",
+    "out[1] = float(format(y[0]))": "calls format: write arithmetic",
+    "out[1] = [-y[0]][0]": r"makes a list, dict or set: .*out\[0\] = ",
+    "out[1] = [2.0 * v for v in (y[0], y[1])][0]": "makes a list",
+    "out[1] = sum(y[i] for i in range(2))": "has a generator: write a loop",
+    "return [y[1], -y[0]]": "makes a list",
+    "raise ValueError('too large')": "raises an exception: .*math.nan",
+    "assert t < 1e9; out[1] = y[0]": "(asserts|raises an exception): .*math.nan",
+    "try: out[1] = 1.0 / y[0]\n    except ZeroDivisionError: pass": "has a try .*gi.select",
+    "import math; out[1] = y[0]": "imports: do it outside",
+    "out[1] = -y[:1][0]": r"reads a slice of y: rows are y\[i\] .*gi\.part\(y, start, rows\)",
+    "out[:] = y": "writes a slice of out: rows are",
+    "q, p = y": r"takes y apart: rows are y\[i\]",
+    "for v in y: out[1] = v": r"takes y apart: rows are y\[i\]",
+    "out[1] = sum(y)": r"takes y apart: rows are y\[i\]",
+    "out[1] = (2.0 * y)[0]": "blocks .* have rows, no arithmetic",
+    "out[1] = y.shape[0]": "blocks .* have rows, no arithmetic",
+    "out[1] = params['k'] * y[0]": r"reads params\['k'\]: rows are counted by whole numbers",
+    "out[1] = added(y[0])": "raises TypeError: .*added",
+}
+RIGHT = (
+    "out[1] = math.pi * np.pi * y[0] + CONSTANTS[1] + PAIR[1][0]",
+    "for i in range(len(y)): out[i] = -y[len(y) - 1 - i]",
+    "out[1] = abs(gi.sin(y[0])) + of_three(*(y[0], y[1]))",
+    "pair = (y[0], y[1]); out[1] = pair[0] * float(max(1, 2))",
+    "double = lambda x: 2.0 * x; out[1] = double(y[0])",
+)
+
+
+def field_of(line: str) -> Any:
+    space = dict(globals())
+    exec(f"def habitual(params, t, y, out, work):\n    out[0] = y[1]\n    {line}\n", space)
+    return gi.field(space["habitual"])
+
+
+def oscillator(field: Any) -> gi.Problem:
+    return gi.Problem("oscillator", (("y", 2),), [1.5], field=field)
+
+
+@pytest.mark.parametrize("line", HABITS)
+def test_a_habit_is_refused_whether_compiled_or_not(line: str) -> None:
+    """One short line: the function, the line, and what to write; before anything is compiled."""
+    said = []
+    for compiled in (True, False):
+        with pytest.raises(gi.DeclarationError, match=HABITS[line]) as caught:
+            gi.solve(oscillator(field_of(line)), [0.5, 0.1], t_end=1.0, step=0.1, compiled=compiled)
+        said.append(str(caught.value))
+    assert said[0] == said[1]
+    assert "(habitual, <string>:3)" in said[0]
+    assert "\n" not in said[0]
+    assert len(said[0]) < 250
+
+
+def test_habits_of_helpers_and_observables() -> None:
+    """Are found in whatever is reached, and named there."""
+
+    @gi.helper
+    def root(x):
+        return math.sqrt(x)
+
+    def through(params, t, y, out, work):
+        out[0] = out[1] = root(y[0])
+
+    with pytest.raises(gi.DeclarationError, match=r"calls math\.sqrt: write gi\.sqrt \(root, "):
+        gi.solve(oscillator(gi.field(through)), [0.5, 0.1], t_end=1.0)
+    right = oscillator(field_of(RIGHT[0]))
+    distance = gi.observable(lambda params, t, y, work: np.sqrt(y[0]))
+    for ask in (
+        lambda: gi.solve(right, [0.5, 0.1], t_end=1.0, observe={"distance": distance}),
+        lambda: gi.value(right, distance, [0.5, 0.1]),
+    ):
+        with pytest.raises(gi.DeclarationError, match=r"calls np\.sqrt: write gi\.sqrt"):
+            ask()
+
+
+@pytest.mark.parametrize("line", RIGHT)
+def test_what_is_no_habit(line: str) -> None:
+    assert habit_of(field_of(line)) is None
+    run = {"t_end": 0.1, "step": 0.1, "method": "rk-4", "compiled": False}
+    assert gi.solve(oscillator(field_of(line)), [0.5, 0.1], **run).success
+
+
+def test_a_habit_is_looked_for_again_after_a_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    field = field_of("out[1] = CONSTANTS[0] * y[0]")
+    assert habit_of(field) is None
+    field.function.__globals__["CONSTANTS"] = [1.0, 2.0]
+    found = habit_of(field)
+    assert found is not None
+    assert found.what.startswith("reads CONSTANTS, a list")
+
+
+def test_no_built_in_problem_has_a_habit() -> None:
+    problems = [p for scene in scene_names() for p in load_scene(scene).model.problems.values()]
+    problems += [problem for problem, _ in examples()]
+    assert len(problems) > 50
+    for problem in problems:
+        forms = [f for form in problem.forms for f in _functions(getattr(problem, form))]
+        for f in [*forms, *(f for _, f in _values(problem))]:
+            assert habit_of(f) is None, (problem.name, habit_of(f))
+
+
+def test_the_instructions_that_are_looked_for_exist() -> None:
+    """At least under the Python of this run; each habit above sees that they are met."""
+    for name in ("BUILD_LIST", "RAISE_VARARGS", "YIELD_VALUE", "IMPORT_NAME", "STORE_GLOBAL"):
+        assert name in dis.opmap
+
+
+# --- calls of solve -------------------------------------------------------------------------------
+
+RIGHT_FIELD = field_of(RIGHT[0])
+PROBLEM, Y0 = oscillator(RIGHT_FIELD), [0.5, 0.1]
+
+
+def fun(t, y):
+    return [y[1], -y[0]]
+
+
+CALLS = [
+    (
+        (fun, (0, 20), Y0),
+        {},
+        r"takes a geomint\.Problem, not a function: .*params, t, y, out, work",
+    ),
+    ((fun, Y0), {"t_end": 1.0}, r"geomint\.field, and give geomint\.Problem\("),
+    ((PROBLEM, Y0, (0, 20)), {}, "all further ones by name, such as t_end=20.0"),
+    ((PROBLEM, (0, 20), Y0), {}, "all further ones by name, such as t_end=20.0"),
+    ((PROBLEM, Y0, 20.0), {}, "all further ones by name, such as t_end=20.0"),
+    ((PROBLEM,), {"t_end": 1.0}, "missing a required argument: 'y0'"),
+    ((), {}, "missing a required argument: 'problem'"),
+    ((PROBLEM, Y0), {"y0": Y0, "t_end": 1.0}, "multiple values for argument 'y0'"),
+    (("oscillator", Y0), {"t_end": 1.0}, "problem = 'oscillator': expected a geomint.Problem"),
+    ((), {"fun": fun, "t_span": (0, 1), "y0": Y0}, "'fun': write problem=.*'t_span': write t_end="),
+]
+KEYWORDS = {
+    "t_span": "t_end=",
+    "rtol": r"adaptive=True, rtol=.*step=",
+    "atol": r"adaptive=True, atol=.*step=",
+    "max_step": r"adaptive=True, max_step=",
+    "first_step": "step=",
+    "events": "observe=",
+    "dense_output": "t_eval=",
+    "args": "params=",
+    "vectorized": "leave it out",
+    "jac": "leave it out",
+    "tend": "Did you mean 't_end'",
+    "sav_every": "Did you mean 'save_every'",
+    "metod": "Did you mean 'method'",
+    "zzz": "Known: clock, compiled",
+}
+
+
+@pytest.mark.parametrize(("args", "options", "says"), CALLS)
+def test_calls_of_other_solvers(args: tuple, options: dict, says: str) -> None:
+    """A typed error, that is a TypeError too, says how it is written here."""
+    with pytest.raises(gi.ArgumentError, match=says) as caught:
+        gi.solve(*args, **options)
+    assert isinstance(caught.value, TypeError)
+    assert isinstance(caught.value, gi.GeomintError)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", KEYWORDS)
+def test_keywords_of_other_solvers(name: str) -> None:
+    with pytest.raises(gi.ArgumentError, match=f"no '{name}'.*{KEYWORDS[name]}") as caught:
+        gi.solve(PROBLEM, Y0, t_end=1.0, **{name: 1.0})
+    assert caught.value.names == (name,)
+
+
+def test_the_signature_is_that_of_the_function() -> None:
+    """Editors and type checkers see every argument, and no others."""
+    kinds = {p.kind for p in inspect.signature(gi.solve).parameters.values()}
+    assert kinds == {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
+    assert gi.solve.__name__ == "solve"
+    assert gi.solve.__doc__ is not None
+    assert gi.solve.__doc__.startswith("Integrate `problem` from `y0`")
