@@ -2,6 +2,7 @@
 
 from .drift import Drift as Drift
 from .errors import (
+    ClockError as ClockError,
     ConvergenceError as ConvergenceError,
 )
 from .errors import (
@@ -201,6 +202,7 @@ __all__ = [
     "RKMK",
     "CommutatorFree",
     "Compose",
+    "ClockError",
     "ConvergenceError",
     "DeclarationError",
     "DomainError",

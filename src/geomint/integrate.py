@@ -95,7 +95,7 @@ def solve(
     DomainError, FormError, MethodError, DeclarationError
         Before anything is computed; the last where a function of the problem does not fit what it
         declares (`geomint.declaration`).
-    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
+    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError, ClockError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
     chosen = find_method(method)
