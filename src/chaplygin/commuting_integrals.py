@@ -30,12 +30,22 @@ __all__ = [
     "neumann_integral",
     "separation_integral",
     "table_rows",
+    "tabulated",
 ]
+
+# n above which there are no tables: those of all coefficients have n³/2 numbers, 256 MB at n = 400, and
+# take n⁴/2 products; at n = 100 they are 4 MB, made in a quarter of a second.
+LARGEST = 100
 
 
 def table_rows(n: int) -> int:
     """Return how many numbers belong to one coefficient."""
     return n + n * (n - 1) // 2
+
+
+def tabulated(n: int, degrees: range) -> range:
+    """Return the degrees k of which a problem in dimension n offers the integrals: none from n = 101."""
+    return degrees if n <= LARGEST else range(0)
 
 
 def coefficient_tables(a: Array, degrees: Sequence[int], e: int) -> Array:
@@ -48,6 +58,8 @@ def coefficient_tables(a: Array, degrees: Sequence[int], e: int) -> Array:
     e : int
         Exponent of the factor z^e of the second sum.
     """
+    if not degrees:
+        return np.zeros(0)
     n = len(a)
     first, second = np.triu_indices(n, 1)
     without = np.zeros((n + len(first), n), dtype=bool)
@@ -58,7 +70,7 @@ def coefficient_tables(a: Array, degrees: Sequence[int], e: int) -> Array:
     singles, pairs_only = products[:n], products[n:]
     zero = np.zeros(len(first))
     parts = [(singles[:, k], pairs_only[:, k - e] if k >= e else zero) for k in degrees]
-    return np.concatenate([np.zeros(0), *(numbers for pair in parts for numbers in pair)])
+    return np.concatenate([numbers for pair in parts for numbers in pair])
 
 
 def _products(roots: Array, without: Any) -> Array:

@@ -8,7 +8,8 @@ With the same a and D both flows in τ commute, and so have the same integrals.
       R(λ) = Σ_{i<j} (γ_i p̃_j − γ_j p̃_i)² λP(λ)/((λ − a_i)(λ − a_j)) − (p̃, p̃) Σ_i γ_i² P(λ)/(λ − a_i).
 
   r_0 = (−1)ⁿ K Πa/D² and r_(n−2) = (p̃, Ap̃) = 2𝓗/D² are K and the Veselova energy; the energy of the
-  sphere is K/(2D) − r_(n−2)/2. They are n − 1 together, as many as the sphere has dimensions.
+  sphere is K/(2D) − r_(n−2)/2. They are n − 1 together, as many as the sphere has dimensions. From
+  n = 101 there are only K and the energy: the tables of the others would be larger than is useful.
 * ``f-i-j`` where a_i = a_j: the linear integral γ_i p̃_j − γ_j p̃_i, the momentum of a rotation of equal
   axes. Of more than three equal parameters there are only the f of neighbours, whose brackets are
   the others, and ``casimir-i``, the sum of the squares of all f of the group that i begins.
@@ -24,7 +25,7 @@ from typing import Any
 import geomint as gi
 from geomint import sqrt
 
-from .commuting_integrals import coefficient_tables, separation_integral, table_rows
+from .commuting_integrals import coefficient_tables, separation_integral, table_rows, tabulated
 from .manifold import Array
 
 __all__ = ["equal_groups", "shared_integrals"]
@@ -52,7 +53,7 @@ def shared_integrals(a: Array, at: int, physical: bool) -> tuple[Array, dict[str
         States are (γ, p), in time t; else (γ, p̃).
     """
     n = len(a)
-    degrees, rows = range(1, n - 2), table_rows(n)
+    degrees, rows = tabulated(n, range(1, n - 2)), table_rows(n)
     found = {
         f"r{k}": separation_integral(n, at + index * rows, physical)
         for index, k in enumerate(degrees)

@@ -5,6 +5,9 @@ from .errors import (
     ArgumentError as ArgumentError,
 )
 from .errors import (
+    ClockError as ClockError,
+)
+from .errors import (
     ConvergenceError as ConvergenceError,
 )
 from .errors import (
@@ -203,6 +206,7 @@ __version__: str
 __all__ = [
     "RKMK",
     "ArgumentError",
+    "ClockError",
     "CommutatorFree",
     "Compose",
     "ConvergenceError",

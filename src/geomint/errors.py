@@ -11,6 +11,7 @@ from typing import Any
 
 __all__ = [
     "ArgumentError",
+    "ClockError",
     "ConvergenceError",
     "DeclarationError",
     "DomainError",
@@ -238,6 +239,15 @@ class StepLimitError(StepError):
     """More steps than `max_steps` allows an adaptive method."""
 
     reason = "the end is not reached within max_steps"
+
+
+class ClockError(StepError):
+    """Physical time that does not get to `t_end`: dt/dτ is 0 or negative, or tends to 0.
+
+    The residual is what is left of it.
+    """
+
+    reason = "physical time does not get to its end"
 
 
 class StepSizeError(StepError):

@@ -98,7 +98,7 @@ def solve(
     ArgumentError, DomainError, FormError, MethodError, DeclarationError
         Before anything is computed; the last where a function of the problem does not fit what it
         declares (`geomint.declaration`), or does what the rules of `geomint.field` exclude.
-    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
+    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError, ClockError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
     if not isinstance(problem, Problem):

@@ -16,6 +16,7 @@ from .methods.adaptive import AdaptiveStepper
 from .methods.method import Method
 from .methods.stepper import Stepper
 from .observe import Observers
+from .pace import Pace
 from .problem import Problem
 from .saved import State, merged, rounding
 from .solution import Solution, StepSizes
@@ -52,6 +53,7 @@ class Recorder:
         self._asked: list[State] = []  # at the times wanted
         self._before = (0.0, stepper.state.copy())
         self._number = 0  # of the step that led there
+        self._pace = None if timeline.physical_end is None else Pace(timeline.physical_end)
         if save_every is not None:
             self._saved.append(self._before)
         self.stride = self._stride()
@@ -87,7 +89,7 @@ class Recorder:
         end = self._timeline.physical_end
         last = None
         if end is not None and len(states):
-            past = np.flatnonzero(abs(states[:, -1]) >= abs(end))
+            past = np.flatnonzero(np.sign(end) * states[:, -1] >= abs(end))
             if len(past):
                 last = int(indices[past[0]]) - 1
                 cut = slice(0, past[0])
@@ -109,6 +111,8 @@ class Recorder:
             self._number = int(indices[-1])
         if last is not None and end is not None:
             self._finish_physical(end)
+        elif self._pace is not None:
+            self._pace.reaches(self._number, self._before[0], self.physical_time)
         return last
 
     def _timed(self, indices: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:

@@ -11,13 +11,15 @@ import numpy.typing as npt
 
 from .arguments import as_array, finite, positive
 from .errors import DomainError
+from .evaluate import value
 from .methods.method import Method
 from .problem import Problem
 from .time_scale import characteristic_time
 
-__all__ = ["Timeline", "default_step", "evaluation_times", "plan_timeline"]
+__all__ = ["MOST_STEPS", "Timeline", "default_step", "evaluation_times", "plan_timeline"]
 
 Array = npt.NDArray[np.float64]
+MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
 
 
 @dataclass(frozen=True)
@@ -75,18 +77,30 @@ def plan_timeline(
     own = problem.time == "t" or tau_end is not None
     size = default_step(problem, method, y0, end) if step is None else positive("step", step)
     h = math.copysign(size, end)
+    if not method.adaptive:
+        _check_count(problem, y0, own, end, size)
     if not own:
         return Timeline(h, None, 0.0, None, end)
     if method.adaptive:
         return Timeline(h, None, 0.0, end, None)
     count = abs(end) / size
-    if count > 2**53:
-        raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
     # A ratio within rounding of a whole number means that number.
     steps = round(count) if abs(count - round(count)) <= 1e-9 * max(count, 1.0) else int(count)
     if steps >= 1 and steps == round(count) and abs(count - steps) <= 1e-9 * max(count, 1.0):
         return Timeline(end / steps, steps, 0.0, end, None)
     return Timeline(h, steps, end - steps * h, end, None)
+
+
+def _check_count(problem: Problem, y0: Array, own: bool, end: float, size: float) -> None:
+    """Raise `DomainError` for more than 2⁵³ steps; to a physical end by the clock's rate at y0.
+
+    A rate that is 0 there, or no number, tells nothing: the run will.
+    """
+    rate = 1.0
+    if not own and problem.clock is not None:
+        rate = abs(value(problem, problem.clock, y0))
+    if rate > 0.0 and abs(end) / rate / size > MOST_STEPS:
+        raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
 
 
 def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:

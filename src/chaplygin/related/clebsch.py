@@ -30,7 +30,7 @@ import numpy as np
 
 import geomint as gi
 
-from ..commuting_integrals import coefficient_tables, neumann_integral, table_rows
+from ..commuting_integrals import coefficient_tables, neumann_integral, table_rows, tabulated
 from ..inertia import positive_vector
 from ..manifold import Array, admit_tangent, admit_unit, tangent, unit
 from ..measures import (
@@ -231,7 +231,7 @@ def _problem(
 ) -> gi.Problem:
     """Return the problem with those d_i and c_ij."""
     n = len(a)
-    degrees = range(n - 2 if name == "neumann" else n - 1)
+    degrees = tabulated(n, range(n - 2 if name == "neumann" else n - 1))
     start = np.concatenate([[sigma], d, c])
     rows = table_rows(n)
     integrals = {

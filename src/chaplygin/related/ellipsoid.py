@@ -32,7 +32,7 @@ import numpy as np
 import geomint as gi
 from geomint import log
 
-from ..commuting_integrals import chasles_integral, coefficient_tables, table_rows
+from ..commuting_integrals import chasles_integral, coefficient_tables, table_rows, tabulated
 from ..inertia import positive_vector
 from ..manifold import REPAIRED, SILENT, Array, admit_tangent, length, tangent, warn
 from ..random_states import random_direction, random_tangent
@@ -159,7 +159,7 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
     """
     squares = positive_vector("a", a)
     n = len(squares)
-    degrees = range(2, n - 1)
+    degrees = tabulated(n, range(2, n - 1))
     integrals = {
         f"F{k}": chasles_integral(n, n + at * table_rows(n)) for at, k in enumerate(degrees)
     }

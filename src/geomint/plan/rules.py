@@ -152,6 +152,9 @@ def choose_steps(c: Context) -> Choice:
     assert physical is not None
     assert clock is not None
     rate = value(c.problem, clock, c.state)
+    if not rate > 0.0:
+        reason = f"end at t = {physical:g}, but dt/dτ is {rate:.4g} at the start"
+        return Choice("steps", "not known", reason)
     count = round(abs(physical / (rate * timeline.h))) + 1
     reason = (
         f"end at t = {physical:g}, met by a last partial step; dt/dτ is {rate:.4g} at the start"
@@ -172,6 +175,8 @@ def estimate_evaluations(c: Context) -> Choice | None:
     if method.adaptive:
         few = stepper.evaluations_in(1000, 1000) / 1000
         return Choice("field evaluations", f"{few:.3g} a step", "rejected steps count as well")
+    if steps is None:
+        return None
     if not implicit:
         total = steps * stepper.evaluations
         return Choice("field evaluations", f"{total:.4g}", f"{stepper.evaluations:g} a step", total)
