@@ -13,6 +13,8 @@ from geomint import errors
 EXAMPLES = {
     gi.GeomintError: ("plain",),
     gi.GeomintWarning: ("plain",),
+    gi.ArgumentError: ("no such argument", ("x",)),
+    gi.ClockError: (1.0, 2, 3.0, 4, "hint"),
     gi.DomainError: ("step", -1.0, "a positive number"),
     gi.MethodError: ("no such method",),
     gi.FormError: ("does not fit",),

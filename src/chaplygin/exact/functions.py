@@ -22,7 +22,7 @@ import numpy as np
 import geomint as gi
 from geomint import part
 
-from .inversion import shift_sums, solve_theta
+from .inversion import shift_sums, solve_theta, whole_nearest
 from .packing import (
     ANGLES,
     AXES,
@@ -140,8 +140,8 @@ def phases(params: Any, tau: Any, phi: Any) -> None:
     for j in range(int(params[ANGLES])):
         product = tau * params[turns + j]
         error = gi.fma(tau, params[turns + j], -product)
-        rest = product - np.rint(product) + (error + tau * params[low + j])
-        phi[j] = params[start + j] + 4.0 * np.pi * (rest - np.rint(rest))
+        rest = product - whole_nearest(product) + (error + tau * params[low + j])
+        phi[j] = params[start + j] + 4.0 * np.pi * (rest - whole_nearest(rest))
 
 
 @gi.helper

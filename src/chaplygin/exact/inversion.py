@@ -15,11 +15,20 @@ from geomint import part
 from .elimination import solve_in_place
 from .packing import ANGLES, OVALS, SERIES, TERMS
 
-__all__ = ["shift_sums", "solve_theta"]
+__all__ = ["shift_sums", "solve_theta", "whole_nearest"]
 
 NEWTON, MOST_STRETCHES = 12, 400
 TOO_FAR = 1e3  # a step longer than that, or NaN, leads nowhere
 QUADRATIC = 1e-10  # after a step below this nothing is left
+WHOLE = 2.0**52  # numbers beyond are whole
+
+
+@gi.helper
+def whole_nearest(x: Any) -> Any:
+    """Return the whole number next to x, of two the even one: adding 2⁵² drops the digits."""
+    if abs(x) >= WHOLE:
+        return x
+    return (x + WHOLE) - WHOLE if x >= 0.0 else (x - WHOLE) + WHOLE
 
 
 @gi.helper
@@ -82,13 +91,13 @@ def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any
     if largest <= QUADRATIC:
         return largest
     for k in range(ovals):
-        known[k] = np.pi * np.rint(phi[k] / np.pi)
+        known[k] = np.pi * whole_nearest(phi[k] / np.pi)
         theta[k] = known[k]
     done, ahead = 0.0, 0.125
     for _ in range(MOST_STRETCHES):
         reach = min(1.0, done + ahead)
         for k in range(ovals):
-            start = np.pi * np.rint(phi[k] / np.pi)
+            start = np.pi * whole_nearest(phi[k] / np.pi)
             target[k] = start + reach * (phi[k] - start)
         largest = newton_steps(params, target, theta, shift, work)
         if largest <= QUADRATIC:
