@@ -91,7 +91,7 @@ def swept(kind: str, seed: int, count: int, workers: int) -> dict[str, Any]:
         counts[found.verdict] += 1
         if found.bad:
             bad.append({"case": f"{kind}:{case[2]}", **vars(found)})
-            print(f"{kind}:{case[2]} {found.verdict}: {ascii(found.detail)}", file=sys.stderr)
+            print(f"{kind}:{case[2]} {found.verdict}: {found.detail!a}", file=sys.stderr)
         progress(kind, done, count, counts, begun)
     return {
         "cases": count,
