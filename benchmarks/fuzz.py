@@ -91,6 +91,7 @@ def swept(kind: str, seed: int, count: int, workers: int) -> dict[str, Any]:
         counts[found.verdict] += 1
         if found.bad:
             bad.append({"case": f"{kind}:{case[2]}", **vars(found)})
+            print(f"{kind}:{case[2]} {found.verdict}: {found.detail!a}", file=sys.stderr)
         progress(kind, done, count, counts, begun)
     return {
         "cases": count,
@@ -115,13 +116,11 @@ def main() -> None:
         print(verdict((kind, options.seed, int(number))))
         return
     counts = {kind: getattr(options, kind.replace("-", "_")) for kind in KINDS}
-    found = {
-        kind: swept(kind, options.seed, count, options.workers)
-        for kind, count in counts.items()
-        if count
-    }
-    record = {"seed": options.seed, "kinds": found, "provenance": describe(PACKAGES)}
-    options.out.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
+    found = {}
+    for kind in (kind for kind in KINDS if counts[kind]):
+        found[kind] = swept(kind, options.seed, counts[kind], options.workers)
+        record = {"seed": options.seed, "kinds": found, "provenance": describe(PACKAGES)}
+        options.out.write_text(json.dumps(record, indent=1) + "\n", "utf-8")
     bad = sum(len(entry["bad"]) for entry in found.values())
     for kind, entry in found.items():
         print(f"{kind}: {entry['counts']}")

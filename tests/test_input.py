@@ -61,7 +61,6 @@ REFUSED = {
     "compiled is a word": (lambda: solved(compiled="no"), "compiled = 'no': expected True or"),
     "clock is a number": (lambda: solved(clock=0), "clock = 0: expected True, False or None"),
     "progress is an array": (lambda: solved(progress=np.ones(2)), "progress = array"),
-    "fused is a word": (lambda: gi.Gauss(2, fused="no"), "fused = 'no'"),
     "adaptive is a word": (lambda: gi.RungeKutta("dop853", adaptive="no"), "adaptive = 'no'"),
     "attitude is a list": (lambda: SPHERE.ball(attitude=[1]), "attitude = "),
     # counts
@@ -89,10 +88,6 @@ REFUSED = {
     # numbers
     "a tolerance of an array": (lambda: gi.Gauss(2, tolerance=np.zeros(2)), "tolerance = array"),
     "a tolerance of None": (lambda: gi.Rattle(tolerance=None), "tolerance = None"),
-    "rtol of an array": (
-        lambda: gi.RungeKutta("dop853", adaptive=True, rtol=np.ones(2)),
-        "rtol = array",
-    ),
     "a state of 10^400": (lambda: solved([10**400, 0, 0, 0]), "state = .* expected 4 numbers"),
     "a masked state": (lambda: solved(MASKED), "state = masked_array.* none of them masked"),
     "masked params": (lambda: dataclasses.replace(FIELD, params=MASKED), "params = masked"),
@@ -107,7 +102,6 @@ REFUSED = {
         lambda: ch.GeneralInertia(np.full((3, 3), 1e308)),
         "inertia = .* least eigenvalue",
     ),
-    "a signal of words": (lambda: gi.frequencies(["a"] * 20, 1.0), "signal = "),
     "angles that are none": (
         lambda: (
             SPHERE.hamiltonized()
@@ -131,7 +125,7 @@ REFUSED = {
     "no tableau": (lambda: gi.CommutatorFree(3), "tableau = 3: expected a name or a Comm"),
     "no base": (lambda: gi.Compose(None, "suzuki-4"), "base = None"),
     "no composition": (lambda: gi.Compose(gi.Gauss(1), None), "no composition None"),
-    "a list of coordinates": (lambda: gi.RKMK("rk-4", coordinates=["exp"]), "coordinates = "),
+    "coordinates of an array": (lambda: gi.RKMK("rk-4", coordinates=np.ones(2)), "coordinates = "),
     "no piece": (lambda: gi.so_n(3, 5), "pieces = 5"),
     "a piece that is a list": (lambda: solved().piece([1]), "piece = "),
     "a quadrature of nothing": (lambda: gi.with_quadrature(FIELD, "s", None), "rate = None"),
@@ -139,7 +133,6 @@ REFUSED = {
     "a builtin observer": (lambda: solved(observe={"x": len}), r"observe\['x'\] = <built-in"),
     "a number among names": (lambda: solved(observe=["energy", 3]), "observe = "),
     "a list among names": (lambda: solved(observe=[["energy"]]), "observe = "),
-    "a mute observer": (lambda: solved(observe=Mute()), "observe = <Mute"),
     "nothing to observe": (
         lambda: gi.solve(
             dataclasses.replace(FIELD, constraints={}), Y0, t_end=0.1, observe=["constraints"]
