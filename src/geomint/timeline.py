@@ -98,6 +98,9 @@ def plan_timeline(
     if method.adaptive:
         return Timeline(h, None, 0.0, end, None)
     count = abs(end) / size
+    if count > 2**53 and step is None:
+        name = "t_end" if tau_end is None else "tau_end"
+        raise DomainError(name, end, f"fewer than 2⁵³ steps of the default {size:.3g}: give a step")
     if count > 2**53:
         raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
     # A ratio within rounding of a whole number means that number.
