@@ -140,4 +140,4 @@ def default_step(problem: Problem, method: Method, y0: Array, end: float = math.
     """
     if method.first_step is not None:
         return method.first_step(problem, y0, end)
-    return method.step_fraction * characteristic_time(problem, y0, end)
+    return method.step_fraction * characteristic_time(problem, y0, direction=end)

@@ -22,6 +22,7 @@ from chaplygin.manifold import flat_triangle, skew_matrix
 moment = st.floats(1e-3, 1e3)
 
 
+@pytest.mark.filterwarnings("ignore:moments")  # of bodies or not
 @given(st.tuples(moment, moment, moment), moment, st.floats(0.1, 10))
 def test_moments_round_trip(moments, m, rho):
     """Eq. (IOP1) and eq. (IOP), with I_3 = a_1 a_2 D/(D − a_1 a_2)."""
