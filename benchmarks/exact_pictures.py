@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs" / "images")
     out = parser.parse_args().out
     out.mkdir(parents=True, exist_ok=True)
-    sphere = ch.ChaplyginSphere.from_moments([1.0, 1.5, 2.6], 1.0, 1.0)
+    sphere = ch.ChaplyginSphere(inertia=ch.SpecialInertia.from_moments([1.0, 1.5, 2.6], 1.0))
     problem = sphere.classical()
     exact = problem.exact(problem.state(gamma=[0.36, 0.48, 0.8], k=[1.2, -0.9, 0.6]))
     path = ch.ContactPath(exact, 1.0)

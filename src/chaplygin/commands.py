@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import click
 
 import geomint as gi
@@ -33,6 +35,7 @@ def inertia(
     The special operator is I(E_i∧E_j) = a_i a_j D/(D − a_i a_j); for n = 3 every ball has one.
     """
     from .inertia import SpecialInertia, positive_number
+    from .rigid_body import warn_of_moments
 
     if (moments is None) == (a is None):
         raise gi.DomainError("--moments, --a", (moments, a), "exactly one of them")
@@ -43,7 +46,13 @@ def inertia(
     elif m is not None or rho is not None:
         raise gi.DomainError("--d", D, "D alone, or --m and --rho alone")
     if moments is not None:
-        special = SpecialInertia.from_moments(_numbers("--moments", moments), D)
+        given = _numbers("--moments", moments)
+        special = SpecialInertia.from_moments(given, D)
+        with warnings.catch_warnings(record=True) as notes:
+            warnings.simplefilter("always")
+            warn_of_moments(given)
+        for note in notes:
+            click.echo(f"note: {note.message}", err=True)
     else:
         special = SpecialInertia(_numbers("--a", a or ""), D)
     click.echo(f"n = {special.n}")

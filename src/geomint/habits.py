@@ -122,10 +122,13 @@ def _of_value(name: str, value: Any) -> str | None:
     if value in _INSTEAD:
         return f"calls {name}: write {_INSTEAD[value]}"
     home = home_of(value) if isinstance(value, FunctionType) else value.__module__ or ""
-    if home.partition(".")[0] == "numpy" or isinstance(value, np.ufunc):
-        scalar = value.__name__.replace("arc", "a")
-        single = f"math.{scalar}, which takes one number at a time and is slower"
-        return f"calls {name}: write {single if hasattr(math, scalar) else 'loops over rows'}"
+    if isinstance(value, np.ufunc):  # of single numbers the compiler has them
+        single = value.__name__.replace("arc", "a")
+        if not hasattr(math, single):
+            return None
+        return f"calls {name}: write math.{single}, which takes one number at a time and is slower"
+    if home.partition(".")[0] == "numpy":
+        return f"calls {name}: write loops over rows"
     if home == "builtins" and value.__name__ not in _BUILTINS:
         return f"calls {name}: write arithmetic, loops over rows, and the functions of geomint"
     plain = isinstance(value, FunctionType) and not home.startswith(KERNELS + ".")

@@ -17,6 +17,7 @@ __all__ = ["characteristic_time"]
 Array = npt.NDArray[np.float64]
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 SPACING = 1e-6  # of the differences that give the linearised motion, relative
+TINY = 1e-8  # of the state: differences of that part of a smaller piece would be lost in roundings
 
 # Where the rate depends on time: it is a polynomial of that degree over the time, to that part of its
 # largest size. For an oscillation of angular frequency ω and that size ωT is then 0.9 to 1.7.
@@ -29,11 +30,16 @@ PARTS = (np.arange(COUNT) + 0.5 + 0.3 * np.sin(np.arange(COUNT) ** 2.0)) / COUNT
 POLYNOMIALS = np.linalg.qr(np.vander(2.0 * PARTS - 1.0, DEGREE + 1))[0]
 
 
-def characteristic_time(problem: Problem, y0: Array, end: float = math.inf) -> float:
-    """Return the time scale of the motion from y0 at time 0 towards `end`.
+def characteristic_time(problem: Problem, y0: Array, direction: float = 1.0) -> float:
+    """Return the time scale of the motion from y0 at time 0, forwards or backwards.
 
     It is that of the state as it moves there (`state_time`), and where the rate depends on time
     explicitly, not longer than that of this dependence (`smooth_time`).
+
+    Parameters
+    ----------
+    direction : float
+        Of the run, such as its end or its step: the sign counts.
 
     Raises
     ------
@@ -45,7 +51,7 @@ def characteristic_time(problem: Problem, y0: Array, end: float = math.inf) -> f
     time = state_time(problem, y0, rates)
     if not names_time(problem):
         return time
-    return abs(smooth_time(problem, y0, rates, math.copysign(time, end)))
+    return abs(smooth_time(problem, y0, rates, math.copysign(time, direction)))
 
 
 def state_time(problem: Problem, y0: Array, rates: Array) -> float:
@@ -54,26 +60,67 @@ def state_time(problem: Problem, y0: Array, rates: Array) -> float:
     For a unit vector turning at angular velocity ω this is 1/ω. But the size of a piece at rest, or
     nearly so, as a momentum is at a turning point, is not that of its motion. Where there are such
     pieces the time scale of the linearised motion (`linearised_time`) decides: alone if no piece has
-    a time, and else where the two are far apart. 1 if there is none.
+    a time, and else where the two are far apart. Where the rates stay as they are for far longer than
+    the shortest time (`steady_time`), all pieces that have it are nearly at rest. 1 if there is none.
     """
     times, from_rest = [], False
     for rows in problem.slices.values():
         size, rate = length(y0[rows]), length(rates[rows])
-        if not (math.isfinite(rate) and (rate == 0.0 or size / rate > 0.0 or size == 0.0)):
-            expected = "a state with a finite derivative, of which it is a time: give a step"
+        if not math.isfinite(rate):
+            expected = "a state with a finite derivative: give a step"
             raise DomainError("state", y0, expected)
-        if rate > 0.0 and size > 0.0:
-            times.append(size / rate)
-        from_rest |= rate > 0.0 and size == 0.0
+        time = size / rate if rate > 0.0 else 0.0
+        if time > 0.0:
+            times.append(time)
+        from_rest |= rate > 0.0 and time == 0.0
     times.sort()
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
-    if times and not (from_rest or nearly):
-        return times[0]
+    if times and not nearly:
+        steady = steady_time(problem, y0, rates, times[0])
+        if steady > times[0] / RESTING:
+            return finite_time(min(steady, linearised_time(problem, y0, rates)))
+        if not from_rest:
+            return times[0]
     linear = linearised_time(problem, y0, rates)
     if not times:
-        return linear if math.isfinite(linear) else 1.0
+        return finite_time(linear)
     time = max(times[0], min(times[1], linear)) if nearly else times[0]
     return linear if from_rest and linear < RESTING * time else time
+
+
+def finite_time(time: float) -> float:
+    """Return a time, or 1 for one that is infinite."""
+    return time if math.isfinite(time) else 1.0
+
+
+def steady_time(problem: Problem, y0: Array, rates: Array, time: float) -> float:
+    """Return how long the rates stay, to a tenth; 0 if not over `time`, infinity if for ever."""
+    if not stays(problem, y0, rates, time):
+        return 0.0
+    while stays(problem, y0, rates, 2.0 * time):
+        time *= 2.0
+        if math.isinf(time):
+            return time
+    for factor in (2.0**0.5, 2.0**0.25, 2.0**0.125):
+        if stays(problem, y0, rates, factor * time):
+            time *= factor
+    return time
+
+
+@np.errstate(all="ignore")
+def stays(problem: Problem, y0: Array, rates: Array, time: float) -> bool:
+    """Tell whether the rates are much the same after a time on the line on which the state sets out.
+
+    No piece's rate has changed by half of its size or, where that is more, of the piece's own size
+    over the time: the rate of a piece that turns is 0.
+    """
+    if math.isinf(time):
+        return True
+    change = derivative(problem, y0 + time * rates) - rates
+    return all(
+        length(change[rows]) <= 0.5 * max(length(rates[rows]), length(y0[rows]) / time)
+        for rows in problem.slices.values()
+    )
 
 
 @np.errstate(all="ignore")
@@ -101,7 +148,10 @@ def jacobian(problem: Problem, y0: Array) -> Array:
     """Return ∂ẏ/∂y by central differences."""
     J = np.zeros((problem.rows, problem.rows))
     for rows in problem.slices.values():
-        size = SPACING * (length(y0[rows]) or length(y0) or 1.0)
+        size = SPACING * (
+            max(length(y0[rows]), TINY * length(y0)) if y0[rows].any() else length(y0)
+        )
+        size = size or SPACING
         for i in range(rows.start, rows.stop):
             above, below = y0.copy(), y0.copy()
             above[i] += size

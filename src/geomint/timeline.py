@@ -78,7 +78,7 @@ def plan_timeline(
     size = default_step(problem, method, y0, end) if step is None else positive("step", step)
     h = math.copysign(size, end)
     if not method.adaptive:
-        _check_count(problem, y0, own, end, size)
+        _check_count(problem, y0, own, end, size, step is not None)
     if not own:
         return Timeline(h, None, 0.0, None, end)
     if method.adaptive:
@@ -91,7 +91,9 @@ def plan_timeline(
     return Timeline(h, steps, end - steps * h, end, None)
 
 
-def _check_count(problem: Problem, y0: Array, own: bool, end: float, size: float) -> None:
+def _check_count(
+    problem: Problem, y0: Array, own: bool, end: float, size: float, given: bool
+) -> None:
     """Raise `DomainError` for more than 2⁵³ steps; to a physical end by the clock's rate at y0.
 
     A rate that is 0 there, or no number, tells nothing: the run will.
@@ -99,8 +101,12 @@ def _check_count(problem: Problem, y0: Array, own: bool, end: float, size: float
     rate = 1.0
     if not own and problem.clock is not None:
         rate = abs(value(problem, problem.clock, y0))
-    if rate > 0.0 and abs(end) / rate / size > MOST_STEPS:
-        raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
+    if not (rate > 0.0 and abs(end) / rate / size > MOST_STEPS):
+        return
+    if not given:
+        expected = f"one within 2⁵³ steps of the default {size:.3g}: give a step"
+        raise DomainError("end", end, expected)
+    raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
 
 
 def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:
@@ -130,4 +136,4 @@ def default_step(problem: Problem, method: Method, y0: Array, end: float = math.
     """
     if method.first_step is not None:
         return method.first_step(problem, y0, end)
-    return method.step_fraction * characteristic_time(problem, y0, end)
+    return method.step_fraction * characteristic_time(problem, y0, direction=end)

@@ -1,5 +1,7 @@
 """Inertia operators: conversions, domains, and what the errors name."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -20,6 +22,7 @@ from chaplygin.manifold import flat_triangle, skew_matrix
 moment = st.floats(1e-3, 1e3)
 
 
+@pytest.mark.filterwarnings("ignore:moments")  # of bodies or not
 @given(st.tuples(moment, moment, moment), moment, st.floats(0.1, 10))
 def test_moments_round_trip(moments, m, rho):
     """Eq. (IOP1) and eq. (IOP), with I_3 = a_1 a_2 D/(D − a_1 a_2)."""
@@ -182,3 +185,54 @@ def test_spheres_are_frozen():
         sphere.D = 2.0
     with pytest.raises(ValueError, match="read-only"):
         sphere.inertia.a[0] = 2.0
+
+
+IMPOSSIBLE, DISC = [1.0, 2.0, 4.0], [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda moments: ch.ChaplyginSphere.from_moments(moments, 1.0, 1.0),
+        lambda moments: ch.ChaplyginSphere.from_moments(np.diag(moments), 1.0, 1.0),
+        lambda moments: ch.RubberSphere.from_moments(moments, 1.0),
+        lambda moments: ch.RubberSphere.from_moments(np.diag(moments), 1.0),
+        lambda moments: ch.Veselova.from_moments(moments),
+    ],
+)
+def test_moments_that_no_body_has(make: Any) -> None:
+    """A warning at the caller's line names the inequality and by how much; a disc has its own."""
+    with pytest.warns(
+        gi.GeomintWarning, match=r"more than .* others, 3, by 1: .*≤ I_j \+ I_k"
+    ) as told:
+        make(IMPOSSIBLE)
+    assert [note.filename for note in told] == [__file__]
+    make(DISC)
+    make([3.0, 2.0, 1.0 - 1e-14])
+
+
+def test_mass_tensors_that_no_body_has() -> None:
+    with pytest.warns(gi.GeomintWarning, match=r"J: the principal value -0\.4 is negative"):
+        ch.ChaplyginSphere.from_tensor([1.0, 2.0, 0.8, -0.4], 1.0, 1.0)
+    ch.ChaplyginSphere.from_tensor([1.0, 2.0, 0.8, 0.0], 1.0, 1.0)
+
+
+def test_operators_need_not_be_those_of_a_body() -> None:
+    """What is given as an operator is taken as it is: the same moments, without a word."""
+    operator = ch.GeneralInertia(IMPOSSIBLE[::-1])
+    ch.ChaplyginSphere(inertia=operator, D=1.0)
+    ch.SpecialInertia.from_moments(IMPOSSIBLE, 1.0)
+    ch.ChaplyginSphere(a=operator.special(1.0).a, D=1.0)
+
+
+def test_scenes_with_moments_that_no_body_has() -> None:
+    """A note, once, in scenes; none in those that are built in."""
+    content = {
+        "system": {"name": "chaplygin-ball", "moments": IMPOSSIBLE, "D": 1.0},
+        "initial": {"gamma": [0.6, 0.0, 0.8], "k": [1.0, 2.0, 3.0]},
+        "time": {"t_end": 1.0},
+    }
+    notes = gi.Scene.from_content("impossible", content).notes
+    assert sum("no rigid body" in note for note in notes) == 1
+    for name in gi.scene_names():
+        assert not any("no rigid body" in note for note in gi.load_scene(name).notes)

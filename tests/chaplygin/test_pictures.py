@@ -20,7 +20,9 @@ from chaplygin.pictures.view import View
 
 @pytest.fixture(scope="module")
 def path():
-    problem = ch.ChaplyginSphere.from_moments([1.0, 1.5, 2.6], 1.0, 1.0).classical()
+    problem = ch.ChaplyginSphere(
+        inertia=ch.SpecialInertia.from_moments([1.0, 1.5, 2.6], 1.0)
+    ).classical()
     return ch.ContactPath(problem.exact(problem.random_state(1)), 1.0)
 
 

@@ -26,6 +26,9 @@ import geomint as gi
 from chaplygin.commuting_integrals import coefficient_tables, separation_integral
 from chaplygin.manifold import flat_triangle, skew_matrix, triangle_of_vector, wedge
 
+# Random moments are those of bodies or not: the equations do not ask.
+pytestmark = pytest.mark.filterwarnings("ignore:moments")
+
 SEEDS = range(3)
 
 

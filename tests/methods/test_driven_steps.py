@@ -147,3 +147,70 @@ def test_a_tiny_state_and_a_dependence_of_ordinary_speed(size: float) -> None:
     ordinary = characteristic_time(problem, np.asarray(pulsating_body.INITIAL))
     time = characteristic_time(problem, size * np.asarray(pulsating_body.INITIAL))
     assert 0.1 < time / ordinary < 10.0
+
+
+@gi.field
+def runaway(params, t, y, out, work):
+    out[0] = 1.0 + y[0] * y[0]
+
+
+@gi.field
+def swing_and_clock(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -gi.sin(y[0])
+    out[2] = 1.0 + 0.0 * y[0]
+
+
+@gi.field
+def friction(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = 1.0 - 1000.0 * y[1]
+
+
+ABC = abc_flow.problem()
+Q_P, Q_P_S = (("q", 1), ("p", 1)), (("q", 1), ("p", 1), ("s", 1))
+# A problem, its state with a tiny part e, and between what its characteristic time is.
+RESTING = {
+    "one": (gi.Problem("runaway", (("x", 1),), field=runaway), lambda e: [e], 0.5, 1.0),
+    "two": (
+        *(gi.Problem("swing", Q_P_S, field=swing_and_clock), lambda e: [1.2, e, 0.7 * e]),
+        *(0.5, 1.5),
+    ),
+    "vector": (ABC, lambda e: (e * np.array(abc_flow.INITIAL)).tolist(), 0.4, 1.2),
+    "damped": (gi.Problem("friction", Q_P, field=friction), lambda e: [1.2, e], 2e-4, 2e-3),
+}
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("tiny", [1e-2, 1e-3, 1e-5, 1e-8, 1e-16, 1e-100, 1e-300, 0.0])
+@pytest.mark.parametrize("name", RESTING)
+def test_the_default_step_does_not_shrink_with_what_rests(name: str, tiny: float) -> None:
+    """However small a piece is from which the state sets out."""
+    problem, state, least, most = RESTING[name]
+    assert least < characteristic_time(problem, np.array(state(tiny))) <= most
+
+
+def test_accuracy_at_the_default_step_from_rest() -> None:
+    """x = tan(t + arctan x(0)), from tiny x(0) on."""
+    problem = RESTING["one"][0]
+    for tiny in (1e-1, 1e-2, 1e-3, 1e-5, 1e-8, 1e-100, 1e-300, 0.0):
+        sol = gi.solve(problem, [tiny], t_end=1.0)
+        assert sol.steps < 100
+        assert sol.y[-1, 0] == pytest.approx(np.tan(1.0 + np.arctan(tiny)), rel=1e-9)
+
+
+@pytest.mark.nojit
+def test_a_default_step_that_is_too_short_is_told_as_such() -> None:
+    """Not as a step that nobody gave."""
+    for step, name in ((None, "end"), (1e-30, "step")):
+        problem = gi.Problem("fast", (("x", 1),), [1e30], field=fast)
+        with pytest.raises(
+            gi.DomainError, match="give a step" if step is None else "step"
+        ) as caught:
+            gi.solve(problem, [1.0], t_end=1.0, step=step)
+        assert caught.value.name == name
+
+
+@gi.field
+def fast(params, t, y, out, work):
+    out[0] = -params[0] * y[0]

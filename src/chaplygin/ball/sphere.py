@@ -9,6 +9,7 @@ import geomint as gi
 from geomint.arguments import as_array
 
 from ..inertia import GeneralInertia, SpecialInertia, positive_number
+from ..rigid_body import warn_of_mass_tensor, warn_of_moments
 from .classical import classical_problem
 from .contact import contact_problem
 from .cotangent import cotangent_problem
@@ -83,8 +84,15 @@ class ChaplyginSphere:
             Principal values, or symmetric. At n = 3 the moments of inertia are then J_2 + J_3,
             J_3 + J_1, J_1 + J_2; for these use `from_moments`.
         m, rho : float
+
+        Warns
+        -----
+        geomint.GeomintWarning
+            If no rigid body has such a mass tensor; see `chaplygin.rigid_body`.
         """
-        return cls(inertia=GeneralInertia.from_mass_tensor(J), D=_scale(m, rho))
+        sphere = cls(inertia=GeneralInertia.from_mass_tensor(J), D=_scale(m, rho))
+        warn_of_mass_tensor(J)
+        return sphere
 
     @classmethod
     def from_moments(cls, moments: Any, m: Any, rho: Any) -> ChaplyginSphere:
@@ -95,11 +103,19 @@ class ChaplyginSphere:
         moments : array_like, shape (3,) or (3, 3)
             The principal moments of inertia about the centre, or the inertia tensor.
         m, rho : float
+
+        Warns
+        -----
+        geomint.GeomintWarning
+            If no rigid body has such moments; see `chaplygin.rigid_body`.
         """
         D = _scale(m, rho)
         if as_array("moments", moments).ndim == 1:
-            return cls(inertia=SpecialInertia.from_moments(moments, D))
-        return cls(inertia=GeneralInertia.from_tensor(moments), D=D)
+            sphere = cls(inertia=SpecialInertia.from_moments(moments, D))
+        else:
+            sphere = cls(inertia=GeneralInertia.from_tensor(moments), D=D)
+        warn_of_moments(moments)
+        return sphere
 
     @classmethod
     def homogeneous(cls, n: int, s: Any, D: Any) -> ChaplyginSphere:

@@ -26,6 +26,7 @@ import geomint as gi
 
 from ..ball.classical import diagonal_omega
 from ..ball.sphere import ChaplyginSphere
+from ..inertia import SpecialInertia
 from ..manifold import PARALLEL, Array
 from .correspondence import Correspondence
 
@@ -75,7 +76,7 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
     if not D1 > SMALLEST * sphere.D:
         expected = f"a state whose k and gamma are less parallel: D of the other ball is {D1:.3g}"
         raise gi.DomainError("y", y, expected)
-    other = ChaplyginSphere.from_moments(moments + sphere.D - D1, D1, 1.0)
+    other = ChaplyginSphere(inertia=SpecialInertia.from_moments(moments + sphere.D - D1, D1))
     source = dataclasses.replace(problem, params=np.concatenate([problem.params, inverse[:, 0]]))
 
     def forward(point: Array) -> Array:

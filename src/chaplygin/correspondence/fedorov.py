@@ -16,9 +16,9 @@ import numpy as np
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
-from ..inertia import positive_vector
+from ..inertia import SpecialInertia, positive_vector
 from ..manifold import Array
-from ..veselova.body import Veselova
+from ..veselova.body import Veselova, veselova_factors
 
 __all__ = ["fedorov_ball", "fedorov_body", "fedorov_constants", "fedorov_state"]
 
@@ -28,7 +28,7 @@ def fedorov_body(sphere: ChaplyginSphere) -> Veselova:
     if sphere.n != 3 or sphere.inertia.diagonal is None:
         expected = "a ball in R³ in principal axes"
         raise gi.DomainError("inertia", sphere.inertia.diagonal, expected)
-    return Veselova.from_moments(1.0 + sphere.D / sphere.inertia.diagonal[::-1], sphere.D)
+    return Veselova(veselova_factors(1.0 + sphere.D / sphere.inertia.diagonal[::-1]), sphere.D)
 
 
 def fedorov_ball(moments: Array, D: float) -> ChaplyginSphere:
@@ -42,7 +42,7 @@ def fedorov_ball(moments: Array, D: float) -> ChaplyginSphere:
     values = gi.as_vector("moments", positive_vector("moments", moments), 3)
     if not (values > 1.0).all():
         raise gi.DomainError("moments", moments, "principal moments that are all greater than 1")
-    return ChaplyginSphere.from_moments(D / (values - 1.0), D, 1.0)
+    return ChaplyginSphere(inertia=SpecialInertia.from_moments(D / (values - 1.0), D))
 
 
 def fedorov_state(y: Array) -> Array:

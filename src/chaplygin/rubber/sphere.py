@@ -18,6 +18,7 @@ from ..inertia import (
     positive_vector,
     product_factors,
 )
+from ..rigid_body import warn_of_moments
 from ..veselova.body import Veselova
 from ..veselova.stiefel import stiefel_problem
 from .rolling import rubber_rolling_problem
@@ -78,8 +79,11 @@ class RubberSphere:
         """Return the ball in R³ with principal moments I_1, I_2, I_3, or that inertia tensor."""
         if as_array("moments", moments).ndim == 1:
             values = gi.as_vector("moments", positive_vector("moments", moments), 3)
-            return cls(GeneralInertia(values[::-1].copy()), D)
-        return cls(GeneralInertia.from_tensor(moments), D)
+            sphere = cls(GeneralInertia(values[::-1].copy()), D)
+        else:
+            sphere = cls(GeneralInertia.from_tensor(moments), D)
+        warn_of_moments(moments)
+        return sphere
 
     @classmethod
     def from_a(cls, a: Any, D: Any) -> RubberSphere:

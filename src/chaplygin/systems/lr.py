@@ -5,6 +5,7 @@ from __future__ import annotations
 import geomint as gi
 
 from ..inertia import GeneralInertia
+from ..rigid_body import warn_of_mass_tensor
 from ..veselova.lr_body import VeselovaLR
 from .parameters import Matrix, Numbers, Strict, the_one_of
 
@@ -29,7 +30,9 @@ class LRParameters(Strict):
         if self.a is not None:
             return VeselovaLR.from_a(self.a, self.r)
         if self.J is not None:
-            return VeselovaLR(GeneralInertia.from_mass_tensor(self.J), self.r)
+            body = VeselovaLR(GeneralInertia.from_mass_tensor(self.J), self.r)
+            warn_of_mass_tensor(self.J)
+            return body
         return VeselovaLR(self.inertia, self.r)
 
 

@@ -11,12 +11,13 @@ import geomint as gi
 
 from ..inertia import positive_number, positive_vector
 from ..manifold import Array
+from ..rigid_body import warn_of_moments
 from .classical import veselova_classical_problem
 from .classical_multiplier import veselova_multiplier_problem
 from .hamiltonized import veselova_hamiltonized_problem
 from .reduced import veselova_reduced_problem
 
-__all__ = ["Veselova"]
+__all__ = ["Veselova", "veselova_factors"]
 
 
 @dataclass(frozen=True, init=False, eq=False)
@@ -57,9 +58,9 @@ class Veselova:
     @classmethod
     def from_moments(cls, moments: Any, D: Any = 1.0) -> Veselova:
         """Return the body in R³ with principal moments 𝓘_1, 𝓘_2, 𝓘_3: a_i = √(𝓘_1𝓘_2𝓘_3)⁻¹ 𝓘_i."""
-        values = gi.as_vector("moments", positive_vector("moments", moments), 3)
-        root = np.sqrt(values)
-        return cls(values / root[0] / root[1] / root[2], D)
+        body = cls(veselova_factors(moments), D)
+        warn_of_moments(moments)
+        return body
 
     @property
     def n(self) -> int:
@@ -81,3 +82,10 @@ class Veselova:
     def multiplier(self, f1: Any = 0.0) -> gi.Problem:
         """Return the body in R³ in (γ⃗, w⃗), eq. (3.1); see `veselova_multiplier_problem`."""
         return veselova_multiplier_problem(self.a, self.D, f1)
+
+
+def veselova_factors(moments: Any) -> Array:
+    """Return a_i = √(𝓘_1𝓘_2𝓘_3)⁻¹ 𝓘_i, or raise `geomint.DomainError`."""
+    values = gi.as_vector("moments", positive_vector("moments", moments), 3)
+    root = np.sqrt(values)
+    return np.asarray(values / root[0] / root[1] / root[2])

@@ -47,5 +47,5 @@ def Compose(base: Method, scheme: str | int) -> Method:  # noqa: N802 - reads as
         remake=lambda **options: Compose(base.with_options(**options), scheme),
         step_fraction=min(0.25, base.step_fraction * table.stages / 2),
         summary=f"{base.summary}; {table.stages} substeps",
-        reference=f"{base.reference}; {table.reference}",
+        reference="; ".join(filter(None, (base.reference, table.reference))),
     )

@@ -73,6 +73,7 @@ class Method:
     remake : callable or None
         ``remake(**options) -> Method``, for methods with options.
     summary, reference : str
+        For lists and reports: what it is in a line, and where it is published. Both may be left out.
     """
 
     name: str

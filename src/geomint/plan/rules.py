@@ -115,7 +115,7 @@ def choose_step(c: Context) -> Choice:
         elif h != given:
             reason += f" = {given!r}, adjusted by rounding to reach the end in whole steps"
     else:
-        natural = characteristic_time(c.problem, c.state, c.timeline.h)
+        natural = characteristic_time(c.problem, c.state, direction=c.timeline.h)
         reason = (
             f"default: {method.step_fraction:.4g} (for {method.name}) × the initial state's "
             f"characteristic time {natural:.4g}"

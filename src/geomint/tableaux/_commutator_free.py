@@ -65,8 +65,8 @@ class CommutatorFreeTableau:
         Stage i starts from an earlier stage and uses the generators of earlier stages only.
     update : Flow
         The product that yields the new value.
-    reference : str
-        Where the method is published.
+    reference : str, optional
+        Where the method is published, for lists and reports; empty for one's own.
     tolerance : Fraction
         Largest defect of the total weight 1 that the rounding of published decimals explains.
 
@@ -82,7 +82,7 @@ class CommutatorFreeTableau:
     order: int
     stages: tuple[Flow, ...]
     update: Flow
-    reference: str
+    reference: str = ""
     tolerance: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:

@@ -41,8 +41,8 @@ class Composition:
         Even order of the symmetric base method for which the coefficients are made.
     fractions : tuple of str
         Decimals of the first half :math:`\gamma_1, \gamma_2, \ldots` without the middle one.
-    reference : str
-        Where the coefficients are published.
+    reference : str, optional
+        Where the coefficients are published, for lists and reports; empty for one's own.
 
     Raises
     ------
@@ -54,7 +54,7 @@ class Composition:
     order: int
     base_order: int
     fractions: tuple[str, ...]
-    reference: str
+    reference: str = ""
 
     def __post_init__(self) -> None:
         """Check the orders and that the fractions are numbers."""

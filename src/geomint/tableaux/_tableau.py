@@ -41,8 +41,8 @@ class Tableau:
         Stage coefficients; `rows` reads them from text.
     b, c : tuple of Fraction, shape (s,)
         Weights and nodes; `row` reads them from text.
-    reference : str
-        Where the coefficients are published.
+    reference : str, optional
+        Where the coefficients are published, for lists and reports; empty for one's own.
     b_hat : tuple of Fraction, shape (s,), optional
         Weights of the embedded method.
     order_hat : int, optional
@@ -66,7 +66,7 @@ class Tableau:
     A: tuple[Row, ...]
     b: Row
     c: Row
-    reference: str
+    reference: str = ""
     b_hat: Row | None = None
     order_hat: int | None = None
     b_low: Row | None = None

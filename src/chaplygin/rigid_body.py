@@ -1,0 +1,47 @@
+"""Moments of inertia that no rigid body has: a warning where they are given as those of a body.
+
+A body of positive masses has a mass tensor J ≥ 0, its moments are I_ij = J_i + J_j. In R³ that is the
+triangle inequality I_i ≤ I_j + I_k, of which J_i = ½(I_j + I_k − I_i) is half of what is left over.
+The equations want a positive definite operator only. So what is given as an operator (``a``,
+``inertia``), as in the paper, is taken as it is; ``moments`` and ``J`` name a body, and there a
+violation is more likely a slip than meant.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .manifold import Array, warn
+
+__all__ = ["warn_of_mass_tensor", "warn_of_moments"]
+
+ROUNDING = 1e-13  # of the largest value: a body as flat as a disc has a J_i of 0
+
+
+def warn_of_moments(moments: Any) -> None:
+    """Warn where principal moments, or an inertia tensor in R³, break the triangle inequality."""
+    values = _principal(moments)
+    largest, others = values[-1], float(np.sum(values[:-1]))
+    excess = largest - others
+    if excess > ROUNDING * largest:
+        warn(
+            f"moments: the largest, {largest:.6g}, is more than the sum of the others, {others:.6g}, "
+            f"by {excess:.3g}: no rigid body has such moments (I_i ≤ I_j + I_k)"
+        )
+
+
+def warn_of_mass_tensor(J: Any) -> None:
+    """Warn where a mass tensor, or one of its principal values, is negative."""
+    values = _principal(J)
+    if values[0] < -ROUNDING * values[-1]:
+        warn(
+            f"J: the principal value {values[0]:.6g} is negative: no rigid body has such a mass "
+            "tensor (J_i ≥ 0)"
+        )
+
+
+def _principal(tensor: Any) -> Array:
+    values = np.array(tensor, dtype=np.float64)
+    return np.sort(values if values.ndim == 1 else np.linalg.eigvalsh(0.5 * (values + values.T)))
