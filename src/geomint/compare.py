@@ -78,6 +78,16 @@ class Comparison:
     drifts: list[tuple[str, dict[str, Drift]]] = field(default_factory=list)
     compile_seconds: float = 0.0
 
+    @property
+    def without_result(self) -> dict[str, str]:
+        """Methods of which no point has a result, and why their first one has none."""
+        found = {p.method for p in self.points if p.bound is not None}
+        first: dict[str, str] = {}
+        for point in self.points:
+            if point.method not in found:
+                first.setdefault(point.method, point.status)
+        return first
+
     def as_json(self) -> dict[str, Any]:
         """Return the numbers under the names of ``compare.json``."""
         return {"points": [asdict(point) for point in self.points], "reference": self.reference}

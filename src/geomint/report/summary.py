@@ -6,14 +6,15 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from ..compare import Comparison
 from ..drift import Drift
 from ..plan import SeveralRuns
 from ..scene import Scene
 from ..solution import Solution
 from .kinds import kinds_in_words, names_by_kind
-from .text import duration, number, short_slope, spanned, step_of, verdict
+from .text import duration, number, printable, short_slope, spanned, step_of, verdict
 
-__all__ = ["print_several", "print_summary"]
+__all__ = ["print_comparison", "print_several", "print_summary"]
 
 _COLOURS = {
     "roundoff": "green",
@@ -30,7 +31,7 @@ _COLOURS = {
 def print_several(result: SeveralRuns) -> None:
     """Print a row for each method: largest error and class of each quantity, time per step."""
     console = Console()
-    console.print(Text(result.scene.title, style="bold"))
+    console.print(Text(printable(result.scene.title), style="bold"))
     names = [name for group in names_by_kind(result).values() for name in group]
     table = Table(box=None, header_style="bold")
     table.add_column("method", no_wrap=True)
@@ -58,7 +59,7 @@ def _cell(drift: Drift | None) -> Text:
 def print_summary(solution: Solution, scene: Scene) -> None:
     """Print what was run and a row for each quantity."""
     console = Console()
-    console.print(Text(scene.title, style="bold"))
+    console.print(Text(printable(scene.title), style="bold"))
     rate = solution.steps / solution.run_seconds if solution.run_seconds > 0.0 else 0.0
     console.print(
         Text(
@@ -88,3 +89,28 @@ def print_summary(solution: Solution, scene: Scene) -> None:
         console.print(table)
         console.print(Text("trend ≤: the largest rise or fall over the run not excluded at 95 %"))
     console.print(Text(verdict(solution)))
+
+
+def print_comparison(result: Comparison, scene: Scene) -> None:
+    """Print a row for each point: step or tolerance, error, run time; below, what has no result."""
+    console = Console()
+    console.print(Text(printable(scene.title), style="bold"))
+    table = Table(box=None, header_style="bold")
+    table.add_column("method", no_wrap=True)
+    for column in ("step", "rtol", "steps", "error", "run time"):
+        table.add_column(column, justify="right", no_wrap=True)
+    table.add_column("status", overflow="fold")
+    for p in result.points:
+        error = number(p.error, 2)
+        if p.error is None and p.bound is not None:
+            error = f"≤ {number(p.bound, 2)}"
+        table.add_row(
+            p.method,
+            number(p.step or None, 4),
+            number(p.rtol, 1),
+            "—" if p.steps is None else str(p.steps),
+            error,
+            "—" if p.seconds is None else duration(p.seconds),
+            Text(p.status, style="green" if p.status == "ok" else "yellow"),
+        )
+    console.print(table)
