@@ -3,6 +3,8 @@
 from .drift import Drift as Drift
 from .errors import (
     ClockError as ClockError,
+)
+from .errors import (
     ConvergenceError as ConvergenceError,
 )
 from .errors import (
@@ -200,9 +202,9 @@ __version__: str
 
 __all__ = [
     "RKMK",
+    "ClockError",
     "CommutatorFree",
     "Compose",
-    "ClockError",
     "ConvergenceError",
     "DeclarationError",
     "DomainError",

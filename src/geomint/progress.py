@@ -32,9 +32,9 @@ class Progress:
     A first Ctrl-C during the run is seen by the next `update`, which raises KeyboardInterrupt where
     everything that was computed is at rest; a second one interrupts at once.
 
-    A run that at its pace would take longer than a day is warned of, after a second, or later if it
-    becomes slower. A day: the bar tells those who look at it, and runs of hours are meant; beyond, an end
-    or a step is more likely to be a mistake.
+    A run that at its pace would take longer than a day is warned of, after a second, or later if
+    it becomes slower. A day: the bar tells those who look at it, and runs of hours are meant;
+    beyond, an end or a step is more likely to be a mistake.
 
     Parameters
     ----------

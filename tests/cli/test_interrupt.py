@@ -58,7 +58,7 @@ def warm(tmp_path_factory):
 
 
 def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
-    arguments = ["drift", "sphere-n3", "--t-end", LONG]
+    arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
     assert code == 130
     assert "Traceback" not in stderr
@@ -73,7 +73,7 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
 
 @pytest.mark.slow
 def test_interrupted_methods_leave_a_report(warm, tmp_path):
-    arguments = ["drift", "sphere-n3", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
+    arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
     assert code == 130
     assert "Traceback" not in stderr
@@ -87,7 +87,7 @@ def test_interrupted_methods_leave_a_report(warm, tmp_path):
 
 def test_an_interrupted_run_leaves_its_states(warm, tmp_path):
     out = tmp_path / "run.nc"
-    code, _ = interrupted(["run", "sphere-n3", "--t-end", LONG], out, warm + 2.0)
+    code, _ = interrupted(["run", "sphere-n3", "--yes", "--t-end", LONG], out, warm + 2.0)
     assert code == 130
     saved = gi.load(out)
     assert saved.provenance["status"] == "interrupted"

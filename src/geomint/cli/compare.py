@@ -49,12 +49,12 @@ def command(
 ) -> int:
     """Run many methods on one scene: run time against error, drift against time.
 
-    The exit code is 2 if a method has no result at all: it does not fit the scene, or all its runs fail.
+    The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
     from ..plan import comparison_time
     from ..report.compare_page import reference_text, run_compare
-    from ..scene.entries import split_list
     from ..report.summary import print_comparison
+    from ..scene.entries import split_list
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
     if t_end is not None or tau_end is not None:

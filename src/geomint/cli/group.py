@@ -14,6 +14,7 @@ import click
 
 from .. import __version__
 from ..errors import GeomintError
+from .plugged import summary
 
 __all__ = ["main"]
 
@@ -72,7 +73,7 @@ class LazyGroup(click.Group):
         """Write the list of commands without importing any."""
         rows = list(COMMANDS.items())
         for name, point in sorted(_others().items()):
-            rows.append((name, f"From {point.module.partition('.')[0]}."))
+            rows.append((name, summary(point.module, point.attr)))
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 

@@ -73,7 +73,9 @@ def comparison_time(
     """
     bare = scene.changed(save={"every": None, "t_eval": None}).changed_observation([])
     exact = any(p.make_exact is not None for p in scene.model.problems.values())
-    parts = [] if reference == "exact" else [("gauss-8", None, EXTENDED)]
+    parts: list[tuple[str, float | None, float]] = []
+    if reference != "exact":
+        parts.append(("gauss-8", None, EXTENDED))
     longest = max(steps) if steps else None
     parts += [(m, longest, repeats / (COARSEST if steps is None else 1.0)) for m in methods]
     seconds, measured = 0.0, False
@@ -126,7 +128,7 @@ def _most(plan: Plan) -> float:
 
 
 def _trial(plan: Plan) -> float | None:
-    """Return the seconds by a run over a short time, or None if that fails or its length is not known."""
+    """Return the seconds by a short run, or None if that fails or the way is not known."""
     h, distance = plan.context.timeline.h, _own_distance(plan)
     if not math.isfinite(distance):
         return None

@@ -35,7 +35,7 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text without what would steer a terminal: control characters are shown as ``\\x1b``."""
+    """Return a text without what would steer a terminal: control characters as their escapes."""
     return "".join(
         c if c == "\n" or unicodedata.category(c) not in ("Cc", "Cf", "Cs") else repr(c)[1:-1]
         for c in text
