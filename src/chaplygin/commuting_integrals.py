@@ -44,7 +44,7 @@ def table_rows(n: int) -> int:
 
 
 def tabulated(n: int, degrees: range) -> range:
-    """Return the degrees k of the integrals that a problem in dimension n offers; none from n = 101."""
+    """Return the degrees whose integrals a problem in dimension n offers: none from n = 101."""
     return degrees if n <= LARGEST else range(0)
 
 

@@ -82,6 +82,16 @@ class Comparison:
     compile_seconds: float = 0.0
     status: str = "success"
 
+    @property
+    def without_result(self) -> dict[str, str]:
+        """Methods of which no point has a result, and why their first one has none."""
+        found = {p.method for p in self.points if p.bound is not None}
+        first: dict[str, str] = {}
+        for point in self.points:
+            if point.method not in found:
+                first.setdefault(point.method, point.status)
+        return first
+
     def as_json(self) -> dict[str, Any]:
         """Return the numbers under the names of ``compare.json``."""
         return {

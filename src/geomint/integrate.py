@@ -193,9 +193,8 @@ def _tell_short_run(solution: Solution, end: float, step: float) -> None:
 
 
 def _shower(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
-    if timeline.steps is not None:
-        return bar.update
-    return lambda steps: bar.update(abs(recorder.reached))
+    counted = timeline.steps is not None
+    return lambda steps: bar.update(steps if counted else abs(recorder.reached))
 
 
 def _integrate(

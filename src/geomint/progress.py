@@ -6,12 +6,24 @@ import signal
 import sys
 import threading
 import time
+import warnings
 from types import FrameType, TracebackType
 from typing import Any
 
-__all__ = ["Progress"]
+from .errors import GeomintWarning
+
+__all__ = ["DAY", "HOUR", "Progress", "time_in_words"]
 
 _DELAY = 1.0
+HOUR, DAY = 3600.0, 86400.0
+_UNITS = (("years", 365.25 * DAY), ("days", DAY), ("hours", HOUR), ("minutes", 60.0))
+
+
+def time_in_words(seconds: float) -> str:
+    """Return a time to two digits: ``0.2 seconds``, ``14 hours``, ``1.6e+04 years``."""
+    unit, size = next(((u, s) for u, s in _UNITS if seconds >= 2.0 * s), ("seconds", 1.0))
+    count = seconds / size
+    return f"{count:.0f} {unit}" if 9.5 <= count < 1e4 else f"{count:.2g} {unit}"
 
 
 class Progress:
@@ -19,6 +31,10 @@ class Progress:
 
     A first Ctrl-C during the run is seen by the next `update`, which raises KeyboardInterrupt where
     everything that was computed is at rest; a second one interrupts at once.
+
+    A run that at its pace would take longer than a day is warned of, after a second, or later if
+    it becomes slower. A day: the bar tells those who look at it, and runs of hours are meant;
+    beyond, an end or a step is more likely to be a mistake.
 
     Parameters
     ----------
@@ -39,6 +55,7 @@ class Progress:
         self._ended: Any = None
         self._interrupted = False
         self._handler: Any = None
+        self._next_look = _DELAY
 
     def __enter__(self) -> Progress:
         from .kernels.compile import listen
@@ -85,12 +102,23 @@ class Progress:
         if self._interrupted:
             self._interrupted = False
             raise KeyboardInterrupt
-        if not self.shown or (self._bar is None and time.perf_counter() - self._start < _DELAY):
+        elapsed = max(time.perf_counter() - self._start, 1e-9)
+        if elapsed > self._next_look:
+            self._look(done, elapsed)
+        if not self.shown or (self._bar is None and elapsed < _DELAY):
             return
         if self._bar is None:
             self._open()
-        elapsed = max(time.perf_counter() - self._start, 1e-9)
         self._bar.update(self._task, completed=done, rate=f"{done / elapsed:.3g}/s")
+
+    def _look(self, done: float, elapsed: float) -> None:
+        """Warn, once, if the run would take longer than a day; look again after as long a time."""
+        self._next_look = 2.0 * elapsed
+        expected = elapsed * (self._total or 0.0) / done if done > 0.0 else 0.0
+        if expected > DAY:
+            self._next_look = float("inf")
+            text = f"at its pace this run takes about {time_in_words(expected)}"
+            warnings.warn(text, GeomintWarning, stacklevel=7)  # who called `solve`
 
     def _open(self) -> None:
         from rich.console import Console

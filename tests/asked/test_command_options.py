@@ -51,6 +51,8 @@ SCENE_OPTIONS = {
 }
 QUIET = {"--quiet": (("s.toml",), ("s.toml", "--quiet"))}
 OUT = {"--out": (("s.toml", "--out", "one"), ("s.toml", "--out", "two"))}
+LONG = ("s.toml", "--method", "rk-4", "--step", "0.125", "--tau-end", "1e13")
+YES = {"--yes": (LONG, (*LONG, "--yes"))}
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
 # command: {option: (arguments, other arguments)}
@@ -58,8 +60,8 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "scenes": {},
     "methods": {"--form": (("--form", "field"), ("--form", "action"))},
     "check": {**SCENE_OPTIONS, **METHODS, "--for-drift": (("s.toml",), ("s.toml", "--for-drift"))},
-    "run": {**SCENE_OPTIONS, **OUT, **QUIET},
-    "drift": {**SCENE_OPTIONS, **METHODS, **OUT, **QUIET},
+    "run": {**SCENE_OPTIONS, **OUT, **QUIET, **YES},
+    "drift": {**SCENE_OPTIONS, **METHODS, **OUT, **QUIET, **YES},
     "compare": {
         "scene": SCENE_OPTIONS["scene"],
         "--t-end": SCENE_OPTIONS["--t-end"],
@@ -68,6 +70,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--steps": (("s.toml", "--steps", "0.1,0.2"), ("s.toml", "--steps", "0.1,0.25")),
         "--repeats": (("s.toml", "--repeats", "1"), ("s.toml", "--repeats", "2")),
         "--reference": (("s.toml", "--reference", "exact"), ("s.toml", "--reference", "extended")),
+        "--yes": (("s.toml", "--tau-end", "1e13"), ("s.toml", "--tau-end", "1e13", "--yes")),
         **METHODS,
         **OUT,
         **QUIET,
@@ -161,7 +164,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(command, "_animate", note("animation"))
     monkeypatch.setattr(command, "_path", lambda model: model.problems)
     monkeypatch.setattr(motion, "motion_figure", lambda *args: Picture())
-    compared = SimpleNamespace(reference="the truth")
+    compared = SimpleNamespace(reference="the truth", without_result={}, points=[])
     monkeypatch.setattr(compare_page, "run_compare", note("compare", lambda: compared))
     monkeypatch.setattr(compare_page, "reference_text", lambda reference: [reference])
     monkeypatch.setattr(page, "write_stress_report", note("report", lambda: Path("page")))
@@ -232,6 +235,10 @@ def test_an_option_does_something(
     if option == "--debug":
         assert "Traceback" in other[3]
         assert "Traceback" not in one[3]
+        return
+    if option == "--yes":
+        assert "give --yes" in one[3]
+        assert "note: this takes about" in other[3]
         return
     assert one[1] == other[1], (one, other)
     assert "Usage" not in one[3] + other[3]

@@ -58,7 +58,7 @@ def warm(tmp_path_factory):
 
 
 def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
-    arguments = ["drift", "sphere-n3", "--t-end", LONG]
+    arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
     assert code == 130
     assert "Traceback" not in stderr
@@ -73,7 +73,7 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
 
 @pytest.mark.slow
 def test_interrupted_methods_leave_a_report(warm, tmp_path):
-    arguments = ["drift", "sphere-n3", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
+    arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG, "--methods", "gauss-8,rk-4"]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)
     assert code == 130
     assert "Traceback" not in stderr
@@ -96,7 +96,9 @@ def test_interrupted_methods_leave_a_report(warm, tmp_path):
 def test_an_interrupted_run_leaves_its_states(warm, tmp_path, number, expected):
     """SIGTERM and SIGHUP end it as Ctrl-C does."""
     out = tmp_path / "run.nc"
-    code, stderr = interrupted(["run", "sphere-n3", "--t-end", LONG], out, warm + 2.0, number)
+    code, stderr = interrupted(
+        ["run", "sphere-n3", "--yes", "--t-end", LONG], out, warm + 2.0, number
+    )
     assert code == expected
     assert "Traceback" not in stderr
     saved = gi.load(out)

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import chosen_scene, methods_option, scene_options, several_methods, tell_notes
+from .options import (
+    chosen_scene,
+    methods_option,
+    patience,
+    scene_options,
+    several_methods,
+    tell_notes,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,62 +39,43 @@ def command(
     methods: str | None,
     for_drift: bool,
 ) -> None:
-    """Say what a scene would compute, how, and why so. Nothing is integrated.
+    """Say what a scene would compute, how, why so, and how long it takes. Nothing is integrated.
+
+    Only where it may take longer than an hour the first steps are tried, for 0.1 seconds.
 
     With --methods: what `geomint drift` would do with each of them.
     """
     from rich.console import Console
     from rich.text import Text
 
+    from ..plan import expected_plans, make_plan
+    from ..report.text import printable
+
     for_drift = for_drift or methods is not None
     chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe, for_drift)
     several = several_methods(chosen, methods, method, step) if for_drift else None
-    # A plan that fails is told alone: before the title if it is the only one.
-    plans = {} if several is not None else {"": _plan(chosen, for_drift)}
+    with patience("planning"):
+        plans: dict[str, Plan | str]
+        if several is None:
+            plans = {"": make_plan(chosen, "drift" if for_drift else "run", costs=True)}
+        else:
+            plans = dict(expected_plans(chosen, several, costs=True))
     tell_notes(chosen)
     console = Console()
-    console.print(Text(chosen.title, style="bold"))
+    console.print(Text(printable(chosen.title), style="bold"))
     if chosen.content.description:
-        console.print(Text(" ".join(chosen.content.description.split())), "")
-    for label, plan in (plans or _plans(chosen, several or [])).items():
+        console.print(Text(printable(" ".join(chosen.content.description.split()))), "")
+    for label, plan in plans.items():
         if label:
             console.print("", Text(label, style="bold"), sep="\n")
         _print_plan(console, chosen, plan)
 
 
-def _plan(scene: Scene, for_drift: bool) -> Plan:
-    from ..plan import make_plan
-
-    return make_plan(scene, "drift" if for_drift else "run", costs=True)
-
-
-def _plans(scene: Scene, methods: list[str]) -> dict[str, Plan | str]:
-    """Return the plan of each method, or why there is none.
-
-    The physical end of methods in t is estimated by the rate at the start if the scene ends in τ.
-    """
-    from ..errors import GeomintError
-    from ..evaluate import value
-    from ..plan import labelled_scenes, plan_method
-
-    def physical_end() -> float:
-        clock, tau_end = scene.problem.clock, scene.content.time.tau_end
-        assert clock is not None
-        assert tau_end is not None
-        return tau_end * value(scene.problem, clock, scene.state)
-
-    plans: dict[str, Plan | str] = {}
-    for label, variant in labelled_scenes(scene, methods).items():
-        try:
-            plans[label] = plan_method(variant, physical_end, costs=True)
-        except GeomintError as error:
-            plans[label] = str(error)
-    return plans
-
-
 def _print_plan(console: Console, scene: Scene, plan: Plan | str) -> None:
     from rich.table import Table
     from rich.text import Text
+
+    from ..plan import estimate
 
     if isinstance(plan, str):
         console.print(Text(f"not possible: {plan}"))
@@ -99,4 +87,8 @@ def _print_plan(console: Console, scene: Scene, plan: Plan | str) -> None:
     if scene.content.time.tau_end is not None and plan.scene.content.time.tau_end is None:
         why = "estimated by the rate at the start; the run goes where the scene's τ leads"
         table.add_row("end", f"about t = {plan.scene.content.time.t_end:.4g}", why)
+    with patience("timing"):
+        time = estimate(plan)
+    why = "by a trial of the first steps" if time.measured else "by the sizes, a generous bound"
+    table.add_row("time", Text(str(time)), why)
     console.print(table)

@@ -6,6 +6,16 @@ from pathlib import Path
 
 import click
 
+from .options import (
+    chosen_scene,
+    exit_code,
+    partly,
+    reproducing_command,
+    tell_notes,
+    tell_time,
+    yes_option,
+)
+
 __all__ = ["command"]
 
 
@@ -30,7 +40,8 @@ __all__ = ["command"]
 @click.option(
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
 )
-@click.option("--quiet", is_flag=True, help="No progress.")
+@yes_option
+@click.option("--quiet", is_flag=True, help="No progress, no table.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def command(
     scene: str,
@@ -39,36 +50,42 @@ def command(
     repeats: int | None,
     reference: str | None,
     out: Path,
+    yes: bool,
     quiet: bool,
     t_end: float | None,
     tau_end: float | None,
 ) -> int:
-    """Run many methods on one scene: run time against error, drift against time."""
+    """Run many methods on one scene: run time against error, drift against time.
+
+    The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
+    """
     from ..outputs import check_folder
+    from ..plan import comparison_time
     from ..report.compare_page import reference_text, run_compare
+    from ..report.summary import print_comparison
     from ..scene.entries import split_list
-    from .options import chosen_scene, exit_code, partly, reproducing_command, tell_notes
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()
     if t_end is not None or tau_end is not None:
         chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare
     names = section.methods or [chosen.method.name] if methods is None else split_list(methods)
+    given = section.steps if steps is None else _numbers(steps)
+    repeats = repeats or section.repeats or 3
+    reference = reference or section.reference or "auto"
     tell_notes(chosen)
+    tell_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
     check_folder(out)
-    result = run_compare(
-        chosen,
-        names,
-        out,
-        section.steps if steps is None else _numbers(steps),
-        repeats or section.repeats or 3,
-        not quiet,
-        reproducing_command(),
-        reference or section.reference or "auto",
-    )
+    command = reproducing_command()
+    result = run_compare(chosen, names, out, given, repeats, not quiet, command, reference)
+    for method, status in result.without_result.items():
+        click.echo(f"geomint: {method}: no result: {status}", err=True)
     if not quiet:
+        print_comparison(result, chosen)
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")
         click.echo(f"report{partly(result)}: {out / 'compare.html'}")
+    if result.without_result and result.status == "success":
+        return exit_code("failed")
     return exit_code(result.status)
 
 

@@ -17,6 +17,8 @@ from .options import (
     several_methods,
     tell_failure,
     tell_notes,
+    tell_time,
+    yes_option,
 )
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ __all__ = ["command"]
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder for report.html, drift.json, drift.png and drift.svg.",
 )
+@yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
     scene: str,
@@ -47,6 +50,7 @@ def command(
     observe: str | None,
     methods: str | None,
     out: Path,
+    yes: bool,
     quiet: bool,
 ) -> int:
     """Integrate a scene for long and report how its invariants drift.
@@ -57,17 +61,18 @@ def command(
     chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe, drift=True)
     several = several_methods(chosen, methods, method, step)
     if several is not None:
-        return _several(chosen, several, out, quiet)
-    return _one(chosen, out, quiet)
+        return _several(chosen, several, out, yes, quiet)
+    return _one(chosen, out, yes, quiet)
 
 
-def _one(scene: Scene, out: Path, quiet: bool) -> int:
+def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
     from ..errors import StepError
     from ..outputs import check_folder
-    from ..plan import make_plan
+    from ..plan import expected_time, make_plan
 
     plan = make_plan(scene, "drift")
     tell_notes(scene, plan.notes)
+    tell_time(lambda: expected_time([plan]), yes)
     check_folder(out)
     failure: StepError | None = None
     try:
@@ -87,11 +92,13 @@ def _one(scene: Scene, out: Path, quiet: bool) -> int:
     return exit_code(solution.status)
 
 
-def _several(scene: Scene, methods: list[str], out: Path, quiet: bool) -> int:
+def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool) -> int:
     from ..outputs import check_folder
-    from ..plan import run_methods
+    from ..plan import Plan, expected_plans, expected_time, run_methods
 
     tell_notes(scene)
+    plans = [p for p in expected_plans(scene, methods).values() if isinstance(p, Plan)]
+    tell_time(lambda: expected_time(plans), yes)
     check_folder(out)
     result = run_methods(scene, methods, not quiet, _tell_failure)
 

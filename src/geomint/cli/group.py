@@ -15,6 +15,7 @@ import click
 
 from .. import __version__
 from ..errors import GeomintError
+from .plugged import summary
 from .signals import signals_as_ctrl_c
 
 __all__ = ["main"]
@@ -75,7 +76,7 @@ class LazyGroup(click.Group):
         """Write the list of commands without importing any."""
         rows = list(COMMANDS.items())
         for name, point in sorted(_others().items()):
-            rows.append((name, f"From {point.module.partition('.')[0]}."))
+            rows.append((name, summary(point.module, point.attr)))
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 

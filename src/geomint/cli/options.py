@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import shlex
 import sys
+import threading
 import traceback
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -14,7 +16,7 @@ import click
 if TYPE_CHECKING:
     from ..compare import Comparison
     from ..errors import GeomintError
-    from ..plan import SeveralRuns
+    from ..plan import Estimate, SeveralRuns
     from ..scene import Scene
     from ..solution import Solution
 
@@ -23,14 +25,18 @@ __all__ = [
     "exit_code",
     "methods_option",
     "partly",
+    "patience",
     "reproducing_command",
     "scene_options",
     "several_methods",
     "tell_failure",
     "tell_notes",
+    "tell_time",
+    "yes_option",
 ]
 
 F = TypeVar("F", bound=Callable[..., Any])
+PATIENCE = 1.0  # seconds
 
 _SCENE_OPTIONS = (
     click.argument("scene"),
@@ -59,6 +65,11 @@ methods_option = click.option(
 )
 
 
+yes_option = click.option(
+    "--yes", is_flag=True, help="Run even if that takes longer than a day by an estimate."
+)
+
+
 def scene_options(command: F) -> F:
     """Add the argument SCENE and the options that change it."""
     for option in reversed(_SCENE_OPTIONS):
@@ -82,7 +93,7 @@ def chosen_scene(
 
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), patience("building the scene"):
         warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
         result = load_scene(scene)
     if drift:
@@ -134,6 +145,39 @@ def tell_failure(failure: GeomintError | None) -> None:
 def partly(result: Solution | SeveralRuns | Comparison) -> str:
     """Return how to say that a result is not all that was asked for."""
     return "" if result.status == "success" else f" ({result.status})"
+
+
+def tell_time(expected: Callable[[], Estimate], allowed: bool) -> None:
+    """Print how long a command will take if that is beyond an hour; refuse beyond a day.
+
+    Raises
+    ------
+    GeomintError
+        Beyond a day, unless that is allowed.
+    """
+    from ..errors import GeomintError
+    from ..progress import DAY, HOUR
+
+    with patience("timing"):
+        found = expected()
+    if found.seconds > DAY and not allowed:
+        raise GeomintError(f"this takes {found}: give --yes for more than a day, or an earlier end")
+    if found.seconds > HOUR:
+        click.echo(f"geomint: note: this takes {found}", err=True)
+        # It has been said: not again by the run.
+        warnings.filterwarnings("ignore", "at its pace this run takes")
+
+
+@contextmanager
+def patience(doing: str) -> Iterator[None]:
+    """Say on standard error what is being done if it has lasted a second."""
+    timer = threading.Timer(PATIENCE, click.echo, (f"geomint: {doing} …",), {"err": True})
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def reproducing_command(arguments: list[str] | None = None) -> str:

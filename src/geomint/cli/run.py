@@ -14,6 +14,8 @@ from .options import (
     scene_options,
     tell_failure,
     tell_notes,
+    tell_time,
+    yes_option,
 )
 
 __all__ = ["command"]
@@ -26,6 +28,7 @@ __all__ = ["command"]
     type=click.Path(dir_okay=False, path_type=Path),
     help="NetCDF file to write; by default named after the scene.",
 )
+@yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
     scene: str,
@@ -36,6 +39,7 @@ def command(
     representation: str | None,
     observe: str | None,
     out: Path | None,
+    yes: bool,
     quiet: bool,
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
@@ -44,11 +48,12 @@ def command(
 
     chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe)
 
-    from ..plan import make_plan
+    from ..plan import expected_time, make_plan
 
     plan = make_plan(chosen)
     out = Path(f"{chosen.name}.nc") if out is None else out
     tell_notes(chosen)
+    tell_time(lambda: expected_time([plan]), yes)
     check_file(out)
     failure: StepError | None = None
     try:

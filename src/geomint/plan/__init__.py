@@ -6,18 +6,22 @@ what the scene does not need. `run_methods` plans and runs one scene for each of
 """
 
 from .context import Choice, Context
+from .duration import Estimate, comparison_time, estimate, expected_time
 from .plan import Plan, make_plan, run_scene
-from .several import MethodRun, SeveralRuns, labelled_scenes, plan_method, run_methods
+from .several import MethodRun, SeveralRuns, expected_plans, run_methods
 
 __all__ = [
     "Choice",
     "Context",
+    "Estimate",
     "MethodRun",
     "Plan",
     "SeveralRuns",
-    "labelled_scenes",
+    "comparison_time",
+    "estimate",
+    "expected_plans",
+    "expected_time",
     "make_plan",
-    "plan_method",
     "run_methods",
     "run_scene",
 ]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from ..drift import Drift
 from ..errors import FormError, GeomintError, StepError
+from ..evaluate import value
 from ..growth import NOT_FINITE
 from ..integrate import solve
 from ..scene.entries import methods_and_steps
@@ -14,7 +15,7 @@ from ..scene.scene import Scene
 from ..solution import Solution
 from .plan import Plan, make_plan
 
-__all__ = ["MethodRun", "SeveralRuns", "labelled_scenes", "plan_method", "run_methods"]
+__all__ = ["MethodRun", "SeveralRuns", "expected_plans", "run_methods"]
 
 INTERRUPTED = "interrupted before its first step"
 
@@ -123,7 +124,7 @@ def run_methods(
     MethodError, DomainError
         For names and steps that make no sense, before anything is computed.
     """
-    variants = labelled_scenes(scene, methods)
+    variants = _labelled_scenes(scene, methods)
     result = SeveralRuns(scene, "t" if scene.content.time.tau_end is None else "tau")
     interrupted = False
     for label, variant in variants.items():
@@ -137,7 +138,30 @@ def run_methods(
     return result
 
 
-def labelled_scenes(scene: Scene, methods: Iterable[str]) -> dict[str, Scene]:
+def expected_plans(
+    scene: Scene, methods: Iterable[str], costs: bool = False
+) -> dict[str, Plan | str]:
+    """Return the plan of each method, or why there is none. Nothing is integrated.
+
+    The physical end of methods in t is estimated by the rate at the start if the scene ends in τ.
+    """
+
+    def physical_end() -> float:
+        clock, tau_end = scene.problem.clock, scene.content.time.tau_end
+        assert clock is not None
+        assert tau_end is not None
+        return tau_end * value(scene.problem, clock, scene.state)
+
+    plans: dict[str, Plan | str] = {}
+    for label, variant in _labelled_scenes(scene, methods).items():
+        try:
+            plans[label] = _plan_method(variant, physical_end, costs)
+        except GeomintError as error:
+            plans[label] = str(error)
+    return plans
+
+
+def _labelled_scenes(scene: Scene, methods: Iterable[str]) -> dict[str, Scene]:
     """Return the scene with each method, by labels that are unique."""
     entries = methods_and_steps(methods)
     names = [name for name, _ in entries]
@@ -151,7 +175,7 @@ def labelled_scenes(scene: Scene, methods: Iterable[str]) -> dict[str, Scene]:
     }
 
 
-def plan_method(scene: Scene, physical_end: Callable[[], float], costs: bool = False) -> Plan:
+def _plan_method(scene: Scene, physical_end: Callable[[], float], costs: bool = False) -> Plan:
     """Return the plan to the scene's own end, or else to the physical time that is reached there.
 
     Raises
@@ -180,7 +204,7 @@ def _run(result: SeveralRuns, label: str, scene: Scene, progress: bool | None) -
 
     plan: Plan | None = None
     try:
-        plan = plan_method(scene, physical_end)
+        plan = _plan_method(scene, physical_end)
         solution = _solution(plan, progress)
     except GeomintError as error:
         return MethodRun(label, plan, None, "failed", f"{type(error).__name__}: {error}")
