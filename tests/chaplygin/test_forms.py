@@ -191,6 +191,7 @@ def test_classical_is_the_ball_under_the_hat_map(make, seed):
     close(value_of(vectors, "area", y) ** 2, value_of(ball, "momentum", z), 30)
 
 
+@pytest.mark.filterwarnings("ignore:moments")  # of a body or not
 def test_classical_solves_the_definition_of_k():
     """k⃗ = Iω⃗ + Dω⃗ − D(ω⃗, γ⃗)γ⃗, with the tensor as it was given."""
     rng = rng_for(3, 1)
