@@ -117,6 +117,18 @@ REFUSED = {
     "energies that overflow": (lambda: ch.critical_energies([1, 2, 3], 1e-9, 1e308), "a, D, K"),
     "a seed that is nested": (lambda: SPHERE.ball().random_state(nested(10**5)), "rng = <list"),
     "a seed of text": (lambda: SPHERE.ball().random_state("γ"), "rng = 'γ'"),
+    "states that are one number": (
+        lambda: ch.frequency_map(SPHERE.hamiltonized(), np.array(3.0)),
+        "states = array",
+    ),
+    "vectors of other shapes": (
+        lambda: ch.attitude(np.ones((2, 3)), np.ones(3)),
+        "k = .* as many vectors",
+    ),
+    "a discriminant that overflows": (
+        lambda: ch.discriminant([1, 2, 3], 1e200, 1.0, 1.0),
+        "K, H",
+    ),
     # things
     "no problem": (lambda: gi.solve(None, Y0, t_end=1.0), "problem = None"),
     "no scene": (lambda: gi.load_scene(3), "scene 3: expected a name"),

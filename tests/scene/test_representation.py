@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import chaplygin as ch
 import geomint as gi
 from geomint.evaluate import value
 from geomint.plan.cost import Cost, cost_of
@@ -209,3 +210,12 @@ def test_a_small_gain_is_not_worth_another_formulation():
     assert Cost(8, 100).below(Cost(10, 100))
     assert not Cost(9, 100).below(Cost(10, 100))
     assert not Cost(8, 101).below(Cost(10, 100))
+
+
+def test_what_overflows_has_a_cost():
+    """Operations are counted where numbers are not finite too: a run says what that means."""
+    sphere = ch.ChaplyginSphere.from_moments([1.0, 1.5, 2.0], 1.2, 1.0)
+    problem, common = sphere.poisson(), {"gamma": [0.48, 0.6, 0.64]}
+    large, usual = (problem.state(**common, k=[1.0, -0.5, k]) for k in (8e208, 0.5))
+    least = cost_of(problem, "action", usual).operations
+    assert cost_of(problem, "action", large).operations >= least > 0

@@ -79,9 +79,13 @@ def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
     rows: list[Any] = []
     conditions: list[float] = []
     refused: dict[int, str] = {}
-    if not (isinstance(problem, gi.Problem) and isinstance(states, Iterable)):
-        raise gi.DomainError("problem, states", (problem, states), "a problem, and states of it")
-    for index, y in enumerate(states):
+    if not isinstance(problem, gi.Problem):
+        raise gi.DomainError("problem", problem, "a geomint.Problem")
+    try:
+        given = list(states)
+    except TypeError:
+        raise gi.DomainError("states", states, "states of the problem, one after another") from None
+    for index, y in enumerate(given):
         try:
             exact = problem.exact(y)
         except gi.DomainError as error:
@@ -191,7 +195,7 @@ def discriminant(a: Any, D: Any, K: Any, H: Any) -> Array:
             level, energy = np.broadcast_arrays(level, energy)
         except ValueError:
             raise gi.DomainError("H", H, f"of a shape that fits that of K, {level.shape}") from None
-    r0 = -level * np.prod(values) / scale**2
+    r0 = -level * np.prod(values) / (scale * scale)
     # H = −D r_0/(2Πa) − r_1/2
     r1 = -2.0 * energy - scale * r0 / np.prod(values)
     factors = [(r0 + x * r1) * scale for x in values]

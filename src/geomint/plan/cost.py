@@ -105,8 +105,8 @@ class _Number:
         """Elementary functions, as `geomint.kernels.arithmetic` asks numbers for them."""
         return SimpleNamespace(
             sqrt=lambda x: x._after(math.sqrt(max(x.value, 0.0))),
-            sin=lambda x: x._after(math.sin(x.value)),
-            cos=lambda x: x._after(math.cos(x.value)),
+            sin=lambda x: x._after(math.sin(x.value) if math.isfinite(x.value) else math.nan),
+            cos=lambda x: x._after(math.cos(x.value) if math.isfinite(x.value) else math.nan),
             log=lambda x: x._after(math.log(x.value) if x.value > 0.0 else math.nan),
         )
 
