@@ -21,7 +21,7 @@ def command() -> None:
     console = Console()
     wide = console.width >= WIDE  # else titles would be columns of single words
     columns = ["scene", "title", *(["system"] if wide else []), "method"]
-    table = Table(*columns, box=None, header_style="bold", pad_edge=False)
+    table = Table(*columns, box=None, header_style="bold", pad_edge=wide)
     for column in table.columns[:1] + table.columns[2:]:
         column.no_wrap = True
     for name, file in builtin_scenes().items():
