@@ -207,6 +207,8 @@ BELOW = {
     "run_methods": {"scene", "methods", "progress", "tell"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
     "load": {"path"},
+    # Tested in tests/outputs.
+    **{name: {"path"} for name in ("check_file", "check_folder", "whole_file", "whole_folder")},
     **{name: {"function"} for name in ("field", "helper", "observable")},
 }
 ELSEWHERE = {"Compose", "CommutatorFree", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet"}
@@ -217,7 +219,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Solution": {"piece", "save"},
+    "Solution": {"as_saved", "piece", "save"},
     "SavedSolution": {"piece"},
 }  # fmt: skip
 

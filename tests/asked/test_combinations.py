@@ -311,9 +311,15 @@ def test_a_stress_test_of_nothing_is_refused() -> None:
 
 def test_options_of_steps_reach_the_points(monkeypatch) -> None:
     """``--steps`` takes what the documentation says: numbers with commas between."""
+    from geomint.compare import Comparison
     from geomint.report import compare_page
 
     asked: list[Any] = []
-    monkeypatch.setattr(compare_page, "run_compare", lambda *args, **kwargs: asked.append(args[3]))
+
+    def note(*args: Any) -> Comparison:
+        asked.append(args[3])
+        return Comparison([], {})
+
+    monkeypatch.setattr(compare_page, "run_compare", note)
     assert invoke("compare", "sphere-n3", "--steps", "0.1, 0.25", "--quiet").exit_code == 0
     np.testing.assert_array_equal(asked, [[0.1, 0.25]])
