@@ -219,7 +219,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Solution": {"as_saved", "piece", "save"},
+    "Solution": {"piece", "save"},
     "SavedSolution": {"piece"},
 }  # fmt: skip
 
