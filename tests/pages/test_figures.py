@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 from blocks import ROOT, page
 
@@ -22,6 +25,18 @@ RESULTS = ROOT / "benchmarks" / "results"
 
 def result(name: str) -> dict[str, Any]:
     return json.loads((RESULTS / f"{name}.json").read_text("utf-8"))
+
+
+def script(name: str) -> ModuleType:
+    """Return a benchmark as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "benchmarks" / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        spec.loader.exec_module(module)
+    return module
 
 
 def against_heyoka() -> Iterator[tuple[str, str]]:
@@ -102,7 +117,58 @@ def halving() -> Iterator[tuple[str, str]]:
     )
 
 
-FIGURES = [entry for source in (against_heyoka, measure, audit, halving) for entry in source()]
+def seconds_at(table: str, methods: tuple[str, ...], error: float) -> float:
+    """Return the time of the fastest of some methods at an error, between the points of its ladder."""
+    found = []
+    for method in methods:
+        points = sorted((p["error"], p["seconds"]) for p in ladder(table, method))
+        errors, seconds = np.log(np.array(points)).T
+        found.append(math.exp(np.interp(math.log(error), errors, seconds)))
+    return min(found)
+
+
+def compared() -> Iterator[tuple[str, str]]:
+    """Two methods at the same error."""
+    times = [
+        seconds_at("splittings", ("rattle-4", "rattle-6"), error)
+        / seconds_at("splittings", ("verlet-4", "verlet-6"), error)
+        for error in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+    ]
+    low, high = min(times), max(times)
+    yield "choose-a-method", f"{low:.0f} to {high:.0f} times as fast as RATTLE at the same error"
+    slow = seconds_at("rkmk", ("rkmk-4",), 1e-9)
+    shares = [slow / seconds_at("rkmk", (f"rkmk-{t}dop853",), 1e-9) for t in ("", "cayley-")]
+    yield (
+        "choose-a-method",
+        f"on the ball {shares[0]:.0f} and {shares[1]:.0f} times as fast as `rkmk-4` at an error of "
+        "1e-9",
+    )
+    coarse, fine = ladder("sphere", "gauss-8")[:2]
+    yield (
+        "choose-a-method",
+        f"the iteration converges faster: {fine['seconds'] / coarse['seconds']:.1f} times from",
+    )
+
+
+def power(value: float) -> str:
+    return f"{value:.0e}".replace("e-0", "e-")
+
+
+def exact() -> Iterator[tuple[str, str]]:
+    """The exact flow against double-double arithmetic, and methods against it."""
+    worst = max(run["deviation"][-1] for run in result("exact_flow")["against double-double"])
+    yield "exact-flow", f"which share nothing with it: {power(worst)} at τ = 10⁴"
+    phase = result("global_error")["methods"]["gauss-8"]["phase"]
+    yield "exact-flow", f"{power(phase[0])} at T = 10 and {power(phase[-1])} at 10⁷ for gauss-8"
+
+
+SOURCES = (against_heyoka, measure, audit, halving, compared, exact)
+FIGURES = [entry for source in SOURCES for entry in source()]
+
+
+def test_the_stress_tables_are_of_the_result() -> None:
+    told = script("stress_table").page(result("stress"))
+    assert (ROOT / "docs" / "stress-table.md").read_text("utf-8") == told
 
 
 @pytest.mark.parametrize(("name", "sentence"), FIGURES)
@@ -165,15 +231,7 @@ def test_rattle_costs_what_pages_say() -> None:
 def test_tables_of_the_drift_classes_are_those_of_the_result() -> None:
     record = result("drift_classes")
     text = (ROOT / "docs" / "drift-classes-table.md").read_text("utf-8")
-    spec = importlib.util.spec_from_file_location(
-        "drift_classes", ROOT / "benchmarks" / "drift_classes.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "benchmarks"))
-        spec.loader.exec_module(module)
+    module = script("drift_classes")
     cells = next(value for value in record.values() if isinstance(value, list))
     assert text == module.table(cells, record["seeds"])
 
