@@ -214,6 +214,13 @@ def test_messages_are_bounded():
     assert len(nearest("x" * 10**6, ["x"])) < 100
 
 
+def test_a_direction_may_be_of_any_size():
+    problem = ch.ellipsoid_problem([1.0, 4.0, 9.0])
+    with pytest.warns(gi.GeomintWarning, match=r"√\(x, x/a\) is 1e\+308"):
+        state = problem.state(x=[1e308, 0.0, 0.0], p=[0.0, 1.0, 0.0])
+    assert state.tolist() == [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+
 def test_what_is_a_number_is_taken():
     """Whatever has one value as a float, of any kind that numpy and Python have."""
     from decimal import Decimal

@@ -30,6 +30,7 @@ __all__ = [
     "length",
     "skew_components",
     "skew_matrix",
+    "solved",
     "tangent",
     "triangle_of_vector",
     "unit",
@@ -163,6 +164,21 @@ def frame(g: Any, n: int) -> Array:
     if g is None:
         return np.eye(n).reshape(-1)
     return admit_frame(as_vector("g", g, n * n), n)
+
+
+def solved(matrix: Array, right: Array) -> Array:
+    """Return the solution of a linear system in so(n) or R^n.
+
+    Raises
+    ------
+    geomint.DomainError
+        If the matrix is singular: moments that differ by more than all digits make it so.
+    """
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        expected = "moments and D whose ratios are far from 10¹⁶: their matrix is singular"
+        raise gi.DomainError("inertia", matrix, expected) from None
 
 
 def wedge(x: Array, y: Array) -> Array:

@@ -135,7 +135,7 @@ def test_a_sphere_and_other_equal_axes():
 
 def test_states():
     problem = ch.ellipsoid_problem([1.0, 4.0, 9.0])
-    with pytest.warns(gi.GeomintWarning, match=r"\(x, x/a\) is 0.25, not 1"):
+    with pytest.warns(gi.GeomintWarning, match=r"√\(x, x/a\) is 0.5, not 1"):
         y = problem.state(x=[0.0, 1.0, 0.0], p=[1.0, 0.0, 2.0])
     np.testing.assert_allclose(y, [0, 2, 0, 1, 0, 2])
     with pytest.warns(gi.GeomintWarning, match=r"\(normal, p\)/\|p\|"):

@@ -194,6 +194,36 @@ BAD = {
         changed("[1.0, 2.0, 3.0]", "[1e308, 1e308, 1.0]", BALL),
         ["[system] moments", "1e+308", "10¹⁵ D"],
     ),
+    "a ball beyond the digits of its moments": (
+        """
+        [system]
+        name = "rolling-ball"
+        moments = [0.4, 0.5, 0.7]
+        m = 2.0
+        rho = 5e11
+        [initial]
+        gamma = [0.48, 0.6, 0.64]
+        omega = [1.0, -2.0, 1.5]
+        [time]
+        t_end = 1.0
+        """,
+        ["[system] or [initial]", "moments and D", "singular"],
+    ),
+    "a body beyond the digits of its moments": (
+        """
+        [system]
+        name = "rubber-ball"
+        moments = [1.0, 1.5e164, 2.0]
+        m = 1.2
+        rho = 1.0
+        [initial]
+        gamma = [0.48, 0.6, 0.64]
+        p = [0.8, 0.0, -0.6]
+        [time]
+        t_end = 1.0
+        """,
+        ["[system] or [initial]", "moments and D", "singular"],
+    ),
     "a dimension for which there is no memory": (
         """
         [system]

@@ -1,14 +1,18 @@
 """Every bad input is one message that names the key, the value and what was expected."""
 
+import dataclasses
 import tomllib
 from pathlib import Path
 
 import bad_scenes as scenes
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
+from geomint.scene import validate
+from geomint.systems import find_system
 
 CASES = [pytest.param(text, words, id=name) for name, (text, words) in scenes.BAD.items()]
 
@@ -55,6 +59,19 @@ def test_from_the_command_line(tmp_path, text, words, command):
     for word in words:
         assert word in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "error", [MemoryError("6 GiB"), OverflowError("34"), np.linalg.LinAlgError()]
+)
+def test_what_cannot_be_computed_is_a_flaw(monkeypatch, error):
+    def build(parameters, initial):
+        raise error
+
+    system = dataclasses.replace(find_system("chaplygin-sphere-reduced"), build=build)
+    monkeypatch.setattr(validate, "find_system", lambda name: system)
+    with pytest.raises(gi.SceneError, match=r"\[system\] or \[initial\]: .* products are finite"):
+        gi.Scene(**tomllib.loads(scenes.REDUCED))
 
 
 def test_all_flaws_are_told_at_once(tmp_path):

@@ -18,6 +18,7 @@ from ..manifold import (
     length,
     skew_components,
     skew_matrix,
+    solved,
     unit,
     warn,
     wedge,
@@ -132,11 +133,11 @@ def momentum_inverted(inertia: Inertia, D: float, gamma: Array, k: Array) -> Arr
         if diagonal is not None:
             return np.asarray(x / diagonal)
         assert isinstance(inertia, GeneralInertia)
-        return np.asarray(np.linalg.solve(inertia.matrix, x), dtype=np.float64)
+        return solved(inertia.matrix, x)
 
     columns = [skew_matrix(inverse(wedge(e, gamma)), n) @ gamma for e in np.eye(n)]
     matrix = np.eye(n) + D * np.array(columns).T
-    v = np.asarray(np.linalg.solve(matrix, skew_matrix(inverse(k), n) @ gamma), dtype=np.float64)
+    v = solved(matrix, skew_matrix(inverse(k), n) @ gamma)
     return inverse(k - D * wedge(v, gamma))
 
 

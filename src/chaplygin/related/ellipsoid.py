@@ -211,7 +211,7 @@ def _on_ellipsoid(a: Array, x: Any) -> Array:
     size = length(direction / np.sqrt(a))
     if abs(size * largest - 1.0) <= 0.5 * SILENT:
         return given
-    warn(f"(x, x/a) is {(size * largest) ** 2!r}, not 1: the state uses x over its square root")
+    warn(f"√(x, x/a) is {size * largest!r}, not 1: the state uses x over it")
     return np.asarray(direction / size)
 
 

@@ -19,6 +19,7 @@ from ..manifold import (
     length,
     skew_components,
     skew_matrix,
+    solved,
     tangent,
     warn,
     wedge,
@@ -126,7 +127,7 @@ def bound_solution(inertia: Inertia, X: Array, k: Array) -> Array:
     """Return the flat triangle of the w ∈ 𝔡 whose 𝓘w has there the part of k."""
     basis = allowed_basis(X)
     matrix = basis @ np.array([inertia.apply(b) for b in basis]).T
-    return np.asarray(np.linalg.solve(matrix, basis @ k) @ basis)
+    return np.asarray(solved(matrix, basis @ k) @ basis)
 
 
 def momenta(X: Array, k: Array) -> Array:
