@@ -1,8 +1,9 @@
 """How long a plan takes: a bound that costs nothing, and a trial where that is long.
 
 The bound is steps × a generous cost of a step by the sizes of the problem alone: 1.4 to 3000 times what
-runs of the built-in scenes take, by rk-4, rattle-4, gauss-16 and others. Where it is below an hour, nobody needs to know better. Beyond, the
-plan is carried out over the first tenths of a second, compiled, with all that it watches.
+runs of the built-in scenes take, by rk-4, rattle-4, gauss-16 and others. Where it is below an hour,
+nobody needs to know better. Beyond, the plan is carried out over the first tenths of a second,
+compiled, with all that it watches.
 """
 
 from __future__ import annotations
