@@ -49,9 +49,12 @@ class Estimate:
 
 
 def estimate(plan: Plan, enough: float = HOUR) -> Estimate:
-    """Return how long a plan takes; measured if it may be longer than `enough` seconds."""
+    """Return how long a plan takes; measured if it may be longer than `enough` seconds.
+
+    Of so few steps that a trial would be the run itself, the bound.
+    """
     most = _most(plan)
-    if most <= enough:
+    if most <= enough or _steps(plan) <= FIRST_TRIAL:
         return Estimate(most, False)
     found = _trial(plan)
     return Estimate(most, False) if found is None else Estimate(found, True)
