@@ -153,14 +153,14 @@ def tell_time(expected: Callable[[], Estimate], allowed: bool) -> None:
     Raises
     ------
     GeomintError
-        Beyond a day, unless that is allowed.
+        Beyond a day as measured, unless that is allowed.
     """
     from ..errors import GeomintError
     from ..progress import DAY, HOUR
 
     with patience("timing"):
         found = expected()
-    if found.seconds > DAY and not allowed:
+    if found.measured and found.seconds > DAY and not allowed:
         raise GeomintError(f"this takes {found}: give --yes for more than a day, or an earlier end")
     if found.seconds > HOUR:
         click.echo(f"geomint: note: this takes {found}", err=True)

@@ -1,8 +1,9 @@
 """How long a plan takes: a bound that costs nothing, and a trial where that is long.
 
-The bound is steps × a generous cost of a step by the sizes of the problem alone: for small problems ten
-times what a step takes, or more. Where it is below an hour, nobody needs to know better. Beyond, the
-plan is carried out over the first tenths of a second, compiled, with all that it watches.
+The bound is steps × a generous cost of a step by the sizes of the problem alone: 1.4 to 3000 times what
+runs of the built-in scenes take, by rk-4, rattle-4, gauss-16 and others. Where it is below an hour,
+nobody needs to know better. Beyond, the plan is carried out over the first tenths of a second,
+compiled, with all that it watches.
 """
 
 from __future__ import annotations
@@ -48,9 +49,12 @@ class Estimate:
 
 
 def estimate(plan: Plan, enough: float = HOUR) -> Estimate:
-    """Return how long a plan takes; measured if it may be longer than `enough` seconds."""
+    """Return how long a plan takes; measured if it may be longer than `enough` seconds.
+
+    Of so few steps that a trial would be the run itself, the bound.
+    """
     most = _most(plan)
-    if most <= enough:
+    if most <= enough or _steps(plan) <= FIRST_TRIAL:
         return Estimate(most, False)
     found = _trial(plan)
     return Estimate(most, False) if found is None else Estimate(found, True)
