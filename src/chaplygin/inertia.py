@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 Array = npt.NDArray[np.float64]
-LARGEST = 256  # dimension: tables of integrals have some n³/2 numbers
+LARGEST = 1000  # dimension: states with attitude have 3n²/2 numbers
 LARGEST_OF_MATRICES = 100  # of a general operator, which has some n⁴/4
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error
 FACTORS = 1e-14  # relative: products a_i a_j that differ by more are not those of an a

@@ -183,7 +183,7 @@ class OutputError(GeomintError, OSError):
     def __init__(
         self, path: str | os.PathLike[str], reason: str, number: int | None = None
     ) -> None:
-        super().__init__(f"{os.fspath(path)!r} cannot be written: {reason}")
+        super().__init__(f"{told(os.fspath(path))} cannot be written: {reason}")
         self.path, self.number = os.fspath(path), number
 
     @property

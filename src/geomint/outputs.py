@@ -17,7 +17,7 @@ from contextlib import ExitStack, contextmanager
 from os import PathLike
 from pathlib import Path
 
-from .errors import OutputError
+from .errors import DomainError, OutputError, told
 
 try:
     import fcntl
@@ -209,15 +209,20 @@ def _alone(folder: Path) -> Iterator[None]:
 @contextmanager
 def _told(path: str | PathLike[str]) -> Iterator[None]:
     """Turn errors of the operating system into the typed error that names what was to be written."""
+    if not isinstance(path, str | PathLike):
+        raise DomainError("path", path, "the path of a file or folder")
     try:
         yield
     except OutputError:
         raise
     except OSError as failure:
         why, other = failure.strerror or str(failure), failure.filename
-        if other is not None and ".geomint-" not in str(other) and str(other) != os.fspath(path):
-            why = f"{why}: {str(other)!r}"
+        known = Path(path).name
+        if other is not None and ".geomint-" not in str(other) and Path(other).name != known:
+            why = f"{why}: {told(other)}"
         raise OutputError(path, why, failure.errno) from failure
+    except UnicodeEncodeError as failure:
+        raise OutputError(path, "its name has characters that no name can have") from failure
     except ValueError as failure:
         if "null" not in str(failure):  # no name of a file has a null character
             raise

@@ -260,6 +260,8 @@ def load_solution(path: str | PathLike[str]) -> SavedSolution:
         If the file is none, not complete, or not what was written.
     FileNotFoundError
     """
+    if not isinstance(path, str | PathLike):
+        raise DomainError("path", path, "the path of a file")
     place = Path(path)
     _check_seal(place)
     try:

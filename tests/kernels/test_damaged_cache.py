@@ -169,3 +169,46 @@ def test_a_fork_while_a_thread_compiles(tmp_path: Path) -> None:
         timeout=200,
     )
     assert done.returncode == 0, done.stderr
+
+
+CTRL_C = """
+import os, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever starts the tests may ignore it
+import geomint as gi
+from geomint.kernels import compile as _compile
+from geomint.testproblems import pulsating_body
+
+
+def press(name, seconds):
+    if seconds is None:
+        stop()
+        os.kill(os.getpid(), signal.SIGINT)
+
+
+def run():
+    problem = pulsating_body.problem()
+    return gi.solve(problem, pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4").y[-1]
+
+
+stop = _compile.listen(press)
+try:
+    run()
+except KeyboardInterrupt:
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    assert len(run()) > 0
+else:
+    raise SystemExit("Ctrl-C was lost")
+"""
+
+
+@posix
+def test_ctrl_c_while_compiling_spoils_nothing(tmp_path: Path) -> None:
+    """It is heeded after the function that is being compiled, and the next run compiles the rest."""
+    done = subprocess.run(
+        [sys.executable, "-c", CTRL_C],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr

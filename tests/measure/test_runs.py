@@ -189,12 +189,11 @@ def test_adaptive_steps_are_taken_as_they_are() -> None:
 
 def test_a_field_for_single_numbers() -> None:
     """It runs lane after lane, with the warning that says so."""
-    import math
 
     @gi.field
     def swing(params, t, y, out, work):
         out[0] = y[1]
-        out[1] = -math.sin(y[0]) if y[0] > 0.0 else math.sin(-y[0])
+        out[1] = -gi.sin(y[0]) if y[0] > 0.0 else gi.sin(-y[0])
 
     @gi.observable
     def volume(params, t, y, work):

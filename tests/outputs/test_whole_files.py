@@ -97,12 +97,22 @@ def test_a_file_that_may_not_be_written(tmp_path):
         write(path)
 
 
-@pytest.mark.parametrize("path", ["missing/run.nc", "file/run.nc", "nul\0l", "x" * 300])
+@pytest.mark.parametrize(
+    "path", ["missing/run.nc", "file/run.nc", "nul\0l", "x" * 300, "\ud800", "y" * 10_000]
+)
 def test_places_that_are_none(tmp_path, monkeypatch, path):
     monkeypatch.chdir(tmp_path)
     Path("file").write_text("", encoding="utf-8")
-    with pytest.raises(gi.OutputError, match="cannot be written"):
+    with pytest.raises(gi.OutputError, match="cannot be written") as caught:
         write(path)
+    assert len(str(caught.value)) < 500
+
+
+@pytest.mark.parametrize("path", [None, 3, b"run.nc", ["run.nc"]])
+def test_what_is_no_path(path):
+    for call in (gi.check_file, gi.check_folder, gi.load, write):
+        with pytest.raises(gi.DomainError, match="path"):
+            call(path)
 
 
 def test_an_error_while_writing_leaves_the_old_file(tmp_path):

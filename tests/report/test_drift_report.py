@@ -50,7 +50,7 @@ def page(report):
 
 
 def test_the_contract(record):
-    assert set(record) == {"quantities", "provenance"}
+    assert set(record) == {"status", "quantities", "provenance"}
     names = {"energy", "K", "area", "norm", "spatial-momentum", "measure"}
     assert set(record["quantities"]) == names
     for quantity in record["quantities"].values():

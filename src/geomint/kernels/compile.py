@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import functools
 import os
+import signal
 import threading
 import time
 import warnings
-from collections.abc import Callable
-from types import FunctionType
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType, FunctionType
 from typing import Any
 
 import numba
@@ -168,13 +170,40 @@ def compile_function(recorded: Recorded, signature: Any) -> Any:
     return dispatcher
 
 
+@contextmanager
+def _ctrl_c_later() -> Iterator[None]:
+    """Let Ctrl-C wait for a compilation: what is broken off there can never be compiled again.
+
+    A second one does not wait.
+    """
+    pressed: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+
+    plain = threading.current_thread() is threading.main_thread()
+    if not (plain and signal.getsignal(signal.SIGINT) is signal.default_int_handler):
+        yield
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if pressed:
+        raise KeyboardInterrupt
+
+
 def _compile(dispatcher: Any, name: str, signature: Any) -> None:
     if signature.args in dispatcher.overloads:
         return
     misses = sum(dispatcher.stats.cache_misses.values())
     start = time.perf_counter()
-    dispatcher.disable_compile(False)
-    dispatcher.compile(signature)
-    dispatcher.disable_compile()  # a call with other types is an error, not another compilation
+    with _ctrl_c_later():
+        dispatcher.disable_compile(False)
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()  # a call with other types is an error, no compilation
     if sum(dispatcher.stats.cache_misses.values()) > misses:
         _tell(name, time.perf_counter() - start)
