@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import signal
 import stat
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -171,44 +174,34 @@ def test_a_fork_while_a_thread_compiles(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-CTRL_C = """
-import os, signal
-signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever starts the tests may ignore it
-import geomint as gi
-from geomint.kernels import compile as _compile
-from geomint.testproblems import pulsating_body
+class Compiling:
+    """A dispatcher during whose compilation Ctrl-C is pressed so many times."""
+
+    def __init__(self, times: int) -> None:
+        self.overloads: dict[Any, Any] = {}
+        self.stats = SimpleNamespace(cache_misses={})
+        self.times, self.done = times, False
+
+    def disable_compile(self, disabled: bool = True) -> None:
+        pass
+
+    def compile(self, signature: Any) -> None:
+        for _ in range(self.times):
+            signal.raise_signal(signal.SIGINT)
+        self.done = True
 
 
-def press(name, seconds):
-    if seconds is None:
-        stop()
-        os.kill(os.getpid(), signal.SIGINT)
+@pytest.mark.parametrize(("times", "done"), [(1, True), (2, False)])
+def test_ctrl_c_waits_for_a_compilation(times: int, done: bool) -> None:
+    """What is broken off there may never compile again in the process; a second one does not wait."""
+    from geomint.kernels import compile as compiling
 
-
-def run():
-    problem = pulsating_body.problem()
-    return gi.solve(problem, pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4").y[-1]
-
-
-stop = _compile.listen(press)
-try:
-    run()
-except KeyboardInterrupt:
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    assert len(run()) > 0
-else:
-    raise SystemExit("Ctrl-C was lost")
-"""
-
-
-@posix
-def test_ctrl_c_while_compiling_spoils_nothing(tmp_path: Path) -> None:
-    """It is heeded after the function that is being compiled, and the next run compiles the rest."""
-    done = subprocess.run(
-        [sys.executable, "-c", CTRL_C],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        dispatcher = Compiling(times)
+        with pytest.raises(KeyboardInterrupt):
+            compiling._compile(dispatcher, "f", SimpleNamespace(args=()))
+        assert dispatcher.done is done
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
