@@ -40,9 +40,9 @@ SPARE = 32  # digits of every distance
 NEAREST = 1e-64  # points, over their size: nearer ones count as one
 mp: Any = mpmath.mp.clone()  # type: ignore[no-untyped-call]
 mp.dps = DIGITS
-APART = mp.mpf("1e-14")  # starts of the iteration, where double precision gives two equal roots
+BESIDE = mp.mpf("0.2")  # of the next distance: starts of the iteration, off the real axis
 ITERATIONS = 200
-CONVERGED = mp.mpf("1e-18")  # steps over the distance of the next root: the convergence is quadratic
+CONVERGED = mp.mpf("1e-18")  # steps over the distance of the next root; the next would be its cube
 
 
 @dataclass(frozen=True)
@@ -108,8 +108,8 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     Raises
     ------
     geomint.DomainError
-        For p̃ = 0, and where two branch points are one to `MOST_DIGITS` digits: the motion is a
-        separatrix or a steady one.
+        For p̃ = 0, and where two branch points are nearer than `NEAREST`, or one to `MOST_DIGITS`
+        digits: the motion is a separatrix or a steady one.
     """
     if not np.any(p_tilde):
         raise gi.DomainError(
@@ -119,7 +119,7 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     while digits <= MOST_DIGITS:
         with mp.workdps(digits):
             found = _separation(axes, gamma, p_tilde, digits)
-        if found is None:  # two roots cannot be told apart with so few
+        if found is None:
             digits *= 2
             continue
         separation, closest, needed = found
@@ -138,12 +138,13 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
 def _separation(
     axes: ReducedAxes, gamma: Array, p_tilde: Array, digits: int
 ) -> tuple[Separation, float, int] | None:
-    """Return the separation, the smallest distance of two points over their size, and what digits
-    the distances take; or None."""
+    """Return the separation, the smallest distance of two points over their size, and how many
+    digits all distances take; None if the roots cannot be told apart with so few.
+    """
     alpha = [mp.mpf(float(x)) for x in axes.alpha]
     products = _products(axes, gamma, p_tilde)
     polynomial, sizes = _polynomial(alpha, axes.paired, products)
-    roots = _roots(polynomial, alpha)
+    roots = _roots(polynomial, alpha, axes.paired)
     if roots is None:
         return None
     ell = [
@@ -179,7 +180,7 @@ def _digits_for(roots: list[Any], alpha: list[Any], lead: Any, sizes: list[Any])
         slope = lead * mp.fprod(apart) * nearest
         if slope == 0:
             return MOST_DIGITS + 1
-        lost = max(lost, mp.polyval(sizes[::-1], abs(e)) / slope)
+        lost = max(lost, mp.fsum(c * abs(e) ** k for k, c in enumerate(sizes)) / slope)
     return max(DIGITS, SPARE + math.ceil(float(mp.log10(lost))))
 
 
@@ -237,47 +238,60 @@ def _product(roots: list[Any]) -> list[Any]:
     return result
 
 
-def _roots(polynomial: list[Any], alpha: list[Any]) -> list[Any] | None:
+def _roots(polynomial: list[Any], alpha: list[Any], paired: Array) -> list[Any] | None:
     """Return the real roots of T, whose leading coefficient (p̃, Ap̃) is positive.
 
-    Weierstrass' iteration for all at once, from what double precision gives. None where it does not
-    come to an end: two of them cannot be told apart with the digits that there are.
+    The iteration of Ehrlich and Aberth for all at once. None where it does not come to an end, or ends
+    off the real axis: two of them cannot be told apart with the digits that there are.
     """
     if len(polynomial) == 1:
         return []
     monic = [c / polynomial[-1] for c in polynomial]
-    found = _starts(monic, alpha)
+    found = _starts(alpha, paired)
     for _ in range(ITERATIONS):
-        change = mp.mpf(0)
-        for i, e in enumerate(found):
-            step, nearest = mp.mpc(0), abs(e)
-            for c in reversed(monic):
-                step = step * e + c
-            for s, other in enumerate(found):
-                if s != i:
-                    step /= e - other
-                    nearest = min(nearest, abs(e - other))
-            found[i] = e - step
-            change = max(change, abs(step) / nearest)
+        try:
+            change, off_axis = _improve(monic, found)
+        except ZeroDivisionError:  # two are one
+            return None
         if change < CONVERGED:
-            break
-    else:
-        return None
-    worst = max(abs(mp.im(e)) / abs(e) for e in found)
-    return None if worst > mp.mpf(10) ** (-mp.dps // 2) else [mp.re(e) for e in found]
+            return [mp.re(e) for e in found] if off_axis < CONVERGED else None
+    return None
 
 
-def _starts(monic: list[Any], alpha: list[Any]) -> list[Any]:
-    """Return the roots in double precision, of (λ − m)/d: they are between the first and last α_g."""
-    middle, radius = (alpha[0] + alpha[-1]) / 2, (alpha[-1] - alpha[0]) / 2 or mp.mpf(1)
-    moved = list(monic)
-    for first in range(len(moved) - 1):  # Taylor's coefficients there, by Horner's rule
-        for k in range(len(moved) - 2, first - 1, -1):
-            moved[k] += middle * moved[k + 1]
-    degree = len(monic) - 1
-    scaled = [float(c * radius ** (k - degree)) for k, c in enumerate(moved)]
-    start = np.roots(np.array(scaled[::-1]))
-    return [middle + radius * mp.mpc(complex(x)) * (1 + i * APART) for i, x in enumerate(start)]
+def _improve(monic: list[Any], found: list[Any]) -> tuple[Any, Any]:
+    """Improve the roots; return the largest step and imaginary part over the next root's distance."""
+    change, off_axis = mp.mpf(0), mp.mpf(0)
+    for i, e in enumerate(found):
+        value, slope, repelled, nearest = mp.mpc(0), mp.mpc(0), mp.mpc(0), abs(e)
+        for c in reversed(monic):
+            slope = slope * e + value
+            value = value * e + c
+        for s, other in enumerate(found):
+            if s != i:
+                repelled += 1 / (e - other)
+                nearest = min(nearest, abs(e - other))
+        step = value / (slope - value * repelled)
+        found[i] = e - step
+        change = max(change, abs(step) / nearest)
+        off_axis = max(off_axis, abs(mp.im(found[i])) / nearest)
+    return change, off_axis
+
+
+def _starts(alpha: list[Any], paired: Array) -> list[Any]:
+    """Return where to look for the roots: between neighbours, and beside each pair's α_g.
+
+    So it is the right number wherever several are near, up to one or two.
+    """
+    starts = [
+        (x + y) / 2 + mp.mpc(0, BESIDE) * (y - x) for x, y in itertools.pairwise(alpha)
+    ]
+    widest = max(range(len(starts)), key=lambda k: float(alpha[k + 1] - alpha[k]))
+    del starts[widest]
+    for g, x in enumerate(alpha):
+        if paired[g]:
+            nearest = min(abs(x - y) for h, y in enumerate(alpha) if h != g)
+            starts.append(x - mp.mpc(BESIDE, BESIDE) * nearest)
+    return starts
 
 
 def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:

@@ -17,7 +17,7 @@ from ..manifold import Array, length
 from .clock import Clock, sampled_clock
 from .flow import ExactFlow
 from .separated_energy import SeparatedEnergy
-from .symmetry import power_of_two
+from .symmetry import power_of_two, unit_of
 
 __all__ = ["BallFlow", "ExactBall"]
 
@@ -52,7 +52,7 @@ class ExactBall(BallFlow):
     """
 
     def __init__(self, sphere: ChaplyginSphere, y: Array) -> None:
-        change = chaplygin_change(sphere, y)
+        change = chaplygin_change(sphere, np.concatenate([y[:3], unit_of(y[3:])]))
         k, gamma = y[:3] / length(y[:3]), y[3:] / length(y[3:])
         self._slant = 1.0 / length(np.cross(k, gamma))
         # In units of k⃗, whose size has nothing to do with that of γ⃗.
@@ -94,6 +94,7 @@ class ExactBall(BallFlow):
     def inward(self, y: Array) -> Array:
         """Return (γ₁, p₁) of the ball with area constant zero from (k⃗, γ⃗)."""
         both = np.asarray(y).reshape(*np.shape(y)[:-1], 2, 3) / self._units
+        both[..., 1, :] /= np.linalg.norm(both[..., 1:, :], axis=-1)
         k, gamma = np.moveaxis(self._forward @ both, -2, 0)
         return np.concatenate([gamma, self._size * np.cross(gamma, k)], axis=-1)
 

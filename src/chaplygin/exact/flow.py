@@ -90,26 +90,27 @@ class ExactFlow:
         self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
         self._params = packed_torus(*parts, self.start, scale, physical)
-        self._estimate = Estimate(
+        estimate = Estimate(
             max([1.0, *(1.0 / self.torus.strips).tolist()]),
             float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde))),
             float(np.max(np.abs(self.frequencies))),
             self._magnified(),
         )
-        self._refuse_missed(y)
+        self._estimate = estimate.seen(self._missed(y, estimate.condition))
 
-    def _refuse_missed(self, y: Array) -> None:
-        """Raise DomainError where the torus does not go through the state."""
+    def _missed(self, y: Array, condition: float) -> float:
+        """Return by how much the torus misses the state, or raise `DomainError`."""
         rows = state_rows(len(self.a))
         found = evaluated(at_tau, self._params, np.zeros(1), rows, self._work)
         pairs = zip(np.split(self.outward(found[:-1]), 2), np.split(y, 2), strict=True)
-        off = max(length(x - z) / length(z) for x, z in pairs)
-        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self.condition)):
+        off = max(float(np.max(np.abs(x - z)) / np.max(np.abs(z))) for x, z in pairs)
+        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(condition)):
             expected = (
                 f"a motion that double precision resolves: its torus misses the state by {off:.3g}, "
-                f"condition number {self.condition:.3g}"
+                f"condition number {condition:.3g}"
             )
             raise gi.DomainError("state", y, expected)
+        return off
 
     @property
     def frequencies(self) -> Array:
