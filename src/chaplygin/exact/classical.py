@@ -73,6 +73,10 @@ class ExactBall(BallFlow):
         """1 over the sine of the angle of k⃗ and γ⃗: the change of variables is made of their plane."""
         return self._slant
 
+    def _growth(self, steepest: float) -> float:
+        """As often again: frequencies are made of 1 − a_ia_j/D₁, which is as small as D₁."""
+        return self._slant * steepest
+
     def rate(self, states: Array) -> Array:
         """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
         along = self._backward[0, 0] + self._backward[1, 0] * self._own * (
@@ -96,6 +100,9 @@ class ExactBall(BallFlow):
         both = np.asarray(y).reshape(*np.shape(y)[:-1], 2, 3) / self._units
         both[..., 1, :] /= np.linalg.norm(both[..., 1:, :], axis=-1)
         k, gamma = np.moveaxis(self._forward @ both, -2, 0)
+        # Where k⃗ and γ⃗ are nearly parallel k⃗₁ has more digits than γ⃗₁.
+        along = np.sum(k * gamma, axis=-1, keepdims=True) / np.sum(k * k, axis=-1, keepdims=True)
+        gamma = gamma - along * k
         return np.concatenate([gamma, self._size * np.cross(gamma, k)], axis=-1)
 
     def outward(self, y: Array) -> Array:

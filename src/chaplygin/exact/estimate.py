@@ -16,6 +16,7 @@ from ..manifold import Array
 __all__ = ["Estimate"]
 
 SAFETY = 8.0  # of the estimated error, over what roundings do on the average
+MARGIN = 2.0  # over an error that is seen at one time
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Estimate:
 
         So digits that are lost in a way that the derivatives know nothing of are part of it.
         """
-        return dataclasses.replace(self, widened=max(1.0, missed / float(self.phase(0.0))))
+        return dataclasses.replace(self, widened=max(1.0, MARGIN * missed / float(self.phase(0.0))))
 
     def phase(self, tau: Any) -> Array:
         """Return the estimated error of the angles at times τ, in radians."""

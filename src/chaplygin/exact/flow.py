@@ -92,7 +92,7 @@ class ExactFlow:
         self._params = packed_torus(*parts, self.start, scale, physical)
         estimate = Estimate(
             max([1.0, *(1.0 / self.torus.strips).tolist()]),
-            float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde))),
+            self._growth(float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde)))),
             float(np.max(np.abs(self.frequencies))),
             self._magnified(),
         )
@@ -146,6 +146,10 @@ class ExactFlow:
     def _magnified(self) -> float:
         """Return how many times larger roundings of the state are in (γ, p̃)."""
         return 1.0
+
+    def _growth(self, steepest: float) -> float:
+        """Return g of `Estimate` from the gradient of the most sensitive frequency: that."""
+        return steepest
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
