@@ -31,7 +31,7 @@ __all__ = ["ExactBody"]
 
 STATES = 12  # on the torus, from which x and y are computed
 TOLERANCE = 1e-6  # of the velocities
-SMALLEST = 1e-14  # of singular values
+SMALLEST = 1e-16  # of singular values
 
 
 class ExactBody(BallFlow):
