@@ -7,7 +7,7 @@ from exact_support import flow_of, problem_of, turn_of
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.exact import clock, clock_series, flow, torus
+from chaplygin.exact import classical, clock, clock_series, flow, torus
 from geomint.exact import exact_reference
 
 ULP = float(np.spacing(0.8))
@@ -134,16 +134,16 @@ def test_work_is_known_beforehand(monkeypatch):
 
 def test_work_of_the_clock_is_bounded(monkeypatch):
     problem = problem_of("4", "sphere-tau")
-    exact = problem.exact(problem.random_state(2))
-    monkeypatch.setattr(clock_series, "MOST_WORK", 1e4)
-    with pytest.raises(gi.DomainError, match="multiplications, and the narrowest strip"):
-        exact.time(1.0)
-    monkeypatch.undo()
-    monkeypatch.setattr(clock_series, "MOST_NUMBERS", 1e4)
-    with pytest.raises(gi.DomainError, match="they reach as far as m"):
-        exact.time(1.0)
-    monkeypatch.undo()
-    assert float(exact.time(0.0)) == pytest.approx(0.0, abs=1e-14)
+    y = problem.random_state(2)
+    with monkeypatch.context() as patch:
+        patch.setattr(clock_series, "MOST_WORK", 1e4)
+        with pytest.raises(gi.DomainError, match="multiplications, and the narrowest strip"):
+            problem.exact(y).time(1.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(clock_series, "MOST_NUMBERS", 1e4)
+        with pytest.raises(gi.DomainError, match="they reach as far as m"):
+            problem.exact(y).time(1.0)
+    assert float(problem.exact(y).time(0.0)) == pytest.approx(0.0, abs=1e-14)
     monkeypatch.setattr(clock, "MOST_TERMS", 1e5)
     ball = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
     near = ball.exact(
@@ -155,6 +155,28 @@ def test_work_of_the_clock_is_bounded(monkeypatch):
         near.time(1.0)
     terms = sum(s.shape[1] for s in near.torus.shifts)
     assert max(calls) == 32**2 or max(calls) * 2 * terms <= 1e5
+
+
+@pytest.mark.parametrize("series", ["product_clock", "sampled_clock"])
+def test_a_clock_is_refused_once(monkeypatch, series):
+    """A refusal may have cost seconds: the next calls raise it at once."""
+    calls = []
+
+    def refuse(*given):
+        calls.append(given)
+        raise gi.DomainError("state", 0.0, "a motion that decays")
+
+    monkeypatch.setattr(flow if series == "product_clock" else classical, series, refuse)
+    problem = problem_of("3", "sphere-tau")
+    if series == "sampled_clock":
+        problem = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
+    exact = problem.exact(problem.random_state(1))
+    for call in (exact.time, exact.tau, exact, exact.time_error, lambda t: exact.mean_frequencies):
+        for _ in range(2):
+            with pytest.raises(gi.DomainError, match="decays"):
+                call(1.0)
+    assert len(calls) == 1
+    assert np.isfinite(exact.at_tau(1.0)).all()
 
 
 def test_a_series_with_gaps():

@@ -6,7 +6,6 @@ flow is exact in its τ. Time runs as dt = (D₁√U/(dt₁/dt)) dτ, again a fu
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -25,9 +24,7 @@ __all__ = ["BallFlow", "ExactBall"]
 class BallFlow(ExactFlow):
     """A motion whose dt/dτ is a function of the state (k⃗, γ⃗), with the signs of its components."""
 
-    @functools.cached_property
-    def clock(self) -> Clock:
-        """Physical time as a function of τ."""
+    def _make_clock(self) -> Clock:
         return sampled_clock(self.torus, lambda phi: self.rate(self.at_angles(phi)), 2)
 
 

@@ -156,9 +156,21 @@ class ExactFlow:
         gamma = self.inward(np.asarray(states))[..., : len(self.a)]
         return np.asarray(self.D * np.sqrt(np.sum(gamma * gamma / self.a, axis=-1)))
 
-    @functools.cached_property
+    @property
     def clock(self) -> Clock:
-        """Physical time as a function of τ."""
+        """Physical time as a function of τ; what refuses it once refuses it at once ever after."""
+        if isinstance(self._clock, gi.GeomintError):
+            raise self._clock.with_traceback(None)
+        return self._clock
+
+    @functools.cached_property
+    def _clock(self) -> Clock | gi.GeomintError:
+        try:
+            return self._make_clock()
+        except gi.GeomintError as refusal:
+            return refusal
+
+    def _make_clock(self) -> Clock:
         return product_clock(self.torus, self._rate, lambda phi: self.rate(self.at_angles(phi)))
 
     @property
