@@ -67,7 +67,7 @@ class ExactBody(BallFlow):
         return self._ball._magnified()
 
     def _growth(self, steepest: float) -> float:
-        """That of the ball, and what errors of the energy make of the frequencies."""
+        """Return that of the ball, and what errors of the energy make of the frequencies."""
         return self._ball._growth(steepest) + self._sensitivity
 
     def rate(self, states: Array) -> Array:

@@ -25,12 +25,12 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import mpmath
 import numpy as np
 
 import geomint as gi
 
 from ..manifold import Array
+from .real_roots import mp, real_roots
 from .symmetry import ReducedAxes
 
 __all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
@@ -38,11 +38,6 @@ __all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
 DIGITS, MOST_DIGITS = 40, 400
 SPARE = 32  # digits of every distance
 NEAREST = 1e-64  # points, over their size: nearer ones count as one
-mp: Any = mpmath.mp.clone()  # type: ignore[no-untyped-call]
-mp.dps = DIGITS
-BESIDE = mp.mpf("0.2")  # of the next distance: starts of the iteration, off the real axis
-ITERATIONS = 200
-CONVERGED = mp.mpf("1e-18")  # steps over the distance of the next root; the next would be its cube
 
 
 @dataclass(frozen=True)
@@ -138,13 +133,14 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
 def _separation(
     axes: ReducedAxes, gamma: Array, p_tilde: Array, digits: int
 ) -> tuple[Separation, float, int] | None:
-    """Return the separation, the smallest distance of two points over their size, and how many
-    digits all distances take; None if the roots cannot be told apart with so few.
+    """Return the separation, the least distance of two points over their size, and the digits it takes.
+
+    None if the roots cannot be told apart with so few.
     """
     alpha = [mp.mpf(float(x)) for x in axes.alpha]
     products = _products(axes, gamma, p_tilde)
     polynomial, sizes = _polynomial(alpha, axes.paired, products)
-    roots = _roots(polynomial, alpha, axes.paired)
+    roots = real_roots(polynomial, alpha, axes.paired)
     if roots is None:
         return None
     ell = [
@@ -236,62 +232,6 @@ def _product(roots: list[Any]) -> list[Any]:
         longer = [mp.mpf(0), *result]
         result = [x - root * y for x, y in zip(longer, [*result, mp.mpf(0)], strict=True)]
     return result
-
-
-def _roots(polynomial: list[Any], alpha: list[Any], paired: Array) -> list[Any] | None:
-    """Return the real roots of T, whose leading coefficient (p̃, Ap̃) is positive.
-
-    The iteration of Ehrlich and Aberth for all at once. None where it does not come to an end, or ends
-    off the real axis: two of them cannot be told apart with the digits that there are.
-    """
-    if len(polynomial) == 1:
-        return []
-    monic = [c / polynomial[-1] for c in polynomial]
-    found = _starts(alpha, paired)
-    for _ in range(ITERATIONS):
-        try:
-            change, off_axis = _improve(monic, found)
-        except ZeroDivisionError:  # two are one
-            return None
-        if change < CONVERGED:
-            return [mp.re(e) for e in found] if off_axis < CONVERGED else None
-    return None
-
-
-def _improve(monic: list[Any], found: list[Any]) -> tuple[Any, Any]:
-    """Improve the roots; return the largest step and imaginary part over the next root's distance."""
-    change, off_axis = mp.mpf(0), mp.mpf(0)
-    for i, e in enumerate(found):
-        value, slope, repelled, nearest = mp.mpc(0), mp.mpc(0), mp.mpc(0), abs(e)
-        for c in reversed(monic):
-            slope = slope * e + value
-            value = value * e + c
-        for s, other in enumerate(found):
-            if s != i:
-                repelled += 1 / (e - other)
-                nearest = min(nearest, abs(e - other))
-        step = value / (slope - value * repelled)
-        found[i] = e - step
-        change = max(change, abs(step) / nearest)
-        off_axis = max(off_axis, abs(mp.im(found[i])) / nearest)
-    return change, off_axis
-
-
-def _starts(alpha: list[Any], paired: Array) -> list[Any]:
-    """Return where to look for the roots: between neighbours, and beside each pair's α_g.
-
-    So it is the right number wherever several are near, up to one or two.
-    """
-    starts = [
-        (x + y) / 2 + mp.mpc(0, BESIDE) * (y - x) for x, y in itertools.pairwise(alpha)
-    ]
-    widest = max(range(len(starts)), key=lambda k: float(alpha[k + 1] - alpha[k]))
-    del starts[widest]
-    for g, x in enumerate(alpha):
-        if paired[g]:
-            nearest = min(abs(x - y) for h, y in enumerate(alpha) if h != g)
-            starts.append(x - mp.mpc(BESIDE, BESIDE) * nearest)
-    return starts
 
 
 def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:

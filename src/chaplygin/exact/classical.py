@@ -71,7 +71,7 @@ class ExactBall(BallFlow):
         return self._slant
 
     def _growth(self, steepest: float) -> float:
-        """As often again: frequencies are made of 1 − a_ia_j/D₁, which is as small as D₁."""
+        """Return it as often again: frequencies are made of 1 − a_ia_j/D₁, as small as D₁."""
         return self._slant * steepest
 
     def rate(self, states: Array) -> Array:
