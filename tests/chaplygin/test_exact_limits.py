@@ -1,13 +1,15 @@
 """The exact flow at the limits of what double precision resolves: nearly equal a_i, tiny components,
 nearly degenerate tori, times at which the phase means nothing; and that its estimates are honest."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from exact_support import flow_of, problem_of, turn_of
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.exact import clock, clock_series, flow, torus
+from chaplygin.exact import classical, clock, clock_series, flow, torus
 from geomint.exact import exact_reference
 
 ULP = float(np.spacing(0.8))
@@ -40,6 +42,31 @@ def test_nearly_equal_parameters(group, n):
                 if gap == 1e-14:
                     last = found
             np.testing.assert_allclose(last, found, rtol=0, atol=1e-10)
+
+
+def relative(found, y):
+    """Return the largest deviation of both halves of a state, relative to their largest entries."""
+    pairs = zip(np.split(found, 2), np.split(y, 2), strict=True)
+    return max(np.max(np.abs(x - z)) / np.max(np.abs(z)) for x, z in pairs)
+
+
+@pytest.mark.parametrize(("n", "near"), [(6, 6), (7, 7), (7, 5), (10, 10), (10, 9)])
+def test_many_nearly_equal_parameters(n, near):
+    """Roots of a polynomial that are all within a gap take digits in proportion to their number."""
+    rng = np.random.default_rng(n + near)
+    for gap in (1e-3, 1e-7, 1e-9, 1e-11, 1e-13, ULP) if n < 10 else (1e-7, 1e-12, 1e-14):
+        a = rng.uniform(0.6, 1.6, n)
+        a[:near] = 1.0 + gap * rng.permutation(near)
+        for problem in (ch.ChaplyginSphere(a, 4.0).hamiltonized(), ch.Veselova(a, 1.3).reduced()):
+            y = problem.random_state(rng)
+            exact = problem.exact(y)
+            missed = relative(exact.at_tau(0.0), y)
+            assert missed < 3e-15
+            assert missed < float(exact.phase_error(0.0))
+            there = problem.exact(problem.canonical(exact.at_tau(10.0)))
+            allowed = float(exact.phase_error(20.0))
+            assert allowed < 1e-11
+            np.testing.assert_allclose(there.at_tau(-10.0), y, rtol=0, atol=allowed)
 
 
 def test_nearly_equal_parameters_against_integration():
@@ -93,6 +120,75 @@ def test_estimates_are_honest(kind):
     assert np.median(ratios) > 1e-3
 
 
+def test_digits_that_are_lost_are_part_of_the_estimate(monkeypatch):
+    """However it comes that a torus misses its start: the error of later states is not below that."""
+    problem, right = problem_of("6", "sphere-tau"), flow.torus_of
+    y = problem.random_state(1)
+    own = float(problem.exact(y).phase_error(1.0))
+
+    def spoilt(*given):
+        torus = right(*given)
+        return dataclasses.replace(torus, lead=torus.lead * (1.0 + 1e-13))
+
+    monkeypatch.setattr(flow, "torus_of", spoilt)
+    exact = problem.exact(y)
+    missed = relative(exact.at_tau(0.0), y)
+    assert 1e-14 < missed < float(exact.phase_error(0.0)) < 4.0 * missed
+    assert float(exact.phase_error(1.0)) > 5.0 * own
+    assert exact_reference(problem, y, {"tau_end": 1.0}).known > missed
+
+
+FORMS = {
+    "sphere-tau": lambda a: ch.ChaplyginSphere(a, 4.0).hamiltonized(),
+    "sphere-t": lambda a: ch.ChaplyginSphere(a, 4.0).reduced(),
+    "body-tau": lambda a: ch.Veselova(a, 1.3).hamiltonized(),
+    "body-t": lambda a: ch.Veselova(a, 1.3).reduced(),
+    "rubber": lambda a: ch.RubberSphere.from_a(0.5 * a, 0.3).hamiltonized(),
+    "ball": lambda a: ch.ChaplyginSphere(inertia=a, D=1.0).classical(),
+    "body-0": lambda a: ch.Veselova(a, 1.3).classical(0.0),
+    "body-1": lambda a: ch.Veselova(a, 1.3).classical(0.4),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_states_that_are_off_by_roundings(form):
+    """What `canonical` leaves as it is: |γ| and the constraint off by ε, the start missed by that."""
+    problem = FORMS[form](np.array([0.8, 1.1, 1.5]))
+    vertical = slice(3, 6) if problem.pieces[0][0] == "k" else slice(0, 3)
+    other = slice(3 - vertical.start, 6 - vertical.start)
+    for seed in range(20):
+        for off in (1e-15, -1e-14, 4e-14):
+            y = problem.random_state(seed)
+            if vertical.start and np.linalg.norm(np.cross(y[:3], y[3:])) < 0.15:
+                continue
+            y[vertical] *= 1.0 + off
+            if form != "ball":
+                y[other] += 0.9 * off * np.linalg.norm(y[other]) * y[vertical]
+            assert np.array_equal(problem.canonical(y), y)
+            exact = problem.exact(y)
+            missed = relative(exact.at_tau(0.0), y)
+            assert missed < 2.0 * abs(off) + 3e-15
+            assert missed < float(exact.phase_error(0.0))
+
+
+def test_balls_that_start_where_others_have_come_to():
+    """Restarts, whose |γ| is 1 up to some roundings, at any angle of k and γ."""
+    worst = 0.0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        ball = ch.ChaplyginSphere(inertia=rng.uniform(0.6, 1.6, 3), D=rng.uniform(0.2, 2.0))
+        problem = ball.classical()
+        y = problem.random_state(seed)
+        if np.linalg.norm(np.cross(y[:3], y[3:])) < 0.03 * np.linalg.norm(y[:3]):
+            continue
+        there = problem.canonical(problem.exact(y).at_tau(7.3))
+        exact = problem.exact(there)
+        missed = relative(exact.at_tau(0.0), there)
+        assert missed < float(exact.phase_error(0.0))
+        worst = max(worst, missed)
+    assert worst < 1e-14
+
+
 def test_an_estimate_of_time_is_part_of_a_reference():
     problem = problem_of("3", "sphere-t")
     y = problem.random_state(1)
@@ -134,16 +230,16 @@ def test_work_is_known_beforehand(monkeypatch):
 
 def test_work_of_the_clock_is_bounded(monkeypatch):
     problem = problem_of("4", "sphere-tau")
-    exact = problem.exact(problem.random_state(2))
-    monkeypatch.setattr(clock_series, "MOST_WORK", 1e4)
-    with pytest.raises(gi.DomainError, match="multiplications, and the narrowest strip"):
-        exact.time(1.0)
-    monkeypatch.undo()
-    monkeypatch.setattr(clock_series, "MOST_NUMBERS", 1e4)
-    with pytest.raises(gi.DomainError, match="they reach as far as m"):
-        exact.time(1.0)
-    monkeypatch.undo()
-    assert float(exact.time(0.0)) == pytest.approx(0.0, abs=1e-14)
+    y = problem.random_state(2)
+    with monkeypatch.context() as patch:
+        patch.setattr(clock_series, "MOST_WORK", 1e4)
+        with pytest.raises(gi.DomainError, match="multiplications, and the narrowest strip"):
+            problem.exact(y).time(1.0)
+    with monkeypatch.context() as patch:
+        patch.setattr(clock_series, "MOST_NUMBERS", 1e4)
+        with pytest.raises(gi.DomainError, match="they reach as far as m"):
+            problem.exact(y).time(1.0)
+    assert float(problem.exact(y).time(0.0)) == pytest.approx(0.0, abs=1e-14)
     monkeypatch.setattr(clock, "MOST_TERMS", 1e5)
     ball = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
     near = ball.exact(
@@ -155,6 +251,28 @@ def test_work_of_the_clock_is_bounded(monkeypatch):
         near.time(1.0)
     terms = sum(s.shape[1] for s in near.torus.shifts)
     assert max(calls) == 32**2 or max(calls) * 2 * terms <= 1e5
+
+
+@pytest.mark.parametrize("series", ["product_clock", "sampled_clock"])
+def test_a_clock_is_refused_once(monkeypatch, series):
+    """A refusal may have cost seconds: the next calls raise it at once."""
+    calls = []
+
+    def refuse(*given):
+        calls.append(given)
+        raise gi.DomainError("state", 0.0, "a motion that decays")
+
+    monkeypatch.setattr(flow if series == "product_clock" else classical, series, refuse)
+    problem = problem_of("3", "sphere-tau")
+    if series == "sampled_clock":
+        problem = ch.ChaplyginSphere(inertia=[0.7, 1.0, 1.6], D=1.0).classical()
+    exact = problem.exact(problem.random_state(1))
+    for call in (exact.time, exact.tau, exact, exact.time_error, lambda t: exact.mean_frequencies):
+        for _ in range(2):
+            with pytest.raises(gi.DomainError, match="decays"):
+                call(1.0)
+    assert len(calls) == 1
+    assert np.isfinite(exact.at_tau(1.0)).all()
 
 
 def test_a_series_with_gaps():
@@ -209,6 +327,44 @@ def test_balls_of_any_momentum_and_nearly_parallel_vectors():
         np.testing.assert_allclose(z, y, rtol=0, atol=1e-12)
         found += 1
     assert 0 < found < 13
+
+
+@pytest.mark.parametrize("form", ["ball", "body"])
+def test_nearly_parallel_vectors_against_integration(form):
+    """The start to rounding over the angle, and no error beyond the estimate."""
+    for angle in (0.1, 0.01, 1e-3):
+        for seed in range(4):
+            rng = np.random.default_rng(seed)
+            inertia = rng.uniform(0.6, 1.6, 3)
+            gamma, across = np.linalg.qr(rng.normal(size=(3, 2)))[0].T
+            k = gamma + angle * across
+            if form == "ball":
+                problem = ch.ChaplyginSphere(inertia=inertia, D=1.0).classical()
+            else:
+                problem = ch.Veselova(inertia, 1.3).classical(1.0)
+            y = np.r_[k, gamma]
+            exact = problem.exact(y)
+            assert relative(exact.at_tau(0.0), y) < 3e-15 / angle
+            run = gi.solve(problem, y, t_end=2.0, step=0.02, method="dop853", progress=False)
+            off = relative(exact(2.0), run.y[-1])
+            tau = exact.tau(2.0)
+            assert off < float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
+
+
+@pytest.mark.parametrize("f1", [0.0, 0.3, 3.0])
+def test_nearly_equal_moments_of_the_body(f1):
+    """Two flows on its torus are nearly one, and which it is hardly matters then."""
+    for gap in (1e-2, 1e-6, 1e-10, 1e-12, 1e-14, ULP, 0.0):
+        problem = ch.Veselova(1.0 + gap * np.arange(3), 1.0).classical(f1)
+        for seed in range(4):
+            y = problem.random_state(seed)
+            exact = problem.exact(y)
+            assert exact.condition < 100.0
+            assert exact.longest > 1e12
+            run = gi.solve(problem, y, t_end=3.0, step=0.02, method="dop853", progress=False)
+            tau = exact.tau(3.0)
+            allowed = float(exact.phase_error(tau) + exact.time_error(tau)) + 1e-14
+            assert relative(exact(3.0), run.y[-1]) < allowed
 
 
 def test_the_rubber_ball():

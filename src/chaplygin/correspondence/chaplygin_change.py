@@ -94,14 +94,18 @@ def _plane(D: float, h: float, y: Array) -> tuple[float, Array]:
     """Return D₁ and the matrix of (k⃗, γ⃗) ↦ (k⃗₁, γ⃗₁) for the motion through y."""
     k, gamma = y[:3], y[3:]
     c, size = float(k @ gamma), float(k @ k)
-    if np.linalg.norm(np.cross(k, gamma)) <= PARALLEL * np.sqrt(size):
+    apart = float(np.linalg.norm(np.cross(k, gamma)))
+    if apart <= PARALLEL * np.sqrt(size):
         raise gi.DomainError("y", y, "a state whose k and gamma are not parallel")
-    # 2hD δ² + b δ − c² = 0, the root in (−1, 0], without cancellation. At c = 0 is b < 0.
+    # 2hD δ² + b δ − c² = 0, the root in (−1, 0], and δ/c, without cancellation. At c = 0 is b < 0.
     b = 2.0 * h * D - size
     root = np.sqrt(b * b + 8.0 * h * D * c * c)
     ratio = -2.0 * c / (root - b) if b < 0.0 else -(b + root) / (4.0 * h * D * c)
-    vertical = np.array([ratio, 1.0]) / np.linalg.norm(ratio * k + gamma)
-    # k⃗ − (k⃗, γ⃗₁)γ⃗₁ without the cancellation: γ⃗₁ turned in the plane of k⃗ and γ⃗.
-    across = np.array([vertical[0] * c + vertical[1], -(vertical[0] * size + vertical[1] * c)])
-    momentum = across * (np.sqrt(size) / np.linalg.norm(np.cross(k, gamma)))
-    return D * (1.0 + ratio * c), np.array([momentum, vertical])
+    # Nearly parallel vectors: 1 + δ is a root of 2hD x² − (2hD + (k⃗, k⃗)) x + |k⃗×γ⃗|² = 0, and
+    # δ/c k⃗ + γ⃗ is κk⃗ and the part of γ⃗ across k⃗, with κ(k⃗, k⃗) = 2hD (1 + δ) δ/c.
+    left = 2.0 * apart * apart / (2.0 * h * D + size + root)
+    along = 2.0 * h * D * left * ratio
+    norm = np.sqrt((along * along + apart * apart) / size)
+    # k⃗₁ is γ⃗₁ turned in the plane of k⃗ and γ⃗.
+    momentum = np.array([left, -along]) * (np.sqrt(size) / apart)
+    return D * left, np.array([momentum, [ratio, 1.0]]) / norm

@@ -26,11 +26,13 @@ from ..inertia import SpecialInertia
 from ..manifold import Array
 from .classical import BallFlow, ExactBall
 from .separated_energy import SeparatedEnergy
+from .torus import frequencies_on
 
 __all__ = ["ExactBody"]
 
 STATES = 12  # on the torus, from which x and y are computed
 TOLERANCE = 1e-6  # of the velocities
+SMALLEST = 1e-16  # of singular values
 
 
 class ExactBody(BallFlow):
@@ -55,7 +57,7 @@ class ExactBody(BallFlow):
     """
 
     def __init__(self, inverse: Array, f1: float, y: Array) -> None:
-        self._inverse, self._f1, self._sensitivity = inverse, f1, 1.0
+        self._inverse, self._f1 = inverse, f1
         self._c = 2.0 * float(np.max(inverse))
         moments = 1.0 / (self._c / inverse - 1.0)
         ball = ChaplyginSphere(inertia=SpecialInertia.from_moments(moments, 1.0))
@@ -63,7 +65,11 @@ class ExactBody(BallFlow):
         super().__init__(self._ball.a, self._ball.D, self._energy(), y, True)
 
     def _magnified(self) -> float:
-        return self._ball._magnified() * max(1.0, self._sensitivity / self._ball.condition)
+        return self._ball._magnified()
+
+    def _growth(self, steepest: float) -> float:
+        """Return that of the ball, and what errors of the energy make of the frequencies."""
+        return self._ball._growth(steepest) + self._sensitivity
 
     def rate(self, states: Array) -> Array:
         """Return dt/ds of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
@@ -111,15 +117,18 @@ class ExactBody(BallFlow):
         columns = np.stack([u * p_tilde, steep], axis=-1).reshape(-1, 2)
         sizes, scale = np.linalg.norm(columns, axis=0), np.linalg.norm(velocity)
         columns = columns / sizes
-        weights, _, _, singular = np.linalg.lstsq(columns, velocity.reshape(-1), rcond=1e-14)
+        weights = np.linalg.lstsq(columns, velocity.reshape(-1), rcond=SMALLEST)[0]
         left = float(np.linalg.norm(columns @ weights - velocity.reshape(-1)) / scale)
-        # Parallel columns are no loss where all a_i of the ball are equal: then one flow is enough.
-        if np.ptp(ball.a) > 0.0:
-            self._sensitivity = float(singular[0] / max(singular[-1], 1e-300))
+        # What roundings of the velocities do to the frequencies, by the direction of the worst weights.
+        _, singular, directions = np.linalg.svd(columns, full_matrices=False)
+        worst = directions[-1] * scale / max(singular[-1], SMALLEST * singular[0]) / sizes
+        changed = SeparatedEnergy(*map(float, worst)).in_units(ball.unit, ball.unit_p)
+        rates = frequencies_on(ball.torus, ball.separation, changed)
+        self._sensitivity = float(np.max(np.abs(rates)))
         if not left < TOLERANCE:
             expected = (
                 "a state whose k and gamma are less parallel: the body's flow on its torus cannot be "
-                f"told from others, condition number {self._sensitivity:.3g}"
+                f"told from others: the velocities are off by {left:.3g}"
             )
             raise gi.DomainError("state", own[0], expected)
         return SeparatedEnergy(*(float(w) for w in weights / sizes))

@@ -14,7 +14,8 @@ the first oval is between the first two that are not 0, the next one between the
 The coefficients of T follow from the state without a division, and all of this is done with `DIGITS`
 digits, with more where points are near to one another: what is wanted of two nearly equal a_i, or of a
 narrow oval, is their *distance*. The phase of a motion is then known to a rounding error of double
-precision.
+precision. A rounding of the coefficients moves a root e by Σ|c_j e^j|/|T'(e)| times as much, which is
+1/gap^m with m roots within a gap: how many digits that takes is computed, and seen to be there.
 """
 
 from __future__ import annotations
@@ -24,22 +25,19 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import mpmath
 import numpy as np
 
 import geomint as gi
 
 from ..manifold import Array
+from .real_roots import mp, real_roots
 from .symmetry import ReducedAxes
 
 __all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
 
-DIGITS, MOST_DIGITS = 40, 160
-SPARE = 32  # digits beyond twice those that a distance takes: roots of three and more may be near
-mp: Any = mpmath.mp.clone()  # type: ignore[no-untyped-call]
-mp.dps = DIGITS
-APART = mp.mpf("1e-14")  # starts of the iteration, where double precision gives two equal roots
-ITERATIONS = 200
+DIGITS, MOST_DIGITS = 40, 400
+SPARE = 32  # digits of every distance
+NEAREST = 1e-64  # points, over their size: nearer ones count as one
 
 
 @dataclass(frozen=True)
@@ -105,39 +103,44 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     Raises
     ------
     geomint.DomainError
-        For p̃ = 0, and where two branch points are one to `MOST_DIGITS` digits: the motion is a
-        separatrix or a steady one.
+        For p̃ = 0, and where two branch points are nearer than `NEAREST`, or one to `MOST_DIGITS`
+        digits: the motion is a separatrix or a steady one.
     """
     if not np.any(p_tilde):
         raise gi.DomainError(
             "p_tilde", p_tilde, "a momentum that is not zero: the state is at rest"
         )
-    digits, closest = _digits_for(_closest(np.sort(axes.alpha).tolist())), 0.0
+    digits, closest = _digits_of_axes(axes.alpha.tolist()), 0.0
     while digits <= MOST_DIGITS:
         with mp.workdps(digits):
             found = _separation(axes, gamma, p_tilde, digits)
-        if found is None:  # two roots cannot be told apart with so few
+        if found is None:
             digits *= 2
             continue
-        separation, closest = found
-        if _digits_for(closest) <= digits:
+        separation, closest, needed = found
+        if closest < NEAREST:
+            break
+        if needed <= digits:
             return separation
-        digits = _digits_for(closest)
+        digits = needed
     expected = (
-        "a motion whose branch points are apart; two are nearer than "
-        f"{max(closest, 10.0 ** (SPARE - MOST_DIGITS)):.1g} of their size, condition number inf"
+        "a motion whose branch points are apart, as far as "
+        f"{MOST_DIGITS} digits tell; two are at {closest:.1g} of their size, condition number inf"
     )
     raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
 
 
 def _separation(
     axes: ReducedAxes, gamma: Array, p_tilde: Array, digits: int
-) -> tuple[Separation, float] | None:
-    """Return the separation and the smallest distance of two points over their size, or None."""
+) -> tuple[Separation, float, int] | None:
+    """Return the separation, the least distance of two points over their size, and the digits it takes.
+
+    None if the roots cannot be told apart with so few.
+    """
     alpha = [mp.mpf(float(x)) for x in axes.alpha]
     products = _products(axes, gamma, p_tilde)
-    polynomial = _polynomial(alpha, axes.paired, products)
-    roots = _roots(polynomial)
+    polynomial, sizes = _polynomial(alpha, axes.paired, products)
+    roots = real_roots(polynomial, alpha, axes.paired)
     if roots is None:
         return None
     ell = [
@@ -147,21 +150,34 @@ def _separation(
     single = [(x, g) for g, x in enumerate(alpha) if not axes.paired[g]]
     free: list[tuple[Any, int | None]] = [(e, None) for e in roots]
     points = sorted([*single, *free], key=lambda pair: pair[0])
-    pairs = [x for x, pair in zip(alpha, axes.paired, strict=True) if pair]
     ovals = tuple(_oval(points, k) for k in range(0, len(points), 2))
     assert len(ovals) == len(alpha) - 1
-    closest = _closest(sorted([x for x, _ in points] + pairs))
-    return Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, digits), closest
+    ordered = sorted([*alpha, *roots])
+    closest = min((float((y - x) / abs(y)) for x, y in itertools.pairwise(ordered)), default=1.0)
+    found = Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, digits)
+    return found, closest, _digits_for(roots, alpha, polynomial[-1], sizes)
 
 
-def _closest(points: list[Any]) -> float:
-    """Return the smallest distance of two points, in ascending order, over their size."""
-    return min((float((y - x) / abs(y)) for x, y in itertools.pairwise(points)), default=1.0)
+def _digits_of_axes(alpha: list[float]) -> int:
+    """Return how many digits it takes if the roots are as near to one another as the α_g."""
+    lost = [sum(-math.log10(abs(x - y) / max(x, y)) for y in alpha if y != x) for x in alpha]
+    return max(DIGITS, SPARE + math.ceil(max(lost)))
 
 
-def _digits_for(closest: float) -> int:
-    """Return how many digits points with such a distance take."""
-    return max(DIGITS, SPARE + math.ceil(-2.0 * math.log10(max(closest, 1e-300))))
+def _digits_for(roots: list[Any], alpha: list[Any], lead: Any, sizes: list[Any]) -> int:
+    """Return with how many digits the distances of all roots have `SPARE`.
+
+    `sizes` are those of the terms in the coefficients: what is rounded.
+    """
+    lost = mp.mpf(1)
+    for i, e in enumerate(roots):
+        apart = [abs(e - x) for s, x in enumerate(roots) if s != i]
+        nearest = min([*apart, *(abs(e - x) for x in alpha)])
+        slope = lead * mp.fprod(apart) * nearest
+        if slope == 0:
+            return MOST_DIGITS + 1
+        lost = max(lost, mp.fsum(c * abs(e) ** k for k, c in enumerate(sizes)) / slope)
+    return max(DIGITS, SPARE + math.ceil(float(mp.log10(lost))))
 
 
 def _products(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> list[tuple[Any, Any, Any]]:
@@ -178,8 +194,10 @@ def _products(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> list[tuple[Any
     return [(product(g, g, i), product(g, p, i), product(p, p, i)) for i in axes.members]
 
 
-def _polynomial(alpha: list[Any], paired: Array, products: list[tuple[Any, Any, Any]]) -> list[Any]:
-    """Return the coefficients of T, ascending.
+def _polynomial(
+    alpha: list[Any], paired: Array, products: list[tuple[Any, Any, Any]]
+) -> tuple[list[Any], list[Any]]:
+    """Return the coefficients of T, ascending, and the sums of the sizes of their terms.
 
     F = −(p̃, p̃) Σ (γ_g, γ_g)/(λ − α_g) + λ Σ_{g<h} |minors|²/((λ − α_g)(λ − α_h)) + λ Σ ℓ_g²/(λ − α_g)².
     """
@@ -187,22 +205,24 @@ def _polynomial(alpha: list[Any], paired: Array, products: list[tuple[Any, Any, 
     pairs = [g for g in indices if paired[g]]
     momentum = mp.fsum(p for _, _, p in products)
     degree = len(alpha) + len(pairs)
-    total = [mp.mpf(0)] * (degree + 1)
+    total, sizes = [mp.mpf(0)] * (degree + 1), [mp.mpf(0)] * (degree + 1)
 
-    def add(weight: Any, shift: int, without: set[int], pairs_without: set[int]) -> None:
+    def add(terms: list[Any], shift: int, without: set[int], pairs_without: set[int]) -> None:
         roots = [alpha[g] for g in indices if g not in without]
         roots += [alpha[g] for g in pairs if g not in pairs_without]
+        weight, size = sum(terms), sum(map(abs, terms))
         for k, c in enumerate(_product(roots)):
             total[k + shift] += weight * c
+            sizes[k + shift] += size * abs(c)
 
     for g, (g_g, g_b, g_p) in enumerate(products):
-        add(-momentum * g_g, 0, {g}, set())
+        add([-momentum * g_g], 0, {g}, set())
         if paired[g]:
-            add(g_g * g_p - g_b * g_b, 1, {g}, {g})
+            add([g_g * g_p, -g_b * g_b], 1, {g}, {g})
         for h in range(g + 1, len(products)):
             h_g, h_b, h_p = products[h]
-            add(g_g * h_p + g_p * h_g - 2 * g_b * h_b, 1, {g, h}, set())
-    return total[: degree - 1]
+            add([g_g * h_p, g_p * h_g, -2 * g_b * h_b], 1, {g, h}, set())
+    return total[: degree - 1], sizes[: degree - 1]
 
 
 def _product(roots: list[Any]) -> list[Any]:
@@ -212,34 +232,6 @@ def _product(roots: list[Any]) -> list[Any]:
         longer = [mp.mpf(0), *result]
         result = [x - root * y for x, y in zip(longer, [*result, mp.mpf(0)], strict=True)]
     return result
-
-
-def _roots(polynomial: list[Any]) -> list[Any] | None:
-    """Return the real roots of T, whose leading coefficient (p̃, Ap̃) is positive.
-
-    Weierstrass' iteration for all at once, from what double precision gives. None where two of them
-    cannot be told apart with the digits that there are.
-    """
-    if len(polynomial) == 1:
-        return []
-    monic = [c / polynomial[-1] for c in polynomial]
-    start = np.roots(np.array([float(c) for c in monic[::-1]]))
-    found = [mp.mpc(complex(e)) * (1 + mp.mpf(i) * APART) for i, e in enumerate(start)]
-    for _ in range(ITERATIONS):
-        change = mp.mpf(0)
-        for i, e in enumerate(found):
-            step = mp.mpc(0)
-            for c in reversed(monic):
-                step = step * e + c
-            for s, other in enumerate(found):
-                if s != i:
-                    step /= e - other
-            found[i] = e - step
-            change = max(change, abs(step) / abs(e))
-        if change < mp.mpf(10) ** (4 - mp.dps):
-            break
-    worst = max(abs(mp.im(e)) / abs(e) for e in found)
-    return None if worst > mp.mpf(10) ** (-mp.dps // 2) else [mp.re(e) for e in found]
 
 
 def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:

@@ -6,7 +6,6 @@ flow is exact in its τ. Time runs as dt = (D₁√U/(dt₁/dt)) dτ, again a fu
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from ..manifold import Array, length
 from .clock import Clock, sampled_clock
 from .flow import ExactFlow
 from .separated_energy import SeparatedEnergy
-from .symmetry import power_of_two
+from .symmetry import power_of_two, unit_of
 
 __all__ = ["BallFlow", "ExactBall"]
 
@@ -25,9 +24,7 @@ __all__ = ["BallFlow", "ExactBall"]
 class BallFlow(ExactFlow):
     """A motion whose dt/dτ is a function of the state (k⃗, γ⃗), with the signs of its components."""
 
-    @functools.cached_property
-    def clock(self) -> Clock:
-        """Physical time as a function of τ."""
+    def _make_clock(self) -> Clock:
         return sampled_clock(self.torus, lambda phi: self.rate(self.at_angles(phi)), 2)
 
 
@@ -52,7 +49,7 @@ class ExactBall(BallFlow):
     """
 
     def __init__(self, sphere: ChaplyginSphere, y: Array) -> None:
-        change = chaplygin_change(sphere, y)
+        change = chaplygin_change(sphere, np.concatenate([y[:3], unit_of(y[3:])]))
         k, gamma = y[:3] / length(y[:3]), y[3:] / length(y[3:])
         self._slant = 1.0 / length(np.cross(k, gamma))
         # In units of k⃗, whose size has nothing to do with that of γ⃗.
@@ -72,6 +69,10 @@ class ExactBall(BallFlow):
     def _magnified(self) -> float:
         """1 over the sine of the angle of k⃗ and γ⃗: the change of variables is made of their plane."""
         return self._slant
+
+    def _growth(self, steepest: float) -> float:
+        """Return it as often again: frequencies are made of 1 − a_ia_j/D₁, as small as D₁."""
+        return self._slant * steepest
 
     def rate(self, states: Array) -> Array:
         """Return dt/dτ of states (k⃗, γ⃗), shape (..., 6) ↦ (...,)."""
@@ -94,7 +95,11 @@ class ExactBall(BallFlow):
     def inward(self, y: Array) -> Array:
         """Return (γ₁, p₁) of the ball with area constant zero from (k⃗, γ⃗)."""
         both = np.asarray(y).reshape(*np.shape(y)[:-1], 2, 3) / self._units
+        both[..., 1, :] /= np.linalg.norm(both[..., 1:, :], axis=-1)
         k, gamma = np.moveaxis(self._forward @ both, -2, 0)
+        # Where k⃗ and γ⃗ are nearly parallel k⃗₁ has more digits than γ⃗₁.
+        along = np.sum(k * gamma, axis=-1, keepdims=True) / np.sum(k * k, axis=-1, keepdims=True)
+        gamma = gamma - along * k
         return np.concatenate([gamma, self._size * np.cross(gamma, k)], axis=-1)
 
     def outward(self, y: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 import sys
@@ -15,11 +16,12 @@ from ..manifold import Array
 __all__ = ["Estimate"]
 
 SAFETY = 8.0  # of the estimated error, over what roundings do on the average
+MARGIN = 2.0  # over an error that is seen at one time
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """The error of the angles at time τ: 2⁻⁵² times 8 (1 + ln o) m (o + g|τ|).
+    """The error of the angles at time τ: 2⁻⁵² times 8 (1 + ln o) m w (o + g|τ|).
 
     Parameters
     ----------
@@ -31,18 +33,28 @@ class Estimate:
         The largest frequency.
     magnified : float
         m, how many times larger roundings of the given state are in (γ, p̃).
+    widened : float
+        w, at least 1: by how much the estimate at τ = 0 was seen to be too small.
     """
 
     offset: float
     growth: float
     fastest: float
     magnified: float = 1.0
+    widened: float = 1.0
 
     @property
     def condition(self) -> float:
         """About what relative errors of the state are magnified by in frequencies."""
         growth = self.growth / self.fastest if self.fastest > 0.0 else 1.0
-        return self.magnified * max(self.offset, growth)
+        return self.magnified * float(np.maximum(self.offset, growth))  # NaN if one of them is
+
+    def seen(self, missed: float) -> Estimate:
+        """Return the estimate that knows by how much the torus misses the state at τ = 0.
+
+        So digits that are lost in a way that the derivatives know nothing of are part of it.
+        """
+        return dataclasses.replace(self, widened=max(1.0, MARGIN * missed / float(self.phase(0.0))))
 
     def phase(self, tau: Any) -> Array:
         """Return the estimated error of the angles at times τ, in radians."""
@@ -59,4 +71,4 @@ class Estimate:
 
     @property
     def _rounding(self) -> float:
-        return SAFETY * (1.0 + math.log(self.offset)) * self.magnified * 2.0**-52
+        return SAFETY * (1.0 + math.log(self.offset)) * self.magnified * self.widened * 2.0**-52

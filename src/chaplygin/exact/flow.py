@@ -90,26 +90,27 @@ class ExactFlow:
         self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
         self.start = self._angles(gamma, p_tilde)
         self._params = packed_torus(*parts, self.start, scale, physical)
-        self._estimate = Estimate(
+        estimate = Estimate(
             max([1.0, *(1.0 / self.torus.strips).tolist()]),
-            float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde))),
+            self._growth(float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde)))),
             float(np.max(np.abs(self.frequencies))),
             self._magnified(),
         )
-        self._refuse_missed(y)
+        self._estimate = estimate.seen(self._missed(y, estimate.condition))
 
-    def _refuse_missed(self, y: Array) -> None:
-        """Raise DomainError where the torus does not go through the state."""
+    def _missed(self, y: Array, condition: float) -> float:
+        """Return by how much the torus misses the state, or raise `DomainError`."""
         rows = state_rows(len(self.a))
         found = evaluated(at_tau, self._params, np.zeros(1), rows, self._work)
         pairs = zip(np.split(self.outward(found[:-1]), 2), np.split(y, 2), strict=True)
-        off = max(length(x - z) / length(z) for x, z in pairs)
-        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(self.condition)):
+        off = max(float(np.max(np.abs(x - z)) / np.max(np.abs(z))) for x, z in pairs)
+        if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(condition)):
             expected = (
                 f"a motion that double precision resolves: its torus misses the state by {off:.3g}, "
-                f"condition number {self.condition:.3g}"
+                f"condition number {condition:.3g}"
             )
             raise gi.DomainError("state", y, expected)
+        return off
 
     @property
     def frequencies(self) -> Array:
@@ -146,14 +147,30 @@ class ExactFlow:
         """Return how many times larger roundings of the state are in (γ, p̃)."""
         return 1.0
 
+    def _growth(self, steepest: float) -> float:
+        """Return g of `Estimate` from the gradient of the most sensitive frequency: that."""
+        return steepest
+
     def rate(self, states: Array) -> Array:
         """Return dt/dτ = D√U of states, shape (..., rows) ↦ (...,)."""
         gamma = self.inward(np.asarray(states))[..., : len(self.a)]
         return np.asarray(self.D * np.sqrt(np.sum(gamma * gamma / self.a, axis=-1)))
 
-    @functools.cached_property
+    @property
     def clock(self) -> Clock:
-        """Physical time as a function of τ."""
+        """Physical time as a function of τ; what refuses it once refuses it at once ever after."""
+        if isinstance(self._clock, gi.GeomintError):
+            raise self._clock.with_traceback(None)
+        return self._clock
+
+    @functools.cached_property
+    def _clock(self) -> Clock | gi.GeomintError:
+        try:
+            return self._make_clock()
+        except gi.GeomintError as refusal:
+            return refusal
+
+    def _make_clock(self) -> Clock:
         return product_clock(self.torus, self._rate, lambda phi: self.rate(self.at_angles(phi)))
 
     @property

@@ -84,7 +84,8 @@ def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus,
         ]
     )
     ends = 4.0 * radius * radius * sine * (1.0 - sine)
-    weight = -1.0 * lam * product / (8.0 * ends * root_q**3 * count)
+    # In an order in which neither gaps of 1e-16 between ten a_i nor their quotients are too small.
+    weight = -lam * (product / root_q) / root_q / (8.0 * ends * count) / root_q
     result = ((h * weight) @ h.T).real
     for i, g in enumerate(np.flatnonzero(axes.paired), start=size):
         own = float(separation.alpha[g]) * product / (axis[g] ** 2 * root_q)

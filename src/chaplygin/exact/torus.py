@@ -42,7 +42,7 @@ from .branch_points import Oval, Separation, mp
 from .periods import gap_of, means_of, points_of, strip_of
 from .separated_energy import SeparatedEnergy
 
-__all__ = ["Torus", "distances", "torus_of"]
+__all__ = ["Torus", "distances", "frequencies_on", "torus_of"]
 
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
 
@@ -167,6 +167,17 @@ def _turns(
         turning = energy.turning(separation.alpha[g], separation.ell[g])
         omega.append(turning - mp.fsum(means[k][row] * omega[k] for k in range(size)))
     return [rate / (4 * mp.pi) for rate in omega]
+
+
+def frequencies_on(torus: Torus, separation: Separation, energy: SeparatedEnergy) -> Array:
+    """Return ω and Ω of the flow of another energy on a torus, linear in it."""
+    with mp.workdps(separation.digits):
+        nodes = [(o.lower + o.upper) / 2 for o in separation.ovals]
+        pairs = [g for g, ell in enumerate(separation.ell) if ell]
+        means = [[mp.mpf(x) for x in row] for row in torus.means.tolist()]
+        inverse = _inverse(means, len(nodes))
+        turns = _turns(separation, energy, nodes, pairs, means, inverse)
+        return 4.0 * np.pi * np.array([float(x) for x in turns])
 
 
 def _mixed(nodes: list[Any], weights: list[Any]) -> list[Any]:
