@@ -33,6 +33,7 @@ __all__ = ["ExactBody"]
 STATES = 12  # on the torus, from which x and y are computed
 TOLERANCE = 1e-6  # of the velocities
 SMALLEST = 1e-16  # of singular values
+ROUNDINGS = 8.0  # in a velocity: of γ⃗₁, p₁, w⃗, dt/ds
 
 
 class ExactBody(BallFlow):
@@ -124,7 +125,7 @@ class ExactBody(BallFlow):
         worst = directions[-1] * scale / max(singular[-1], SMALLEST * singular[0]) / sizes
         changed = SeparatedEnergy(*map(float, worst)).in_units(ball.unit, ball.unit_p)
         rates = frequencies_on(ball.torus, ball.separation, changed)
-        self._sensitivity = float(np.max(np.abs(rates)))
+        self._sensitivity = ROUNDINGS * float(np.max(np.abs(rates)))
         if not left < TOLERANCE:
             expected = (
                 "a state whose k and gamma are less parallel: the body's flow on its torus cannot be "
