@@ -237,7 +237,7 @@ BAD = {
         [time]
         t_end = 1.0
         """,
-        ["[system] n = 9007199254740992", "from 2 to 256"],
+        ["[system] n = 9007199254740992", "from 2 to 1000"],
     ),
     "a switch that is a word": (
         changed("D = 1.0", 'D = 1.0\nattitude = "no"', BALL),
