@@ -78,7 +78,10 @@ REFUSED = {
     ),
     "n of 2^53": (lambda: ch.ChaplyginSphere.homogeneous(2**53, 1.0, 1.0), "n = 9007.*2 to 1000"),
     "n of half": (lambda: ch.ChaplyginSphere.homogeneous(3.5, 1.0, 1.0), r"n = 3\.5: expected a w"),
-    "so many axes": (lambda: ch.SpecialInertia([0.1] * 1200, 1.0), "n, from a, = 1200.* up to 1000"),
+    "so many axes": (
+        lambda: ch.SpecialInertia([0.1] * 1200, 1.0),
+        "n, from a, = 1200.* up to 1000",
+    ),
     "such an operator": (lambda: ch.GeneralInertia([1.0] * 5050), "n, from inertia, = 101"),
     "rows of 2^62": (
         lambda: dataclasses.replace(FIELD, pieces=(("q", 2**62), ("p", 2))),
