@@ -140,7 +140,7 @@ runs = dict.fromkeys(families, 0)
 for problem, y0 in examples():
     for family, method in families.items():
         if method.needs in problem.forms and runs[family] < 2:
-            watched = "invariants" if runs[family] else "all"
+            watched = list(problem.invariants) if runs[family] else "all"
             gi.solve(problem, y0, t_end=0.2, step=0.05, method=method, observe=watched)
             runs[family] += 1
 print(sorted(set(runs.values())))
