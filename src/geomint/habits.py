@@ -11,6 +11,7 @@ import builtins
 import math
 from collections.abc import Iterator
 from dis import get_instructions
+from inspect import CO_VARKEYWORDS
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
@@ -27,6 +28,7 @@ _TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y)
 _RAISES = (
     "raises an exception: a function cannot end a run; outside of its domain it gives math.nan"
 )
+_KEYWORDS = "has arguments that go by keyword alone: leave out `*` and `**`"
 _STATEMENTS = {
     "RAISE_VARARGS": _RAISES,
     "LOAD_ASSERTION_ERROR": _RAISES.replace("raises an exception", "asserts"),
@@ -72,6 +74,9 @@ def habit_of(recorded: Recorded) -> Habit | None:
 
 def _first_habit(recorded: Recorded) -> Habit | None:
     for function in recorded.reach.functions:
+        code = function.__code__
+        if code.co_kwonlyargcount or code.co_flags & CO_VARKEYWORDS:
+            return Habit(_KEYWORDS, function, code.co_firstlineno)
         for what, line in _habits(function, function.__code__):
             return Habit(what, function, line)
     return None

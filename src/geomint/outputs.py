@@ -75,6 +75,8 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         unfinished = _beside(target)
         try:
             _create(unfinished)
+            if target.exists():  # what nobody else may read is not to be read while it is written
+                shutil.copymode(target, unfinished)
             yield unfinished
             _put(unfinished, target)
             _synced(target.parent)

@@ -143,7 +143,7 @@ class Reference:
 
 def stored(path: Path | None) -> Reference | None:
     """Return the reference that is there, or None; also of a file that is damaged."""
-    if path is None or not path.exists():
+    if path is None or not path.is_file():
         return None
     from .kernels.private import private_folder
 

@@ -190,6 +190,8 @@ def _seal(path: Path) -> None:
 def _check_seal(path: Path) -> None:
     """Refuse a file that is not what was written, before anything in it is believed."""
     name = fspath(path)
+    if path.exists() and not path.is_file():
+        raise GeomintError(f"{name!r} holds no run of geomint: it is no regular file")
     with path.open("rb") as file:
         header = file.read(_HEADER)
         found = _SEAL.search(header)

@@ -50,7 +50,7 @@ def watched_call(
         raise DeclarationError(problem, role, what, error.name, error.index, error.size) from None
     except (ArithmeticError, ValueError):
         return False
-    except (TypeError, NameError, AttributeError, LookupError) as error:
+    except (TypeError, NameError, AttributeError, LookupError, RecursionError) as error:
         what = f"raises {type(error).__name__}: {_told(error)} {_place(f, error)}"
         raise DeclarationError(problem, role, what) from error
     if number:

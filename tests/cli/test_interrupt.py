@@ -138,6 +138,21 @@ def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
     assert "was interrupted" in (tmp_path / "compare.html").read_text(encoding="utf-8")
 
 
+def test_sigterm_where_ctrl_c_is_ignored():
+    """As in the background of a script: SIGTERM must not go the way of a Ctrl-C that nobody hears."""
+    from geomint.cli.signals import signals_as_ctrl_c
+
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with signals_as_ctrl_c() as received:
+            with pytest.raises(KeyboardInterrupt):
+                signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGINT)
+        assert received == [signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_signals_that_are_ignored_stay_so():
     from geomint.cli.signals import signals_as_ctrl_c
 

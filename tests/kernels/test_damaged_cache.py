@@ -99,6 +99,17 @@ def test_a_folder_of_another_user_is_not_used(warm: tuple[Path, Outcome]) -> Non
 
 
 @posix
+def test_a_fifo_in_the_place_of_code(warm: tuple[Path, Outcome]) -> None:
+    """Nobody writes to it, so reading it would take for ever."""
+    cache, first = warm
+    for path in list(cache.rglob("*.nbc")):
+        path.unlink()
+        os.mkfifo(path)
+    assert run(*COMMAND, cache=cache).results == first.results
+    assert run(*COMMAND, cache=cache).compiled == []
+
+
+@posix
 def test_without_a_home(tmp_path: Path) -> None:
     """Nor an entry of the user: a note that says what to set, no traceback, no folder called ~."""
     script = (

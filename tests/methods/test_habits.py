@@ -224,3 +224,48 @@ def test_the_signature_is_that_of_the_function() -> None:
     assert gi.solve.__name__ == "solve"
     assert gi.solve.__doc__ is not None
     assert gi.solve.__doc__.startswith("Integrate `problem` from `y0`")
+
+
+@gi.helper
+def scaled(x, k=2.0):
+    return k * x
+
+
+@gi.helper
+def endless(x):
+    return endless(x) + x
+
+
+@gi.field
+def by_keyword(params, t, y, out, work):
+    out[0] = scaled(y[1], k=1.0)
+    out[1] = -scaled(k=0.5, x=y[0]) - 0.0 * scaled(y[0])
+
+
+@gi.field
+def with_options(params, t, y, out, work, **options):
+    out[0], out[1] = y[1], -y[0]
+
+
+@gi.field
+def with_a_keyword(params, t, y, out, work, *, k=2.0):
+    out[0], out[1] = y[1], -k * y[0]
+
+
+@gi.field
+def of_no_end(params, t, y, out, work):
+    out[0], out[1] = y[1], -endless(y[0])
+
+
+@pytest.mark.parametrize("is_compiled", [True, False])
+def test_arguments_by_keyword(is_compiled: bool) -> None:
+    """Helpers may be called so; fields take none, and a recursion without end is told."""
+    arguments = {"t_end": 1.0, "step": 0.1, "method": "rk-4", "compiled": is_compiled}
+    found = gi.solve(oscillator(by_keyword), Y0, **arguments).y[-1]
+    same = gi.solve(oscillator(field_of("out[1] = -0.5 * y[0]")), Y0, **arguments).y[-1]
+    np.testing.assert_allclose(found, same, rtol=0, atol=1e-14)
+    for wrong in (with_options, with_a_keyword):
+        with pytest.raises(gi.DeclarationError, match="keyword alone"):
+            gi.solve(oscillator(wrong), Y0, **arguments)
+    with pytest.raises(gi.DeclarationError, match="RecursionError"):
+        gi.solve(oscillator(of_no_end), Y0, **arguments)

@@ -1,5 +1,6 @@
 """A file of a run that is not what was written is refused, and says how the run ended."""
 
+import os
 import random
 
 import numpy as np
@@ -47,6 +48,14 @@ def test_other_damages(content, tmp_path, seed):
     refused(tmp_path / "run.nc", content + content[:at] + b"\0")
     refused(tmp_path / "run.nc", content[:at] + bytes(len(content) - at + 1))
     refused(tmp_path / "run.nc", content[at:] + content[:at] if at else b"")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="of POSIX")
+def test_what_is_no_file(tmp_path):
+    os.mkfifo(tmp_path / "run.nc")
+    for place in (tmp_path / "run.nc", tmp_path):
+        with pytest.raises(gi.GeomintError, match="no regular file"):
+            gi.load(place)
 
 
 def test_of_an_earlier_format(tmp_path):

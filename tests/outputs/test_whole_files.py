@@ -47,7 +47,8 @@ def test_permissions_are_those_of_the_old_file_or_of_the_user(tmp_path):
         write(path)
         assert stat.S_IMODE(path.stat().st_mode) == 0o640
         path.chmod(0o604)
-        write(path)
+        with gi.whole_file(path) as unfinished:
+            assert stat.S_IMODE(unfinished.stat().st_mode) == 0o604
         assert stat.S_IMODE(path.stat().st_mode) == 0o604
     finally:
         os.umask(mask)

@@ -24,7 +24,12 @@ def signals_as_ctrl_c() -> Iterator[list[int]]:
 
     def pass_on(number: int, frame: FrameType | None) -> None:
         received.append(number)
-        signal.raise_signal(signal.SIGINT)
+        handler = signal.getsignal(signal.SIGINT)
+        if not callable(
+            handler
+        ):  # Ctrl-C is ignored, as in the background of a script; this is not
+            raise KeyboardInterrupt
+        handler(signal.SIGINT, frame)
 
     before = {}
     if threading.current_thread() is threading.main_thread():

@@ -127,10 +127,10 @@ class _Files:
 
     def load(self, key: Any) -> Any:
         private_folder(self._folder)  # what is in it is unpickled
-        try:
-            content = self._path(key).read_bytes()
-        except FileNotFoundError:
+        path = self._path(key)
+        if not path.is_file():  # nor a FIFO, which would wait for ever
             return None
+        content = path.read_bytes()
         checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
         return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
 

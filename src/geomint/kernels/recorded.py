@@ -38,8 +38,8 @@ class Recorded(Wrapped):
         self._reach: Reach | None = None
         self._made: dict[str, tuple[str, Any]] = {}
 
-    def __call__(self, *args: Any) -> Any:
-        return self.function(*args)
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        return self.function(*args, **named)
 
     def __repr__(self) -> str:
         return f"<recorded {self.function.__module__}.{self.function.__qualname__}>"

@@ -48,7 +48,7 @@ def compiled(function: Recorded, signature: Any) -> Any:
         return compile_function(function, signature)
     except ForeignError as error:
         raise DomainError(error.place, error.value, error.expected) from None
-    except NumbaError as error:
+    except (NumbaError, AssertionError, RecursionError) as error:
         what = f"cannot be compiled: {reason_of(error, function)}; see geomint.field"
         raise DeclarationError(None, function.function.__name__, what) from error
 
