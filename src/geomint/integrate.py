@@ -101,8 +101,6 @@ def solve(
     ConvergenceError, NonFiniteError, StepSizeError, StepLimitError, ClockError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
-    if not isinstance(problem, Problem):
-        raise DomainError("problem", problem, "a geomint.Problem")
     _check_switches(compiled=compiled, clock=clock, progress=progress)
     chosen = find_method(method)
     state = problem.canonical(y0)

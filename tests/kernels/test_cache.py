@@ -67,6 +67,7 @@ def run(*arguments: str, cache: Path, check: bool = True, **environment: str) ->
         capture_output=True,
         text=True,
         check=False,
+        timeout=300,
     )
     if check:
         assert done.returncode == 0, done.stderr[-3000:]

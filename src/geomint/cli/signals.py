@@ -25,10 +25,8 @@ def signals_as_ctrl_c() -> Iterator[list[int]]:
     def pass_on(number: int, frame: FrameType | None) -> None:
         received.append(number)
         handler = signal.getsignal(signal.SIGINT)
-        if not callable(
-            handler
-        ):  # Ctrl-C is ignored, as in the background of a script; this is not
-            raise KeyboardInterrupt
+        if not callable(handler):
+            raise KeyboardInterrupt  # Ctrl-C is ignored, as in the background of a script; not this
         handler(signal.SIGINT, frame)
 
     before = {}
