@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import builtins
 import math
+import numbers
 from collections.abc import Iterator
 from dis import get_instructions
-from inspect import CO_VARKEYWORDS
+from enum import Enum, EnumType
+from inspect import CO_ASYNC_GENERATOR, CO_COROUTINE, CO_VARKEYWORDS
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
@@ -29,12 +31,14 @@ _RAISES = (
     "raises an exception: a function cannot end a run; outside of its domain it gives math.nan"
 )
 _KEYWORDS = "has arguments that go by keyword alone: leave out `*` and `**`"
+_ASYNC = "is asynchronous: write def"
 _STATEMENTS = {
     "RAISE_VARARGS": _RAISES,
     "LOAD_ASSERTION_ERROR": _RAISES.replace("raises an exception", "asserts"),
     "PUSH_EXC_INFO": "has a try or with statement: choose by gi.select(condition, x, y)",
     "YIELD_VALUE": "has a generator: write a loop",
     "IMPORT_NAME": "imports: do it outside of the function",
+    "DELETE_FAST": "deletes a variable: leave it where it is",
     "STORE_GLOBAL": "writes a global variable: what it writes goes to out or work",
 }
 _MAKES = (
@@ -42,10 +46,15 @@ _MAKES = (
     "scratch is work"
 )
 _BUILTINS = {
-    *("abs", "bool", "complex", "divmod", "enumerate", "float", "getattr", "hasattr", "int"),
-    *("isinstance", "len", "max", "min", "pow", "range", "reversed", "round", "slice", "sum"),
-    *("tuple", "zip"),
+    *("abs", "bool", "complex", "divmod", "enumerate", "float", "int", "isinstance", "len"),
+    *("max", "min", "pow", "range", "round", "slice", "sum", "tuple", "zip"),
 }
+_OF_NUMBERS = {"math", "_operator"}
+_FUNCTIONS = (FunctionType, BuiltinFunctionType, np.ufunc, type(np.dot))
+_VALUES = (
+    *(numbers.Number, str, bytes, tuple, np.generic, np.ndarray, np.dtype, range, slice),
+    *(type(None), Enum, EnumType, ModuleType, Recorded),
+)
 _SAME = ("sqrt", "sin", "cos", "log", "maximum")
 _INSTEAD: dict[Any, str] = {
     **{getattr(module, f): f"gi.{f}" for module in (math, np) for f in _SAME if hasattr(module, f)},
@@ -77,6 +86,8 @@ def _first_habit(recorded: Recorded) -> Habit | None:
         code = function.__code__
         if code.co_kwonlyargcount or code.co_flags & CO_VARKEYWORDS:
             return Habit(_KEYWORDS, function, code.co_firstlineno)
+        if code.co_flags & (CO_COROUTINE | CO_ASYNC_GENERATOR):
+            return Habit(_ASYNC, function, code.co_firstlineno)
         for what, line in _habits(function, function.__code__):
             return Habit(what, function, line)
     return None
@@ -119,24 +130,46 @@ def _read(function: FunctionType, path: Path) -> tuple[str, Any]:
 
 def _of_value(name: str, value: Any) -> str | None:
     """Return what is wrong with reading such a value, if anything."""
-    if isinstance(value, list | dict | set):
-        kind = type(value).__name__
-        return f"reads {name}, a {kind}: what it reads are numbers, tuples, numpy arrays, or params"
-    if not isinstance(value, FunctionType | BuiltinFunctionType | np.ufunc | type(np.dot)):
-        return None
+    if not isinstance(value, _FUNCTIONS):
+        if isinstance(value, _VALUES) or value is MISSING or _is_of_numba(type(value)):
+            return None
+        if isinstance(value, type):
+            right = value.__name__ in _BUILTINS or issubclass(
+                value, BaseException
+            )  # see raise, try
+            return None if right else _of_kind(name, "class")
+        return _of_kind(name, type(value).__name__)
     if value in _INSTEAD:
         return f"calls {name}: write {_INSTEAD[value]}"
-    home = home_of(value) if isinstance(value, FunctionType) else value.__module__ or ""
     if isinstance(value, np.ufunc):  # of single numbers the compiler has them
         single = value.__name__.replace("arc", "a")
         if not hasattr(math, single):
             return None
         return f"calls {name}: write math.{single}, which takes one number at a time and is slower"
+    if isinstance(value, FunctionType):
+        return _of_plain_function(name, value)
+    home = value.__module__ or ""
     if home.partition(".")[0] == "numpy":
         return f"calls {name}: write loops over rows"
-    if home == "builtins" and value.__name__ not in _BUILTINS:
+    if home not in _OF_NUMBERS and not (home == "builtins" and value.__name__ in _BUILTINS):
         return f"calls {name}: write arithmetic, loops over rows, and the functions of geomint"
-    plain = isinstance(value, FunctionType) and not home.startswith(KERNELS + ".")
-    if plain and home.partition(".")[0] not in LIBRARIES:
-        return f"calls {name}, a plain function: record it with gi.helper"
     return None
+
+
+def _of_plain_function(name: str, function: FunctionType) -> str | None:
+    home = home_of(function)
+    library = home.partition(".")[0]
+    if library == "numpy":
+        return f"calls {name}: write loops over rows"
+    if home.startswith(KERNELS + ".") or library in LIBRARIES:
+        return None
+    return f"calls {name}, a plain function: record it with gi.helper"
+
+
+def _of_kind(name: str, kind: str) -> str:
+    return f"reads {name}, a {kind}: what it reads are numbers, tuples, numpy arrays, or params"
+
+
+def _is_of_numba(kind: type) -> bool:
+    """Tell whether the compiler has a word to say on such values: which of them it takes."""
+    return kind.__module__.partition(".")[0] in {"numba", "ctypes", "_ctypes", "_cffi_backend"}

@@ -7,7 +7,6 @@ import inspect
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -496,17 +495,17 @@ def of_problem(**given: Any) -> Any:
     problem = gi.Problem(**given)
     y = problem.canonical([0.8, 0.6])
     end = {"t_end": 1.0} if problem.time == "t" else {"tau_end": 1.0}
-    scratch, field = SimpleNamespace(rows=99), given["field"]
+    rows, field = np.full(1, 99.0), given["field"]
 
     def note(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        scratch.rows = min(scratch.rows, len(work))
+        rows[0] = min(rows[0], len(work))
         field(params, t, y, out, work)
 
     noted = dataclasses.replace(problem, field=gi.field(note))
     solution = gi.solve(noted, y, **end, step=0.25, method="rk-4", compiled=False, observe="all")
     return [
         problem.name, problem.forms, problem.state(x=3.0), problem.random_state(1),
-        problem.exact(y), problem.physical_state(y), dict(problem.parameters), scratch.rows,
+        problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
         solution, problem.slices,
     ]  # fmt: skip
 

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import dis
+import enum
+import functools
 import inspect
 import math
+import random
+import time  # noqa: F401 - one of the habits
+import types
 from typing import Any
 
 import numpy as np
@@ -20,6 +25,16 @@ pytestmark = pytest.mark.nojit
 
 TABLE, RATES, CONSTANTS = [1.0, 2.0], {"k": 1.0}, np.array([1.0, 2.0])
 PAIR = (1.0, (2.0, 3.0))
+OBJECT, GENERATOR = types.SimpleNamespace(k=1.0), random.Random(1)
+
+
+class Rates:
+    k = 1.0
+
+
+class Row(enum.IntEnum):
+    q = 0
+    p = 1
 
 
 @gi.helper
@@ -48,6 +63,15 @@ HABITS = {
     "out[1] = np.where(y[0] > 0.0, y[0], y[1])": "calls np.where: write gi.select",
     "out[1] = TABLE[0] * y[0]": "reads TABLE, a list: .*tuples, numpy arrays, or params",
     "out[1] = RATES['k'] * y[0]": "reads RATES, a dict: .*params",
+    "out[1] = OBJECT.k * y[0]": "reads OBJECT, a SimpleNamespace: .*params",
+    "out[1] = Rates.k * y[0]": "reads Rates, a class: .*params",
+    "out[1] = GENERATOR.random()": "reads GENERATOR, a Random: .*params",
+    "out[1] = random.random()": "calls random.random: write arithmetic",
+    "out[1] = np.random.random()": "reads np.random.random, a method: .*params",
+    "out[1] = time.time()": "calls time.time: write arithmetic",
+    "out[1] = getattr(math, 'pi')": "calls getattr: write arithmetic",
+    "for i in reversed(range(2)): out[i] = y[i]": "reads reversed, a class",
+    "out[1] = y[0]; del y": "deletes a variable",
     "out[1] = plain_helper(y[0])": r"calls plain_helper, a plain function: .*gi\.helper",
     "out[1] = y[0]; print(y[0])": "calls print: write observe=",
     "out[1] = float(format(y[0]))": "calls format: write arithmetic",
@@ -74,6 +98,7 @@ RIGHT = (
     "for i in range(len(y)): out[i] = -y[len(y) - 1 - i]",
     "out[1] = abs(gi.sin(y[0])) + of_three(*(y[0], y[1]))",
     "pair = (y[0], y[1]); out[1] = pair[0] * float(max(1, 2))",
+    "out[Row.q] = y[Row.p]; out[Row.p] = -y[Row.q]",
     "double = lambda x: 2.0 * x; out[1] = double(y[0])",
 )
 
@@ -124,11 +149,30 @@ def test_habits_of_helpers_and_observables() -> None:
             ask()
 
 
+def test_what_is_no_function() -> None:
+    """Is refused where it is recorded; what is asynchronous, where it is used."""
+    for wrong in (functools.partial(plain_helper, 1.0), OBJECT.__eq__, math.sin, Rates, "f", None):
+        for record in (gi.field, gi.observable, gi.helper):
+            with pytest.raises(
+                gi.DeclarationError, match="expected a Python function written with"
+            ):
+                record(wrong)
+
+    async def later(params, t, y, out, work):
+        out[0] = out[1] = 1.0
+
+    for compiled in (True, False):
+        with pytest.raises(gi.DeclarationError, match="is asynchronous: write def"):
+            gi.solve(oscillator(gi.field(later)), [0.5, 0.1], t_end=1.0, compiled=compiled)
+
+
 @pytest.mark.parametrize("line", RIGHT)
 def test_what_is_no_habit(line: str) -> None:
     assert habit_of(field_of(line)) is None
-    run = {"t_end": 0.1, "step": 0.1, "method": "rk-4", "compiled": False}
-    assert gi.solve(oscillator(field_of(line)), [0.5, 0.1], **run).success
+    run = {"t_end": 0.1, "step": 0.1, "method": "rk-4"}
+    for compiled in (True, False):
+        run["compiled"] = compiled
+        assert gi.solve(oscillator(field_of(line)), [0.5, 0.1], **run).success
 
 
 def test_a_habit_is_looked_for_again_after_a_change(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -156,7 +156,7 @@ def compile_function(recorded: Recorded, signature: Any) -> Any:
 
     Raises
     ------
-    ForeignError
+    DomainError
         If the function reaches what numba has compiled by itself.
     """
     dispatcher = _entry(recorded)

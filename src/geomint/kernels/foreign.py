@@ -16,43 +16,27 @@ from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.typing.typeof import Purpose, typeof
 
+from ..errors import DomainError
 from .recorded import Recorded
 from .walk import KERNELS, content_of, home_of
 
-__all__ = ["ForeignError", "NumbaError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
+__all__ = ["NumbaError", "refuse_compiled", "refuse_foreign", "refuse_modules"]
 
 OWN = ("numba.", KERNELS + ".")
 HELPER = "a function recorded by geomint.helper"
 VALUES = "numbers, strings, numpy arrays, tuples of them, modules, or recorded functions"
 
 
-class ForeignError(TypeError):
-    """A function that reaches what geomint cannot follow.
-
-    Attributes
-    ----------
-    place : str
-        By what names.
-    value : object
-    expected : str
-        What would be right.
-    """
-
-    def __init__(self, place: str, value: Any, expected: str) -> None:
-        super().__init__(f"{place} is {value!r}: expected {expected}")
-        self.place, self.value, self.expected = place, value, expected
-
-
 def refuse_compiled(recorded: Recorded) -> None:
-    """Raise a `ForeignError` if the function reaches what numba has compiled by itself."""
+    """Raise `DomainError` if the function reaches what numba has compiled by itself."""
     for place, value in recorded.reach.compiled:
         if value is getattr or value is hasattr:
-            raise ForeignError(place, value, "module.name, where a module is meant")
-        raise ForeignError(place, value, f"{HELPER}: numba keeps what a function saw when compiled")
+            raise DomainError(place, value, "module.name, where a module is meant")
+        raise DomainError(place, value, f"{HELPER}: numba keeps what a function saw when compiled")
 
 
 def refuse_foreign(recorded: Recorded) -> None:
-    """Raise a `ForeignError` if numba would compile what the function's fingerprint does not see."""
+    """Raise `DomainError` if numba would compile what the function's fingerprint does not see."""
     context = cpu_target.typing_context
     context.refresh()
     for place, value in recorded.reach.others:
@@ -60,9 +44,9 @@ def refuse_foreign(recorded: Recorded) -> None:
         if implementation is not None:
             templates = getattr(implementation, "templates", ())
             if templates and not any(_is_own(template) for template in templates):
-                raise ForeignError(place, value, f"{HELPER}, not an implementation for numba")
+                raise DomainError(place, value, f"{HELPER}, not an implementation for numba")
         elif not isinstance(value, FunctionType | type) and _has_type(value):
-            raise ForeignError(place, value, VALUES)
+            raise DomainError(place, value, VALUES)
 
 
 def _has_type(value: Any) -> bool:
@@ -92,13 +76,13 @@ def _with_closure(function: Any) -> list[FunctionType]:
 
 
 def refuse_modules(recorded: Recorded, types_given: Iterable[Any]) -> None:
-    """Raise a `ForeignError` if a function is given a module.
+    """Raise `DomainError` if a function is given a module.
 
     numba compiles a function once for each type, and a module's type does not tell what is in it.
     """
     for given in types_given:
         if isinstance(given, types.Module):
             place = f"an argument of {recorded.function.__qualname__}"
-            raise ForeignError(place, given.pymod, "no module: what is read from it")
+            raise DomainError(place, given.pymod, "no module: what is read from it")
         if isinstance(given, types.BaseTuple):
             refuse_modules(recorded, given)

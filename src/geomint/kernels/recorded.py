@@ -12,6 +12,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
+from ..errors import DeclarationError, told
 from .fingerprint import Reach, fingerprint
 from .walk import Wrapped
 
@@ -31,7 +32,9 @@ class Recorded(Wrapped):
         if isinstance(function, Recorded):
             function = function.function
         if not isinstance(function, types.FunctionType):
-            raise TypeError(f"expected a Python function written with def, got {function!r}")
+            name = str(getattr(function, "__name__", type(function).__name__))
+            what = f"is {told(function)}: expected a Python function written with def"
+            raise DeclarationError(None, name, what)
         functools.update_wrapper(self, function)
         self.function = function
         self.inline = inline

@@ -125,10 +125,13 @@ def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index:
     return pointers
 
 
+_INDEX = types.Integer | types.IntEnumMember
+
+
 @infer_global(operator.getitem)
 class _GetRow(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
-        if isinstance(args[0], BlockType) and isinstance(args[1], types.Integer):
+        if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
             return signature(args[0].row, args[0], types.int64)
         return None
 
@@ -136,7 +139,7 @@ class _GetRow(AbstractTemplate):
 @infer_global(operator.setitem)
 class _SetRow(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
-        if isinstance(args[0], BlockType) and isinstance(args[1], types.Integer):
+        if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
             return signature(types.none, args[0], types.int64, args[0].row)
         return None
 

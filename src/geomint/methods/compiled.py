@@ -6,7 +6,7 @@ import os
 import re
 from typing import Any
 
-from ..errors import DeclarationError, DomainError
+from ..errors import DeclarationError
 from ..kernels.recorded import Recorded
 
 __all__ = ["compiled", "reason_of"]
@@ -42,12 +42,10 @@ def compiled(function: Recorded, signature: Any) -> Any:
         If it cannot be compiled; numba's own error is the cause.
     """
     from ..kernels.compile import compile_function
-    from ..kernels.foreign import ForeignError, NumbaError
+    from ..kernels.foreign import NumbaError
 
     try:
         return compile_function(function, signature)
-    except ForeignError as error:
-        raise DomainError(error.place, error.value, error.expected) from None
     except (NumbaError, AssertionError, RecursionError) as error:
         what = f"cannot be compiled: {reason_of(error, function)}; see geomint.field"
         raise DeclarationError(None, function.function.__name__, what) from error
