@@ -121,7 +121,9 @@ def _times(value: Any, factor: float) -> Any:
         return [_times(item, factor) for item in value]
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
-    return value * factor if isinstance(value, float) else round(min(value * factor, 1e30))
+    if isinstance(value, float):
+        return value * factor
+    return round(max(-1e30, min(max(-(10**30), min(value, 10**30)) * factor, 1e30)))
 
 
 def _likely(rng: Random, key: str) -> Any:
