@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 
 import geomint as gi
 from geomint.plan import SeveralRuns, run_methods
+from geomint.plots.style import save_figure
 from geomint.report.drift_json import several_record
 from geomint.report.kind_plots import kinds_figure
-from geomint.report.style import save_figure
 from machine import describe
 
 HERE = Path(__file__).parent

@@ -20,12 +20,11 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from geomint.compare.runs.reference import reference_solution
 
 import chaplygin as ch
 import geomint as gi
-from geomint.reference import reference_solution
-from hamiltonized_n3 import A, heyoka_field
-from hamiltonized_n3 import D as SCALE
+from hamiltonized_n3 import A, D as SCALE, heyoka_field
 from machine import describe
 
 METHODS = {"gauss-8": 0.25, "gauss-4": 0.1, "verlet-4": 0.05}

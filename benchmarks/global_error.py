@@ -21,8 +21,7 @@ import numpy as np
 
 import chaplygin as ch
 import geomint as gi
-from hamiltonized_n3 import A
-from hamiltonized_n3 import D as SCALE
+from hamiltonized_n3 import A, D as SCALE
 from machine import describe
 
 METHODS = {

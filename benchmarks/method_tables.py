@@ -1,7 +1,7 @@
 """The tables of the page "Choose a method": run time against error of many methods on two scenes.
 
-Each table is one comparison (`geomint.compare`): every method at 4, 2, 1, ½ and ¼ of its default step,
-or of the step that the table states; the page shows some of these points. Writes
+Each table is one comparison (`geomint.compare.runs`): every method at 4, 2, 1, ½ and ¼ of its
+default step, or of the step that the table states; the page shows some of these points. Writes
 ``results/method_tables.json``.
 """
 
@@ -14,8 +14,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from geomint.compare.runs.runs import compare
+
 import geomint as gi
-from geomint.compare import compare
 from machine import describe
 
 FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)

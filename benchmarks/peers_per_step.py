@@ -22,7 +22,7 @@ import numpy as np
 
 import chaplygin as ch
 import geomint as gi
-from geomint.testproblems import spherical_pendulum
+from geomint.problems.testproblems import spherical_pendulum
 from machine import describe
 
 FLOORS = {"lielab": 500.0, "mici": 1000.0}

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from geomint.systems import find_system, system_names
+from geomint.problems.systems import find_system, system_names
 
 RESULTS = Path(__file__).parents[1] / "benchmarks" / "results"
 

@@ -11,8 +11,8 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.errors import LONGEST_MESSAGE, nearest, told
+from geomint.problems.testproblems import henon_heiles
 from geomint.scene.entries import methods_and_steps
-from geomint.testproblems import henon_heiles
 
 FIELD, Y0 = henon_heiles.problem(), henon_heiles.INITIAL
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)

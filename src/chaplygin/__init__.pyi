@@ -5,47 +5,49 @@ from .ball.contact import contact_problem as contact_problem
 from .ball.cotangent import cotangent_problem as cotangent_problem
 from .ball.hamiltonized import hamiltonized_problem as hamiltonized_problem
 from .ball.momentum import ball_problem as ball_problem
-from .ball.poisson import poisson_problem as poisson_problem
-from .ball.poisson import poisson_tensor as poisson_tensor
-from .ball.reconstruction import RolledPath as RolledPath
-from .ball.reconstruction import geometric_phase as geometric_phase
-from .ball.reconstruction import rolled_path as rolled_path
+from .ball.poisson import poisson_problem as poisson_problem, poisson_tensor as poisson_tensor
+from .ball.reconstruction import (
+    RolledPath as RolledPath,
+    geometric_phase as geometric_phase,
+    rolled_path as rolled_path,
+)
 from .ball.reduced import reduced_problem as reduced_problem
 from .ball.rolling import rolling_problem as rolling_problem
 from .ball.sphere import ChaplyginSphere as ChaplyginSphere
-from .controls import MultiplierDefects as MultiplierDefects
-from .controls import almost_poisson_tensor as almost_poisson_tensor
-from .controls import multiplier_defects as multiplier_defects
+from .controls import (
+    MultiplierDefects as MultiplierDefects,
+    almost_poisson_tensor as almost_poisson_tensor,
+    multiplier_defects as multiplier_defects,
+)
 from .conversion import converted as converted
 from .correspondence.chaplygin_change import chaplygin_change as chaplygin_change
-from .correspondence.clebsch import to_clebsch as to_clebsch
-from .correspondence.clebsch import to_neumann as to_neumann
+from .correspondence.clebsch import to_clebsch as to_clebsch, to_neumann as to_neumann
 from .correspondence.correspondence import Correspondence as Correspondence
-from .correspondence.fedorov import fedorov_ball as fedorov_ball
-from .correspondence.fedorov import fedorov_body as fedorov_body
-from .correspondence.fedorov import fedorov_constants as fedorov_constants
-from .correspondence.fedorov import fedorov_state as fedorov_state
+from .correspondence.fedorov import (
+    fedorov_ball as fedorov_ball,
+    fedorov_body as fedorov_body,
+    fedorov_constants as fedorov_constants,
+    fedorov_state as fedorov_state,
+)
 from .correspondence.gauss_map import gauss_map as gauss_map
 from .correspondence.hamiltonization import hamiltonization as hamiltonization
 from .exact.classical import ExactBall as ExactBall
 from .exact.flow import ExactFlow as ExactFlow
-from .exact.frequency_map import FrequencyMap as FrequencyMap
-from .exact.frequency_map import action_variables as action_variables
-from .exact.frequency_map import critical_energies as critical_energies
-from .exact.frequency_map import discriminant as discriminant
-from .exact.frequency_map import frequency_map as frequency_map
-from .exact.frequency_map import resonances as resonances
-from .exact.reconstruction import ContactPath as ContactPath
-from .exact.reconstruction import attitude as attitude
-from .inertia import GeneralInertia as GeneralInertia
-from .inertia import SpecialInertia as SpecialInertia
-from .related.clebsch import clebsch_problem as clebsch_problem
-from .related.clebsch import neumann_problem as neumann_problem
+from .exact.frequency_map import (
+    FrequencyMap as FrequencyMap,
+    action_variables as action_variables,
+    critical_energies as critical_energies,
+    discriminant as discriminant,
+    frequency_map as frequency_map,
+    resonances as resonances,
+)
+from .exact.reconstruction import ContactPath as ContactPath, attitude as attitude
+from .inertia import GeneralInertia as GeneralInertia, SpecialInertia as SpecialInertia
+from .related.clebsch import clebsch_problem as clebsch_problem, neumann_problem as neumann_problem
 from .related.ellipsoid import ellipsoid_problem as ellipsoid_problem
 from .rubber.rolling import rubber_rolling_problem as rubber_rolling_problem
 from .rubber.sphere import RubberSphere as RubberSphere
-from .spheroconical import Spheroconical as Spheroconical
-from .spheroconical import SpheroconicalPoint as SpheroconicalPoint
+from .spheroconical import Spheroconical as Spheroconical, SpheroconicalPoint as SpheroconicalPoint
 from .veselova.body import Veselova as Veselova
 from .veselova.classical import veselova_classical_problem as veselova_classical_problem
 from .veselova.classical_multiplier import (

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.evaluate import derivative, value
+from geomint.problems.evaluate import derivative, value
 
 __all__ = ["arguments_of", "called", "methods_of", "said", "seen"]
 

@@ -14,11 +14,11 @@ import pytest
 from asked_support import arguments_of, called, methods_of, seen
 
 import geomint as gi
-from geomint import compare as compare_module
-from geomint import integrate
-from geomint.kernels.blocks import scalar_block
+from geomint.compare.runs import runs as compare_module
+from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
 from geomint.report import drift_page
+from geomint.run import solve as integrate
 
 
 @gi.field

@@ -152,8 +152,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
         return instead
 
-    from chaplygin.audit import report as audit_report
-    from chaplygin.audit import run as audit_run
+    from chaplygin.audit import report as audit_report, run as audit_run
     from chaplygin.pictures import command, motion
     from geomint.report import compare_page
     from geomint.stress import page, sweep

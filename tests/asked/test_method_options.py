@@ -11,7 +11,7 @@ from asked_support import arguments_of
 import geomint as gi
 from geomint.methods import Start
 from geomint.methods.adaptive import AdaptiveStepper
-from geomint.testproblems import pulsating_body, sphere_metric
+from geomint.problems.testproblems import pulsating_body, sphere_metric
 
 BOTH = {  # two values of every option
     "tolerance": (0.0, 1e-6),

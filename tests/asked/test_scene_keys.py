@@ -12,8 +12,8 @@ from asked_support import seen
 from pydantic import BaseModel
 
 import geomint as gi
-from geomint import integrate
 from geomint.report import compare_page
+from geomint.run import solve as integrate
 from geomint.scene.model import Content
 
 BASE: dict[str, Any] = {

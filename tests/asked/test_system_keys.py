@@ -13,8 +13,8 @@ from asked_support import seen
 import geomint as gi
 from chaplygin.ball.rolling_states import momentum_inverted
 from chaplygin.inertia import SpecialInertia
-from geomint.evaluate import derivative, value
-from geomint.systems import find_system, system_names
+from geomint.problems.evaluate import derivative, value
+from geomint.problems.systems import find_system, system_names
 
 c, s = math.cos(0.7), math.sin(0.7)
 ONE = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]

@@ -18,7 +18,7 @@ import chaplygin as ch
 import geomint as gi
 from chaplygin.manifold import skew_matrix, vector_of_triangle
 from chaplygin.veselova.stiefel_states import allowed_part
-from geomint.kernels.blocks import Block
+from geomint.kernels.numbers.blocks import Block
 
 DIMENSIONS = range(2, 8)
 mp = mpmath.mp.clone()

@@ -6,10 +6,10 @@ from numba.core import types
 from support import CASES
 
 from chaplygin.measures import constant_density
-from geomint.kernels import signatures
-from geomint.kernels.blocks import as_lanes, scalar_block
-from geomint.kernels.compile import LANE, SCALAR, compile_function, extended_kind
-from geomint.kernels.recorded import Recorded
+from geomint.kernels.compiling import signatures
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function, extended_kind
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.numbers.blocks import as_lanes, scalar_block
 
 LABELS = [
     "reduced-special-n3",

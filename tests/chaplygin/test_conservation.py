@@ -17,7 +17,7 @@ from support import (
 )
 
 import chaplygin as ch
-from geomint.kernels.blocks import Block
+from geomint.kernels.numbers.blocks import Block
 
 ROOTS = {  # norms: no derivative at zero
     *("orthogonality", "spatial-momentum", "vertical", "rolling", "twist", "forbidden"),

@@ -19,7 +19,7 @@ from support import (
 import chaplygin as ch
 import geomint as gi
 from chaplygin.commuting_integrals import chasles_integral, coefficient_tables
-from geomint.kernels.blocks import Block
+from geomint.kernels.numbers.blocks import Block
 
 
 def close(x, y, size=1.0):

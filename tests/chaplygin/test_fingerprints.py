@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
-from geomint.kernels.recorded import Recorded
+from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import binding
 from geomint.scene.load import builtin_scenes, load_scene
 

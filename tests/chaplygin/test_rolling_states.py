@@ -3,8 +3,7 @@
 import numpy as np
 import pydantic
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from rolling_support import RHO, ball, both, pieces, start
 from support import (
     generator_of,

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from support import DIMENSIONS, extended, mp, random_body, random_tangent
 
 import chaplygin as ch
 import geomint as gi
 from chaplygin.integrable import shared_integrals
-from geomint.kernels.blocks import Block
+from geomint.kernels.numbers.blocks import Block
 
 EPSILON = 2.0**-52
 

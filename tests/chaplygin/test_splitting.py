@@ -11,10 +11,10 @@ from support import CASES, DIMENSIONS, extended, mp, quiet_state, random_special
 import chaplygin as ch
 import geomint as gi
 from chaplygin.ball.hamiltonized_splitting import dilation_coefficients
-from geomint.evaluate import derivative, value
-from geomint.kernels.blocks import Block, as_lanes, scalar_block
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.recorded import Recorded
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.numbers.blocks import Block, as_lanes, scalar_block
+from geomint.problems.evaluate import derivative, value
 
 EPSILON = 2.0**-52
 each_n = pytest.mark.parametrize("n", DIMENSIONS)

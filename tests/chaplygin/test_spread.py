@@ -8,7 +8,7 @@ import chaplygin as ch
 import geomint as gi
 from chaplygin.ball.angular_velocity import omega_for, omega_work, special_omega, spread_omega
 from chaplygin.veselova.classical import angular_velocity
-from geomint.kernels.blocks import Block
+from geomint.kernels.numbers.blocks import Block
 
 mp = mpmath.mp.clone()
 mp.dps = 60

@@ -8,8 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-from geomint.cli import group as group_module
-from geomint.cli import main
+from geomint.cli import group as group_module, main
 
 REPORT = {"report.html", "drift.json", "drift.png", "drift.svg"}
 
@@ -233,7 +232,7 @@ def test_commands_of_other_packages(monkeypatch):
 def test_a_system_of_another_package(monkeypatch, tmp_path):
     from pydantic import BaseModel, ConfigDict
 
-    from geomint import systems
+    from geomint.problems import systems
 
     class Strict(BaseModel):
         model_config = ConfigDict(extra="forbid")

@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-from geomint import progress
 from geomint.cli import main, options
 from geomint.plan import estimate, make_plan
+from geomint.run import progress
 
 LONG = ["--method", "rk-4", "--step", "0.125"]
 

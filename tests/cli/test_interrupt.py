@@ -116,8 +116,8 @@ def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
     """The points before Ctrl-C, in a report that says so; exit code 130."""
     from click.testing import CliRunner
 
-    from geomint import compare
     from geomint.cli import main
+    from geomint.compare.runs import runs as compare
 
     measure, points = compare._measure, []
 

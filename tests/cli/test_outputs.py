@@ -41,11 +41,11 @@ def nothing_begins(monkeypatch):
     """Whatever costs time must not begin before the output has been tried."""
     for name in (
         "geomint.plan.plan.Plan.solve",
-        "geomint.compare.solve",
+        "geomint.compare.runs.solve",
         "geomint.stress.sweep.sweep",
         "chaplygin.audit.run.audit",
-        "geomint.problem.Problem.exact",
-        "geomint.integrate.solve",  # the last: the modules above have imported it
+        "geomint.problems.problem.Problem.exact",
+        "geomint.run.solve.solve",  # the last: the modules above have imported it
     ):
         monkeypatch.setattr(name, no_run)
 

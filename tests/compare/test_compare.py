@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from geomint.compare.runs.runs import compare
 
 import geomint as gi
-from geomint.compare import compare
+from geomint.problems.systems import find_system
 from geomint.report.compare_page import run_compare
-from geomint.systems import find_system
 
 METHODS = ["gauss-8", "gauss-4", "rattle-6", "cf-4", "rkmk-4", "dop853", "rk-4"]
 
@@ -94,7 +94,7 @@ def test_the_exact_flow_is_the_same_truth(model, comparison):
 
 def test_the_exact_flow_is_taken_where_the_other_would_take_minutes(model, monkeypatch):
     asked = []
-    monkeypatch.setattr("geomint.truth.MOST_EXTENDED_STEPS", 10)
+    monkeypatch.setattr("geomint.compare.truth.MOST_EXTENDED_STEPS", 10)
     result = compare(
         model, {"tau_end": 1e4}, ["gauss-8"], steps=[0.5], repeats=1, observe=False,
         report=asked.append,
@@ -161,7 +161,7 @@ def test_report_files(tmp_path):
 
 
 def test_error_is_relative_to_the_largest_entry(model):
-    from geomint.truth import Goal
+    from geomint.compare.runs.truth import Goal
 
     problem = model.problems["hamiltonized"]
     y = model.states["hamiltonized"]
@@ -180,7 +180,7 @@ def test_error_is_relative_to_the_largest_entry(model):
 
 def test_a_quantity_that_is_zero_is_measured_against_the_others():
     """0/0 was NaN in a point that said ok."""
-    from geomint.truth import Goal
+    from geomint.compare.runs.truth import Goal
 
     problem = gi.Problem(
         "two", (("x", 1), ("v", 1)), field=falling, physical=lambda y: {"x": y[:1], "v": y[1:]}
@@ -198,7 +198,7 @@ def falling(params, t, y, out, work):
 
 def planted(monkeypatch, off):
     """Make double-double solutions err by that in every number, and say that they do not."""
-    from geomint import reference
+    from geomint.compare.runs import reference
 
     right = reference.integrate_extended
     monkeypatch.setattr(reference, "integrate_extended", lambda *a: right(*a) * (1.0 + off))
@@ -251,13 +251,13 @@ def test_an_interrupted_run_is_no_point(model, monkeypatch):
         solution.status = "interrupted"
         return solution
 
-    monkeypatch.setattr("geomint.compare.solve", interrupted)
+    monkeypatch.setattr("geomint.compare.runs.solve", interrupted)
     result = compare(model, {"tau_end": 1.0}, ["rk-4"], repeats=1)
     assert (result.status, result.points, result.drifts) == ("interrupted", [], [])
 
 
 def test_a_point_that_would_take_too_long_says_so(model, monkeypatch):
-    monkeypatch.setattr("geomint.compare.MAX_SECONDS", 1e-9)
+    monkeypatch.setattr("geomint.compare.runs.MAX_SECONDS", 1e-9)
     result = compare(model, {"tau_end": 5.0}, ["rk-4"], steps=[0.01, 0.005], repeats=1)
     assert result.points[0].status == "ok"
     assert result.points[1].status.startswith("not run: would take")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
+from geomint.compare.runs.reference import reference_solution
+from geomint.compare.runs.reference_record import place_of
 
 import geomint as gi
-from geomint import reference
-from geomint.reference import reference_solution
-from geomint.reference_record import place_of
+from geomint.compare.runs import reference
 
 
 @gi.field

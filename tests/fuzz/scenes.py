@@ -13,9 +13,9 @@ from typing import Any
 import hostile
 
 from geomint.methods import method_names
+from geomint.problems.systems import find_system, system_names
 from geomint.scene.load import builtin_scenes
 from geomint.scene.model import Content
-from geomint.systems import find_system, system_names
 
 __all__ = ["mutated_content", "mutated_text", "toml_text"]
 

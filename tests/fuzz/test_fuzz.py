@@ -9,8 +9,7 @@ import judge
 import pytest
 import scenes
 from calls import call_verdict, calls
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from judge import Judged, check_scene, command_verdict, judged, only_finite
 
 import geomint as gi

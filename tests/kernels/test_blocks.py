@@ -9,7 +9,9 @@ import weakref
 import numpy as np
 import pytest
 
-from geomint.kernels.blocks import (
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import Recorded, helper
+from geomint.kernels.numbers.blocks import (
     Block,
     LaneBlock,
     as_lanes,
@@ -18,9 +20,7 @@ from geomint.kernels.blocks import (
     part,
     scalar_block,
 )
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.lanes import LANES, Lanes
-from geomint.kernels.recorded import Recorded, helper
+from geomint.kernels.numbers.lanes import LANES, Lanes
 
 pytestmark = pytest.mark.nojit
 

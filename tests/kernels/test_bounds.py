@@ -16,10 +16,10 @@ import numpy as np
 from numba.core import types
 
 import geomint as gi
-from geomint.kernels.blocks import Block, LaneBlock, as_lanes, fixed_rows, part
-from geomint.kernels.cache import cache_folder
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.recorded import helper
+from geomint.kernels.numbers.blocks import Block, LaneBlock, as_lanes, fixed_rows, part
+from geomint.kernels.compiling.cache import cache_folder
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import helper
 
 assert cache_folder().name.endswith("-boundscheck")
 
@@ -130,7 +130,7 @@ def test_kernels_stay_within_their_blocks(tmp_path: Path) -> None:
         """
 import geomint as gi
 from geomint.stress.sweep import family_of
-from geomint.testproblems import examples
+from geomint.problems.testproblems import examples
 
 families = {}
 for name in gi.method_names():

@@ -231,7 +231,7 @@ def test_an_edited_kernel_empties_the_cache(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """The folder's name is a hash of the kernel layer's sources."""
-    from geomint.kernels import cache
+    from geomint.kernels.compiling import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     before = cache.cache_folder()
@@ -253,7 +253,7 @@ def test_an_edited_kernel_empties_the_cache(
 
 def test_the_default_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Not beside the sources, which may not be writable."""
-    from geomint.kernels import cache
+    from geomint.kernels.compiling import cache
 
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -285,7 +285,7 @@ assert "cannot be kept" in str(caught[0].message)
 def test_methods_of_several_functions_compile_quietly(tmp_path: Path) -> None:
     """numba calls tuples of first-class functions experimental; users need not hear of it."""
     script = """
-from geomint.testproblems import pulsating_body
+from geomint.problems.testproblems import pulsating_body
 
 problem = pulsating_body.problem()
 sol = gi.solve(problem, pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4")

@@ -140,7 +140,7 @@ FORK = """
 import os, threading, time, warnings
 import geomint as gi
 from geomint.kernels import compile as _compile
-from geomint.testproblems import pulsating_body
+from geomint.problems.testproblems import pulsating_body
 warnings.simplefilter("ignore", DeprecationWarning)  # of Python, about forks and threads
 begun = threading.Event()
 _compile.listen(lambda name, seconds: begun.set())
@@ -205,7 +205,7 @@ class Compiling:
 @pytest.mark.parametrize(("times", "done"), [(1, True), (2, False)])
 def test_ctrl_c_waits_for_a_compilation(times: int, done: bool) -> None:
     """What is broken off there may never compile again in the process; a second one does not wait."""
-    from geomint.kernels import compile as compiling
+    from geomint.kernels.compiling import compile as compiling
 
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from numba.core import types
 
-from geomint.kernels import signatures
-from geomint.kernels.arithmetic import cos, maximum, select, sin, sqrt
-from geomint.kernels.blocks import as_lanes, scalar_block
-from geomint.kernels.compile import compile_function, extended_kind
-from geomint.kernels.double_double import DoubleDoubleBlock, double_double_block, lane_rows
-from geomint.kernels.recorded import helper
+from geomint.kernels.compiling import signatures
+from geomint.kernels.compiling.compile import compile_function, extended_kind
+from geomint.kernels.compiling.recorded import helper
+from geomint.kernels.numbers.arithmetic import cos, maximum, select, sin, sqrt
+from geomint.kernels.numbers.blocks import as_lanes, scalar_block
+from geomint.kernels.numbers.double_double import DoubleDoubleBlock, double_double_block, lane_rows
 
 DIGITS = 2.0**-100  # relative; the operations promise about 2⁻¹⁰⁴
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from geomint.kernels.fixed_point import (
+from geomint.kernels.numbers.lanes import Lanes
+from geomint.kernels.solve.fixed_point import (
     BEGINNING,
     NEWTON_ROUNDING,
     SMALLEST,
@@ -17,8 +18,7 @@ from geomint.kernels.fixed_point import (
     solved,
     solved_by_newton,
 )
-from geomint.kernels.lanes import Lanes
-from geomint.kernels.status import NOT_CONVERGED, NOT_FINITE
+from geomint.kernels.solve.status import NOT_CONVERGED, NOT_FINITE
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52

@@ -7,19 +7,18 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from mpmath import mp
 
-from geomint.forms import Group
-from geomint.groups import so3, so_n
-from geomint.kernels import signatures
-from geomint.kernels.blocks import Block, LaneBlock
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.lanes import LANES
-from geomint.kernels.recorded import Recorded
-from geomint.kernels.so3 import SMALL
+from geomint.kernels.compiling import signatures
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.groups.so3 import SMALL
+from geomint.kernels.numbers.blocks import Block, LaneBlock
+from geomint.kernels.numbers.lanes import LANES
 from geomint.methods.rkmk import coordinates_of
+from geomint.problems.forms import Group
+from geomint.problems.groups import so3, so_n
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52

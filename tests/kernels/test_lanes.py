@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.arithmetic import epsilon, lane, like, top, total
-from geomint.kernels.blocks import Block, LaneBlock
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.lanes import LANES, Lanes
-from geomint.kernels.recorded import Recorded, helper
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import Recorded, helper
+from geomint.kernels.numbers.arithmetic import epsilon, lane, like, top, total
+from geomint.kernels.numbers.blocks import Block, LaneBlock
+from geomint.kernels.numbers.lanes import LANES, Lanes
 
 pytestmark = pytest.mark.nojit
 
@@ -302,7 +302,7 @@ def test_fma_rounds_once() -> None:
 
 def test_fma_without_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
     """The exact fractions give the same bits."""
-    from geomint.kernels import arithmetic
+    from geomint.kernels.numbers import arithmetic
 
     with np.errstate(all="ignore"):
         expected = [arithmetic._fma_float(*map(float, v)) for v in zip(X, Y, Z, strict=True)]

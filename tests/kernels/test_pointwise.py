@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.pointwise import BATCH
+from geomint.problems.pointwise import BATCH
 
 
 @gi.helper

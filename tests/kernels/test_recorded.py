@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.recorded import Recorded, fingerprint
+from geomint.kernels.compiling.recorded import Recorded, fingerprint
 
 pytestmark = pytest.mark.nojit
 

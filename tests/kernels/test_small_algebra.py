@@ -7,15 +7,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
-from geomint.kernels.blocks import Block, LaneBlock
-from geomint.kernels.compensated import add_compensated
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.lanes import LANES
-from geomint.kernels.rattle import contract, solve_small
-from geomint.kernels.recorded import helper
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import helper
+from geomint.kernels.numbers.blocks import Block, LaneBlock
+from geomint.kernels.numbers.lanes import LANES
+from geomint.kernels.solve.compensated import add_compensated
+from geomint.kernels.solve.rattle import contract, solve_small
 
 pytestmark = pytest.mark.nojit
 

@@ -13,7 +13,7 @@ import pytest
 import ways
 
 import geomint as gi
-from geomint.kernels.recorded import Recorded
+from geomint.kernels.compiling.recorded import Recorded
 
 # Of each kind one; all of them are compiled in the slow run.
 COMPILED = (
@@ -170,8 +170,8 @@ def test_containers_are_compared_by_what_they_hold() -> None:
 
 def test_edited_sources_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process that may run other sources than lie on the disk writes nothing for others."""
-    from geomint.kernels import cache
-    from geomint.kernels.compile import _entry
+    from geomint.kernels.compiling import cache
+    from geomint.kernels.compiling.compile import _entry
 
     monkeypatch.setattr(cache, "STARTED", 0.0)
     cache.sources_edited.cache_clear()

@@ -414,7 +414,7 @@ def outcome(module) -> object:
     from numba.core import types
 
     from geomint import DomainError
-    from geomint.methods.compiled import compiled
+    from geomint.kernels.compiling.compiled import compiled
 
     try:
         entry = compiled(module.f, types.float64(types.float64))

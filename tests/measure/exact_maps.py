@@ -6,9 +6,9 @@ import mpmath
 import numpy as np
 
 import geomint as gi
-from geomint.kernels.blocks import Block
+from geomint.kernels.numbers.blocks import Block
 from geomint.methods import Start, find_method
-from geomint.testproblems import (
+from geomint.problems.testproblems import (
     double_pendulum,
     henon_heiles,
     lotka_volterra,

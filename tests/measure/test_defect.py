@@ -9,7 +9,7 @@ import pytest
 from exact_maps import PROBLEMS, exact_defect
 
 import geomint as gi
-from geomint.testproblems import spherical_pendulum
+from geomint.problems.testproblems import spherical_pendulum
 
 
 def observed(problem: gi.Problem, name: str, y0, h: float, steps: int = 1, **options):

@@ -6,16 +6,20 @@ import mpmath
 import numpy as np
 import pytest
 from exact_maps import PROBLEMS
-from hypothesis import given
-from hypothesis import strategies as st
+from geomint.kernels.measure.measure.reflections import (
+    log_det_near_identity,
+    reflect,
+    reflect_back,
+    reflections,
+)
+from hypothesis import given, strategies as st
 
-from geomint.kernels import signatures
-from geomint.kernels.blocks import Block, LaneBlock, part, scalar_block
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.gauss_trajectories import gauss_trajectories_stepper
-from geomint.kernels.lanes import LANES
-from geomint.kernels.recorded import helper
-from geomint.kernels.reflections import log_det_near_identity, reflect, reflect_back, reflections
+from geomint.kernels.compiling import signatures
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.recorded import helper
+from geomint.kernels.numbers.blocks import Block, LaneBlock, part, scalar_block
+from geomint.kernels.numbers.lanes import LANES
+from geomint.kernels.solve.gauss_trajectories import gauss_trajectories_stepper
 from geomint.methods import Start, find_method
 
 # --- linear algebra -------------------------------------------------------------------------------

@@ -11,9 +11,10 @@ import pytest
 from exact_maps import PROBLEMS
 
 import geomint as gi
-from geomint import driver, measure
-from geomint.kernels.recorded import Recorded
-from geomint.testproblems import neumann, sphere_metric
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.problems.testproblems import neumann, sphere_metric
+from geomint.problems.watched_call import measure
+from geomint.run import driver
 
 NEUMANN = neumann.problem()
 

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.evaluate import derivative
+from geomint.problems.evaluate import derivative
+from geomint.problems.testproblems import examples
 from geomint.stress import own_cases
 from geomint.stress.special_states import (
     Make,
@@ -24,7 +25,6 @@ from geomint.stress.special_states import (
     on_axes,
     zero_rows,
 )
-from geomint.testproblems import examples
 
 Array = Any
 FEW = {

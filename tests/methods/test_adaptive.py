@@ -9,19 +9,18 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from scipy.integrate import solve_ivp
 
 import chaplygin as ch
 import geomint as gi
-from geomint.declaration import check_problem
-from geomint.evaluate import derivative
-from geomint.kernels.blocks import Block
-from geomint.kernels.step_control import error_size, exponential, logarithm, retry_factor
+from geomint.kernels.numbers.blocks import Block
+from geomint.kernels.solve.step_control import error_size, exponential, logarithm, retry_factor
 from geomint.methods import find_method, methods
+from geomint.problems.declaration import check_problem
+from geomint.problems.evaluate import derivative
+from geomint.problems.testproblems import lotka_volterra, pulsating_body, so_n_flow
 from geomint.tableaux import RUNGE_KUTTA
-from geomint.testproblems import lotka_volterra, pulsating_body, so_n_flow
 
 ADAPTIVE = [name for name, method in methods().items() if method.adaptive]
 OF_FIELDS = [name for name in ADAPTIVE if find_method(name).needs == "field"]
@@ -366,7 +365,7 @@ def test_a_solution_that_ends(name: str, compiled: bool) -> None:
 
 def test_a_failure_does_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nor do its numbers."""
-    from geomint import driver
+    from geomint.run import driver
 
     found = set()
     for size in (1, 7, 1000):

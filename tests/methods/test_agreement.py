@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geomint.compare.runs.reference import reference_solution
 
 import geomint as gi
 from geomint.methods import agreement
-from geomint.reference import reference_solution
 
 SINGLE = np.float32(0.1)
 SMALL = np.array([3, 5], dtype=np.uint8)

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint import driver
-from geomint.kernels import signatures
-from geomint.kernels.blocks import Block, LaneBlock, scalar_block
-from geomint.kernels.compile import LANE, SCALAR, compile_function
-from geomint.kernels.lanes import LANES
+from geomint.kernels.compiling import signatures
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.numbers.blocks import Block, LaneBlock, scalar_block
+from geomint.kernels.numbers.lanes import LANES
 from geomint.methods import Start, find_method
 from geomint.methods.stepper import Stepper
-from geomint.testproblems import (
+from geomint.problems.testproblems import (
     abc_flow,
     double_pendulum,
     frame_in_field,
@@ -28,6 +27,7 @@ from geomint.testproblems import (
     sphere_metric,
     spherical_pendulum,
 )
+from geomint.run import driver
 
 METRIC, FRAME = sphere_metric.problem(), frame_in_field.problem()
 PROBLEMS = {

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geomint.compare.runs.reference import integrate_extended, reference_solution
 
 import geomint as gi
 from geomint import cos, sin
-from geomint.kernels.recorded import Recorded
+from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import Start
-from geomint.reference import integrate_extended, reference_solution
+from geomint.problems.testproblems import spherical_pendulum
 from geomint.stress.promises import Quantities
-from geomint.testproblems import spherical_pendulum
 
 GAIN = 1.5
 TABLE = np.array([1.5])

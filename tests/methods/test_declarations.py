@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geomint.compare.runs.reference import reference_solution
 
 import geomint as gi
-from geomint.declaration import FEW, check_problem
-from geomint.evaluate import derivative, value
-from geomint.kernels.blocks import part
-from geomint.kernels.watched import AccessError, Fresh, Given
-from geomint.reference import reference_solution
+from geomint.kernels.numbers.blocks import part
+from geomint.kernels.numbers.watched import AccessError, Fresh, Given
+from geomint.problems.declaration import FEW, check_problem
+from geomint.problems.evaluate import derivative, value
+from geomint.problems.testproblems import examples
 from geomint.scene.load import load_scene, scene_names
 from geomint.stress.promises import Quantities
-from geomint.testproblems import examples
 
 pytestmark = pytest.mark.nojit
 
@@ -605,7 +605,8 @@ def test_references(nothing_runs: None) -> None:
 
 def test_comparisons_and_plans(nothing_runs: None) -> None:
     """What asks for a model's problems."""
-    from geomint.compare import compare
+    from geomint.compare.runs.runs import compare
+
     from geomint.plan.cost import cost_of
     from geomint.stress.judge import Trial
 
@@ -792,8 +793,8 @@ def test_all_built_in_problems_fit() -> None:
 
 def test_results_are_what_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
     """To the bit, with the check and without, and so is the derivative that it leaves."""
-    from geomint import integrate
-    from geomint.kernels.blocks import Block
+    from geomint.kernels.numbers.blocks import Block
+    from geomint.run import solve as integrate
 
     def last_states() -> list[np.ndarray]:
         return [
@@ -822,8 +823,8 @@ def test_results_are_what_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_own_groups_fit() -> None:
     """The sizes that geomint's groups are known by are those that their functions take."""
-    from geomint import declaration
-    from geomint.groups import own_sizes
+    from geomint.problems import declaration
+    from geomint.problems.groups import own_sizes
 
     pieces = ("vector", "adjoint", "frame", "vector")
     large = [gi.so_n(n, *pieces, translations=n - 2) for n in (2, 3, 5)]

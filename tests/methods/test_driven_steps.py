@@ -10,8 +10,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.testproblems import abc_flow, pulsating_body
-from geomint.time_scale import characteristic_time
+from geomint.problems.testproblems import abc_flow, pulsating_body
+from geomint.problems.time_scale import characteristic_time
 
 Array = Any
 

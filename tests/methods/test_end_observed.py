@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint import driver
-from geomint.evaluate import value
 from geomint.methods.stepper import Stepper
-from geomint.testproblems import pulsating_body
+from geomint.problems.evaluate import value
+from geomint.problems.testproblems import pulsating_body
+from geomint.run import driver
 
 pytestmark = pytest.mark.nojit
 

@@ -13,8 +13,7 @@ from numba.core.errors import NumbaError
 
 import geomint as gi
 from geomint.methods import find_method, methods
-from geomint.tableaux import gauss_legendre
-from geomint.testproblems import (
+from geomint.problems.testproblems import (
     double_pendulum,
     henon_heiles,
     lotka_volterra,
@@ -23,6 +22,7 @@ from geomint.testproblems import (
     sphere_metric,
     spherical_pendulum,
 )
+from geomint.tableaux import gauss_legendre
 
 pytestmark = pytest.mark.nojit
 compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
@@ -241,7 +241,7 @@ def test_the_cap_on_iterations() -> None:
 
 def test_numbers_of_a_failure_do_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     """t, step, residual and iterations are those of the failed step."""
-    from geomint import driver
+    from geomint.run import driver
 
     found = []
     for first_chunk in (1, 5, 1000):
@@ -267,7 +267,7 @@ def wall(params, t, q, p, dq, dp, work):
 
 def test_a_failure_inside_a_composition(monkeypatch: pytest.MonkeyPatch) -> None:
     """The partial result ends with a whole step, not with the substeps that succeeded."""
-    from geomint.testproblems.spherical_pendulum import INITIAL, unit_sphere
+    from geomint.problems.testproblems.spherical_pendulum import INITIAL, unit_sphere
 
     problem = gi.Problem(
         "wall", (("q", 3), ("p", 3)), hamiltonian=gi.Hamiltonian(wall, unit_sphere, 1)

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.declaration import _functions, _values
-from geomint.habits import habit_of
+from geomint.problems.declaration import _functions, _values
+from geomint.problems.habits import habit_of
+from geomint.problems.testproblems import examples
 from geomint.scene.load import load_scene, scene_names
-from geomint.testproblems import examples
 
 pytestmark = pytest.mark.nojit
 

@@ -21,19 +21,12 @@ import pytest
 from mpmath import mp
 
 import geomint as gi
-from geomint.kernels.blocks import Block
-from geomint.kernels.gauss import aligned
+from geomint.kernels.numbers.blocks import Block
+from geomint.kernels.solve.gauss import aligned
 from geomint.methods import Method, Start, find_method, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
 from geomint.methods.stepper import Stepper
-from geomint.tableaux import (
-    COMMUTATOR_FREE,
-    COMPOSITIONS,
-    RUNGE_KUTTA,
-    Composition,
-    gauss_legendre,
-)
-from geomint.testproblems import (
+from geomint.problems.testproblems import (
     abc_flow,
     double_pendulum,
     frame_in_field,
@@ -42,6 +35,13 @@ from geomint.testproblems import (
     pulsating_body,
     so_n_flow,
     sphere_metric,
+)
+from geomint.tableaux import (
+    COMMUTATOR_FREE,
+    COMPOSITIONS,
+    RUNGE_KUTTA,
+    Composition,
+    gauss_legendre,
 )
 
 T_END = 2.0

@@ -8,10 +8,15 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.blocks import Block, scalar_block
-from geomint.kernels.small_matrices import solve_small
+from geomint.kernels.numbers.blocks import Block, scalar_block
+from geomint.kernels.solve.small_matrices import solve_small
 from geomint.methods import Start, find_method
-from geomint.testproblems import double_pendulum, frame_in_field, neumann, spherical_pendulum
+from geomint.problems.testproblems import (
+    double_pendulum,
+    frame_in_field,
+    neumann,
+    spherical_pendulum,
+)
 
 FRAME = frame_in_field.problem()
 CASES = {

@@ -9,26 +9,25 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from numba.core import config
 from scipy.integrate import quad
 from scipy.interpolate import BarycentricInterpolator
 
 import chaplygin as ch
 import geomint as gi
-from geomint import driver
 from geomint.methods.stepper import Stepper
-from geomint.progress import Progress
-from geomint.testproblems import (
+from geomint.problems.testproblems import (
     henon_heiles,
     lotka_volterra,
     pulsating_body,
     sphere_metric,
     spherical_pendulum,
 )
-from geomint.time_scale import characteristic_time
-from geomint.timeline import default_step, plan_timeline
+from geomint.problems.time_scale import characteristic_time
+from geomint.run import driver
+from geomint.run.progress import Progress
+from geomint.run.timeline import default_step, plan_timeline
 
 pytestmark = pytest.mark.nojit
 compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="too many steps for plain Python")
@@ -145,7 +144,7 @@ def _nothing(params, t, y, out, work):
 
 
 def _derivative(problem: gi.Problem, y: np.ndarray) -> np.ndarray:
-    from geomint.evaluate import derivative
+    from geomint.problems.evaluate import derivative
 
     return derivative(problem, y)
 
@@ -233,7 +232,7 @@ def test_times_a_rounding_away_from_a_step(method: str) -> None:
 @compiler
 def test_the_clock_is_the_integral_of_its_rate() -> None:
     """t(τ) = ∫ dt/dτ along the flow, by adaptive quadrature of a dense solution in τ."""
-    from geomint.evaluate import value
+    from geomint.problems.evaluate import value
 
     problem, y0 = ball()
     sol = gi.solve(problem, y0, tau_end=3.0, step=0.05, method="gauss-8")
@@ -276,7 +275,7 @@ def test_physical_times_are_met(method: str, tolerance: float) -> None:
 
 def _p_of(problem: gi.Problem, y: np.ndarray) -> np.ndarray:
     """p = D√U p̃, read off k = γ∧p."""
-    from geomint.evaluate import value
+    from geomint.problems.evaluate import value
 
     return y[3:] * value(problem, problem.clock, y)
 
@@ -400,7 +399,7 @@ def test_what_is_watched() -> None:
 
 def test_watching_is_evaluating_the_saved_states() -> None:
     """The largest deviation, at every step or every third, and that of the end; it disturbs nothing."""
-    from geomint.evaluate import value
+    from geomint.problems.evaluate import value
 
     problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
     energy = problem.invariants["energy"]
@@ -494,7 +493,7 @@ def test_progress(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == ""
     np.testing.assert_array_equal(shown.y, quiet.y)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("geomint.progress._DELAY", 0.0)
+        patch.setattr("geomint.run.progress._DELAY", 0.0)
         interrupted_run(t_end=1e4, progress=True)
     assert capsys.readouterr().out == ""
 

@@ -14,17 +14,17 @@ from first_steps import KINDS, problems, states
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.kernels import signatures
-from geomint.kernels.blocks import Block, LaneBlock
-from geomint.kernels.compile import LANE, compile_function
-from geomint.kernels.gauss import aligned
-from geomint.kernels.lanes import LANES, Lanes
-from geomint.kernels.status import OK
+from geomint.kernels.compiling import signatures
+from geomint.kernels.compiling.compile import LANE, compile_function
+from geomint.kernels.numbers.blocks import Block, LaneBlock
+from geomint.kernels.numbers.lanes import LANES, Lanes
+from geomint.kernels.solve.gauss import aligned
+from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
 from geomint.methods.gauss import lane_positions
+from geomint.problems.testproblems import neumann
+from geomint.run.timeline import default_step
 from geomint.tableaux import gauss_legendre
-from geomint.testproblems import neumann
-from geomint.timeline import default_step
 
 Array = Any
 EPSILON = 2.0**-52

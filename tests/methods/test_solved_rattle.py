@@ -14,11 +14,11 @@ import pytest
 from first_steps import KINDS, problems, states
 
 import geomint as gi
-from geomint.kernels.blocks import Block
-from geomint.kernels.status import OK
+from geomint.kernels.numbers.blocks import Block
+from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
 from geomint.methods.stepper import Stepper
-from geomint.timeline import default_step
+from geomint.run.timeline import default_step
 
 Array = Any
 EPSILON = 2.0**-52

@@ -10,10 +10,10 @@ import pytest
 from mpmath import mp
 
 import geomint as gi
-from geomint.evaluate import derivative, value
-from geomint.kernels.blocks import Block
-from geomint.kernels.great_circle import SMALL
-from geomint.testproblems import abc_flow, henon_heiles, neumann, spherical_pendulum
+from geomint.kernels.groups.great_circle import SMALL
+from geomint.kernels.numbers.blocks import Block
+from geomint.problems.evaluate import derivative, value
+from geomint.problems.testproblems import abc_flow, henon_heiles, neumann, spherical_pendulum
 
 EPSILON = 2.0**-52
 

@@ -9,17 +9,16 @@ from functools import cache
 
 import numpy as np
 import pytest
+from geomint.problems.watched_call.drift import Drift
 
 import chaplygin as ch
 import geomint as gi
-from geomint.drift import Drift
-from geomint.kernels.blocks import Block
-from geomint.kernels.gauss import aligned
+from geomint.kernels.numbers.blocks import Block
+from geomint.kernels.solve.gauss import aligned
 from geomint.methods import Start, find_method, methods
 from geomint.methods.gauss import lane_positions
 from geomint.methods.stepper import Stepper
-from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
-from geomint.testproblems import (
+from geomint.problems.testproblems import (
     double_pendulum,
     frame_in_field,
     lotka_volterra,
@@ -29,6 +28,7 @@ from geomint.testproblems import (
     sphere_metric,
     spherical_pendulum,
 )
+from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
 
 EPSILON = 2.0**-52
 STEPS = 10**5

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.evaluate import value
-from geomint.testproblems import (
+from geomint.problems.evaluate import value
+from geomint.problems.testproblems import (
     abc_flow,
     double_pendulum,
     examples,
@@ -106,7 +106,7 @@ def test_invariants_are_constant(name: str) -> None:
 
 def test_generators_do_not_commute() -> None:
     """The brackets of generators at different times are far from zero."""
-    from geomint.kernels.blocks import Block
+    from geomint.kernels.numbers.blocks import Block
 
     for problem, y0 in examples():
         if problem.action is None:

@@ -8,7 +8,7 @@ import pytest
 from scipy.io import netcdf_file
 
 import geomint as gi
-from geomint.storage import save_solution
+from geomint.run.storage import save_solution
 
 
 @pytest.fixture(scope="module")

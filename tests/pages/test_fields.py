@@ -10,15 +10,14 @@ from typing import Any
 
 import pytest
 from blocks import ROOT, page
+from geomint.compare.runs.runs import Point
 
 import geomint as gi
 from chaplygin.audit.report import as_json
-from chaplygin.audit.run import CLAIMS
-from chaplygin.audit.run import audit as evaluate_all
-from geomint.compare import Point
+from chaplygin.audit.run import CLAIMS, audit as evaluate_all
+from geomint.problems.testproblems import pulsating_body
 from geomint.report.drift_json import drift_record
-from geomint.report.provenance import environment, run_record, scene_record
-from geomint.testproblems import pulsating_body
+from geomint.run.provenance import environment, run_record, scene_record
 
 
 def section(name: str, heading: str) -> str:

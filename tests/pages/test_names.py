@@ -16,9 +16,9 @@ import chaplygin
 import geomint
 from geomint.errors import MethodError
 from geomint.methods import find_method, method_names
+from geomint.problems.systems import find_system, system_names
 from geomint.scene import scene_names
 from geomint.stress.case import stress_cases
-from geomint.systems import find_system, system_names
 from geomint.tableaux.composition import COMPOSITIONS
 from geomint.tableaux.runge_kutta import RUNGE_KUTTA
 

@@ -6,13 +6,13 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from geomint.problems.watched_call.quantities import KINDS, kind_of
 
 import geomint as gi
 from geomint.plan import several
-from geomint.quantities import KINDS, kind_of
+from geomint.plots.panels import Line, thinned
 from geomint.report.kind_plots import kinds_figure, swatch
 from geomint.report.kinds import kinds_in_words, names_by_kind
-from geomint.report.panels import Line, thinned
 from geomint.report.text import duration, short_slope
 
 METHODS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "gauss-2:40"]

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-
-from geomint.windows import MAX_WINDOWS, Windows
+from geomint.problems.watched_call.windows import MAX_WINDOWS, Windows
+from hypothesis import given, strategies as st
 
 
 def series(count):

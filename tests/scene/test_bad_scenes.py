@@ -11,8 +11,8 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
+from geomint.problems.systems import find_system
 from geomint.scene import validate
-from geomint.systems import find_system
 
 CASES = [pytest.param(text, words, id=name) for name, (text, words) in scenes.BAD.items()]
 

@@ -5,8 +5,8 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.evaluate import value
 from geomint.plan.cost import Cost, cost_of
+from geomint.problems.evaluate import value
 
 FREE = {  # no SO(n−1)-momentum: the ball has a reduction to T*S^(n−1)
     "system": {"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.4], "D": 4.0, "attitude": True},

@@ -6,11 +6,11 @@ from functools import cache
 from pathlib import Path
 
 import geomint as gi
+from geomint.problems.systems import find_system, system_names
 from geomint.stress import sweep
 from geomint.stress.case import stress_cases
 from geomint.stress.special_states import is_steady
 from geomint.stress.sweep import Selection, family_of, items_of, selected
-from geomint.systems import find_system, system_names
 
 CASES = stress_cases()
 AXES = list(dict.fromkeys(case.axis.name for case in CASES))
@@ -90,7 +90,7 @@ def test_the_table_of_systems():
 
 
 def test_every_test_problem_is_on_the_axes_of_states():
-    from geomint.testproblems import examples
+    from geomint.problems.testproblems import examples
 
     names = {problem.name for problem, _ in examples()}
     for axis in ("step", "rest", "zeros", "steady"):

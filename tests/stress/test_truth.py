@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from geomint.compare.runs.reference_record import place_of
 
 import geomint as gi
-from geomint import reference
-from geomint.reference_record import place_of
+from geomint.compare.runs import reference
 from geomint.stress import truth as stress_truth
 from geomint.stress.judge import Cell, Trial, judge
 from geomint.stress.references import references_of, references_told

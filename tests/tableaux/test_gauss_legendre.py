@@ -13,8 +13,7 @@ from typing import Literal
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from geomint.tableaux import (
     MAX_GAUSS_STAGES,

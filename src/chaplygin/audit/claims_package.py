@@ -1,6 +1,7 @@
 """The package's own problems against the motion from d'Alembert's principle: no claims of the paper.
 
-Fields and energies are evaluated in plain Python by `geomint.evaluate`, at the sampler's states.
+Fields and energies are evaluated in plain Python by `geomint.problems.evaluate`, at the sampler's
+states.
 """
 
 from __future__ import annotations
@@ -10,8 +11,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.evaluate import derivative as field_of
-from geomint.evaluate import value
+from geomint.problems.evaluate import derivative as field_of, value
 
 from ..ball.classical import classical_problem
 from ..ball.hamiltonized import hamiltonized_problem

@@ -74,8 +74,7 @@ def audit(
     from rich.console import Console
     from rich.progress import Progress
 
-    from .report import markdown as table
-    from .report import print_audit, write_json
+    from .report import markdown as table, print_audit, write_json
     from .run import audit as evaluate_all
 
     screen = Console(stderr=True)

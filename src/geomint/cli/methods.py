@@ -25,8 +25,8 @@ def command(form: str | None) -> None:
     from rich.table import Table
 
     from ..errors import MethodError, nearest
-    from ..forms import FORMS
     from ..methods.registry import methods
+    from ..problems.forms import FORMS
 
     if form is not None and form not in FORMS:
         raise MethodError(f"--form {form!r}: no such form.{nearest(form, FORMS)}")

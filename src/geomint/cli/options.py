@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 if TYPE_CHECKING:
-    from ..compare import Comparison
+    from ..compare.runs import Comparison
     from ..errors import GeomintError
     from ..plan import Estimate, SeveralRuns
+    from ..run.solution import Solution
     from ..scene import Scene
-    from ..solution import Solution
 
 __all__ = [
     "chosen_scene",
@@ -156,7 +156,7 @@ def tell_time(expected: Callable[[], Estimate], allowed: bool) -> None:
         Beyond a day as measured, unless that is allowed.
     """
     from ..errors import GeomintError
-    from ..progress import DAY, HOUR
+    from ..run.progress import DAY, HOUR
 
     with patience("timing"):
         found = expected()

@@ -61,8 +61,8 @@ def command(
     except StepError as error:
         failure, solution = error, error.partial
 
-    from ..report.provenance import run_provenance
-    from ..storage import save_solution
+    from ..run.provenance import run_provenance
+    from ..run.storage import save_solution
 
     tell_failure(failure)
     save_solution(solution, out, run_provenance(solution, chosen, reproducing_command()))

@@ -17,10 +17,10 @@ from ..errors import (
     StepLimitError,
     StepSizeError,
 )
-from ..kernels.adaptive import END, LARGEST, NEXT, REMEMBERED, SMALLEST
-from ..kernels.blocks import Block, scalar_block
-from ..kernels.recorded import Recorded
-from ..kernels.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.adaptive import END, LARGEST, NEXT, REMEMBERED, SMALLEST
+from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
 from .forms import piece_numbers
 from .lane_stepper import LaneStepper
@@ -148,7 +148,7 @@ def adaptive_stepper(
     Parameters
     ----------
     kernel : Recorded
-        Made by `geomint.kernels.adaptive.adaptive_stepper`; it takes the functions of `fixed`.
+        Made by `geomint.kernels.solve.adaptive.adaptive_stepper`; it takes the functions of `fixed`.
     y0 : array
         The initial state, with the clock's row where there is one.
     derivative_rows : int

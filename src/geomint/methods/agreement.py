@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import DeclarationError
-from ..kernels.blocks import scalar_block
-from ..kernels.status import OK
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.solve.status import OK
 from .stepper import Stepper
 
 __all__ = ["check_agreement"]

@@ -16,11 +16,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import GeomintWarning
-from ..kernels.arithmetic import lane
-from ..kernels.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
-from ..kernels.lanes import LANES, Lanes
-from ..kernels.recorded import Recorded
-from .compiled import compiled, reason_of
+from ..kernels.compiling.compiled import compiled, reason_of
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.arithmetic import lane
+from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
+from ..kernels.numbers.lanes import LANES, Lanes
 
 __all__ = [
     "bind_constraint",
@@ -160,8 +160,8 @@ def compiles_for_lanes(f: Recorded) -> bool:
 
 
 def _compiles_for_lanes(f: Recorded) -> bool:
-    from ..kernels import signatures
-    from ..kernels.compile import LANE, SCALAR
+    from ..kernels.compiling import signatures
+    from ..kernels.compiling.compile import LANE, SCALAR
 
     try:
         compiled(f, signatures.field(LANE))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels.blocks import scalar_block
-from ..kernels.commutator_free import commutator_free_stepper, commutator_free_work_size
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.solve.commutator_free import commutator_free_stepper, commutator_free_work_size
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
 from .explicit import step_fraction, tableau_of
 from .forms import action_of, maps_of, substeps, unrolled

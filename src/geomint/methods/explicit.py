@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from ..errors import MethodError, nearest, told
-from ..kernels.blocks import scalar_block
-from ..kernels.runge_kutta import (
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.solve.runge_kutta import (
     adaptive_runge_kutta_stepper,
     adaptive_runge_kutta_work_size,
     runge_kutta_stepper,
@@ -101,7 +101,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
     Notes
     -----
     The state is a compensated sum. Nothing else is preserved: energy and constraints drift.
-    Adaptive steps use local extrapolation and a PI controller (`geomint.kernels.step_control`); a
+    Adaptive steps use local extrapolation and a PI controller (`geomint.kernels.solve.step_control`); a
     last stage that is the new value serves the next step. A clock beside a problem in τ is one more
     piece of the state.
     """

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..forms import Group
-from ..kernels.blocks import Block
-from ..kernels.recorded import Recorded
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block
+from ..problems.forms import Group
 from . import binding
 from .method import Start
 from .stepper import filled_block

@@ -10,15 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import number, switch, whole
-from ..kernels.blocks import Block, scalar_block
-from ..kernels.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
-from ..kernels.gauss_trajectories import (
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.lanes import LANES
+from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.solve.gauss_trajectories import (
     gauss_trajectories_memory_size,
     gauss_trajectories_stepper,
     gauss_trajectories_work_size,
 )
-from ..kernels.lanes import LANES
-from ..kernels.recorded import Recorded
 from ..tableaux import gauss_legendre
 from . import binding
 from .forms import field_of, piece_numbers, substeps, unrolled
@@ -58,12 +58,10 @@ def Gauss(  # noqa: N802 - reads as the method it is
         Compile the field into the stepper: the same bits, in 0.85 of the time where fields are
         small, for some seconds of compilation for each problem in each process.
 
-    Notes
-    -----
-    Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
-    (`geomint.kernels.gauss` tells how). The map is symplectic for Hamiltonian fields on flat space. On
-    a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect of order
-    h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
+    Notes ----- Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
+    (`geomint.kernels.solve.gauss` tells how). The map is symplectic for Hamiltonian fields on flat
+    space. On a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect
+    of order h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
     """
     stages, fused = whole("stages", stages, 1, 16), switch("fused", fused)
     tolerance = number("tolerance", tolerance, 0.0, 1e-2, "a number in [0, 0.01)")

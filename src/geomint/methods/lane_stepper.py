@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..kernels.blocks import Block
-from ..kernels.recorded import Recorded
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block
 
 __all__ = ["LaneStepper"]
 
 
 @dataclass(frozen=True)
 class LaneStepper:
-    """What `Stepper.lanes` returns: the loop of `geomint.kernels.advance`, to compile for lanes.
+    """What `Stepper.lanes` returns: the loop of `geomint.kernels.solve.advance`, to compile for lanes.
 
     Attributes
     ----------

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import DomainError, FormError, MethodError, nearest, told
-from ..problem import Problem
+from ..problems.problem import Problem
 from .stepper import Stepper
 
 __all__ = ["Method", "Start"]

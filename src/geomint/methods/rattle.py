@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Any
 
 from ..arguments import number, whole
-from ..kernels.blocks import scalar_block
-from ..kernels.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
-from ..kernels.rattle_separable import (
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.solve.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
+from ..kernels.solve.rattle_separable import (
     separable_rattle_memory_size,
     separable_rattle_stepper,
     separable_rattle_work_size,

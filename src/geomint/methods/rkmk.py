@@ -7,11 +7,11 @@ from fractions import Fraction
 from math import comb, factorial
 
 from ..errors import DomainError, FormError
-from ..forms import Group
-from ..kernels.blocks import scalar_block
-from ..kernels.recorded import Recorded
-from ..kernels.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
-from ..kernels.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.solve.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
+from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
+from ..problems.forms import Group
 from ..tableaux import Tableau
 from .adaptive import adaptive_stepper, made_adaptive
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction

@@ -6,8 +6,8 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from ..kernels.blocks import scalar_block
-from ..kernels.splitting import splitting_stepper, splitting_work_size
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.solve.splitting import splitting_stepper, splitting_work_size
 from .forms import splitting_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block

@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ConvergenceError, GeomintWarning, NonFiniteError, StepError, StepSizeError
-from ..kernels.blocks import Block, scalar_block
-from ..kernels.recorded import Recorded
-from ..kernels.status import NOT_CONVERGED, OK, OUTSIDE_CHART
-from .compiled import compiled
+from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 from .lane_stepper import LaneStepper
 
 __all__ = ["Advance", "Stepper", "filled_block"]
@@ -44,8 +44,8 @@ def filled_block(*parts: Any) -> Block:
 @functools.cache
 def _types(names: tuple[str, ...]) -> tuple[list[Any], Any]:
     """Return the numba signatures of functions by their names, and that of a kernel for them."""
-    from ..kernels import signatures
-    from ..kernels.compile import LANE, SCALAR
+    from ..kernels.compiling import signatures
+    from ..kernels.compiling.compile import LANE, SCALAR
 
     types = []
     for name in names:
@@ -95,7 +95,7 @@ class Stepper:
         if not self.compiled:
             self._entry, self._arguments = self.kernel, self.functions
             return
-        from ..kernels.cache import take_failure
+        from ..kernels.compiling.cache import take_failure
 
         types, whole = _types(self.signatures)
         self._arguments = tuple(compiled(f, s) for f, s in zip(self.functions, types, strict=True))

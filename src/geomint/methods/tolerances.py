@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ..arguments import finite, switch, whole
 from ..errors import DomainError, MethodError
-from ..evaluate import derivative
-from ..problem import Problem
+from ..problems.evaluate import derivative
+from ..problems.problem import Problem
 from ..tableaux import Tableau
 
 __all__ = ["Tolerances", "tolerances"]

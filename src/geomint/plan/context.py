@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..problem import Problem
+from ..problems.problem import Problem
+from ..run.timeline import Timeline, plan_timeline
 from ..scene.scene import Scene
-from ..timeline import Timeline, plan_timeline
 
 __all__ = ["Choice", "Context"]
 

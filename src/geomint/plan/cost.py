@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..declaration import check_form
-from ..kernels.blocks import Block
-from ..problem import Problem
+from ..kernels.numbers.blocks import Block
+from ..problems.declaration import check_form
+from ..problems.problem import Problem
 
 __all__ = ["Cost", "cost_of"]
 
@@ -102,7 +102,7 @@ class _Number:
 
     @property
     def context(self) -> SimpleNamespace:
-        """Elementary functions, as `geomint.kernels.arithmetic` asks numbers for them."""
+        """Elementary functions, as `geomint.kernels.numbers.arithmetic` asks numbers for them."""
         return SimpleNamespace(
             sqrt=lambda x: x._after(math.sqrt(max(x.value, 0.0))),
             sin=lambda x: x._after(math.sin(x.value) if math.isfinite(x.value) else math.nan),

@@ -14,15 +14,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from ..compare.ladder import STEP_FACTORS
+from ..compare.truth import MOST_EXTENDED_STEPS
 from ..errors import GeomintError, GeomintWarning, StepError
-from ..evaluate import value
-from ..integrate import solve
-from ..ladder import STEP_FACTORS
-from ..observe import MEASURE
-from ..progress import HOUR, time_in_words
+from ..problems.evaluate import value
+from ..run.progress import HOUR, time_in_words
+from ..run.solution import Solution
+from ..run.solve import solve
 from ..scene.scene import Scene
-from ..solution import Solution
-from ..truth import MOST_EXTENDED_STEPS
+from ..watch.observe import MEASURE
 from .plan import Plan, make_plan
 
 __all__ = ["Estimate", "comparison_time", "estimate", "expected_time"]
@@ -71,7 +71,7 @@ def comparison_time(
 ) -> Estimate:
     """Return how long the reference and the first point of every method take.
 
-    Further points are left out by `geomint.compare.compare` where the first lets expect that they
+    Further points are left out by `geomint.compare.runs.compare` where the first lets expect that they
     take long. A reference in double-double arithmetic takes about 300 times the time of gauss-8 at its
     default step (200 to 1500 were measured); where there is an exact flow, next to nothing.
     """

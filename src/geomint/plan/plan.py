@@ -8,11 +8,11 @@ from os import PathLike
 from typing import Any
 
 from ..errors import DomainError
-from ..observe import MEASURE
-from ..problem import Problem
+from ..problems.problem import Problem
+from ..run.solution import Solution
 from ..scene.load import load_scene
 from ..scene.scene import Scene
-from ..solution import Solution
+from ..watch.observe import MEASURE
 from .context import Choice, Context
 from .rules import COST_RULES, RULES
 
@@ -52,7 +52,7 @@ class Plan:
 
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
-        from ..integrate import solve
+        from ..run.solve import solve
 
         content = self.scene.content
         keeps = self.context.purpose == "run"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..errors import FormError
-from ..observe import GROUPS, MEASURE, quantities_of
-from ..problem import Problem
+from ..problems.problem import Problem
+from ..watch.observe import GROUPS, MEASURE, quantities_of
 from .context import Choice, Context
 from .cost import Cost, cost_of
 

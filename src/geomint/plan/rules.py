@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 
 from ..errors import SceneError, StepError
-from ..evaluate import value
 from ..methods.method import Start
-from ..observe import MEASURE, quantities_of
-from ..time_scale import characteristic_time
-from ..timeline import evaluation_times
+from ..problems.evaluate import value
+from ..problems.time_scale import characteristic_time
+from ..run.timeline import evaluation_times
+from ..watch.observe import MEASURE, quantities_of
 from .context import Choice, Context
 from .representation import choose_representation, missing_quantities, wanted_quantities
 
@@ -168,7 +168,7 @@ def estimate_evaluations(c: Context) -> Choice | None:
     implicit = "max_iterations" in method.options
     if implicit and c.problem.rows > _PROBE_ROWS:
         return None
-    from ..kernels.blocks import scalar_block
+    from ..kernels.numbers.blocks import scalar_block
 
     start = Start(c.problem, c.state, 0.0, c.timeline.h, clock=c.clock, compiled=False)
     stepper = method.start(start)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
-from ..drift import Drift
 from ..errors import FormError, GeomintError, StepError
-from ..evaluate import value
-from ..growth import NOT_FINITE
-from ..integrate import solve
+from ..problems.evaluate import value
+from ..run.solution import Solution
+from ..run.solve import solve
 from ..scene.entries import methods_and_steps
 from ..scene.scene import Scene
-from ..solution import Solution
+from ..watch.drift import Drift
+from ..watch.growth import NOT_FINITE
 from .plan import Plan, make_plan
 
 __all__ = ["MethodRun", "SeveralRuns", "expected_plans", "run_methods"]

@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..compare import Comparison, compare
+from ..compare.reference_record import MARGIN, RESOLUTION
+from ..compare.runs import Comparison, compare
 from ..outputs import whole_folder
-from ..reference_record import MARGIN, RESOLUTION
+from ..plots.drift_plots import drift_figure
+from ..plots.style import data_uri, save_figure
+from ..run.provenance import environment, finite_json, json_text
 from .compare_plots import work_precision_figure
 from .pages import render
-from .plots import drift_figure
-from .provenance import environment, finite_json, json_text
-from .style import data_uri, save_figure
 
 if TYPE_CHECKING:
     from ..scene import Scene

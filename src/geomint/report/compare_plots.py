@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from .style import WIDTH, figure_style, series_style
+from ..plots.style import WIDTH, figure_style, series_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..compare import Point
+    from ..compare.runs import Point
 
 __all__ = ["work_precision_figure"]
 

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..drift import Drift
 from ..outputs import whole_folder
 from ..plan.several import MethodRun, SeveralRuns
-from ..quantities import kind_of
-from .provenance import finite_json, json_text, run_record
-from .style import save_figure
+from ..plots.style import save_figure
+from ..run.provenance import finite_json, json_text, run_record
+from ..watch.drift import Drift
+from ..watch.quantities import kind_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,19 +8,19 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, overload
 
-from ..drift import ROUNDOFF, Drift
 from ..errors import DomainError, GeomintWarning
-from ..growth import RULE
 from ..plan import Plan, SeveralRuns, make_plan, run_methods
-from ..quantities import KINDS, kind_of
+from ..plots.drift_plots import drift_figure, panel_figure
+from ..plots.style import data_uri
+from ..run.provenance import run_provenance
+from ..run.solution import Solution
 from ..scene import Scene, load_scene
-from ..solution import Solution
+from ..watch.drift import ROUNDOFF, Drift
+from ..watch.growth import RULE
+from ..watch.quantities import KINDS, kind_of
 from .drift_json import drift_record, write_drift_files
 from .pages import render
-from .plots import drift_figure, panel_figure
-from .provenance import run_provenance
 from .several_page import write_several_report
-from .style import data_uri
 from .text import (
     number,
     rule_details,

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..drift import ROUNDOFF
 from ..plan.several import MethodRun, SeveralRuns
-from ..quantities import KINDS, kind_of
+from ..plots.drift_plots import draw_sizes
+from ..plots.panels import Line, draw_lines, line_style, say, shared_legend, thinned
+from ..plots.style import WIDTH, figure_style, series_style
+from ..watch.drift import ROUNDOFF
+from ..watch.quantities import KINDS, kind_of
 from .kinds import conserved_by_kind
-from .panels import Line, draw_lines, line_style, say, shared_legend, thinned
-from .plots import draw_sizes
-from .style import WIDTH, figure_style, series_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..plan import SeveralRuns
-from ..quantities import KINDS, kind_of
+from ..watch.quantities import KINDS, kind_of
 from .text import OUTCOMES
 
 SMALL = "32 ε × scale"  # whatever the class of what is so small

@@ -6,15 +6,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from ..growth import RULE
 from ..plan.several import MethodRun, SeveralRuns
-from ..quantities import KINDS
+from ..plots.style import data_uri
+from ..run.provenance import environment, scene_record
+from ..watch.growth import RULE
+from ..watch.quantities import KINDS
 from .drift_json import several_record, write_drift_files
 from .kind_plots import kind_figure, kinds_figure, quantity_figure, swatch
 from .kinds import conserved_by_kind, kinds_in_words, names_by_kind
 from .pages import render
-from .provenance import environment, scene_record
-from .style import data_uri
 from .text import (
     duration,
     number,

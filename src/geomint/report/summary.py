@@ -7,11 +7,11 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from ..compare import Comparison, Point
-from ..drift import Drift
+from ..compare.runs import Comparison, Point
 from ..plan import MethodRun, SeveralRuns
+from ..run.solution import Solution
 from ..scene import Scene
-from ..solution import Solution
+from ..watch.drift import Drift
 from .kinds import kinds_in_words, names_by_kind
 from .text import duration, number, printable, short_slope, spanned, step_of, verdict
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import unicodedata
 
-from ..drift import Drift
-from ..solution import Solution
+from ..run.solution import Solution
+from ..watch.drift import Drift
 
 __all__ = [
     "OUTCOMES",
@@ -97,7 +97,7 @@ def duration(seconds: float) -> str:
 
 def rule_details() -> str:
     """Return the statistical rule as its module states it, without the markup."""
-    from .. import growth
+    from ..watch import growth
 
     text = (growth.__doc__ or "").split("The window means", 1)[1]
     plain = text.replace("``", "").replace("\\|", "|").replace("`", "")

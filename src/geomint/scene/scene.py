@@ -14,9 +14,9 @@ import numpy as np
 
 from ..errors import GeomintWarning, SceneError, told
 from ..methods.method import Method
-from ..observe import MEASURE
-from ..problem import Problem
-from ..systems import Model
+from ..problems.problem import Problem
+from ..problems.systems import Model
+from ..watch.observe import MEASURE
 from .explain import key_of, shown
 from .model import Content
 from .validate import check_content

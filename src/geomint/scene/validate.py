@@ -21,8 +21,8 @@ from ..errors import (
 )
 from ..methods.method import Method
 from ..methods.registry import find_method
-from ..observe import GROUPS, MEASURE, quantities_of
-from ..systems import Model, System, find_system
+from ..problems.systems import Model, System, find_system
+from ..watch.observe import GROUPS, MEASURE, quantities_of
 from .entries import check_once, method_and_step
 from .explain import explained, shown
 from .model import Content

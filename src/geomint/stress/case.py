@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import entry_points
 
 from ..errors import DomainError
-from ..systems import Model
+from ..problems.systems import Model
 
 __all__ = ["Rescaled", "StressAxis", "StressCase", "stress_cases"]
 

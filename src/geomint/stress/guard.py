@@ -162,7 +162,7 @@ def _serve(pipe: Connection, function: Callable[[Any], Any], memory: int) -> Non
     """Do items until the other end hangs up."""
     import signal
 
-    from ..kernels.compile import listen
+    from ..kernels.compiling.compile import listen
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what Ctrl-C means
     _limit(memory)

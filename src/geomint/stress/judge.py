@@ -15,8 +15,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..deviation import pieces_of, relative_error
-from ..drift import ROUNDOFF
 from ..errors import (
     DomainError,
     FormError,
@@ -26,11 +24,13 @@ from ..errors import (
     StepLimitError,
     TruthError,
 )
-from ..integrate import solve
 from ..methods import Method
-from ..problem import Problem
-from ..solution import Solution
-from ..time_scale import characteristic_time
+from ..problems.deviation import pieces_of, relative_error
+from ..problems.problem import Problem
+from ..problems.time_scale import characteristic_time
+from ..run.solution import Solution
+from ..run.solve import solve
+from ..watch.drift import ROUNDOFF
 from .promises import Quantities
 from .truth import Truth, condition_of, field_rounding, parting_time, truth_of
 

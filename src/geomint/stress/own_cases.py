@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from functools import partial
 
 from ..errors import GeomintWarning
+from ..problems.systems import Model
+from ..problems.testproblems import examples
 from ..scene.load import load_scene, scene_names
-from ..systems import Model
-from ..testproblems import examples
 from .case import StressAxis, StressCase
 
 __all__ = ["QUICK", "STEP", "Build", "cases", "sources", "steps"]

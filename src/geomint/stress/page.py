@@ -12,9 +12,9 @@ from typing import Any
 
 from ..methods import find_method
 from ..outputs import whole_folder
+from ..plots.style import data_uri, save_figure
 from ..report.pages import render
-from ..report.provenance import environment, finite_json
-from ..report.style import data_uri, save_figure
+from ..run.provenance import environment, finite_json
 from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell
 from .picture import SYMBOLS, stress_figure

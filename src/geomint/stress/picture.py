@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..report.style import WIDTH, figure_style
+from ..plots.style import WIDTH, figure_style
 from .judge import FORBIDDEN, VERDICTS
 
 if TYPE_CHECKING:

@@ -22,14 +22,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..declaration import check_value
-from ..deviation import sizes_of
-from ..evaluate import value
-from ..kernels.blocks import Block, scalar_block
-from ..kernels.recorded import Recorded
+from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block, scalar_block
 from ..methods.binding import bind_field, bind_value
-from ..methods.compiled import compiled
-from ..problem import Problem
+from ..problems.declaration import check_value
+from ..problems.deviation import sizes_of
+from ..problems.evaluate import value
+from ..problems.problem import Problem
 
 __all__ = ["Quantities"]
 
@@ -68,8 +68,8 @@ class Quantities:
     def _entry(self, signature: str, f: Recorded) -> Any:
         if not self._compiled:
             return f
-        from ..kernels import signatures
-        from ..kernels.compile import SCALAR
+        from ..kernels.compiling import signatures
+        from ..kernels.compiling.compile import SCALAR
 
         return compiled(f, getattr(signatures, signature)(SCALAR))
 

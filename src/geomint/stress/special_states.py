@@ -12,11 +12,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..deviation import sizes_of
 from ..errors import GeomintError, GeomintWarning
-from ..evaluate import derivative, value
-from ..kernels.blocks import Block
-from ..problem import Problem
+from ..kernels.numbers.blocks import Block
+from ..problems.deviation import sizes_of
+from ..problems.evaluate import derivative, value
+from ..problems.problem import Problem
 
 __all__ = [
     "Make",

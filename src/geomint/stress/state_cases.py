@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from ..evaluate import derivative
-from ..problem import Problem
-from ..systems import Model
-from ..time_scale import characteristic_time
+from ..problems.evaluate import derivative
+from ..problems.problem import Problem
+from ..problems.systems import Model
+from ..problems.time_scale import characteristic_time
 from .case import StressAxis, StressCase
 from .own_cases import QUICK, Build, sources
 from .special_states import (

@@ -11,8 +11,8 @@ from typing import Any, Protocol
 
 from ..errors import FormError, GeomintError, GeomintWarning, nearest
 from ..methods import Method, find_method, method_names
-from ..problem import Problem
-from ..systems import Model
+from ..problems.problem import Problem
+from ..problems.systems import Model
 from .case import StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
 from .judge import Cell, Trial, judge

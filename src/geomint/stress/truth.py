@@ -1,10 +1,10 @@
 """Where a run should end, and how much of a difference rounding alone explains.
 
-The reference solution is that of `geomint.reference`, in double-double numbers. How far a problem
-magnifies roundings is measured: the reference is computed again from states and parameters that are
-off by 2⁻²⁶, relative to their piece (2⁻⁴⁰ if that is too much), and the differences at the end are
-divided by that. A reference that its own estimate, or the second method that confirms it
-(`geomint.confirmation`), does not let judge rounding errors is refused.
+The reference solution is that of `geomint.compare.reference`, in double-double numbers. How far a
+problem magnifies roundings is measured: the reference is computed again from states and parameters
+that are off by 2⁻²⁶, relative to their piece (2⁻⁴⁰ if that is too much), and the differences at the
+end are divided by that. A reference that its own estimate, or the second method that confirms it
+(`geomint.compare.confirmation`), does not let judge rounding errors is refused.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..deviation import pieces_of, relative_error, shifted, sizes_of
-from ..drift import ROUNDOFF
+from ..compare.reference import integrate_extended, reference_solution
 from ..errors import StepError
-from ..evaluate import derivative
-from ..kernels.blocks import Block
+from ..kernels.numbers.blocks import Block
 from ..methods import Gauss
-from ..problem import Problem
-from ..reference import integrate_extended, reference_solution
-from ..timeline import default_step
+from ..problems.deviation import pieces_of, relative_error, shifted, sizes_of
+from ..problems.evaluate import derivative
+from ..problems.problem import Problem
+from ..run.timeline import default_step
+from ..watch.drift import ROUNDOFF
 
 __all__ = [
     "Truth",

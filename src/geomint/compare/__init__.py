@@ -1,0 +1,1 @@
+"""Comparisons of methods, and the references that their errors are measured against."""

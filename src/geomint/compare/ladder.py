@@ -1,0 +1,85 @@
+"""What a comparison runs: in which representation, and at which steps or tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import positive
+from ..errors import DomainError, FormError, nearest
+from ..methods import Method
+from ..methods.tolerances import LARGEST_RTOL, LEAST_RTOL
+from ..problems.problem import Problem
+from ..problems.systems import Model
+from ..run.timeline import default_step
+
+__all__ = ["check_representation", "checked_steps", "ladder", "representation_for"]
+
+Array = npt.NDArray[np.float64]
+STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
+RTOL_POWERS = (4, 2, 0, -2, -4)  # of ten, times a method's own rtol
+
+
+def checked_steps(methods: list[Method], steps: Iterable[float] | None) -> list[float] | None:
+    """Return the steps that are asked for, or raise `DomainError` where they would say nothing."""
+    if not methods:
+        raise DomainError("methods", methods, "at least one method")
+    if steps is None:
+        return None
+    checked = [positive("steps", step) for step in steps]
+    if not checked:
+        raise DomainError("steps", checked, "at least one step")
+    if all(method.adaptive for method in methods):
+        names = ", ".join(method.name for method in methods)
+        raise DomainError("steps", checked, f"none: {names} choose their steps: give rtol")
+    return checked
+
+
+def check_representation(model: Model, asked: str | None) -> None:
+    """Raise `DomainError` for a representation that the system does not have."""
+    known = ["own", *model.problems]
+    if asked is not None and asked not in known:
+        raise DomainError("representation", asked, f"one of {known}.{nearest(asked, known)}")
+
+
+def ladder(
+    method: Method,
+    problem: Problem,
+    y0: Array,
+    steps: list[float] | None,
+    base: float | None,
+    end: float,
+) -> list[tuple[Method, float | None]]:
+    """Return what to run: the method at several steps, an adaptive one at several tolerances."""
+    if method.adaptive:
+        own = method.options["rtol"]
+        ratio = method.options["atol"] / own
+        scaled = (own * 10.0**power for power in RTOL_POWERS)
+        kept = dict.fromkeys(min(max(r, LEAST_RTOL), LARGEST_RTOL) for r in scaled)
+        return [(method.with_options(rtol=r, atol=ratio * r), base) for r in kept]
+    base = default_step(problem, method, y0, end) if base is None else base
+    return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]
+
+
+def representation_for(
+    model: Model, method: Method, end: Mapping[str, float], asked: str | None = None
+) -> tuple[str, Problem]:
+    """Return the representation asked for, or the first that the method fits, or raise `FormError`."""
+    own = next(iter(model.problems))
+    for name, problem in model.problems.items():
+        in_tau = name == own and "tau_end" in end
+        clockless = problem.time == "tau" and method.needs == "action" and not in_tau
+        wanted = asked is None or name == (own if asked == "own" else asked)
+        if wanted and method.needs in problem.forms and not clockless:
+            return name, problem
+    if asked is not None:
+        raise FormError(
+            f"method {method.name!r} does not fit the representation {asked!r} that is asked for"
+        )
+    offered = sorted({form for problem in model.problems.values() for form in problem.forms})
+    raise FormError(
+        f"method {method.name!r} needs the form {method.needs!r}; "
+        f"for this system and initial state there are only {', '.join(offered)}"
+    )

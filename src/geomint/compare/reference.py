@@ -1,0 +1,205 @@
+"""Reference solutions better than double precision.
+
+The field's own source, compiled for double-double numbers (about 32 digits), is integrated by a
+Gauss method of high order at two steps; their difference bounds the error. A second method of
+another family confirms it (`geomint.compare.confirmation`), as two steps of one method may err
+alike. References are kept on disk under a hash of everything that they depend on.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ConvergenceError, FormError, NonFiniteError
+from ..kernels.compiling.compiled import compiled
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.numbers.double_double import DoubleDoubleBlock, double_double_block, lane_rows
+from ..kernels.numbers.lanes import LANES
+from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.solve.status import NOT_CONVERGED, OK
+from ..methods.forms import field_of, piece_numbers
+from ..methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
+from ..methods.method import Start
+from ..methods.stepper import filled_block
+from ..problems.declaration import check_problem
+from ..problems.problem import Problem
+from ..run.timeline import default_step
+from ..tableaux import gauss_legendre
+from .confirmation import confirm
+from .reference_record import RESOLUTION, Reference, place_of, stored
+
+__all__ = ["Reference", "integrate_extended", "reference_solution"]
+
+Array = npt.NDArray[np.float64]
+STAGES = 12
+METHOD = f"gauss-{STAGES}, double-double"
+MAX_ITERATIONS = 200
+TOLERANCE = 2.0**-110
+TARGET = 1e-19  # relative agreement of the two steps, beyond what double precision can show
+MAX_HALVINGS = 4
+
+
+def reference_solution(
+    problem: Problem, y0: Array, own_end: float, *, judges: float = RESOLUTION
+) -> Reference:
+    """Integrate `problem` from `y0` at 0 to `own_end` in double-double arithmetic.
+
+    The result is confirmed by a second method (`geomint.compare.confirmation`) and kept on disk
+    with what that says.
+
+    Parameters
+    ----------
+    judges : float
+        The smallest error, relative, that it will be used to judge. Default: 2⁻⁵², the smallest
+        that float64 can show.
+
+    Raises
+    ------
+    FormError
+        If the problem has no field.
+    DeclarationError
+        If a function of the problem does not fit what it declares.
+    ConvergenceError, NonFiniteError
+        If the solution cannot be followed.
+    TruthError
+        If the two steps, or the second method, leave more than a tenth of `judges` uncertain.
+    """
+    if problem.field is None:
+        raise FormError(f"problem {problem.name!r} has no field: no reference can be computed")
+    check_problem(problem, y0, "field", problem.clock is not None)
+    path = place_of(problem, y0, own_end)
+    found = stored(path)
+    if found is None:
+        found = _computed(problem, y0, own_end)
+        found.store(path)
+    return found.for_errors(judges)
+
+
+def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
+    h = 1.5 * default_step(problem, Gauss(8), y0, own_end)
+    fine = integrate_extended(problem, y0, own_end, 0.5 * h)
+    for _ in range(MAX_HALVINGS):
+        h, coarse = 0.5 * h, fine
+        fine = integrate_extended(problem, y0, own_end, 0.5 * h)
+        error = _difference(problem, coarse, fine)
+        if error <= TARGET:
+            break
+
+    def first(end: float) -> npt.NDArray[Any]:
+        return fine if end == own_end else integrate_extended(problem, y0, end, 0.5 * h)
+
+    return Reference(
+        own_end=own_end,
+        physical_end=float(fine[-1]) if problem.clock is not None else None,
+        y=fine[: problem.rows].astype(np.float64),
+        error=error,
+        steps=(h, 0.5 * h),
+        method=METHOD,
+        confirmation=confirm(problem, y0, own_end, first),
+    )
+
+
+def _difference(problem: Problem, coarse: npt.NDArray[Any], fine: npt.NDArray[Any]) -> float:
+    parts = [
+        np.max(np.abs(coarse[s] - fine[s])) / max(float(np.max(np.abs(fine[s]))), 1e-300)
+        for s in problem.slices.values()
+    ]
+    if problem.clock is not None:
+        parts.append(abs(coarse[-1] - fine[-1]) / max(abs(float(fine[-1])), 1e-300))
+    return float(max(parts))
+
+
+def integrate_extended(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray[Any]:
+    """Return the state (and clock) at `end`, in extended precision."""
+    count = int(np.ceil(abs(end) / h))
+    # A step of few bits: count · step is exact, and one more step makes up the rest.
+    step = _of_few_bits(end / count)
+    steps = min(count, int(abs(end) / abs(step)))
+    rest = end - steps * step
+    state = _advance(problem, y0, np.zeros_like(y0), 0.0, 0.0, step, steps)
+    if rest != 0.0:
+        hi, lo = state
+        rows = problem.rows
+        t, t_low = (hi[rows], lo[rows]) if problem.clock is not None else (0.0, 0.0)
+        state = _advance(problem, hi[:rows], lo[:rows], t, t_low, rest, 1, steps * step)
+    return state[0].astype(np.longdouble) + state[1]
+
+
+def _of_few_bits(x: float) -> float:
+    """Return `x` rounded to 24 bits, whatever its size."""
+    fraction, exponent = math.frexp(x)
+    return math.ldexp(float(np.float32(fraction)), exponent)
+
+
+def _advance(
+    problem: Problem,
+    hi: Array,
+    lo: Array,
+    clock_hi: float,
+    clock_lo: float,
+    h: float,
+    steps: int,
+    t0: float = 0.0,
+) -> tuple[Array, Array]:
+    from ..kernels.compiling import signatures
+    from ..kernels.compiling.compile import extended_kind
+
+    with_clock = problem.clock is not None
+    start = Start(problem, hi, t0, h, clock=with_clock)
+    field, rows, _, work = field_of(start)
+    groups = 2
+    kind = extended_kind()
+    field_signature = signatures.field(kind)
+    memory = _blank(gauss_memory_size(rows, groups))
+    memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi
+    memory.data[1 : 2 * rows : 2] = np.append(lo, clock_lo) if with_clock else lo
+    entry = compiled(
+        gauss_stepper(groups, 0), signatures.advance_signature([field_signature], kind)
+    )
+    status, done, iterations, residual = entry(
+        compiled(field, field_signature),
+        filled_block(problem.params),
+        _coefficients(rows, piece_numbers(start), groups),
+        filled_block(1.0, 0.0),
+        memory,
+        _blank(gauss_work_size(rows, groups, work)),
+        rows,
+        t0,
+        h,
+        0,
+        steps,
+        steps + 1,
+        _blank(0),
+    )
+    if status != OK:
+        kind_of_error = ConvergenceError if status == NOT_CONVERGED else NonFiniteError
+        raise kind_of_error(t0 + done * h, done, residual, iterations, "in the reference solution")
+    # The carry is part of the state: add it before rounding.
+    values = memory.data[: 4 * rows]
+    y, y_low = values[0 : 2 * rows : 2], values[1 : 2 * rows : 2]
+    return y.copy(), y_low + values[2 * rows :: 2]
+
+
+def _blank(size: int) -> DoubleDoubleBlock:
+    return DoubleDoubleBlock(scalar_block(2 * size).data)
+
+
+def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBlock:
+    """Return the coefficient block of `geomint.kernels.solve.gauss` in double-double numbers."""
+    table, width = gauss_legendre(STAGES), LANES * groups
+    at = lane_positions(STAGES, width)
+    header = double_double_block(gauss_header(rows, MAX_ITERATIONS, TOLERANCE, pieces))
+    parts = [header.data]
+    names: tuple[Literal["c", "b"], ...] = ("c", "b")
+    for name in names:
+        hi, lo = table.split(name)
+        parts.append(lane_rows(spread_vector(hi, at, width), spread_vector(lo, at, width)))
+    hi, lo = table.split("mu")
+    parts.append(lane_rows(spread_columns(hi, at, width), spread_columns(lo, at, width)))
+    predictor = spread_columns(table.predictor(1.0), at, width)
+    parts.append(lane_rows(predictor, np.zeros_like(predictor)))
+    return DoubleDoubleBlock(filled_block(*parts).data)

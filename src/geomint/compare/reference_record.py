@@ -1,0 +1,187 @@
+"""What is known of a reference solution, and its place on disk.
+
+A reference judges errors that are `MARGIN` times what it is known to, or larger; none below.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import math
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import TruthError
+from ..outputs import whole_file
+from ..problems.problem import Problem
+from .confirmation import Confirmation
+
+__all__ = ["MARGIN", "RESOLUTION", "SMALL", "Reference", "place_of", "stored"]
+
+Array = npt.NDArray[np.float64]
+MARGIN = 10.0  # how far below an error a reference must be known to judge it
+SMALL = 1e-5  # a reference that cannot judge even errors of this size is of no use to a comparison
+RESOLUTION = 2.0**-52  # errors below this are one to float64
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A state at the end of a run, to more digits than it is given in.
+
+    Attributes
+    ----------
+    own_end : float
+        End in the problem's own time.
+    physical_end : float or None
+        Physical time there, for a problem in τ with a clock.
+    y : array
+        The state, rounded to float64.
+    error : float
+        Its own estimate: the largest difference, relative to its piece, of the two steps; of the
+        exact flow the estimated error of its phases.
+    steps : tuple of float
+        The two steps; none of the exact flow.
+    method : str
+    confirmation : Confirmation or None
+        What a second method of another family says.
+    """
+
+    own_end: float
+    physical_end: float | None
+    y: Array
+    error: float
+    steps: tuple[float, ...]
+    method: str
+    confirmation: Confirmation | None = None
+
+    @property
+    def agrees(self) -> bool:
+        """Whether a second method confirms this one, as accurately as that is."""
+        second = self.confirmation
+        return second is not None and second.agrees(self.error)
+
+    @property
+    def known(self) -> float:
+        """To what the state is known: its own estimate, if a second method does not object.
+
+        If it does, and at the end itself, as far as the true state can be away if the second is
+        right. Infinity if there is no second, or the two part before the end, or a number is NaN.
+        """
+        second = self.confirmation
+        if self.agrees:
+            known = self.error
+        elif second is not None and second.own_end == self.own_end:
+            known = float(np.maximum(self.error, second.difference + second.accuracy))  # or NaN
+        else:
+            known = math.inf
+        return known if known == known else math.inf
+
+    def for_errors(self, judges: float) -> Reference:
+        """Return the reference itself if it is good enough to judge errors of that size.
+
+        Raises
+        ------
+        TruthError
+            If it is not known to a tenth of that.
+        """
+        known = self.known
+        if MARGIN * known <= judges:
+            return self
+        raise TruthError(
+            self._doubt(),
+            known,
+            judges,
+            f"one that is known to {judges / MARGIN:.2g}; a shorter run may have it",
+        )
+
+    def _doubt(self) -> str:
+        """Return in words what is known, and why no more."""
+        if not self.error < math.inf:
+            return f"the {self.method} says nothing of its own error"
+        own = f"the {self.method} by its own estimate errs by {self.error:.2g} at {self.own_end:g}"
+        second = self.confirmation
+        if self.agrees or second is None:
+            return own
+        if second.accuracy == math.inf:
+            return f"{own}, and no second method gets anywhere to confirm it"
+        return (
+            f"{own}, but at {second.own_end:g} it differs by {second.difference:.2g} from "
+            f"{second.method}, known to {second.accuracy:.2g}"
+        )
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the numbers for reports."""
+        second = self.confirmation
+        return {
+            "method": self.method,
+            "own_end": self.own_end,
+            "physical_end": self.physical_end,
+            "state": [float(v) for v in self.y],
+            "error_estimate": self.error,
+            "steps": list(self.steps),
+            "confirmation": second and {**asdict(second), "agrees": self.agrees},
+        }
+
+    def store(self, path: Path | None) -> None:
+        """Write everything to disk; a folder that cannot be written costs time, nothing else."""
+        if path is None:
+            return
+        from ..kernels.compiling.private import private_folder
+
+        data = {**asdict(self), "y": list(self.y), "steps": list(self.steps)}
+        with suppress(OSError):
+            private_folder(path.parent)
+            with whole_file(path) as unfinished:
+                unfinished.write_text(json.dumps(data), encoding="utf-8")
+
+
+def stored(path: Path | None) -> Reference | None:
+    """Return the reference that is there, or None; also of a file that is damaged."""
+    if path is None or not path.is_file():
+        return None
+    from ..kernels.compiling.private import private_folder
+
+    try:
+        private_folder(path.parent)  # nobody else may have put a truth there
+        data = json.loads(path.read_text(encoding="utf-8"))
+        second = data.pop("confirmation")
+        data.update(y=np.array(data["y"]), steps=tuple(data["steps"]))
+        return Reference(**data, confirmation=second and Confirmation(**second))
+    except (OSError, ValueError, TypeError, KeyError, AttributeError):
+        return None
+
+
+def place_of(problem: Problem, y0: Array, end: float) -> Path | None:
+    """Return where a reference is kept: under all that it depends on, geomint's sources included.
+
+    None where there is no place to keep anything.
+    """
+    from ..kernels.compiling.private import cache_root
+
+    try:
+        folder = cache_root() / "references"
+    except OSError:
+        return None
+    digest = hashlib.sha256(f"{_stamp()} {problem.pieces} {problem.work} {problem.time}".encode())
+    for f in (problem.field, problem.clock):
+        digest.update(f.fingerprint.encode() if f is not None else b"-")
+    for values in (problem.params, y0, np.array([end])):
+        digest.update(np.ascontiguousarray(values).tobytes())
+    return folder / f"{digest.hexdigest()[:32]}.json"
+
+
+@functools.cache
+def _stamp() -> str:
+    """Return a hash of geomint's sources: what they got wrong once must not be a truth for ever."""
+    from ..kernels.compiling.cache import kernel_stamp
+
+    digest = hashlib.sha256(kernel_stamp().encode())
+    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()

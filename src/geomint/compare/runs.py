@@ -1,0 +1,296 @@
+"""Comparison of methods on one system: run time against error, at the same physical time.
+
+Every method runs in whatever representation and time suits it; all final states are turned into the
+same physical quantities (`Problem.physical_state`) at the same physical time, and compared with a
+reference of about 32 digits (`geomint.compare.reference`), or with the exact flow
+(`geomint.compare.exact_reference`), that a second method of another family confirms. Errors that it
+is not far better than are not told.
+"""
+
+from __future__ import annotations
+
+import statistics
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import FormError, GeomintError
+from ..methods import Method, find_method
+from ..problems.problem import Problem
+from ..problems.systems import Model
+from ..run.solve import solve
+from ..watch.drift import Drift
+from .ladder import check_representation, checked_steps, ladder, representation_for
+from .truth import Goal, goal_of
+
+__all__ = ["Comparison", "Point", "compare"]
+
+Array = npt.NDArray[np.float64]
+MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
+
+
+@dataclass(frozen=True)
+class Point:
+    """One method at one step, or an adaptive one at one tolerance.
+
+    Attributes
+    ----------
+    step : float
+        Of an adaptive method the mean step; 0 if it did not get there.
+    tolerance, rtol : float or None
+        Of an implicit method; of an adaptive one.
+    error : float or None
+        Largest deviation of a physical quantity from the reference at the end, relative to the
+        largest entry of that quantity. None where there is no result, or one that is nearer to the
+        reference than ten times what that is known to.
+    bound : float or None
+        What the error is at most: the same, or the deviation and what the reference is known to.
+    seconds : float or None
+        Median run time of the repeats, without compilation.
+    status : str
+        ``"ok"``, or why there is no result or no error.
+    """
+
+    method: str
+    order: int
+    representation: str
+    step: float
+    tolerance: float | None
+    error: float | None = None
+    seconds: float | None = None
+    steps: int | None = None
+    evaluations: int | None = None
+    repeats: int = 0
+    status: str = "ok"
+    rtol: float | None = None
+    bound: float | None = None
+
+
+@dataclass
+class Comparison:
+    """All points, the reference, and the drifts of each method's best run.
+
+    `status` is ``"interrupted"`` if Ctrl-C ended it before the last point.
+    """
+
+    points: list[Point]
+    reference: dict[str, Any]
+    drifts: list[tuple[str, dict[str, Drift]]] = field(default_factory=list)
+    compile_seconds: float = 0.0
+    status: str = "success"
+
+    @property
+    def without_result(self) -> dict[str, str]:
+        """Methods of which no point has a result, and why their first one has none."""
+        found = {p.method for p in self.points if p.bound is not None}
+        first: dict[str, str] = {}
+        for point in self.points:
+            if point.method not in found:
+                first.setdefault(point.method, point.status)
+        return first
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the numbers under the names of ``compare.json``."""
+        return {
+            "status": self.status,
+            "points": [asdict(point) for point in self.points],
+            "reference": self.reference,
+        }
+
+
+def compare(
+    model: Model,
+    end: dict[str, float],
+    methods: Iterable[str | Method],
+    *,
+    steps: Iterable[float] | None = None,
+    first_steps: Mapping[str, float] | None = None,
+    representation: str | None = None,
+    repeats: int = 5,
+    observe: bool = True,
+    reference: str = "auto",
+    report: Callable[[str], None] = lambda text: None,
+) -> Comparison:
+    """Run every method at several steps and measure error and run time.
+
+    Parameters
+    ----------
+    model : Model
+        The system in its representations; the first is the scene's own.
+    end : dict
+        ``{"t_end": …}`` or ``{"tau_end": …}`` in the scene's own time.
+    methods : iterable of str or Method
+        A method with options of its own keeps them.
+    steps : iterable of float, optional
+        Steps in each method's own time. Default: 4, 2, 1, 1/2, 1/4 of its default step. Adaptive
+        methods run at tolerances instead: 10⁴ … 10⁻⁴ times their own rtol, which is 1e-8 unless
+        given, with atol in proportion.
+    first_steps : mapping of name to float, optional
+        Steps that take the place of the default steps of these methods; of an adaptive one that of
+        its first step.
+    representation : str, optional
+        The name of the only representation to use, or ``"own"`` for the scene's own. Default: for
+        each method the first that fits it.
+    repeats : int
+        Timed runs of each point; the median counts.
+    observe : bool
+        Whether to measure, in an extra run at each method's finest step, the drifts.
+    reference : {"auto", "extended", "exact"}
+        What the truth is: an integration in double-double arithmetic; the exact flow, where the
+        system has one; or the first, and the second where the first would take minutes.
+    report : callable
+        Told what is being done.
+
+    Raises
+    ------
+    FormError, DomainError
+        If there is no exact flow and it is asked for; for a representation that the system does not
+        have; for no methods, no steps, or steps where all methods are adaptive.
+    TruthError
+        If the reference is not known, or not confirmed, well enough to judge errors of 1e-5.
+    """
+    chosen = [find_method(m) for m in methods]
+    steps = checked_steps(chosen, steps)
+    check_representation(model, representation)
+    goal, truth = goal_of(model, end, reference, report)
+    result = Comparison([], truth)
+    asked = _Asked(end, steps, first_steps or {}, representation, repeats, observe, report)
+    try:
+        for method in chosen:
+            _run_ladder(result, goal, model, method, asked)
+    except KeyboardInterrupt:
+        result.status = "interrupted"
+    return result
+
+
+class _Asked(NamedTuple):
+    """What all methods of a comparison have in common, as `compare` was given it."""
+
+    end: dict[str, float]
+    steps: list[float] | None
+    first_steps: Mapping[str, float]
+    representation: str | None
+    repeats: int
+    observe: bool
+    report: Callable[[str], None]
+
+
+def _run_ladder(
+    result: Comparison, goal: Goal, model: Model, method: Method, asked: _Asked
+) -> None:
+    """Add the points of one method, and its drifts at the finest."""
+    best: tuple[Method, Problem, Array, float | None] | None = None
+    last: Point | None = None
+    try:
+        name, problem = representation_for(model, method, asked.end, asked.representation)
+    except FormError as error:
+        result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
+        return
+    y0 = model.states[name]
+    base, own_end = asked.first_steps.get(method.name), next(iter(asked.end.values()))
+    for variant, step in ladder(method, problem, y0, asked.steps, base, own_end):
+        options = variant.options
+        setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
+        asked.report(f"{method.name}, {setting}")
+        expected = 0.0 if last is None else _expected_seconds(last, variant, step)
+        if expected > MAX_SECONDS:
+            status = f"not run: would take about {expected:.0f} s"
+            result.points.append(replace(_point(variant, name, step), status=status))
+            continue
+        point = _measure(goal, variant, name, problem, y0, step, asked.repeats, result)
+        result.points.append(point)
+        if point.bound is not None:
+            best, last = (variant, problem, y0, step), point
+    if asked.observe and best is not None:
+        result.drifts.append((method.name, _drifts(goal, *best)))
+
+
+def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
+    """Return the run time that the last point lets expect of the next one."""
+    seconds = last.seconds or 0.0
+    if step is not None and not method.adaptive:
+        return seconds * last.step / step
+    rtol = method.options["rtol"]
+    return seconds * float(((last.rtol or rtol) / rtol) ** (1.0 / (method.order + 1)))
+
+
+def _point(method: Method, representation: str, step: float | None) -> Point:
+    """Return a point of which nothing has been measured yet."""
+    options = method.options
+    return Point(
+        method.name,
+        method.order,
+        representation,
+        0.0 if method.adaptive else step or 0.0,
+        options.get("tolerance"),
+        rtol=options.get("rtol"),
+    )
+
+
+def _measure(
+    goal: Goal,
+    method: Method,
+    representation: str,
+    problem: Problem,
+    y0: Array,
+    step: float | None,
+    repeats: int,
+    result: Comparison,
+) -> Point:
+    point = _point(method, representation, step)
+    arguments: dict[str, Any] = {
+        **goal.end_for(problem),
+        "method": method,
+        "step": step,
+        "progress": False,
+    }
+    try:
+        seconds = []
+        for _ in range(max(repeats, 1)):
+            with warnings.catch_warnings():
+                warnings.filterwarnings("ignore", "step = .* is longer than the run")
+                solution = solve(problem, y0, **arguments)
+            if solution.status == "interrupted":  # a part of a run has no error at the end
+                raise KeyboardInterrupt
+            if not (solution.steps or method.adaptive):  # the step that was asked for is none of it
+                return replace(point, status="not measured: the step is longer than the run")
+            result.compile_seconds += solution.compile_seconds
+            seconds.append(solution.run_seconds)
+            if sum(seconds) > MAX_SECONDS:
+                break
+    except GeomintError as error:
+        reason = f"{type(error).__name__}: {error}"
+        return Point(**{**asdict(point), "status": f"failed: {reason}"})
+    return Point(
+        **{
+            **asdict(point),
+            "step": abs(solution.step) if method.adaptive else step,
+            **goal.judged(problem, solution.y[-1]),
+            "seconds": statistics.median(seconds),
+            "steps": solution.steps,
+            "evaluations": solution.evaluations,
+            "repeats": len(seconds),
+        }
+    )
+
+
+def _drifts(
+    goal: Goal, method: Method, problem: Problem, y0: Array, step: float | None
+) -> dict[str, Drift]:
+    """Return the drifts over physical time, so that all methods share an axis."""
+    solution = solve(
+        problem,
+        y0,
+        t_end=goal.physical_end,
+        method=method,
+        step=step,
+        observe=[*problem.invariants, *problem.constraints],
+        progress=False,
+    )
+    if solution.status == "interrupted":
+        raise KeyboardInterrupt
+    return solution.drift

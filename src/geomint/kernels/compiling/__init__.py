@@ -1,0 +1,1 @@
+"""Functions recorded in Python, and their compilation at need: kept on disk and never stale."""

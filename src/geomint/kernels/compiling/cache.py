@@ -1,0 +1,208 @@
+"""An on-disk cache of compiled code that a change anywhere in the sources empties.
+
+numba stamps a cached function with its own source file only: after an edit of a helper, stale
+machine code would run silently. Every dispatcher made by geomint instead carries a stamp of the
+kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
+files lie in the user's cache folder (`geomint.kernels.compiling.private`), so an installation that
+cannot be written works too; ``NUMBA_CACHE_DIR`` moves them. Where that folder cannot be written
+either, every process compiles anew, and `take_failure` tells why.
+
+A file holds the code of one function for one signature, after its checksum: what is damaged, of
+another process that runs at the same time, or of somebody else is compiled anew.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import pickle
+import secrets
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import config
+from numba.core.caching import (
+    CompileResultCacheImpl as _Impl,
+    FunctionCache,
+    NullCache,
+    _CacheLocator,
+)
+from numba.core.serialize import dumps
+
+from .. import STARTED
+from .private import cache_root, private_folder
+
+__all__ = [
+    "UnkeptCache",
+    "cache_folder",
+    "kernel_stamp",
+    "make_cache",
+    "sources_edited",
+    "take_failure",
+]
+
+_KERNELS = Path(__file__).parents[1]
+_CHECKSUM = hashlib.sha256().digest_size
+_failures: list[OSError] = []
+_failure_taken = False
+
+
+@functools.cache
+def kernel_stamp() -> str:
+    """Return a hash of every source file of the kernel layer, of Python, numpy and the compiler."""
+    versions = (sys.implementation.cache_tag, *(m.__version__ for m in (numba, llvmlite, np)))
+    digest = hashlib.sha256(" ".join(versions).encode())
+    for path in _sources():
+        digest.update(str(path.relative_to(_KERNELS)).encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _sources() -> list[Path]:
+    return sorted(_KERNELS.rglob("*.py"))
+
+
+@functools.cache
+def sources_edited() -> bool:
+    """Tell whether the stamp is of other sources than this process runs, or may be."""
+    return any(path.stat().st_mtime > STARTED for path in _sources())
+
+
+def cache_folder() -> Path:
+    """Return the folder of the compiled code of this version of the kernel layer."""
+    # Bounds checking is not part of numba's own key: such code lives in a folder of its own.
+    checked = "-boundscheck" if config.BOUNDSCHECK else ""
+    return cache_root() / f"kernels-{kernel_stamp()}{checked}"
+
+
+def take_failure() -> OSError | None:
+    """Return why compiled code could not be kept, once a process; None if nothing failed."""
+    global _failure_taken
+    if not _failures or _failure_taken:
+        return None
+    _failure_taken = True
+    return _failures[0]
+
+
+class _StampedLocator(_CacheLocator):
+    def __init__(self, fingerprint: str) -> None:
+        self._fingerprint = fingerprint
+        self._py_file = fingerprint
+
+    def get_cache_path(self) -> str:
+        return str(cache_folder())
+
+    def ensure_cache_path(self) -> None:
+        private_folder(cache_folder())
+
+    def get_source_stamp(self) -> str:
+        return self._fingerprint
+
+    def get_disambiguator(self) -> str:
+        return self._fingerprint
+
+
+class _StampedImpl(_Impl):
+    def __init__(self, py_func: Any, fingerprint: str) -> None:
+        self._lineno = py_func.__code__.co_firstlineno
+        self._locator = _StampedLocator(fingerprint)
+        self._filename_base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
+
+    def check_cachable(self, cres: Any) -> bool:
+        return not (cres.library.has_dynamic_globals or any(not x.can_cache for x in cres.lifted))
+
+
+class _Files:
+    """The compiled code of one function on the disk: a file for each key, checksum first.
+
+    No index: processes that compile different signatures at the same time do not meet.
+    """
+
+    def __init__(self, folder: Path, base: str) -> None:
+        self._folder, self._base = folder, base
+
+    def _path(self, key: Any) -> Path:
+        digest = hashlib.sha256(repr(key).encode()).hexdigest()
+        return self._folder / f"{self._base}.{digest[:16]}.nbc"
+
+    def load(self, key: Any) -> Any:
+        private_folder(self._folder)  # what is in it is unpickled
+        path = self._path(key)
+        if not path.is_file():  # nor a FIFO, which would wait for ever
+            return None
+        content = path.read_bytes()
+        checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
+        return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
+
+    def save(self, key: Any, data: Any) -> None:
+        content, path = dumps(data), self._path(key)
+        unfinished = path.with_suffix(f".{secrets.token_hex(8)}")
+        try:
+            unfinished.write_bytes(hashlib.sha256(content).digest() + content)
+            unfinished.replace(path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+    def flush(self) -> None:
+        for path in self._folder.glob(f"{self._base}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+
+class StampedCache(FunctionCache):
+    """The cache of one dispatcher; `fingerprint` stands for all that its code depends on."""
+
+    def __init__(self, py_func: Any, fingerprint: str, on_miss: Callable[[], None]) -> None:
+        self._fingerprint, self._on_miss = fingerprint, on_miss
+        # numba's own constructor builds the implementation from the function alone.
+        self._impl_class = functools.partial(_StampedImpl, fingerprint=fingerprint)
+        super().__init__(py_func)
+        self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            found = super().load_overload(sig, target_context)
+        except OSError as failure:
+            _failures.append(failure)
+            found = None
+        except Exception:  # of another compiler with the same checksum: compile anew
+            found = None
+        # Types of one name need not be the same.
+        if found is None or tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
+            self._on_miss()
+            return None
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            super().save_overload(sig, data)
+        except OSError as failure:
+            _failures.append(failure)
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return (sig, codegen.magic_tuple(), self._fingerprint)
+
+
+def make_cache(
+    py_func: Any, fingerprint: str, on_miss: Callable[[], None]
+) -> StampedCache | UnkeptCache:
+    """Return a cache on the disk, or none where there is no place for it."""
+    try:
+        return StampedCache(py_func, fingerprint, on_miss)
+    except OSError as failure:
+        _failures.append(failure)
+        return UnkeptCache(on_miss)
+
+
+class UnkeptCache(NullCache):
+    """No cache: for code that no other process may run."""
+
+    def __init__(self, on_miss: Callable[[], None]) -> None:
+        self._on_miss = on_miss
+
+    def load_overload(self, sig: Any, target_context: Any) -> None:
+        self._on_miss()

@@ -1,0 +1,118 @@
+"""What a code object says: its bytes, and the names by which it reaches values.
+
+numba freezes what a function finds by a global name, in a closure cell, or as an attribute of a
+module. Here is which names those are; `geomint.kernels.compiling.fingerprint` looks the values up.
+"""
+
+from __future__ import annotations
+
+import dis
+import functools
+import hashlib
+import struct
+import types
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+__all__ = ["CONSTANTS", "Code", "Path", "constant", "described", "framed", "paths_in", "reads"]
+
+CONSTANTS = (type(None), type(...), bool, int, float, complex, str, bytes)
+
+_GLOBALS = {"LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS"}
+_CELLS = {"LOAD_DEREF", "LOAD_CLASSDEREF", "LOAD_FROM_DICT_OR_DEREF"}
+_ATTRIBUTES = {"LOAD_ATTR", "LOAD_METHOD"}
+_NOTHING = {"EXTENDED_ARG", "CACHE", "NOP"}  # may stand between a name and its attribute
+
+
+class Path(NamedTuple):
+    """A global name or a name of a closure cell, and the attributes that are read from it at once.
+
+    What is read later, through a local variable, an argument or a returned value, is not here.
+    """
+
+    cell: bool
+    name: str
+    attributes: tuple[str, ...]
+
+
+class Code(NamedTuple):
+    """What a code object and those in it say: their bytes, paths, and words: ``x.word`` of any x."""
+
+    digest: bytes
+    paths: tuple[Path, ...]
+    words: frozenset[str]
+
+
+def framed(*pieces: bytes) -> bytes:
+    """Return pieces as one, from which they could be told apart again."""
+    return b"".join(len(piece).to_bytes(8, "little") + piece for piece in pieces)
+
+
+def constant(value: Any) -> bytes:
+    """Return a constant of code as bytes: the same in every process, others for another type or bit."""
+    kind = type(value)
+    name = kind.__name__.encode()
+    if kind is float:
+        return framed(name, struct.pack("<d", value))
+    if kind is complex:
+        return framed(name, struct.pack("<dd", value.real, value.imag))
+    if kind is int:
+        return framed(name, hex(value).encode())
+    if kind is str:
+        return framed(name, value.encode("utf-8", "surrogatepass"))
+    if kind is tuple:
+        return framed(name, *map(constant, value))
+    if kind is frozenset:  # in the order of the bytes: its own depends on the process
+        return framed(name, *sorted(map(constant, value)))
+    if kind is types.CodeType:
+        return framed(name, described(value).digest)
+    return framed(name, repr(value).encode())
+
+
+@functools.lru_cache(maxsize=4096)
+def reads(code: types.CodeType, place: int) -> bool:
+    """Tell whether a function's code names its argument at a place at all: if not, it is not read."""
+    if place >= code.co_argcount:
+        return True
+    name = code.co_varnames[place]
+    # Some instructions of newer Pythons have a tuple of names.
+    found = (instruction.argval for instruction in dis.get_instructions(code))
+    return any(name == value or (type(value) is tuple and name in value) for value in found)
+
+
+@functools.lru_cache(maxsize=4096)
+def described(code: types.CodeType) -> Code:
+    """Return what a code object says, without its place in the file."""
+    words: set[str] = set()
+    paths = dict.fromkeys(path for path, _ in paths_in(code, words))
+    for value in code.co_consts:
+        if isinstance(value, types.CodeType):
+            inner = described(value)
+            paths.update(dict.fromkeys(inner.paths))
+            words |= inner.words
+    names = (code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars)
+    counts = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+    pieces = (code.co_code, code.co_exceptiontable, constant(names), constant(counts))
+    digest = hashlib.sha256(framed(*pieces, constant(code.co_consts))).digest()
+    return Code(digest, tuple(paths), frozenset(words))
+
+
+def paths_in(code: types.CodeType, words: set[str]) -> Iterator[tuple[Path, int | None]]:
+    """Yield the paths of a code object and their lines; add the names of attributes to `words`."""
+    path: Path | None = None
+    line: int | None = None
+    for instruction in dis.get_instructions(code):
+        name = instruction.opname
+        if name in _NOTHING:
+            continue
+        if name in _ATTRIBUTES:
+            words.add(instruction.argval)
+            if path is not None:
+                path = path._replace(attributes=(*path.attributes, instruction.argval))
+            continue
+        if path is not None:
+            yield path, line
+        path = None
+        if name in _GLOBALS or name in _CELLS:
+            path = Path(name in _CELLS, instruction.argval, ())
+            line = instruction.positions.lineno if instruction.positions else None

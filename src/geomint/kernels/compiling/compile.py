@@ -1,0 +1,209 @@
+"""Compilation at need: options, signatures, specialisations, and the account of time spent.
+
+Compiled code is asked for by *kind* of number (`SCALAR` or `LANE`) and, for fields, by row count:
+a field whose row count is a constant is unrolled by LLVM (measured: 1.6 times faster at n = 3),
+while its signature stays the same for every stepper.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import signal
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType, FunctionType
+from typing import Any
+
+import numba
+from numba.core import types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import Dispatcher
+from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
+from numba.extending import typeof_impl
+
+from ..numbers.typing_blocks import LANE_BLOCK, SCALAR_BLOCK
+from ..numbers.typing_lanes import LANE_VALUE
+from .cache import UnkeptCache, make_cache, sources_edited
+from .foreign import refuse_compiled, refuse_foreign, refuse_modules
+from .recorded import Recorded
+
+__all__ = ["LANE", "SCALAR", "compile_function", "extended_kind", "listen", "make_dispatcher"]
+
+_OPTIONS = {"error_model": "numpy", "nogil": True}
+# What compiled code alone calls needs no way in from Python or C.
+_INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_lock = threading.RLock()
+_listeners: list[Callable[[str, float | None], None]] = []
+
+
+def _before_fork() -> None:
+    _lock.acquire()
+    global_compiler_lock.acquire()
+
+
+def _after_fork() -> None:
+    global_compiler_lock.release()
+    _lock.release()
+
+
+if hasattr(os, "register_at_fork"):
+    # A child that begins while a thread compiles would wait for ever for locks that nobody holds.
+    os.register_at_fork(
+        before=_before_fork, after_in_parent=_after_fork, after_in_child=_after_fork
+    )
+
+
+class Kind:
+    """One kind of number: the numba types of a number and of a block of them."""
+
+    def __init__(self, name: str, number: Any, block: Any, memory: Any = None) -> None:
+        self.name, self.number, self.block = name, number, block
+        self.memory = block if memory is None else memory
+
+    def __repr__(self) -> str:
+        return self.name
+
+
+SCALAR = Kind("SCALAR", types.float64, SCALAR_BLOCK)
+LANE = Kind("LANE", LANE_VALUE, LANE_BLOCK)
+
+
+@functools.cache
+def extended_kind() -> Kind:
+    """Return the kind of eight double-double numbers, whose memory holds double-double numbers."""
+    from ..numbers.typing_double_double import DD_BLOCK, DD_LANE_BLOCK, DD_LANE_VALUE
+
+    return Kind("EXTENDED", DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK)
+
+
+@typeof_impl.register(Recorded)
+def _typeof_recorded(value: Recorded, c: Any) -> Any:
+    return types.Dispatcher(value.made(make_dispatcher))
+
+
+def listen(listener: Callable[[str, float | None], None]) -> Callable[[], None]:
+    """Call ``listener(name, None)`` when a compilation starts and ``listener(name, seconds)`` after.
+
+    Functions found in the on-disk cache are not reported. Returns a function that ends it.
+    """
+    _listeners.append(listener)
+    return lambda: _listeners.remove(listener)
+
+
+def _tell(name: str, seconds: float | None) -> None:
+    for listener in _listeners:
+        listener(name, seconds)
+
+
+def _unique(recorded: Recorded) -> FunctionType:
+    """Return the function under a qualified name of its own, made with its fingerprint.
+
+    LLVM symbols are made of that name and a counter that begins anew in every process. Two cached
+    functions of one name from two processes may have the same symbol, and a third process that
+    loads both would run one of them for the other.
+    """
+    f = recorded.function
+    copy = FunctionType(f.__code__, f.__globals__, f.__name__, f.__defaults__, f.__closure__)
+    copy.__module__, copy.__doc__, copy.__kwdefaults__ = f.__module__, f.__doc__, f.__kwdefaults__
+    copy.__qualname__ = f"{f.__qualname__}_{recorded.fingerprint}"
+    return copy
+
+
+def make_dispatcher(recorded: Recorded) -> Any:
+    """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
+    dispatcher = numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    if isinstance(dispatcher, Dispatcher):
+        template = dispatcher.get_call_template
+
+        def checked(args: Any, kws: Any) -> Any:
+            refuse_modules(recorded, (*args, *dict(kws).values()))
+            return template(args, kws)
+
+        dispatcher.get_call_template = checked
+    return dispatcher
+
+
+def _entry(recorded: Recorded) -> Any:
+    """Return the dispatcher that is called from Python or by address: the one with a cache."""
+    return recorded.made(_make_entry)
+
+
+def _make_entry(recorded: Recorded) -> Any:
+    dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
+    if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+        dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
+        refuse_compiled(recorded)
+
+        def started() -> None:
+            refuse_foreign(recorded)  # what is found on the disk was made of nothing of the kind
+            _tell(recorded.function.__name__, None)
+
+        if recorded.reach.kept and not sources_edited():
+            dispatcher._cache = make_cache(recorded.function, recorded.fingerprint, started)
+        else:
+            dispatcher._cache = UnkeptCache(started)
+    return dispatcher
+
+
+def compile_function(recorded: Recorded, signature: Any) -> Any:
+    """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache.
+
+    What the function reaches is looked at in each call: after a change it is another dispatcher.
+
+    Raises
+    ------
+    DomainError
+        If the function reaches what numba has compiled by itself.
+    """
+    dispatcher = _entry(recorded)
+    if isinstance(dispatcher, Dispatcher) and signature.args not in dispatcher.overloads:
+        with _lock, warnings.catch_warnings():
+            # Steppers take fields as first-class functions, which numba calls experimental every
+            # time; its pedantic warnings are addressed to its own developers.
+            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+            warnings.simplefilter("ignore", NumbaPedanticWarning)
+            _compile(dispatcher, recorded.function.__name__, signature)
+    return dispatcher
+
+
+@contextmanager
+def _ctrl_c_later() -> Iterator[None]:
+    """Let Ctrl-C wait for a compilation: what is broken off there can never be compiled again.
+
+    A second one does not wait.
+    """
+    pressed: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if pressed:
+            raise KeyboardInterrupt
+        pressed.append(number)
+
+    plain = threading.current_thread() is threading.main_thread()
+    if not (plain and signal.getsignal(signal.SIGINT) is signal.default_int_handler):
+        yield
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if pressed:
+        raise KeyboardInterrupt
+
+
+def _compile(dispatcher: Any, name: str, signature: Any) -> None:
+    if signature.args in dispatcher.overloads:
+        return
+    misses = sum(dispatcher.stats.cache_misses.values())
+    start = time.perf_counter()
+    with _ctrl_c_later():
+        dispatcher.disable_compile(False)
+        dispatcher.compile(signature)
+        dispatcher.disable_compile()  # a call with other types is an error, no compilation
+    if sum(dispatcher.stats.cache_misses.values()) > misses:
+        _tell(name, time.perf_counter() - start)

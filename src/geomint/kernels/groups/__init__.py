@@ -1,0 +1,1 @@
+"""Lie groups and the maps of their algebras, in arithmetic that compiles."""

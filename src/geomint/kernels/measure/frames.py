@@ -1,0 +1,156 @@
+"""Tangents and normals of the manifold {c(y) = 0}, and the density of its measure, state by state.
+
+A frame is one number, ``log μ − ½ log det(C Cᵀ)`` with C = Dc, and the reflections that split normals
+and tangents (`geomint.kernels.measure.reflections`). All is in units of the pieces of the state.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.recorded import helper
+from ..numbers.arithmetic import lane, maximum, total
+from ..numbers.blocks import as_lanes, part
+from .memory import CONDITION_SPACING, EPSILON, HEADER, LAYOUT, OWN, UNIT
+from .reflections import log_det_near_identity, reflect, reflect_back, reflections
+
+__all__ = ["enlarge_scales", "make_frame", "normals_turned"]
+
+CONDITIONS_SMALLEST = 2.0**-12  # spacing of the differences of conditions
+CONDITIONS_ROUNDINGS = 256.0  # seventh differences above this are not rounding
+
+
+@helper
+def enlarge_scales(layout: Any, y: Any, scales: Any) -> bool:
+    """Double the scale of each piece until no number of y exceeds it; return whether one did."""
+    n = len(scales)
+    grown = False
+    r = 0
+    while r < n:
+        end = r
+        largest = 0.0
+        while end < n and layout[HEADER + end] == layout[HEADER + r]:
+            largest = maximum(abs(y[end]), largest)
+            end += 1
+        while scales[r] < largest and scales[r] < 1e300:
+            for i in range(r, end):
+                scales[i] = 2.0 * scales[i]
+            grown = True
+        r = end
+    return grown
+
+
+@helper
+def condition_gradients(
+    manifold: Any,
+    params: Any,
+    numbers: Any,
+    t: float,
+    y: Any,
+    scales: Any,
+    spacing: float,
+    nodes: Any,
+    values: Any,
+    scratch: Any,
+    sizes: Any,
+    C: Any,
+) -> float:
+    """Write the scaled gradients of the conditions, row after row.
+
+    Returns the largest seventh difference in roundings of the numbers of its row.
+    """
+    n = len(scales)
+    m = len(values)
+    zero = 0.0 * numbers[0]
+    for a in range(2 * m):
+        sizes[a] = 0.0
+    for i in range(n):
+        nodes[i] = zero + y[i]
+    for i in range(n):
+        nodes[i] = y[i] + numbers[0] * (spacing * scales[i])
+        manifold(params, zero + t, nodes, values, scratch)
+        nodes[i] = zero + y[i]
+        for a in range(m):
+            difference = values[a] - lane(values[a], 0)
+            C[a * n + i] = total(numbers[1] * difference) / (UNIT * spacing)
+            sizes[2 * a] = maximum(abs(C[a * n + i]), sizes[2 * a])
+            seventh = abs(total(numbers[2] * difference))
+            sizes[2 * a + 1] = maximum(seventh, sizes[2 * a + 1])
+    worst = 0.0
+    for a in range(m):
+        worst = maximum(sizes[2 * a + 1] / (EPSILON * sizes[2 * a]), worst)
+    return worst
+
+
+@helper
+def make_frame(
+    density: Any,
+    manifold: Any,
+    params: Any,
+    layout: Any,
+    t: float,
+    y: Any,
+    memory: Any,
+    frame: Any,
+    lanes: Any,
+    work: Any,
+    first: bool,
+) -> None:
+    """Write the reflections that split normals and tangents at y, and ``log μ − ½ log det(CCᵀ)``.
+
+    Up to the scales of the conditions, which the first frame of a run decides. The spacing of the
+    differences of c is the largest at which they have no error but rounding: for polynomials of
+    degree up to 6 the first.
+    """
+    n = int(layout[LAYOUT])
+    rows = int(layout[LAYOUT + 1])
+    m = int(layout[LAYOUT + 2])
+    scratch_rows = int(layout[LAYOUT + 5])
+    scales = part(memory, OWN + rows, n)
+    condition_scales = part(memory, OWN + rows + n, m)
+    volume = 0.0
+    if m > 0:
+        at = int(layout[LAYOUT + 3]) + int(layout[LAYOUT + 4])
+        nodes = part(lanes, at, n)
+        values = part(lanes, at + 2 * n, m)
+        scratch = part(lanes, at + 2 * n + m, scratch_rows)
+        sizes = part(work, 0, 2 * m)
+        C = part(work, 2 * m, m * n)
+        numbers = as_lanes(layout, 0, 3)
+        spacing = memory[CONDITION_SPACING]
+        worst = 2.0 * CONDITIONS_ROUNDINGS
+        while worst > CONDITIONS_ROUNDINGS and spacing > CONDITIONS_SMALLEST:
+            worst = condition_gradients(
+                manifold, params, numbers, t, y, scales, spacing, nodes, values, scratch, sizes, C
+            )
+            if worst > CONDITIONS_ROUNDINGS:
+                spacing = 0.5 * spacing
+        memory[CONDITION_SPACING] = spacing
+        for a in range(m):
+            while first and condition_scales[a] < sizes[2 * a] < 1e300:
+                condition_scales[a] = 2.0 * condition_scales[a]
+            for i in range(n):
+                C[a * n + i] = C[a * n + i] / condition_scales[a]
+        volume -= reflections(n, m, C, part(frame, 1, m * n))
+    density_work = part(work, 0, scratch_rows)
+    frame[0] = volume + density(params, t, part(y, 0, n), density_work)
+
+
+@helper
+def normals_turned(n: int, m: int, old: Any, new: Any, x: Any, Z: Any, G: Any) -> float:
+    """Return ``log|det(N₁ᵀ N₀)|`` of the normals of two frames, as ``½ log det(1 − ZᵀZ)``."""
+    d = n - m
+    for a in range(m):
+        for i in range(n):
+            x[i] = 1.0 if i == a else 0.0
+        reflect_back(m, old, x)
+        reflect(m, new, x)
+        for i in range(d):
+            Z[a * d + i] = x[m + i]
+    for a in range(m):
+        for b in range(m):
+            product = 0.0
+            for i in range(d):
+                product += Z[a * d + i] * Z[b * d + i]
+            G[a * m + b] = -product
+    return 0.5 * log_det_near_identity(m, G)

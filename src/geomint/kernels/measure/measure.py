@@ -1,0 +1,191 @@
+"""How much a numerical step stretches the measure ``μ δ(c) dy`` on {c(y) = 0}, along a run.
+
+The defect of a step Φ from y₀ to y₁ is, with orthonormal bases Q of ker Dc and C = Dc, ::
+
+    log|det(Q₁ᵀ DΦ Q₀)| + ½ log det(C₀C₀ᵀ) − ½ log det(C₁C₁ᵀ) + log μ₁ − log μ₀
+
+Only ``log|det(Q₁ᵀ DΦ Q₀)|`` has to be summed. It is taken without the rounding of numbers near one:
+with the unit normals N, the tangent part X of ``DΦ Q₀`` and E = Q₀ᵀX − 1, Z = Q₁ᵀN₀, ::
+
+    log|det(Q₁ᵀ X)| = log|det(1 + E)| − ½ log det(1 − ZᵀZ)
+
+where E and Z are of the size of the step, and so are their errors. E comes from
+`geomint.kernels.measure.tangent_map`, Z from `geomint.kernels.measure.frames`.
+
+All is done in units of the pieces of the state: powers of two that no number of the piece has
+exceeded, so that |γ| = 1 beside |p| = 1e-150 loses nothing. Determinants do not depend on them unless
+the step leaves the manifold.
+
+The seventh differences of the increments give the variance of the sum that rounding causes, and E
+gives a bound of its bias: together, what the instrument cannot tell from zero.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper
+from ..numbers.arithmetic import NAN
+from ..numbers.blocks import as_lanes, part
+from ..solve.compensated import add_compensated
+from .frames import enlarge_scales, make_frame, normals_turned
+from .memory import BEGUN, BIAS, CARRY, EPSILON, LAYOUT, ORIGIN, OWN, STEPS, SUM
+from .reflections import log_det_near_identity, reflect, reflect_back
+from .tangent_map import tangent_column
+
+__all__ = ["measure_sweep"]
+
+# What a relative error common to all derivatives, ε/8, may add in a step: measured are ε/50 and less.
+SYSTEMATIC = EPSILON / 8.0
+
+
+@helper
+def log_stretch(
+    kernel: Any,
+    functions: Any,
+    params: Any,
+    coefficients: Any,
+    fractions: Any,
+    layout: Any,
+    t: float,
+    h: float,
+    memory: Any,
+    lanes: Any,
+    work: Any,
+) -> float:
+    """Return ``log|det(Q₁ᵀ DΦ Q₀)|`` for the step from the state in memory, between the two frames."""
+    n = int(layout[LAYOUT])
+    rows = int(layout[LAYOUT + 1])
+    m = int(layout[LAYOUT + 2])
+    d = n - m
+    y = part(memory, OWN, rows)
+    frames = OWN + rows + n + m + 2 * d
+    old = part(memory, frames + 1, m * n)
+    new = part(memory, frames + 2 + m * n, m * n)
+    E = part(work, 0, d * d)
+    Z = part(work, d * d, m * d)
+    G = part(work, d * d + m * d, m * m)
+    at = d * d + m * d + m * m
+    q = part(work, at, n)
+    D = part(work, at + n, n)
+    x = part(work, at + 2 * n, n)  # also the seventh difference
+    good = True
+    for k in range(d):
+        for i in range(n):
+            q[i] = 1.0 if i == m + k else 0.0
+        reflect_back(m, old, q)
+        good &= tangent_column(
+            kernel, functions, params, coefficients, fractions, layout, t, h, y, q, memory, k, lanes,
+            D, x,
+        )  # fmt: skip
+        if (
+            m > 0
+        ):  # the part of q + D that leaves the manifold, which has only rounding if Φ does not
+            for i in range(n):
+                x[i] = q[i] + D[i]
+            reflect(m, new, x)
+            for i in range(d):
+                x[m + i] = 0.0
+            reflect_back(m, new, x)
+            for i in range(n):
+                D[i] = D[i] - x[i]
+            reflect(m, old, D)
+        for i in range(d):
+            E[i * d + k] = D[m + i]
+    for i in range(d * d):
+        memory[BIAS] = memory[BIAS] + SYSTEMATIC * E[i] * E[i]
+    stretch = log_det_near_identity(d, E)
+    if m > 0:
+        stretch -= normals_turned(n, m, old, new, x, Z, G)
+    return stretch if good else NAN
+
+
+@helper
+def sweep(
+    kernel: Any,
+    functions: Any,
+    density: Any,
+    manifold: Any,
+    params: Any,
+    coefficients: Any,
+    fractions: Any,
+    layout: Any,
+    memory: Any,
+    lane_numbers: Any,
+    work: Any,
+    starts: Any,
+    lengths: Any,
+    states: Any,
+    out: Any,
+) -> None:
+    """Write the sum of the defects after each of the steps that lead to `states`.
+
+    Parameters
+    ----------
+    kernel : function
+        A stepper's loop of `geomint.kernels.solve.advance`, compiled for lanes; a call takes one step.
+    functions : tuple
+        What it is to be called with.
+    starts, lengths : blocks
+        Of the steps. The first begins at the state in memory.
+    states : block
+        The states after the steps, one after the other.
+    """
+    n = int(layout[LAYOUT])
+    rows = int(layout[LAYOUT + 1])
+    m = int(layout[LAYOUT + 2])
+    lanes = as_lanes(lane_numbers, 0, len(lane_numbers) // 8)
+    y = part(memory, OWN, rows)
+    scales = part(memory, OWN + rows, n)
+    size = m * n + 1
+    at = OWN + rows + n + m + 2 * (n - m)
+    old = part(memory, at, size)
+    new = part(memory, at + size, size)
+    for k in range(len(starts)):
+        t = starts[k]
+        h = lengths[k]
+        state = part(states, k * rows, rows)
+        begins = memory[BEGUN] == 0.0
+        remake = enlarge_scales(layout, state, scales) or begins
+        before = old[0]
+        for end in range(0 if remake else 1, 2):
+            x, frame = (y, old) if end == 0 else (state, new)
+            first = begins and end == 0
+            make_frame(
+                density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work, first
+            )
+        if remake:
+            memory[ORIGIN] = old[0] if begins else memory[ORIGIN] + (old[0] - before)
+        stretch = log_stretch(
+            kernel, functions, params, coefficients, fractions, layout, t, h, memory, lanes, work
+        )
+        memory[BEGUN] = 1.0
+        memory[STEPS] = memory[STEPS] + 1.0
+        add_compensated(memory, part(memory, CARRY, 1), SUM, stretch)
+        out[k] = memory[SUM] + (memory[CARRY] + (new[0] - memory[ORIGIN]))
+        for i in range(size):
+            old[i] = new[i]
+        for r in range(rows):
+            y[r] = state[r]
+
+
+@functools.cache
+def measure_sweep(functions: int) -> Recorded:
+    """Return the compiled entry of `sweep` for loops that take `functions` functions."""
+
+    def none(k, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
+        sweep(k, (), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
+
+    def one(k, f0, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
+        sweep(k, (f0,), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
+
+    def two(k, f0, f1, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
+        sweep(k, (f0, f1), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
+
+    def three(k, f0, f1, f2, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
+        sweep(k, (f0, f1, f2), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
+
+    entry = (none, one, two, three)[functions]
+    entry.__name__ = "measure"  # what "compiling …" says
+    return helper(entry)

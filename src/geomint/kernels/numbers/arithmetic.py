@@ -1,0 +1,184 @@
+"""Elementary functions that take a number of any kind: float64, lane values, extended precision.
+
+Fields and kernels use these where ``+ - * /`` are not enough. Compiled, they become machine code
+for float64 and for lane values (`geomint.kernels.numbers.typing_lanes`); in plain Python they act
+on floats, on arrays of any dtype and on mpmath numbers. All of them give the same bits for the same
+float64.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import ctypes.util
+import math
+import operator
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+__all__ = [
+    "NAN",
+    "cos",
+    "epsilon",
+    "fma",
+    "lane",
+    "like",
+    "log",
+    "maximum",
+    "select",
+    "sin",
+    "sqrt",
+    "top",
+    "total",
+]
+
+NAN = float("nan")  # what lies outside of a function's domain, to be found at the end of the step
+
+
+def _load_libm_fma() -> Callable[[float, float, float], float] | None:
+    try:
+        name = ctypes.util.find_library("m")
+        function = ctypes.CDLL(name).fma if name else None
+    except (OSError, AttributeError):
+        return None
+    if function is None:
+        return None
+    function.restype = ctypes.c_double
+    function.argtypes = [ctypes.c_double] * 3
+    return function
+
+
+_libm_fma = getattr(math, "fma", None) or _load_libm_fma()
+
+
+def _fma_float(x: float, y: float, z: float) -> float:
+    if _libm_fma is not None:
+        return _libm_fma(x, y, z)
+    if math.isfinite(x) and math.isfinite(y) and math.isfinite(z):
+        exact = Fraction(x) * Fraction(y) + Fraction(z)
+        try:
+            return float(exact) or x * y + z
+        except OverflowError:
+            return math.inf if exact > 0 else -math.inf
+    return x * y + z
+
+
+_fma_array = np.frompyfunc(_fma_float, 3, 1)
+
+
+def _is_float64(*values: Any) -> bool:
+    return all(
+        v.dtype == np.float64
+        if isinstance(v, np.ndarray)
+        else isinstance(v, float | int | np.integer)
+        for v in values
+    )
+
+
+def fma(x: Any, y: Any, z: Any) -> Any:
+    """Return ``x * y + z`` with one rounding (float64; other kinds of number round twice)."""
+    if not _is_float64(x, y, z):
+        return x * y + z
+    if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) or isinstance(z, np.ndarray):
+        result = _fma_array(x, y, z).astype(np.float64)
+        kind = next(type(v) for v in (x, y, z) if isinstance(v, np.ndarray))
+        return result.view(kind)
+    return np.float64(_fma_float(float(x), float(y), float(z)))
+
+
+def _elementwise(name: str, x: Any) -> Any:
+
+    def scalar(value: float) -> float:
+        try:
+            return float(getattr(math, name)(value))
+        except ValueError:  # outside of the domain, where the C library gives −inf or NaN
+            return -math.inf if value == 0.0 else math.nan
+
+    if isinstance(x, np.ndarray):
+        if x.dtype == np.float64:  # numpy's own sin differs from the C library's in the last bit
+            return np.array([scalar(v) for v in x]).view(type(x))
+        if x.dtype == np.object_:
+            return np.array([_elementwise(name, v) for v in x], dtype=object).view(type(x))
+        return getattr(np, name)(x)
+    if isinstance(x, np.longdouble):
+        return getattr(np, name)(x)
+    if isinstance(x, float | int):
+        return np.float64(scalar(x))
+    return getattr(x.context, name)(x)
+
+
+def sqrt(x: Any) -> Any:
+    """Square root; NaN for a negative float64."""
+    if isinstance(x, float | int):
+        return np.float64(math.sqrt(x)) if x >= 0 else np.float64(math.nan)
+    if isinstance(x, np.ndarray | np.longdouble) and getattr(x, "dtype", None) != np.object_:
+        return np.sqrt(x)
+    return _elementwise("sqrt", x)
+
+
+def sin(x: Any) -> Any:
+    """Sine, of the C library for float64."""
+    return _elementwise("sin", x)
+
+
+def cos(x: Any) -> Any:
+    """Cosine, of the C library for float64."""
+    return _elementwise("cos", x)
+
+
+def log(x: Any) -> Any:
+    """Natural logarithm, of the C library for float64: −inf at 0, NaN below. No double-doubles."""
+    return _elementwise("log", x)
+
+
+def maximum(x: Any, y: Any) -> Any:
+    """Return the larger of two numbers, lane by lane; NaN where either is NaN."""
+    return select(x > y, x, select(x >= x, y, x))
+
+
+def select(condition: Any, x: Any, y: Any) -> Any:
+    """Return ``x`` where `condition` holds and ``y`` elsewhere, lane by lane."""
+    if isinstance(condition, np.ndarray):
+        return np.where(condition, x, y).view(type(condition))
+    return x if condition else y
+
+
+def like(value: Any, example: Any) -> Any:
+    """Return `value` as a number of the same kind as `example`: in every lane of a lane value."""
+    if isinstance(example, np.ndarray):
+        return np.full(example.shape, value, dtype=example.dtype).view(type(example))
+    return type(example)(value) if isinstance(example, np.floating) else value
+
+
+def lane(x: Any, index: int) -> Any:
+    """Return one lane of a lane value; a plain number is its own only lane."""
+    return np.asarray(x)[index] if isinstance(x, np.ndarray) else x
+
+
+def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:
+    values = list(np.asarray(x))
+    while len(values) > 1:
+        half = len(values) // 2
+        pairs = [combine(values[i], values[i + half]) for i in range(half)]
+        values = pairs + values[2 * half :]
+    return values[0]
+
+
+def top(x: Any) -> Any:
+    """Return the largest lane; NaN if any lane is NaN."""
+    return _fold(maximum, x) if isinstance(x, np.ndarray) else x
+
+
+def total(x: Any) -> Any:
+    """Return the sum of the lanes, added pairwise: ((0+4)+(2+6)) + ((1+5)+(3+7))."""
+    return _fold(operator.add, x) if isinstance(x, np.ndarray) else x
+
+
+def epsilon(x: Any) -> float:
+    """Return the relative spacing of numbers of the kind of `x`; 2⁻⁵² for float64 and lanes."""
+    dtype = getattr(x, "dtype", None)
+    if dtype is not None and dtype != np.object_:
+        return float(np.finfo(dtype).eps)
+    return float(getattr(getattr(x, "context", None), "eps", 2.0**-52))

@@ -1,0 +1,98 @@
+"""Blocks: the arrays that fields read and write, one number or one lane value a row.
+
+A *block* has ``len(y)`` rows; ``y[i]``, i ≥ 0, is a number (float64) or a lane value (eight of
+them), ``y[i] = v`` stores one. Compiled code sees a pointer and a row count
+(`geomint.kernels.numbers.typing_blocks`); this module is the object that Python code holds, which
+is also all that an uncompiled run needs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .lanes import LANES, Lanes
+
+__all__ = ["Block", "LaneBlock", "as_lanes", "as_scalars", "fixed_rows", "part", "scalar_block"]
+
+
+class Block:
+    """Rows of float64 numbers (or, uncompiled, of any number type).
+
+    Parameters
+    ----------
+    data : numpy.ndarray, shape (rows,)
+        Shared, not copied. For compiled code it must be a C-contiguous float64 array.
+    """
+
+    __slots__ = ("data",)
+
+    def __init__(self, data: npt.NDArray[Any]) -> None:
+        self.data = data
+
+    def __len__(self) -> int:
+        return len(self.data)
+
+    def __getitem__(self, row: int) -> Any:
+        return self.data[_counted(row)]
+
+    def __setitem__(self, row: int, value: Any) -> None:
+        self.data[_counted(row)] = value
+
+    def part(self, start: int, rows: int) -> Block:
+        """Return `rows` rows from `start` on, sharing memory."""
+        if not 0 <= start <= start + rows <= len(self.data):
+            raise IndexError(f"rows {start}..{start + rows} of a block of {len(self.data)}")
+        return type(self)(self.data[start : start + rows])
+
+    def as_lanes(self, start: int, rows: int) -> LaneBlock:
+        """Return ``rows * LANES`` numbers from `start` on as `rows` lane values."""
+        return LaneBlock(self.part(start, rows * LANES).data.reshape(rows, LANES))
+
+
+class LaneBlock(Block):
+    """Rows of lane values: `data` has shape (rows, LANES).
+
+    Uncompiled, any number of lanes and any dtype will do.
+    """
+
+    __slots__ = ()
+
+    def __getitem__(self, row: int) -> Any:
+        return Lanes(self.data[_counted(row)])
+
+
+def _counted(row: int) -> int:
+    """Return a row's number; a negative one is refused here as everywhere, not counted from the end."""
+    if row < 0:
+        raise IndexError(f"row {row} of a block: rows are counted from 0")
+    return row
+
+
+def as_scalars(block: Block) -> Block:
+    """Return the numbers of a lane block, lane after lane and row after row, sharing memory."""
+    return Block(block.data.reshape(-1))
+
+
+def scalar_block(size: int) -> Block:
+    """Return a block of `size` zeros, aligned so that lane values in it load fast."""
+    raw = np.zeros(size + LANES)
+    skip = (-raw.ctypes.data // 8) % LANES
+    return Block(raw[skip : skip + size])
+
+
+def part(block: Block, start: int, rows: int) -> Block:
+    """Return rows ``start … start + rows − 1`` of a block, sharing memory."""
+    return block.part(start, rows)
+
+
+def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
+    """Return ``8 * rows`` numbers of a scalar block as `rows` lane values, sharing memory."""
+    return block.as_lanes(start, rows)
+
+
+def fixed_rows(block: Block, rows: int) -> Block:
+    """Return the block; compiled, its row count becomes a constant, and loops over it unroll."""
+    return block

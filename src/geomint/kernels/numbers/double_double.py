@@ -1,0 +1,51 @@
+"""Double-double numbers: unevaluated sums of two float64, about 32 digits, for reference solutions.
+
+The Python half: packing and unpacking of blocks. `geomint.kernels.numbers.typing_double_double`
+makes the same field sources and kernels compile for eight double-double numbers at a time. A row of
+a block takes two numbers (hi, lo), a lane row sixteen: eight hi, then eight lo.
+
+Algorithms: T. J. Dekker, Numer. Math. 18 (1971) 224; D. E. Knuth, TAOCP 2, 4.2.2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .blocks import Block, scalar_block
+from .lanes import LANES
+
+__all__ = ["DoubleDoubleBlock", "double_double_block", "join", "lane_rows"]
+
+Array = npt.NDArray[np.float64]
+
+
+class DoubleDoubleBlock(Block):
+    """A block of double-double rows: `data` holds hi and lo in turn."""
+
+    __slots__ = ()
+
+    def __len__(self) -> int:
+        return len(self.data) // 2
+
+
+def double_double_block(hi: Any, lo: Any = 0.0) -> DoubleDoubleBlock:
+    """Return a block of the numbers ``hi + lo``, one a row."""
+    high = np.asarray(hi, dtype=np.float64).ravel()
+    block = DoubleDoubleBlock(scalar_block(2 * len(high)).data)
+    block.data[0::2] = high
+    block.data[1::2] = lo
+    return block
+
+
+def lane_rows(hi: Array, lo: Array) -> Array:
+    """Return numbers of lane rows in memory order: eight hi, eight lo, and so on."""
+    pairs = np.stack((hi.reshape(-1, LANES), lo.reshape(-1, LANES)), axis=1)
+    return pairs.ravel()
+
+
+def join(block: DoubleDoubleBlock) -> npt.NDArray[Any]:
+    """Return the rows in extended precision (`numpy.longdouble`, as wide as the platform's)."""
+    return block.data[0::2].astype(np.longdouble) + block.data[1::2]

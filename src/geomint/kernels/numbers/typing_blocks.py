@@ -1,0 +1,273 @@
+"""The numba half of blocks: a pointer and a row count, with rows of float64 or of lane values.
+
+Setting ``NUMBA_BOUNDSCHECK=1`` before compilation checks every row index; otherwise none is checked,
+but in the one run of every function in plain Python before its first (`geomint.problems.declaration`).
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, config, types
+from numba.core.imputils import lower_builtin
+from numba.core.ir_utils import _add_alias, alias_func_extensions
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import (
+    NativeValue,
+    intrinsic,
+    models,
+    overload,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+
+from . import blocks
+from .lanes import LANES
+from .typing_lanes import LANE_VALUE
+
+__all__ = ["LANE_BLOCK", "SCALAR_BLOCK"]
+
+_F64 = ir.DoubleType()
+_ALIGN = 8
+
+
+class BlockType(types.Type):
+    """A block whose rows are of type `row`; `rows` is their number where it is a constant."""
+
+    def __init__(self, row: Any, rows: int | None = None) -> None:
+        self.row, self.rows = row, rows
+        size = "" if rows is None else f", {rows}"
+        super().__init__(name=f"block({row}{size})")
+
+
+SCALAR_BLOCK = BlockType(types.float64)
+LANE_BLOCK = BlockType(LANE_VALUE)
+
+
+@register_model(BlockType)
+class BlockModel(models.StructModel):
+    def __init__(self, dmm: Any, fe_type: BlockType) -> None:
+        members = [("data", types.CPointer(types.float64)), ("rows", types.int64)]
+        super().__init__(dmm, fe_type, members)
+
+
+def _check(block: blocks.Block) -> None:
+    """Raise TypeError unless the numbers of a block are what compiled code takes them for."""
+    data, row = block.data, (LANES,) if isinstance(block, blocks.LaneBlock) else ()
+    if data.dtype != np.float64 or data.shape[1:] != row or not data.flags.c_contiguous:
+        raise TypeError(
+            f"compiled code needs contiguous float64 numbers in rows of shape {row}, "
+            f"got {data.dtype} of shape {data.shape}"
+        )
+
+
+@typeof_impl.register(blocks.Block)
+def _typeof_block(value: blocks.Block, c: Any) -> BlockType:
+    _check(value)
+    return LANE_BLOCK if isinstance(value, blocks.LaneBlock) else SCALAR_BLOCK
+
+
+@unbox(BlockType)
+def _unbox_block(typ: BlockType, obj: Any, c: Any) -> NativeValue:
+    ndim = 2 if typ.row == LANE_VALUE else 1
+    array_type = types.Array(types.float64, ndim, "C")
+    attribute = c.pyapi.object_getattr_string(obj, "data")
+    native = c.unbox(array_type, attribute)
+    array = c.context.make_array(array_type)(c.context, c.builder, native.value)
+    block = cgutils.create_struct_proxy(typ)(c.context, c.builder)
+    block.data = array.data
+    block.rows = c.builder.extract_value(array.shape, 0)
+    if hasattr(typ.row, "base"):
+        block.rows = c.builder.udiv(block.rows, ir.Constant(block.rows.type, 2))
+    # The Python object keeps the memory alive for the length of the call.
+    c.pyapi.decref(attribute)
+
+    def cleanup() -> None:  # numba gives back arrays among the arguments, not those inside of them
+        c.context.nrt.decref(c.builder, array_type, native.value)
+
+    return NativeValue(block._getvalue(), is_error=native.is_error, cleanup=cleanup)
+
+
+def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:
+    return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
+
+
+def _width(row: Any) -> int:
+    """Numbers in a row: lanes times the parts of an extended number."""
+    base = getattr(row, "base", row)
+    return (LANES if base == LANE_VALUE else 1) * (1 if base is row else 2)
+
+
+def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index: Any) -> list[Any]:
+    """Return the address of a row, or of each of the two parts of an extended number."""
+    block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
+    if config.BOUNDSCHECK:
+        rows = _number_of_rows(builder, typ, block)
+        outside = builder.icmp_unsigned(">=", index, rows)
+        with builder.if_then(outside, likely=False):
+            context.call_conv.return_user_exc(
+                builder, IndexError, ("row index outside of the block",)
+            )
+    base = getattr(typ.row, "base", typ.row)
+    lanes = base == LANE_VALUE
+    start = builder.mul(index, ir.Constant(index.type, _width(typ.row)))
+    pointers = []
+    for offset in range(0, _width(typ.row), LANES if lanes else 1):
+        at = builder.add(start, ir.Constant(index.type, offset))
+        pointer = builder.gep(block.data, [at])
+        if lanes:
+            pointer = builder.bitcast(pointer, ir.VectorType(_F64, LANES).as_pointer())
+        pointers.append(pointer)
+    return pointers
+
+
+_INDEX = types.Integer | types.IntEnumMember
+
+
+@infer_global(operator.getitem)
+class _GetRow(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
+            return signature(args[0].row, args[0], types.int64)
+        return None
+
+
+@infer_global(operator.setitem)
+class _SetRow(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        if isinstance(args[0], BlockType) and isinstance(args[1], _INDEX):
+            return signature(types.none, args[0], types.int64, args[0].row)
+        return None
+
+
+@infer_global(len)
+class _Length(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        if isinstance(args[0], BlockType):
+            return signature(types.int64, args[0])
+        return None
+
+
+@lower_builtin(operator.getitem, BlockType, types.Integer)
+def _lower_get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    pointers = _row_pointers(context, builder, sig.args[0], *args)
+    parts = [builder.load(pointer, align=_ALIGN) for pointer in pointers]
+    if len(parts) == 1:
+        return parts[0]
+    row = cgutils.create_struct_proxy(sig.args[0].row)(context, builder)
+    row.hi, row.lo = parts
+    return row._getvalue()
+
+
+@lower_builtin(operator.setitem, BlockType, types.Integer, types.Any)
+def _lower_set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    pointers = _row_pointers(context, builder, sig.args[0], args[0], args[1])
+    if len(pointers) == 1:
+        builder.store(args[2], pointers[0], align=_ALIGN)
+    else:
+        for i, pointer in enumerate(pointers):
+            builder.store(builder.extract_value(args[2], i), pointer, align=_ALIGN)
+    return context.get_dummy_value()
+
+
+@lower_builtin(len, BlockType)
+def _lower_length(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    block = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
+    return _number_of_rows(builder, sig.args[0], block)
+
+
+def _view(result: BlockType) -> Any:
+    """Return code that makes a block of type `result` from (block, start, rows)."""
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
+        start, rows = args[1], args[2]
+        width = _width(sig.args[0].row)
+        taken = _width(result.row) // width
+        if config.BOUNDSCHECK:
+            end = builder.add(start, builder.mul(rows, ir.Constant(rows.type, taken)))
+            past = builder.icmp_signed(">", end, _number_of_rows(builder, sig.args[0], source))
+            negative = builder.icmp_signed("<", builder.or_(start, rows), rows.type(0))
+            outside = builder.or_(past, negative)
+            with builder.if_then(outside, likely=False):
+                context.call_conv.return_user_exc(
+                    builder, IndexError, ("part outside of the block",)
+                )
+        view = cgutils.create_struct_proxy(result)(context, builder)
+        offset = builder.mul(start, ir.Constant(start.type, width))
+        view.data = builder.gep(source.data, [offset])
+        view.rows = rows
+        return view._getvalue()
+
+    return codegen
+
+
+@intrinsic
+def _part(typingctx, block, start, rows):
+    result = BlockType(block.row)
+    return result(block, types.int64, types.int64), _view(result)
+
+
+@intrinsic
+def _as_lanes(typingctx, block, start, rows):
+    result = BlockType(block.row.lanes() if hasattr(block.row, "lanes") else LANE_VALUE)
+    return result(block, types.int64, types.int64), _view(result)
+
+
+@intrinsic
+def _as_scalars(typingctx, block):
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
+        rows = _number_of_rows(builder, sig.args[0], source)
+        view = cgutils.create_struct_proxy(SCALAR_BLOCK)(context, builder)
+        view.data = source.data
+        view.rows = builder.mul(rows, ir.Constant(rows.type, LANES))
+        return view._getvalue()
+
+    return SCALAR_BLOCK(block), codegen
+
+
+@intrinsic
+def _fixed_rows(typingctx, block, rows):
+    """Return the block with its row count known to the compiler, which then unrolls loops."""
+    if not isinstance(rows, types.IntegerLiteral):
+        return None
+    result = BlockType(block.row, rows.literal_value)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return args[0]
+
+    return result(block, rows), codegen
+
+
+def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -> None:
+    _add_alias(view, arguments[0].name, aliases, of_arguments)
+
+
+# Without this numba takes a store as the last use of a view for dead, and removes it.
+for _maker in ("_part", "_as_lanes", "_as_scalars", "_fixed_rows"):
+    alias_func_extensions[_maker, __name__] = _shares_memory
+
+
+@overload(blocks.as_scalars, inline="always")
+def _overload_as_scalars(block):
+    return lambda block: _as_scalars(block)
+
+
+@overload(blocks.fixed_rows, inline="always")
+def _overload_fixed_rows(block, rows):
+    return lambda block, rows: _fixed_rows(block, rows)
+
+
+@overload(blocks.part, inline="always")
+def _overload_part(block, start, rows):
+    return lambda block, start, rows: _part(block, start, rows)
+
+
+@overload(blocks.as_lanes, inline="always")
+def _overload_as_lanes(block, start, rows):
+    return lambda block, start, rows: _as_lanes(block, start, rows)

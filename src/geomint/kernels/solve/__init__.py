@@ -1,0 +1,1 @@
+"""One step of every family of methods, and the loops over steps."""

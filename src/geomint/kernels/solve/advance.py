@@ -1,0 +1,112 @@
+"""The loop that every stepper shares: steps, substeps of a composition, saved states.
+
+A method's step function has the signature ::
+
+    step(functions, params, coefficients, substep, memory, work, t, h) -> (status, iterations, residual)
+
+with `functions` a tuple of the problem's compiled functions. It reads and writes ``memory``, whose
+first rows are the state, the next rows the carries of the compensated sums, and the rest whatever
+the next step depends on: saved whole, memory makes a resumed run bit-identical.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper
+from .status import OK
+
+__all__ = ["entry_of", "stepper"]
+
+
+def _loop(step: Recorded) -> Recorded:
+    # A dispatcher that is handed on as an argument is an address in the machine code, which no
+    # other process can use; one that is a closure value is code.
+    @helper
+    def advance(
+        functions: Any,
+        params: Any,
+        coefficients: Any,
+        fractions: Any,
+        memory: Any,
+        work: Any,
+        rows: int,
+        t0: float,
+        h: float,
+        first: int,
+        count: int,
+        every: int,
+        out: Any,
+    ) -> tuple[int, int, int, float]:
+        """Take `count` steps and write every `every`-th state into `out`.
+
+        Parameters
+        ----------
+        fractions : block, shape (2 m,)
+            For each of the m substeps of a composition its length and its start, in units of `h`.
+        first : int
+            Number of steps taken before: the time is ``t0 + i h``, never accumulated.
+
+        Returns
+        -------
+        status, steps, iterations, residual
+            `steps` completed steps; on failure `residual` is what the last step left, and memory
+            may hold the first substeps of it.
+        """
+        saved = 0
+        iterations = 0
+        substeps = len(fractions) // 2
+        for k in range(count):
+            t = t0 + (first + k) * h
+            for j in range(substeps):
+                status, used, residual = step(
+                    functions,
+                    params,
+                    coefficients,
+                    j,
+                    memory,
+                    work,
+                    t + fractions[substeps + j] * h,
+                    fractions[j] * h,
+                )
+                iterations += used
+                if status != OK:
+                    return status, k, iterations, residual
+            if (first + k + 1) % every == 0:
+                for r in range(rows):
+                    out[saved * rows + r] = memory[r]
+                saved += 1
+        return OK, count, iterations, 0.0
+
+    return advance
+
+
+def entry_of(advance: Recorded, functions: int, name: str) -> Recorded:
+    """Return a loop as an entry that takes its `functions` functions one by one.
+
+    `name` is what "compiling …" says.
+    """
+
+    def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+
+    def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+
+    def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+
+    def three(f, g, k, p, c, fr, m, w, rows, t0, h, first, count, every, out):
+        return advance((f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
+
+    entry = (none, one, two, three)[functions]
+    entry.__name__ = name
+    return helper(entry)
+
+
+def stepper(step: Recorded, functions: int) -> Recorded:
+    """Return the compiled entry of a method: the loop of its step with `functions` functions.
+
+    Its signature is `geomint.kernels.compiling.signatures.advance_signature`.
+    """
+    return entry_of(_loop(step), functions, step.function.__name__)

@@ -1,0 +1,114 @@
+"""When an implicit step is solved: the one stop rule of Gauss methods (both kinds of lanes) and RATTLE.
+
+An iteration ``x ↦ Φ(x)`` measures its change by pieces (γ, or p), ``δ = max |Φ(x) − x| / size``, where
+the size of a piece is the largest of its numbers before the step and of the increments that the
+step has given them so far. So an unknown that passes through zero, a momentum of 1e-150, and one that
+begins at rest are all solved for to relative accuracy. It ends
+
+- with δ = 0: Φ(x) = x, bit for bit, whatever the sizes;
+- where δ no longer falls and is a few roundings (`rounding_left`);
+- with a tolerance: where δ times the larger of its last two contractions, which is what a further
+  iteration would change, is less than it. Two contractions, because one piece may wait for another
+  to move before it does.
+
+Sizes are taken anew in every iteration until δ is less than `COARSE`: from rest a piece has no size
+before its increments have one. A piece without a size has that of `SMALLEST`, so that its first move
+is a large δ and never the end.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.recorded import helper, inlined
+from ..numbers.arithmetic import epsilon, like, maximum, select
+from .status import NOT_CONVERGED, NOT_FINITE
+
+__all__ = [
+    "BEGINNING",
+    "COARSE",
+    "ROUNDINGS",
+    "failure",
+    "finite",
+    "inverse_size",
+    "larger",
+    "rounding_left",
+    "solved",
+    "solved_by_newton",
+]
+
+BEGINNING = 1e300  # the change before the first, and what no change may reach
+SMALLEST = 1e-200  # sizes below count as this: their inverse is a number, and so are changes
+COARSE = 2.0**-10  # below, sizes are known to a part in a thousand and stay
+FINE = 1e-6  # above, two contractions do not tell how a third will be
+ROUNDINGS = 16.0
+# Newton's method either falls quadratically or has met the rounding of its residual. A change larger
+# than this that no longer falls is neither.
+NEWTON_ROUNDING = 2.0**-40
+
+
+@inlined
+def inverse_size(size: Any) -> Any:
+    """Return 1 / size, that of `SMALLEST` for what is smaller."""
+    return 1.0 / maximum(size, like(SMALLEST, size))
+
+
+@inlined
+def larger(x: Any, moves: Any, n: int) -> Any:
+    """Return the size of a piece: the largest of its numbers and of their increments."""
+    size = 0.0 * x[0]
+    for i in range(n):
+        size = maximum(maximum(abs(x[i]), abs(moves[i])), size)
+    return size
+
+
+@inlined
+def finite(change: float) -> bool:
+    """Tell whether a change, the largest of all, is a number of sensible size."""
+    return change < BEGINNING
+
+
+@inlined
+def failure(iteration: int) -> int:
+    """Return the status of an iteration that is not finite: the function's fault, or divergence."""
+    return NOT_FINITE if iteration == 0 else NOT_CONVERGED
+
+
+@inlined
+def rounding_left(change: Any, number: Any) -> Any:
+    """Tell whether a change is not more than a few roundings of numbers of the kind of `number`."""
+    return change <= ROUNDINGS * epsilon(number)
+
+
+@helper
+def solved(change: Any, last: Any, before: Any, tolerance: Any, rounding: Any, final: bool) -> Any:
+    """Tell, in every lane, whether the iteration has ended.
+
+    Parameters
+    ----------
+    change, last, before : number
+        δ of this iteration, of the one before it, and of the one before that; `BEGINNING` where there
+        was none.
+    tolerance : number
+        0 for none.
+    rounding : bool
+        Whether δ can be rounding: `rounding_left`, or a wider bound where rounding is amplified.
+    final : bool
+        Whether this is the last iteration that the cap allows: then rounding is enough.
+    """
+    stagnated = (change >= select(final, 0.0 * last, last)) & rounding
+    # δ max(δ/δ′, δ′/δ″) < tolerance, without divisions
+    predicted = (change * change <= tolerance * last) & (change * last <= tolerance * before)
+    settled = (change <= FINE) & predicted & (before < BEGINNING)
+    return (change == 0.0) | stagnated | settled
+
+
+@helper
+def solved_by_newton(change: Any, last: Any, tolerance: float) -> Any:
+    """Tell, in every lane, whether Newton's method has ended.
+
+    With a change less than the tolerance or than rounding, after which what is left is of the size of
+    its square; or with one that is kept up by rounding.
+    """
+    small = change <= maximum(like(epsilon(change), change), like(tolerance, change))
+    return small | ((change >= last) & (change <= NEWTON_ROUNDING))

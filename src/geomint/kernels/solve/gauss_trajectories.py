@@ -1,0 +1,144 @@
+"""Gauss collocation for eight trajectories at once: their states in lanes, the stages in a loop.
+
+The same map as that of `geomint.kernels.solve.gauss`, to rounding: the same coefficients, the same
+criterion of an end, a compensated state whose carry enters the stages. There the lanes hold the
+stages of one trajectory. Here each lane iterates until it has stagnated and then changes no more, so
+that what it gives does not depend on the others.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper
+from ..numbers.arithmetic import like, maximum, select, top
+from ..numbers.blocks import part
+from .advance import stepper
+from .compensated import add_compensated
+from .fixed_point import (
+    BEGINNING,
+    COARSE,
+    failure,
+    finite,
+    inverse_size,
+    rounding_left,
+    solved,
+)
+from .status import NOT_CONVERGED, OK
+
+__all__ = [
+    "gauss_trajectories_memory_size",
+    "gauss_trajectories_stepper",
+    "gauss_trajectories_work_size",
+]
+
+# coefficients: rows, stages, cap on iterations, tolerance; the rows' pieces, c, b, μ row after row
+HEADER = 4
+
+
+def gauss_trajectories_memory_size(rows: int, stages: int, substeps: int) -> int:
+    """Rows: state, carry, and the stage increments of each substep, which the next begins with."""
+    return (2 + stages * substeps) * rows
+
+
+def gauss_trajectories_work_size(rows: int, field_work: int) -> int:
+    """Rows of scratch: a stage, its derivative, the scales, the field's own."""
+    return 3 * rows + field_work
+
+
+@helper
+def inverse_sizes(pieces: Any, y: Any, L: Any, stages: int, coarse: Any, inverse: Any) -> None:
+    """Write 1 / (size of the row's piece) to the lanes that are `coarse`; 0 for rows of no piece."""
+    rows = len(inverse)
+    r = 0
+    while r < rows:
+        end = r
+        size = 0.0 * y[r]
+        while end < rows and pieces[end] == pieces[r]:
+            size = maximum(abs(y[end]), size)
+            for i in range(stages):
+                size = maximum(abs(L[i * rows + end]), size)
+            end += 1
+        counts = 1.0 if pieces[r] >= 0.0 else 0.0
+        by = counts * inverse_size(size)
+        for i in range(r, end):
+            inverse[i] = select(coarse > 0.0, by, inverse[i])
+        r = end
+
+
+@helper
+def gauss_trajectories_step(
+    functions: Any,
+    params: Any,
+    coefficients: Any,
+    substep: int,
+    memory: Any,
+    work: Any,
+    t: float,
+    h: float,
+) -> tuple[int, int, float]:
+    """Solve ``L_i = h b_i f(t + c_i h, y + Σ_j μ_ij L_j)``, one stage after the other, and add ΣL."""
+    field = functions[0]
+    rows = int(coefficients[0])
+    stages = int(coefficients[1])
+    cap = int(coefficients[2])
+    tolerance = coefficients[3]
+    pieces = part(coefficients, HEADER, rows)
+    at = HEADER + rows
+    c = part(coefficients, at, stages)
+    b = part(coefficients, at + stages, stages)
+    mu = part(coefficients, at + 2 * stages, stages * stages)
+    y = part(memory, 0, rows)
+    carry = part(memory, rows, rows)
+    L = part(memory, (2 + substep * stages) * rows, stages * rows)
+    Y = part(work, 0, rows)
+    F = part(work, rows, rows)
+    inverse = part(work, 2 * rows, rows)
+    scratch = part(work, 3 * rows, len(work) - 3 * rows)
+    zero = 0.0 * y[0]
+    last = like(BEGINNING, y[0])
+    before = like(BEGINNING, y[0])
+    going = like(1.0, y[0])  # 0 in the lanes that have converged
+    coarse = like(1.0, y[0])  # 1 in the lanes whose sizes are still to be found
+    for iteration in range(cap):
+        if top(coarse) > 0.0:
+            inverse_sizes(pieces, y, L, stages, coarse, inverse)
+        delta = zero
+        for i in range(stages):
+            for r in range(rows):
+                total = zero
+                for j in range(stages):
+                    total += mu[i * stages + j] * L[j * rows + r]
+                Y[r] = y[r] + (carry[r] + total)
+            field(params, like(t + c[i] * h, y[0]), Y, F, scratch)
+            for r in range(rows):
+                new = (h * b[i]) * F[r]
+                old = L[i * rows + r]
+                delta = maximum(abs(new - old) * inverse[r], delta)
+                L[i * rows + r] = select(going > 0.0, new, old)
+        worst = top(delta)
+        if not finite(worst):
+            return failure(iteration), iteration + 1, worst
+        rounding = rounding_left(delta, zero)
+        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
+        going = select(done, zero, going)
+        if top(going) == 0.0:
+            for r in range(rows):
+                total = zero
+                for i in range(stages // 2):
+                    total += L[i * rows + r] + L[(stages - 1 - i) * rows + r]
+                if stages % 2 == 1:
+                    total += L[stages // 2 * rows + r]
+                add_compensated(y, carry, r, total)
+            return OK, iteration + 1, worst
+        coarse = select(delta > COARSE, going, zero)
+        before = last
+        last = delta
+    return NOT_CONVERGED, cap, top(last)
+
+
+@functools.cache
+def gauss_trajectories_stepper() -> Recorded:
+    """Return the stepper of Gauss methods for trajectories in lanes; it takes (field)."""
+    return stepper(gauss_trajectories_step, 1)

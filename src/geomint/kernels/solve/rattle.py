@@ -1,0 +1,318 @@
+"""RATTLE for any Hamiltonian on an embedded constraint manifold; it need not be separable."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper, inlined
+from ..numbers.arithmetic import epsilon, like, maximum, select, top
+from ..numbers.blocks import part
+from .advance import stepper
+from .compensated import add_compensated
+from .fixed_point import (
+    BEGINNING,
+    COARSE,
+    failure,
+    finite,
+    inverse_size,
+    larger,
+    rounding_left,
+    solved,
+)
+from .small_matrices import along, contract, largest, solve_small
+from .status import NOT_CONVERGED, NOT_FINITE, OK
+
+__all__ = ["rattle_memory_size", "rattle_stepper", "rattle_work_size"]
+
+# coefficients: rows of q, constraints, cap on iterations, tolerance, 1 if a clock row follows (q, p)
+HEADER = 5
+SHIFT = 2.0**-20  # of p along the normals, for H_pp by differences
+NEWTON = 30
+# Newton's changes are squared, or divided by 1/SHIFT: after such a one the next is less than rounding.
+CLEAN = 2.0**-30
+
+
+def rattle_memory_size(n: int, m: int, clock: int) -> int:
+    """Rows: state, carry, last increments of q and of the half step of p, multipliers, last h."""
+    return 2 * (2 * n + clock) + 2 * n + m + 1
+
+
+def rattle_work_size(n: int, m: int, field_work: int) -> int:
+    """Rows of scratch: nine vectors, two Jacobians, the response, the small system, the functions'."""
+    return 9 * n + 3 * m * n + m * m + m + field_work
+
+
+@helper
+def add_normal_response(
+    gradients: Any,
+    params: Any,
+    t: Any,
+    q: Any,
+    p: Any,
+    dp: Any,
+    G: Any,
+    scale: Any,
+    out: Any,
+    work: Any,
+    scratch: Any,
+    n: int,
+    m: int,
+) -> None:
+    """Add ``scale · H_pp(q, p) Gᵀ`` to `out`, a row a constraint, to some digits.
+
+    `dp` holds ∂H/∂p at (q, p); `work` three vectors. p is moved along a normal by a part of its own
+    size: by less, what is wanted would be lost to rounding. Iterations do the rest.
+    """
+    size = largest(n, p)
+    size = SHIFT * select(size > 0.0, size, 1.0 + size)
+    shifted = part(work, 0, n)
+    dq_shifted = part(work, n, n)
+    dp_shifted = part(work, 2 * n, n)
+    for a in range(m):
+        normal = largest(n, part(G, a * n, n))
+        by = size / select(normal > 0.0, normal, 1.0 + normal)
+        inverse = 1.0 / by
+        for i in range(n):
+            shifted[i] = p[i] + by * G[a * n + i]
+        gradients(params, t, q, shifted, dq_shifted, dp_shifted, scratch)
+        for i in range(n):
+            rate = inverse * (dp_shifted[i] - dp[i])
+            out[a * n + i] = out[a * n + i] + scale * rate
+
+
+@helper
+def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
+    """Set the rows of g that a rounded q and a rounded sum of n terms explain to zero.
+
+    No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to
+    and fro, and with it H_q: next to that a small p, or one that is zero, would be lost.
+    """
+    share = (1.0 + 0.25 * math.sqrt(n)) * epsilon(q[0])
+    for a in range(m):
+        size = 0.0 * q[0]
+        for i in range(n):
+            size += abs(G[a * n + i] * q[i])
+        g[a] = select(abs(g[a]) > share * size, g[a], 0.0 * size)
+
+
+@helper
+def project_momentum(
+    gradients: Any,
+    params: Any,
+    t: Any,
+    q: Any,
+    p: Any,
+    G: Any,
+    dq: Any,
+    dp: Any,
+    response: Any,
+    matrix: Any,
+    defect: Any,
+    work: Any,
+    scratch: Any,
+    n: int,
+    m: int,
+) -> Any:
+    """Move p along the normals until ``G(q) ∂H/∂p(q, p) = 0``, by Newton's method.
+
+    Returns the last change over the size of p. For H quadratic in p there are two steps, the second
+    cleans.
+    """
+    one = like(1.0, q[0])
+    last = like(BEGINNING, one)
+    going = one  # 0 in the lanes that have converged
+    for iteration in range(NEWTON):
+        gradients(params, t, q, p, dq, dp, scratch)
+        for i in range(m * n):
+            response[i] = 0.0 * one
+        add_normal_response(gradients, params, t, q, p, dp, G, one, response, work, scratch, n, m)
+        contract(n, m, G, response, matrix)
+        for a in range(m):
+            total = G[a * n] * dp[0]
+            for i in range(1, n):
+                total += G[a * n + i] * dp[i]
+            defect[a] = total
+        solve_small(m, matrix, defect)
+        change = 0.0 * one
+        size = 0.0 * one
+        for i in range(n):
+            by = along(n, m, i, G, defect)
+            size = maximum(abs(p[i]), size)
+            change = maximum(abs(by), change)
+            p[i] = p[i] - select(going > 0.0, by, 0.0 * by)
+        change = change * inverse_size(size)
+        last = select(going > 0.0, change, last)
+        if iteration > 0:
+            going = select(change <= CLEAN, 0.0 * one, going)
+        if top(going) == 0.0 or not finite(top(change)):
+            break
+    return last
+
+
+@inlined
+def rattle_step(
+    functions: Any,
+    params: Any,
+    coefficients: Any,
+    substep: int,
+    memory: Any,
+    work: Any,
+    t: float,
+    h: float,
+    n: int,
+    m: int,
+) -> tuple[int, int, float]:
+    """One step of Hairer, Lubich, Wanner, *Geometric Numerical Integration*, VII.1 (1.26).
+
+    ::
+
+        P  = p − h/2 (H_q(q, P) + G(q)ᵀ λ)
+        q₁ = q + h/2 (H_p(q, P) + H_p(q₁, P)),      g(q₁) = 0
+        p₁ = P − h/2 (H_q(q₁, P) + G(q₁)ᵀ μ),       G(q₁) H_p(q₁, p₁) = 0
+
+    (P, q₁) by fixed-point iteration started from the last step's increments; inside each iteration
+    a Newton step for λ with the matrix ``h²/4 G(q₁) (H_pp(q) + H_pp(q₁)) G(q)ᵀ``. A clock row is
+    integrated by the trapezoidal rule: symmetric, so compositions raise its order too.
+    """
+    gradients = functions[0]
+    constraint = functions[1]
+    clock = functions[2]
+    cap = int(coefficients[2])
+    tolerance = coefficients[3]
+    clock_rows = int(coefficients[4])
+    rows = 2 * n + clock_rows
+    q = part(memory, 0, n)
+    p = part(memory, n, n)
+    qp = part(memory, 0, 2 * n)
+    carry = part(memory, rows, rows)
+    last_q = part(memory, 2 * rows, n)
+    last_p = part(memory, 2 * rows + n, n)
+    lam = part(memory, 2 * rows + 2 * n, m)
+    last_h = part(memory, 2 * rows + 2 * n + m, 1)
+    P = part(work, 0, n)
+    Q = part(work, n, n)
+    dq0 = part(work, 2 * n, n)
+    dp0 = part(work, 3 * n, n)
+    dq1 = part(work, 4 * n, n)
+    dp1 = part(work, 5 * n, n)
+    three = part(work, 6 * n, 3 * n)
+    trial = part(three, 0, n)
+    free = part(three, n, n)
+    at = 9 * n
+    G0 = part(work, at, m * n)
+    G1 = part(work, at + m * n, m * n)
+    response = part(work, at + 2 * m * n, m * n)
+    at += 3 * m * n
+    matrix = part(work, at, m * m)
+    g = part(work, at + m * m, m)
+    at += m * m + m
+    scratch = part(work, at, len(work) - at)
+    t0 = like(t, q[0])
+    t1 = like(t + h, q[0])
+    half = like(0.5 * h, q[0])
+    zero = 0.0 * half
+
+    constraint(params, q, g, G0, scratch)
+    started = top(abs(last_h[0])) > 0.0
+    ratio = half / (0.5 * last_h[0]) if started else zero
+    for i in range(n):
+        P[i] = p[i] + ratio * last_p[i]
+        Q[i] = q[i] + ratio * last_q[i]
+    gradients(params, t0, q, P, dq0, dp0, scratch)
+    gradients(params, t1, Q, P, dq1, dp1, scratch)
+    for i in range(m * n):
+        response[i] = zero
+    add_normal_response(
+        gradients, params, t0, q, P, dp0, G0, half * half, response, three, scratch, n, m
+    )
+    add_normal_response(
+        gradients, params, t1, Q, P, dp1, G0, half * half, response, three, scratch, n, m
+    )
+    last = like(BEGINNING, q[0])
+    before = like(BEGINNING, q[0])
+    going = like(1.0, q[0])  # 0 in the lanes that have converged: they change no more
+    coarse = like(1.0, q[0])  # 1 in the lanes whose sizes are still to be found
+    q_inverse = zero
+    p_inverse = zero
+    for iteration in range(cap):
+        if iteration > 0:
+            gradients(params, t0, q, P, dq0, dp0, scratch)
+            gradients(params, t1, Q, P, dq1, dp1, scratch)
+        for i in range(n):
+            free[i] = half * (dp0[i] + dp1[i])
+            trial[i] = q[i] + (carry[i] + free[i])
+        constraint(params, trial, g, G1, scratch)
+        drop_rounding(g, G1, trial, n, m)
+        contract(n, m, G1, response, matrix)
+        size = top(largest(m * m, matrix))
+        if not finite(size):
+            return NOT_FINITE, iteration + 1, size
+        solve_small(m, matrix, g)
+        for a in range(m):
+            lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
+        q_inverse = select(coarse > 0.0, inverse_size(larger(q, last_q, n)), q_inverse)
+        p_inverse = select(coarse > 0.0, inverse_size(larger(p, last_p, n)), p_inverse)
+        delta = zero
+        for i in range(n):
+            by_q = free[i] - along(n, m, i, response, g)
+            by_p = -half * (dq0[i] + along(n, m, i, G0, lam))
+            last_q[i] = select(going > 0.0, by_q, last_q[i])
+            last_p[i] = select(going > 0.0, by_p, last_p[i])
+            new_q = q[i] + (carry[i] + last_q[i])
+            new_p = p[i] + (carry[n + i] + last_p[i])
+            delta = maximum(abs(new_q - Q[i]) * q_inverse, delta)
+            delta = maximum(abs(new_p - P[i]) * p_inverse, delta)
+            Q[i] = new_q
+            P[i] = new_p
+        worst = top(delta)
+        if not finite(worst):
+            return failure(iteration), iteration + 1, worst
+        rounding = rounding_left(delta, zero)
+        done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
+        going = select(done, zero, going)
+        coarse = select(delta > COARSE, going, zero)
+        if top(going) == 0.0:
+            start_rate = clock(params, t0, qp, scratch) if clock_rows > 0 else zero
+            gradients(params, t1, Q, P, dq1, dp1, scratch)
+            constraint(params, Q, g, G1, scratch)
+            for i in range(n):
+                dq1[i] = last_p[i] - half * dq1[i]  # the increment of p but for its projection
+                P[i] = p[i] + (carry[n + i] + dq1[i])
+                dq0[i] = P[i]
+            left = project_momentum(
+                gradients, params, t1, Q, P, G1, dp0, dp1, response, matrix, g, three, scratch, n, m
+            )
+            if not top(left) <= CLEAN:
+                return NOT_CONVERGED if finite(top(left)) else NOT_FINITE, NEWTON, top(left)
+            for i in range(n):
+                add_compensated(q, carry, i, last_q[i])
+                add_compensated(p, part(carry, n, n), i, dq1[i] + (P[i] - dq0[i]))
+            if clock_rows > 0:
+                end_rate = clock(params, t1, qp, scratch)
+                add_compensated(
+                    part(memory, 2 * n, 1), part(carry, 2 * n, 1), 0, half * (start_rate + end_rate)
+                )
+            last_h[0] = 2.0 * half
+            return OK, iteration + 1, worst
+        before = last
+        last = delta
+    return NOT_CONVERGED, cap, top(last)
+
+
+@functools.cache
+def rattle_stepper(n: int, m: int) -> Recorded:
+    """Return the stepper of RATTLE; it takes (gradients, constraint, clock).
+
+    The length n of q and the number m of constraints are constants to the compiler, which unrolls,
+    at the price of a compilation for each pair; (0, 0) serves any. 1.8 times as fast at (3, 1).
+    """
+
+    @helper
+    def rattle(functions, params, coefficients, substep, memory, work, t, h):
+        rows = n if n > 0 else int(coefficients[0])
+        rank = m if m > 0 else int(coefficients[1])
+        return rattle_step(functions, params, coefficients, substep, memory, work, t, h, rows, rank)
+
+    return stepper(rattle, 3)

@@ -1,0 +1,243 @@
+"""Runge–Kutta–Munthe-Kaas steps: a Runge–Kutta method in the Lie algebra."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper, inlined
+from ..numbers.arithmetic import NAN, like, select
+from ..numbers.blocks import part
+from .advance import stepper
+from .compensated import add_compensated
+from .runge_kutta import HUGE, combine, largest
+from .status import NOT_FINITE, OK, OUTSIDE_CHART
+
+__all__ = [
+    "HEADER",
+    "dexpinv_series",
+    "diagnose",
+    "rkmk_stepper",
+    "rkmk_work_size",
+    "write_stages",
+]
+
+# coefficients: rows, algebra rows, stages, length of layout, rows of scratch of the generator; then
+# layout, A (full), b, c.
+HEADER = 5
+
+
+def rkmk_work_size(
+    rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
+) -> int:
+    """Rows of scratch: u, ξ; the increment, Y; the stages' derivatives; the functions' own."""
+    return (stages + 2) * algebra_rows + 2 * rows + field_work + group_work
+
+
+@functools.cache
+def dexpinv_series(
+    bracket: Recorded,
+    numerators: tuple[float, ...],
+    denominators: tuple[float, ...],
+    extent: Recorded | None = None,
+) -> Recorded:
+    """Return ``dexpinv(layout, u, v, out, work)`` as ``Σ_k w_k ad_u^k v``, a truncated series.
+
+    w_k = numerators[k] / denominators[k] is B_k / k!, kept as whole numbers: exact in any kind of
+    number. It needs two algebra elements of scratch beside that of `bracket`. Where `extent` is
+    above 1 it writes NaN: a polynomial is no inverse there, and exponents grow until exp of them has
+    no correct digit.
+    """
+    terms = len(numerators)
+
+    def dexpinv(layout, u, v, out, work):  # type: ignore[no-untyped-def]
+        rows = len(v)
+        a = part(work, 0, rows)
+        b = part(work, rows, rows)
+        scratch = part(work, 2 * rows, len(work) - 2 * rows)
+        for r in range(rows):
+            out[r] = v[r]
+            a[r] = v[r]
+        for k in range(1, terms):
+            bracket(layout, u, a, b, scratch)
+            for r in range(rows):
+                a[r] = b[r]
+                if numerators[k] != 0.0:
+                    out[r] = out[r] + numerators[k] * a[r] / denominators[k]
+
+    series = helper(dexpinv)
+    if extent is None:
+        return series
+
+    def dexpinv_inside(layout, u, v, out, work):  # type: ignore[no-untyped-def]
+        series(layout, u, v, out, work)
+        inside = extent(layout, u, work) <= 1.0
+        for r in range(len(v)):
+            out[r] = select(inside, out[r], NAN + 0.0 * out[r])
+
+    return helper(dexpinv_inside)
+
+
+@inlined
+def stage_value(
+    act: Any, coefficients: Any, at: int, i: int, k: Any, y: Any, carry: Any, work: Any,
+    scratch: Any, h: float, n: int, m: int,
+) -> None:  # fmt: skip
+    """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
+    stages = int(coefficients[2])
+    layout = part(coefficients, HEADER, int(coefficients[3]))
+    u, step, Y = part(work, 0, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+    if i == 0:
+        for r in range(n):
+            Y[r] = y[r] + carry[r]
+    else:
+        combine(part(coefficients, at + i * stages, i), k, h, 0.0 * y[0], u, m)
+        act(layout, u, y, step, scratch)
+        for r in range(n):
+            Y[r] = y[r] + (carry[r] + step[r])
+
+
+@inlined
+def write_stages(
+    generator: Any,
+    act: Any,
+    inverse: Any,
+    params: Any,
+    coefficients: Any,
+    y: Any,
+    carry: Any,
+    work: Any,
+    t: float,
+    h: float,
+    known: int,
+    n: int,
+    m: int,
+) -> None:
+    """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `work` before them.
+
+    y and its carry are an unevaluated sum. With `known` = 1, the place of ξ holds ξ(t, y) at
+    first. Nothing is checked: what is not finite spreads to the end of the step, see
+    `diagnose`.
+    """
+    stages = int(coefficients[2])
+    layout = part(coefficients, HEADER, int(coefficients[3]))
+    field_work = int(coefficients[4])
+    a = HEADER + len(layout)
+    c = part(coefficients, a + stages * (stages + 1), stages)
+    u, xi, Y = part(work, 0, m), part(work, m, m), part(work, 2 * m + n, n)
+    at = 2 * m + 2 * n
+    k = part(work, at, stages * m)
+    at += stages * m
+    field_scratch = part(work, at, field_work)
+    at += field_work
+    scratch = part(work, at, len(work) - at)
+    for i in range(stages):
+        stage_value(act, coefficients, a, i, k, y, carry, work, scratch, h, n, m)
+        if i >= known:
+            generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
+        derivative = part(k, i * m, m)
+        if i == 0:  # u = 0, where dexp is the identity
+            for r in range(m):
+                derivative[r] = xi[r]
+        else:
+            inverse(layout, u, xi, derivative, scratch)
+
+
+@helper
+def diagnose(
+    generator: Any,
+    act: Any,
+    params: Any,
+    coefficients: Any,
+    y: Any,
+    carry: Any,
+    work: Any,
+    t: float,
+    h: float,
+    m: int,
+) -> tuple[int, float]:
+    """Return (status, residual) of a step whose increment is not finite: the first cause."""
+    n = len(y)
+    stages = int(coefficients[2])
+    a = HEADER + int(coefficients[3])
+    c = part(coefficients, a + stages * (stages + 1), stages)
+    xi, step, Y = part(work, m, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+    at = 2 * m + 2 * n
+    k = part(work, at, stages * m)
+    at += stages * m
+    rest = part(work, at, len(work) - at)
+    for i in range(stages):
+        size = largest(part(k, i * m, m), m)
+        if not size < HUGE:
+            if i == 0:
+                return NOT_FINITE, size
+            stage_value(act, coefficients, a, i, k, y, carry, work, rest, h, n, m)
+            moved = largest(step, n)
+            if not moved < HUGE:
+                return OUTSIDE_CHART, moved
+            generator(params, like(t + c[i] * h, y[0]), Y, xi, rest)
+            found = largest(xi, m)
+            return (OUTSIDE_CHART, size) if found < HUGE else (NOT_FINITE, found)
+    return OUTSIDE_CHART, largest(step, n)
+
+
+@functools.cache
+def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: int) -> Recorded:
+    """Return the stepper of RKMK methods in the coordinates of a group.
+
+    Parameters
+    ----------
+    act, inverse : Recorded or None
+        The coordinates' map as an increment of the state and the inverse of the map's differential,
+        to be compiled in; the stepper takes (generator,). With None it takes (generator, act,
+        inverse).
+    rows, m : int
+        Numbers of rows of states and of the algebra, as constants that unroll the loops over them,
+        or 0: any.
+    """
+
+    @inlined
+    def rkmk_step(
+        generator: Any,
+        act: Any,
+        inverse: Any,
+        params: Any,
+        coefficients: Any,
+        memory: Any,
+        work: Any,
+        t: float,
+        h: float,
+    ) -> tuple[int, int, float]:
+        """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
+        n = rows if rows > 0 else int(coefficients[0])
+        d = m if m > 0 else int(coefficients[1])
+        stages = int(coefficients[2])
+        layout = part(coefficients, HEADER, int(coefficients[3]))
+        b = part(coefficients, HEADER + len(layout) + stages * stages, stages)
+        y, carry = part(memory, 0, n), part(memory, n, n)
+        u, step = part(work, 0, d), part(work, 2 * d, n)
+        at = 2 * d + 2 * n
+        k = part(work, at, stages * d)
+        at += stages * d
+        rest = part(work, at, len(work) - at)
+        write_stages(generator, act, inverse, params, coefficients, y, carry, work, t, h, 0, n, d)
+        combine(b, k, h, 0.0 * y[0], u, d)
+        act(layout, u, y, step, rest)
+        if not largest(step, n) < HUGE:
+            status, size = diagnose(generator, act, params, coefficients, y, carry, work, t, h, d)
+            return status, 1, size
+        for r in range(n):
+            add_compensated(y, carry, r, step[r])
+        return OK, 1, 0.0
+
+    if act is None:
+
+        def rkmk(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+            return rkmk_step(functions[0], functions[1], functions[2], p, c, memory, work, t, h)
+
+        return stepper(helper(rkmk), 3)
+
+    def rkmk_in(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+        return rkmk_step(functions[0], act, inverse, p, c, memory, work, t, h)
+
+    return stepper(helper(rkmk_in), 1)

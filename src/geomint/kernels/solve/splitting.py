@@ -1,0 +1,75 @@
+"""Strang's composition of the flows of parts: with two parts, the method of Störmer and Verlet."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper
+from ..numbers.arithmetic import like, maximum, top
+from ..numbers.blocks import part
+from .advance import stepper
+from .compensated import add_compensated
+from .status import NOT_FINITE, OK
+
+__all__ = ["splitting_stepper", "splitting_work_size"]
+
+
+def splitting_work_size(rows: int, flow_work: int) -> int:
+    """Rows of scratch: one increment, the flows' own."""
+    return rows + flow_work
+
+
+@helper
+def splitting_step(
+    functions: Any,
+    params: Any,
+    coefficients: Any,
+    substep: int,
+    memory: Any,
+    work: Any,
+    t: float,
+    h: float,
+) -> tuple[int, int, float]:
+    """Compose ``φ_0(h/2) … φ_(m−2)(h/2) φ_(m−1)(h) φ_(m−2)(h/2) … φ_0(h/2)``.
+
+    All flows get the middle of the step as their time. The half flows of part 0 at the seam of two
+    steps are not merged: the state between them is what is saved and observed, and with parts
+    that depend on time they are not halves of one flow. A clock row is integrated by the
+    trapezoidal rule: symmetric, so compositions raise its order too.
+    """
+    flow = functions[0]
+    clock = functions[1]
+    rows = int(coefficients[0])
+    parts = int(coefficients[1])
+    clock_rows = int(coefficients[2])
+    y = part(memory, 0, rows)
+    carry = part(memory, rows + clock_rows, rows)
+    increment = part(work, 0, rows)
+    scratch = part(work, rows, len(work) - rows)
+    middle = like(t + 0.5 * h, y[0])
+    whole = like(h, y[0])
+    half = 0.5 * whole
+    worst = 0.0 * half
+    start_rate = clock(params, like(t, y[0]), y, scratch) if clock_rows > 0 else 0.0 * half
+    for i in range(2 * parts - 1):
+        k = min(i, 2 * parts - 2 - i)
+        flow(k, params, middle, whole if k == parts - 1 else half, y, increment, scratch)
+        for r in range(rows):
+            worst = maximum(abs(increment[r]), worst)
+            add_compensated(y, carry, r, increment[r])
+    if clock_rows > 0:
+        end_rate = clock(params, like(t + h, y[0]), y, scratch)
+        by = half * (start_rate + end_rate)
+        worst = maximum(abs(by), worst)
+        add_compensated(part(memory, rows, 1), part(memory, 2 * rows + clock_rows, 1), 0, by)
+    largest = top(worst)
+    if not largest < 1e300:
+        return NOT_FINITE, 1, largest
+    return OK, 1, 0.0
+
+
+@functools.cache
+def splitting_stepper() -> Recorded:
+    """Return the stepper of splittings; it takes (flow, clock)."""
+    return stepper(splitting_step, 2)

@@ -1,0 +1,1 @@
+"""Plots of drifts, and the style of all plots."""

@@ -1,0 +1,142 @@
+"""Plots of drifts: how large the deviations get, window by window, and to which side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..watch.drift import ROUNDOFF, Drift
+from .panels import Line, draw_lines, line_style, say, shared_legend, thinned, time_name
+from .style import WIDTH, figure_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["drift_figure", "panel_figure"]
+
+Runs = Sequence[tuple[str, Mapping[str, Drift]]]
+
+
+def drift_figure(runs: Runs, time_label: str, status: str = "success") -> Figure:
+    """Return a figure of the drifts of one or several runs, for print 6.5 inches wide.
+
+    Parameters
+    ----------
+    runs : sequence of (label, mapping of name to Drift)
+    time_label : str
+        The time that the drifts are measured in: ``"t"`` or ``"tau"``.
+    status : str
+        Of the run, written above the panels if it is not ``"success"``.
+
+    Notes
+    -----
+    One run: for each quantity the largest deviation of each window, and the mean of each window
+    with its sign. Several runs: the largest deviations of all of them together.
+    """
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
+    order = {label: i for i, (label, _) in enumerate(runs)}  # one style a run in all panels
+    single = len(runs) == 1
+    rows = max(1, len(names) if single else -(-len(names) // 2))
+    columns = 2 if single or len(names) > 1 else 1
+    with figure_style():
+        figure = Figure(figsize=(WIDTH, 0.6 + 1.55 * rows), layout="constrained")
+        grid = figure.subplots(rows, columns, squeeze=False)
+        if status != "success":
+            figure.suptitle(f"run {status}", color="#b00020", weight="bold")
+        if not names:
+            grid[0, 0].set_axis_off()
+            say(grid[0, 0], "no quantity was watched")
+        for i, name in enumerate(names):
+            chosen = [
+                ("_" if single else label, drifts[name])  # no legend for a single run
+                for label, drifts in runs
+                if name in drifts
+            ]
+            if single:
+                draw_sizes(grid[i, 0], name, chosen, time_label)
+                draw_means(grid[i, 1], name, chosen, time_label)
+            else:
+                draw_sizes(grid[i // 2, i % 2], name, chosen, time_label, order)
+        used = len(names) * (2 if single else 1)
+        for axes in grid.flat[max(used, 1) :]:
+            axes.remove()
+        for axes in grid.flat[: max(used - 2, 0)]:
+            axes.set_xlabel("")  # told by the lowest panel of each column
+        if not single:
+            shared_legend(figure, grid)
+    return figure
+
+
+# Margins that hold all labels: finding them anew would draw each of a dozen panels twice.
+_PANEL = {"left": 0.2, "right": 0.96, "bottom": 0.2, "top": 0.86}
+
+
+def panel_figure(kind: str, name: str, drift: Drift, time_label: str) -> Figure:
+    """Return one panel, ``"sizes"`` or ``"means"``, small enough for a telephone."""
+    from matplotlib.figure import Figure
+
+    with figure_style():
+        figure = Figure(figsize=(3.6, 2.3))
+        figure.subplots_adjust(**_PANEL)
+        draw = draw_sizes if kind == "sizes" else draw_means
+        draw(figure.subplots(), name, [("_", drift)], time_label)
+    return figure
+
+
+def draw_sizes(
+    axes: Axes,
+    name: str,
+    runs: Sequence[tuple[str, Drift]],
+    time_label: str,
+    order: Mapping[str, int] | None = None,
+) -> None:
+    """Draw the largest deviation of each window over time, both logarithmic.
+
+    `order` gives the number of each run's style; by default they are counted here.
+    """
+    level = ROUNDOFF * max(drift.scale for _, drift in runs)
+    lines = [Line(label, d.windows.times, d.windows.maxima) for label, d in runs]
+    if len(lines) > 1:
+        lines = [thinned(line) for line in lines]
+    draw_lines(axes, name, lines, level, time_label, order=order)
+
+
+def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str) -> None:
+    """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
+    axes.set_title(name, loc="right", fontweight="bold")
+    axes.set_xlabel(time_name(time_label))
+    axes.set_ylabel("mean v − v₀")
+    axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
+    for i, (label, drift) in enumerate(runs):
+        times, means = drift.windows.times, drift.windows.means
+        shown = np.isfinite(means)
+        if not len(means):
+            say(axes, "the run is shorter than a window")
+            continue
+        if not means.any():
+            say(axes, "exactly 0 throughout")
+            axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
+        axes.plot(times[shown], means[shown], label=label, **line_style(i, len(times), len(runs)))
+        if drift.kind == "linear" and _clear(drift):
+            trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
+            axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
+            axes.legend(loc="best")
+        for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
+            if when is not None and drift.kind == what:
+                axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
+                axes.legend(loc="best")
+    axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
+    axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
+    axes.locator_params(axis="x", nbins=5)
+
+
+def _clear(drift: Drift) -> bool:
+    """Tell whether the means have a slope that shows: the growth may be in the amplitude alone."""
+    if drift.slope is None or drift.slope_stderr is None:
+        return False
+    return abs(drift.slope) > 3.0 * drift.slope_stderr

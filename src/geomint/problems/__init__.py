@@ -1,0 +1,1 @@
+"""Problems: what is integrated, in which forms, and what is checked before anything runs."""

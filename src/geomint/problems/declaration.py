@@ -1,0 +1,284 @@
+"""What a problem declares, held to what its functions do: once, in plain Python, before they run.
+
+Compiled code has no bounds check: a row number that is negative or too large reads or writes other
+memory, and a row of ``out`` that is never written keeps what was in it. So every function is run once,
+at the state from which a run starts, on blocks of the sizes that the problem declares, which watch what
+is read and written (`geomint.problems.watched_call`). What does not fit is a `DeclarationError`.
+
+What has been found to fit is remembered: with the problem; of groups, which know no problem, in the
+process. So another state, or another run, costs nothing, and shows nothing new. It is remembered under
+what a function reaches: after a change of a global value it is run again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import DeclarationError
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.watched import Fresh, Given
+from .forms import Group, GroupAction, Hamiltonian, Measure, Splitting
+from .groups import own_sizes
+from .problem import Problem
+from .watched_call import watched_call
+
+__all__ = ["check_form", "check_problem", "check_value", "known_rates"]
+
+Array = npt.NDArray[np.float64]
+FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds
+NOW, LATER = np.float64(0.0), np.float64(1.0)
+STEP = np.float64(1e-2)  # over which flows and moves are tried: groups need not scale and square
+AGREES = 1e-6  # relative: how nearly a separable Hamiltonian must be one
+
+_fitting_groups: set[tuple[Any, ...]] = set()
+
+
+def check_problem(
+    problem: Problem,
+    y: Array,
+    form: str,
+    clock: bool = False,
+    watched: Mapping[str, Recorded | Measure] | None = None,
+) -> None:
+    """Raise `DeclarationError` unless the functions of a problem fit what it declares.
+
+    Parameters
+    ----------
+    form : str
+        The one that is integrated. Where the state is small all others are checked as well.
+    clock : bool
+        Whether the clock is integrated.
+    watched : mapping of name to function
+        What is observed: functions of the problem, or others.
+    """
+    if problem.rows <= FEW and _is_new(problem, "all"):
+        _check_all(problem, y)
+        _remember(problem, "all")
+    check_form(problem, form, y)
+    if clock and problem.clock is not None:
+        check_value(problem, problem.clock, y)
+    for name, f in (watched or {}).items():
+        if isinstance(f, Measure):
+            _check_measure(problem, f, y)
+        else:
+            check_value(problem, f, y, f"observe[{name!r}]")
+
+
+def check_form(problem: Problem, form: str, y: Array) -> None:
+    """Raise `DeclarationError` unless the functions of one form fit the problem."""
+    given = getattr(problem, form)
+    key = (form, *(f.fingerprint for f in _functions(given)))
+    if _is_new(problem, key):
+        _FORMS[form](problem, given, y)
+        _remember(problem, key)
+
+
+def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> None:
+    """Raise `DeclarationError` unless ``f(params, t, y, work) -> number`` fits the problem."""
+    if _is_new(problem, f.fingerprint):
+        own = next((name for name, g in _values(problem) if g.function is f.function), role)
+        arguments = _usual(problem, y)
+        watched_call(problem.name, own or f.function.__name__, f, arguments, number=True)
+        _remember(problem, f.fingerprint)
+
+
+def known_rates(problem: Problem, y: Array) -> Array | None:
+    """Return the derivative at time 0 if the check of the field has evaluated it at y, else None."""
+    state, fingerprint, rates = problem.__dict__.get("_rates", (None, None, None))
+    if problem.field is None or state != y.tobytes() or fingerprint != problem.field.fingerprint:
+        return None
+    return np.array(rates)
+
+
+def _is_new(problem: Problem, what: Any) -> bool:
+    return what not in problem.__dict__.setdefault("_fitting", set())
+
+
+def _remember(problem: Problem, what: Any) -> None:
+    problem.__dict__["_fitting"].add(what)
+
+
+def _functions(form: Any) -> Iterator[Recorded]:
+    """Yield all functions of a form, with those of its group."""
+    if isinstance(form, Recorded):
+        yield form
+        return
+    for part in vars(form).values():
+        if isinstance(part, Recorded | Group):
+            yield from _functions(part)
+
+
+def _check_all(problem: Problem, y: Array) -> None:
+    for form in problem.forms:
+        check_form(problem, form, y)
+    for _, f in _values(problem):
+        check_value(problem, f, y)
+    if problem.measure is not None:
+        _check_measure(problem, problem.measure, y)
+
+
+def _values(problem: Problem) -> Iterator[tuple[str, Recorded]]:
+    """Yield the functions of a problem that return a number, with what they are to it."""
+    if problem.clock is not None:
+        yield "clock", problem.clock
+    if problem.measure is not None:
+        yield "measure.log_density", problem.measure.log_density
+    for group in ("invariants", "constraints", "observables"):
+        for name, f in getattr(problem, group).items():
+            yield f"{group}[{name!r}]", f
+
+
+def _usual(problem: Problem, y: Array, *outputs: Fresh) -> dict[str, Any]:
+    """Return the arguments (params, t, y, …, work)."""
+    arguments: dict[str, Any] = {"params": Given("params", problem.params), "t": NOW}
+    arguments["y"] = Given("y", y)
+    arguments.update({block.name: block for block in outputs})
+    return {**arguments, "work": Fresh("work", problem.work)}
+
+
+# --- forms ----------------------------------------------------------------------------------------
+
+
+def _check_field(problem: Problem, f: Recorded, y: Array) -> None:
+    out = Fresh("out", problem.rows)
+    if watched_call(problem.name, "field", f, _usual(problem, y, out)):
+        problem.__dict__["_rates"] = (y.tobytes(), f.fingerprint, out.data)
+
+
+def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
+    check_value(problem, measure.log_density, y)
+    f = measure.manifold
+    if f is not None and _is_new(problem, ("manifold", f.fingerprint)):
+        out = Fresh("out", measure.conditions)
+        watched_call(problem.name, "measure.manifold", f, _usual(problem, y, out))
+        _remember(problem, ("manifold", f.fingerprint))
+
+
+def _check_action(problem: Problem, action: GroupAction, y: Array) -> None:
+    out = Fresh("out", action.group.algebra_rows)
+    watched_call(problem.name, "action.generator", action.generator, _usual(problem, y, out))
+    own = own_sizes(action.group)
+    if own is None:
+        _check_group(problem, action.group)
+        return
+    declared = (action.group.algebra_rows, problem.rows, action.group.work)
+    for block, has, wanted in zip(("xi", "y", "work"), declared, own, strict=True):
+        if has != wanted and not (block == "work" and has > wanted):
+            what = f"({action.group.name}) wants {wanted} rows of {block}, where there are {has}"
+            raise DeclarationError(problem.name, "action.group", what, block, wanted, has)
+
+
+def _check_group(problem: Problem, group: Group) -> None:
+    """Run the functions of a group on a state and on elements of no special kind."""
+    n, m = problem.rows, group.algebra_rows
+    element, state = STEP * np.cos(np.arange(1.0, m + 1.0)), np.sin(np.arange(1.0, n + 1.0))
+    other = np.sin(element)
+    takes = {
+        "act": {"xi": element, "y": state},
+        "cayley": {"xi": element, "y": state},
+        "bracket": {"x": element, "y": other},
+        "dexpinv": {"u": element, "v": other},
+        "dcayinv": {"u": element, "v": other},
+        "extent": {"u": element},
+    }
+    for name, arrays in takes.items():
+        f: Recorded | None = getattr(group, name)
+        if f is None:
+            continue
+        key = (name, f.fingerprint, group.layout.tobytes(), m, n, group.work)
+        if key in _fitting_groups:
+            continue
+        arguments: dict[str, Any] = {
+            block: Given(block, data) for block, data in {"layout": group.layout, **arrays}.items()
+        }
+        if name != "extent":
+            arguments["out"] = Fresh("out", n if "xi" in arrays else m)
+        arguments["work"] = Fresh("work", group.work)
+        role = f"action.group.{name}"
+        watched_call(problem.name, role, f, arguments, number=name == "extent")
+        _fitting_groups.add(key)
+
+
+def _check_hamiltonian(problem: Problem, form: Hamiltonian, y: Array) -> None:
+    n, m = problem.rows // 2, form.constraints
+    _gradients(problem, form, y[:n], y[n:])
+    arguments = {
+        "params": Given("params", problem.params),
+        "q": Given("q", y[:n]),
+        "g": Fresh("g", m),
+        "G": Fresh("G", m * n),
+        "work": Fresh("work", problem.work),
+    }
+    watched_call(problem.name, "hamiltonian.constraint", form.constraint, arguments)
+    if form.separable:
+        _check_separable(problem, form, y[:n], y[n:])
+
+
+def _gradients(
+    problem: Problem, form: Hamiltonian, q: Array, p: Array, t: Any = NOW
+) -> tuple[Array, Array]:
+    dq, dp = Fresh("dq", len(q)), Fresh("dp", len(q))
+    arguments = {
+        "params": Given("params", problem.params),
+        "t": t,
+        "q": Given("q", q),
+        "p": Given("p", p),
+        "dq": dq,
+        "dp": dp,
+        "work": Fresh("work", problem.work),
+    }
+    watched_call(problem.name, "hamiltonian.gradients", form.gradients, arguments)
+    return dq.data, dp.data
+
+
+@np.errstate(all="ignore")
+def _check_separable(problem: Problem, form: Hamiltonian, q: Array, p: Array) -> None:
+    """Refuse `separable` where ∂H/∂q depends on p, or ∂H/∂p on q or t, or not linearly on p."""
+    shape = np.cos(np.arange(len(q)))
+    p1 = p + (float(np.max(np.abs(p))) or 1.0) * shape
+    dq, _ = _gradients(problem, form, q, p)
+    dq1, dp1 = _gradients(problem, form, q, p1)
+    _, dp2 = _gradients(problem, form, q + 0.1 * np.max(np.abs(q)) * shape, 2.0 * p1, LATER)
+    for block, depends, x, z in (
+        ("dq", "on q and t alone", dq, dq1),
+        ("dp", "on p alone, linearly", 2.0 * dp1, dp2),
+    ):
+        defects, largest = np.abs(x - z), np.max(np.abs([x, z]))
+        if np.isfinite(largest) and np.max(defects) > AGREES * largest:
+            row = int(np.argmax(defects))
+            what = f"is declared separable, so that {block} depends {depends}: row {row} does not"
+            role = "hamiltonian.gradients"
+            raise DeclarationError(problem.name, role, what, block, row, len(q))
+
+
+def _check_splitting(problem: Problem, form: Splitting, y: Array) -> None:
+    other = y + 0.1 * (float(np.max(np.abs(y))) or 1.0) * np.cos(np.arange(len(y)))
+    seen: dict[bytes, int] = {}
+    for k in range(form.parts):
+        move = _flow(problem, form, k, y)
+        j = seen.setdefault(move.tobytes(), k)
+        if j == k or not np.any(move):
+            continue
+        if np.array_equal(_flow(problem, form, j, other), _flow(problem, form, k, other)):
+            what = f"moves part {k} as it moves part {j}, where parts = {form.parts}"
+            raise DeclarationError(problem.name, "splitting.flow", what, "parts", k, form.parts)
+
+
+def _flow(problem: Problem, form: Splitting, k: int, y: Array) -> Array:
+    out = Fresh("out", problem.rows)
+    params, t, *others = _usual(problem, y, out).items()
+    arguments = dict([("k", k), params, t, ("h", STEP), *others])
+    watched_call(problem.name, f"splitting.flow of part {k}", form.flow, arguments)
+    return out.data
+
+
+_FORMS: dict[str, Any] = {
+    "field": _check_field,
+    "action": _check_action,
+    "hamiltonian": _check_hamiltonian,
+    "splitting": _check_splitting,
+}

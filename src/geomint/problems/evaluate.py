@@ -1,0 +1,119 @@
+"""A problem's functions at single states, in plain Python: for checks, defaults and scales."""
+
+from __future__ import annotations
+
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import as_array, finite
+from ..errors import DomainError, nearest
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block
+from .declaration import check_form, check_value, known_rates
+from .problem import Problem
+
+__all__ = ["derivative", "rounding_scale", "value"]
+
+Array = npt.NDArray[np.float64]
+
+
+@np.errstate(all="ignore")
+def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> float:
+    """Return an observable at a state: one of the problem's diagnostics by name, or a recorded one.
+
+    Raises
+    ------
+    DomainError
+        For a name that the problem does not have, or a state of other length.
+    DeclarationError
+        If the function does not fit the problem.
+    """
+    if isinstance(f, str):
+        known = problem.diagnostics
+        if f not in known:
+            raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
+        f = known[f]
+    if not isinstance(f, Recorded | FunctionType):
+        raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
+    y, f = _flat(problem, y), f if isinstance(f, Recorded) else Recorded(f)
+    check_value(problem, f, y)
+    return float(f(Block(problem.params), _time(t), Block(y), Block(np.zeros(problem.work))))
+
+
+@np.errstate(all="ignore")
+def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
+    """Return dy/dt by whichever form the problem has.
+
+    Raises
+    ------
+    DomainError
+        For a state of other length.
+    DeclarationError
+        If the functions of that form do not fit the problem.
+    """
+    y, now = _flat(problem, y), _time(t)
+    check_form(problem, problem.forms[0], y)
+    known = known_rates(problem, y) if now == 0.0 else None
+    if known is not None:
+        return known
+    params, work = Block(problem.params), Block(np.zeros(problem.work))
+    out = np.zeros(problem.rows)
+    if problem.field is not None:
+        problem.field(params, now, Block(y), Block(out), work)
+    elif problem.action is not None:
+        group = problem.action.group
+        xi, tiny = np.zeros(group.algebra_rows), 1e-7
+        problem.action.generator(params, now, Block(y), Block(xi), work)
+        size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
+        scratch = Block(np.zeros(group.work))
+        group.act(Block(group.layout), Block(size * xi), Block(y), Block(out), scratch)
+        out /= size
+    elif problem.splitting is not None:
+        tiny = np.float64(1e-7)
+        increment = np.zeros(problem.rows)
+        for k in range(problem.splitting.parts):
+            problem.splitting.flow(k, params, now, tiny, Block(y), Block(increment), work)
+            out += increment / tiny
+    else:
+        assert problem.hamiltonian is not None
+        n = problem.rows // 2
+        dq, dp = np.zeros(n), np.zeros(n)
+        problem.hamiltonian.gradients(
+            params, now, Block(y[:n]), Block(y[n:]), Block(dq), Block(dp), work
+        )
+        out[:n], out[n:] = dp, -dq
+    return out
+
+
+def _flat(problem: Problem, y: Array) -> Array:
+    """Return a state, finite or not, as an array of the problem's length."""
+    if type(y) is not np.ndarray or y.dtype != np.float64:
+        y = as_array("y", y, f"a state of {problem.rows} numbers")
+    if y.shape != (problem.rows,):
+        raise DomainError("y", y, f"a state of {problem.rows} numbers")
+    return y
+
+
+def _time(t: Any) -> np.float64:
+    return np.float64(t if isinstance(t, float) else finite("t", t))
+
+
+def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:
+    """Return max(|v|, Σ |y_i ∂v/∂y_i|): a rounding of every number of y changes v by ε times it."""
+    v = value(problem, f, y)
+    total = 0.0
+    for i in range(len(y)):
+        size = 1e-5 * abs(y[i])
+        if size == 0.0:
+            continue
+        above, below = y.copy(), y.copy()
+        above[i] += size
+        below[i] -= size
+        up, down = value(problem, f, above) - v, value(problem, f, below) - v
+        # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
+        total += abs(y[i]) * max(abs(up - down), abs(up + down)) / (above[i] - below[i])
+    scale = max(abs(v), total)
+    return scale if np.isfinite(scale) and scale > 0.0 else 1.0

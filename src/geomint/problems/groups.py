@@ -1,0 +1,99 @@
+"""Matrix groups acting on states, ready for `geomint.GroupAction`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..arguments import whole
+from ..errors import DomainError, nearest
+from ..kernels.groups.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
+from ..kernels.groups.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
+from ..kernels.groups.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv, so_n_extent
+from .forms import Group
+
+__all__ = ["Sizes", "own_sizes", "so3", "so_n"]
+
+_SO3 = (so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv)
+_SO_N = (so_n_act, so_n_bracket, so_n_cayley, so_n_dcayinv, so_3_dexpinv, so_n_extent)
+_CODES = {"vector": VECTOR, "adjoint": ADJOINT, "frame": FRAME}
+
+
+def so3(vectors: int) -> Group:
+    """SO(3) turning each of several 3-vectors; the algebra is R³ with the cross product."""
+    vectors = whole("vectors", vectors, 1)
+    return Group(
+        "SO(3)",
+        3,
+        np.array([float(vectors)]),
+        so3_act,
+        so3_bracket,
+        0,
+        cayley=so3_cayley,
+        dexpinv=so3_dexpinv,
+        dcayinv=so3_dcayinv,
+        inline=True,
+    )
+
+
+def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
+    """SO(n), or SO(n) × R^m, acting on a state made of pieces.
+
+    Parameters
+    ----------
+    n : int
+        At least 2.
+    *pieces : str
+        In the order of the state: ``"vector"`` (v ↦ E v), ``"adjoint"`` (X ↦ E X Eᵀ, X skew, as the
+        flat upper triangle), ``"frame"`` (g ↦ g Eᵀ, an n×n matrix row after row).
+    translations : int
+        m: the last m rows of the state, after the pieces, are moved by R^m, r ↦ r + ξ_r. Algebra
+        elements are then a flat triangle and m numbers.
+    """
+    n = whole("n", n, 2)
+    translations = whole("translations", translations, 0)
+    for piece in pieces:
+        if not (isinstance(piece, str) and piece in _CODES):
+            hint = nearest(piece, _CODES) if isinstance(piece, str) else ""
+            raise DomainError("pieces", piece, f"one of {list(_CODES)}.{hint}")
+    codes = [*(_CODES[piece] for piece in pieces), *([SHIFTED] if translations else [])]
+    layout = np.array([float(n), *(float(code) for code in codes)])
+    name = f"SO({n}) × R^{translations}" if translations else f"SO({n})"
+    rows = n * (n - 1) // 2 + translations
+    return Group(
+        name,
+        rows,
+        layout,
+        so_n_act,
+        so_n_bracket,
+        so_n_work(n) + rows,
+        cayley=so_n_cayley,
+        dexpinv=so_3_dexpinv if n == 3 else None,
+        dcayinv=so_n_dcayinv,
+        extent=so_n_extent if n > 2 else None,  # in SO(2) the series ends at once, and is exact
+    )
+
+
+class Sizes(NamedTuple):
+    """Rows that the functions of a group take: of algebra elements, of states, of scratch."""
+
+    algebra: int
+    state: int
+    work: int
+
+
+def own_sizes(group: Group) -> Sizes | None:
+    """Return what a group of this module takes by its layout; None for one with other functions."""
+    functions = group.functions.values()
+    codes = [int(code) for code in group.layout[1:]]
+    if all(f in _SO3 for f in functions):
+        return Sizes(3, 3 * int(group.layout[0]), 0)
+    if not all(f in _SO_N for f in functions):
+        return None
+    n = int(group.layout[0])
+    triangle = n * (n - 1) // 2
+    shifted = group.algebra_rows - triangle if SHIFTED in codes else 0
+    rows = {VECTOR: n, ADJOINT: triangle, FRAME: n * n, SHIFTED: shifted}
+    algebra = triangle + shifted
+    return Sizes(algebra, sum(rows[code] for code in codes), so_n_work(n) + algebra)

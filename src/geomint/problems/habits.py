@@ -1,0 +1,175 @@
+"""What functions of a problem may not do, read off their code: with what to write instead.
+
+Plain Python would do all of it, the compiler some, at some steps, for one kind of number. So that a
+function is not accepted here and refused there, the rules of `geomint.field` are looked at before
+either of them runs it, in all functions that are reached.
+"""
+
+from __future__ import annotations
+
+import builtins
+import math
+import numbers
+from collections.abc import Iterator
+from dis import get_instructions
+from enum import Enum, EnumType
+from inspect import CO_ASYNC_GENERATOR, CO_COROUTINE, CO_VARKEYWORDS
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..kernels.compiling.code import Path, paths_in
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.walk import KERNELS, LIBRARIES, MISSING, content_of, home_of
+
+__all__ = ["Habit", "habit_of"]
+
+_LISTS = {"BUILD_LIST", "BUILD_SET", "BUILD_MAP", "BUILD_CONST_KEY_MAP", "LIST_APPEND", "MAP_ADD"}
+_TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y), which are no lists
+_RAISES = (
+    "raises an exception: a function cannot end a run; outside of its domain it gives math.nan"
+)
+_KEYWORDS = "has arguments that go by keyword alone: leave out `*` and `**`"
+_ASYNC = "is asynchronous: write def"
+_STATEMENTS = {
+    "RAISE_VARARGS": _RAISES,
+    "LOAD_ASSERTION_ERROR": _RAISES.replace("raises an exception", "asserts"),
+    "PUSH_EXC_INFO": "has a try or with statement: choose by gi.select(condition, x, y)",
+    "YIELD_VALUE": "has a generator: write a loop",
+    "IMPORT_NAME": "imports: do it outside of the function",
+    "DELETE_FAST": "deletes a variable: leave it where it is",
+    "STORE_GLOBAL": "writes a global variable: what it writes goes to out or work",
+}
+_MAKES = (
+    "makes a list, dict or set: nothing is allocated; results are written row by row (out[0] = …), "
+    "scratch is work"
+)
+_BUILTINS = {
+    *("abs", "bool", "complex", "divmod", "enumerate", "float", "int", "isinstance", "len"),
+    *("max", "min", "pow", "range", "round", "slice", "sum", "tuple", "zip"),
+}
+_OF_NUMBERS = {"math", "_operator"}
+_FUNCTIONS = (FunctionType, BuiltinFunctionType, np.ufunc, type(np.dot))
+_VALUES = (
+    *(numbers.Number, str, bytes, tuple, np.generic, np.ndarray, np.dtype, range, slice),
+    *(type(None), Enum, EnumType, ModuleType, Recorded),
+)
+_SAME = ("sqrt", "sin", "cos", "log", "maximum")
+_INSTEAD: dict[Any, str] = {
+    **{getattr(module, f): f"gi.{f}" for module in (math, np) for f in _SAME if hasattr(module, f)},
+    math.fabs: "abs",
+    np.abs: "abs",
+    np.fabs: "abs",
+    np.minimum: "-gi.maximum(-x, -y)",
+    np.where: "gi.select(condition, x, y)",
+    print: "observe=… of gi.solve, or call the function in Python",
+}
+
+
+class Habit(NamedTuple):
+    """What a function does that it may not: in words, which of those that are reached, and where."""
+
+    what: str
+    function: FunctionType
+    line: int | None
+
+
+def habit_of(recorded: Recorded) -> Habit | None:
+    """Return the first thing that a function, or one that it reaches, may not do; None if nothing."""
+    found: Habit | None = recorded.made(_first_habit)
+    return found
+
+
+def _first_habit(recorded: Recorded) -> Habit | None:
+    for function in recorded.reach.functions:
+        code = function.__code__
+        if code.co_kwonlyargcount or code.co_flags & CO_VARKEYWORDS:
+            return Habit(_KEYWORDS, function, code.co_firstlineno)
+        if code.co_flags & (CO_COROUTINE | CO_ASYNC_GENERATOR):
+            return Habit(_ASYNC, function, code.co_firstlineno)
+        for what, line in _habits(function, function.__code__):
+            return Habit(what, function, line)
+    return None
+
+
+def _habits(function: FunctionType, code: CodeType) -> Iterator[tuple[str, int | None]]:
+    for path, line in paths_in(code, set()):
+        what = _of_value(*_read(function, path))
+        if what:
+            yield what, line
+    instructions, line = list(get_instructions(code)), code.co_firstlineno
+    lists = not any({i.opname, i.argrepr} & _TO_TUPLE for i in instructions)
+    for instruction in instructions:
+        if instruction.positions and instruction.positions.lineno:
+            line = instruction.positions.lineno
+        what = _STATEMENTS.get(instruction.opname)
+        if what is None and lists and instruction.opname in _LISTS:
+            what = _MAKES
+        if what:
+            yield what, line
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from _habits(function, inner)
+
+
+def _read(function: FunctionType, path: Path) -> tuple[str, Any]:
+    """Return what a path leads to, up to the first value that is no module, and by what name."""
+    name = path.name
+    if path.cell:
+        cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
+        found = content_of(cells[path.name]) if path.name in cells else MISSING
+    else:
+        found = function.__globals__.get(path.name, getattr(builtins, path.name, MISSING))
+    for word in path.attributes:
+        if not isinstance(found, ModuleType):
+            break
+        found, name = getattr(found, word, MISSING), f"{name}.{word}"
+    return name, found
+
+
+def _of_value(name: str, value: Any) -> str | None:
+    """Return what is wrong with reading such a value, if anything."""
+    if not isinstance(value, _FUNCTIONS):
+        if isinstance(value, _VALUES) or value is MISSING or _is_of_numba(type(value)):
+            return None
+        if isinstance(value, type):
+            right = value.__name__ in _BUILTINS or issubclass(
+                value, BaseException
+            )  # see raise, try
+            return None if right else _of_kind(name, "class")
+        return _of_kind(name, type(value).__name__)
+    if value in _INSTEAD:
+        return f"calls {name}: write {_INSTEAD[value]}"
+    if isinstance(value, np.ufunc):  # of single numbers the compiler has them
+        single = value.__name__.replace("arc", "a")
+        if not hasattr(math, single):
+            return None
+        return f"calls {name}: write math.{single}, which takes one number at a time and is slower"
+    if isinstance(value, FunctionType):
+        return _of_plain_function(name, value)
+    home = value.__module__ or ""
+    if home.partition(".")[0] == "numpy":
+        return f"calls {name}: write loops over rows"
+    if home not in _OF_NUMBERS and not (home == "builtins" and value.__name__ in _BUILTINS):
+        return f"calls {name}: write arithmetic, loops over rows, and the functions of geomint"
+    return None
+
+
+def _of_plain_function(name: str, function: FunctionType) -> str | None:
+    home = home_of(function)
+    library = home.partition(".")[0]
+    if library == "numpy":
+        return f"calls {name}: write loops over rows"
+    if home.startswith(KERNELS + ".") or library in LIBRARIES:
+        return None
+    return f"calls {name}, a plain function: record it with gi.helper"
+
+
+def _of_kind(name: str, kind: str) -> str:
+    return f"reads {name}, a {kind}: what it reads are numbers, tuples, numpy arrays, or params"
+
+
+def _is_of_numba(kind: type) -> bool:
+    """Tell whether the compiler has a word to say on such values: which of them it takes."""
+    return kind.__module__.partition(".")[0] in {"numba", "ctypes", "_ctypes", "_cffi_backend"}

@@ -1,0 +1,45 @@
+"""Natural systems on the sphere as splittings: a kick, and a great circle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..kernels.compiling.recorded import Recorded, helper
+from ..kernels.groups.great_circle import great_circle, kick_along_sphere
+from ..kernels.numbers.blocks import part
+from .forms import Splitting
+
+__all__ = ["natural_on_sphere"]
+
+
+def natural_on_sphere(gradient: Recorded) -> Splitting:
+    """Return the splitting of H = ½(p, p) + V(t, q) on T*S^(n−1).
+
+    ::
+
+        part 0:  p ↦ p − h (1 − qqᵀ) ∂V/∂q(t, q)
+        part 1:  the great circle through q along p, over h
+
+    With `Verlet` this is the method of Störmer and Verlet on the sphere: explicit, symplectic,
+    with |q| = 1 and (q, p) = 0 to rounding over any number of steps.
+
+    Parameters
+    ----------
+    gradient : recorded ``f(params, t, q, out, work)``
+        Writes ∂V/∂q to `out`, in the coordinates of R^n; its part along q does not matter.
+
+    Notes
+    -----
+    For problems whose state is (q, p), of any n ≥ 2. Unit mass; time and energy in the units of V.
+    """
+
+    @helper
+    def flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+        n = len(y) // 2
+        if k == 0:
+            gradient(params, t, part(y, 0, n), part(out, n, n), work)
+            kick_along_sphere(h, y, out)
+        else:
+            great_circle(h, y, out)
+
+    return Splitting(flow, 2)

@@ -1,0 +1,105 @@
+"""Functions at many points, compiled: maps that are no vector fields, as fast as those.
+
+What has no steps, such as an exact flow or a change of coordinates, is written once, for one point,
+with the rules of `geomint.field`, and evaluated here for as many as are wanted.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import as_array, switch, whole
+from ..errors import DomainError
+from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.watched import Fresh, Given
+from ..kernels.solve.pointwise import pointwise_sweep
+from .watched_call import watched_call
+
+__all__ = ["pointwise"]
+
+Array = npt.NDArray[np.float64]
+_fitting: set[tuple[str, int, int, int, int]] = set()
+BATCH = 4096  # points of one call, between which Ctrl-C is seen
+
+
+def pointwise(
+    function: Recorded, params: Any, points: Any, rows: int, work: int = 0, *, check: bool = True
+) -> Array:
+    """Return the values of a function at points.
+
+    Parameters
+    ----------
+    function : recorded ``f(params, t, x, out, work)``
+        Recorded by `geomint.field`; it writes its value at x to `out`. t is 0.
+    params : array_like
+        Flat.
+    points : array_like, shape (..., width)
+    rows : int
+        Length of a value.
+    work : int
+        Rows of scratch that the function needs.
+    check : bool
+        Whether the function is run in plain Python first, once for each set of sizes. Only for
+        functions that are known to fit, where that takes long.
+
+    Returns
+    -------
+    array, shape (..., rows)
+
+    Raises
+    ------
+    geomint.DomainError
+        For points of shape ().
+    geomint.DeclarationError
+        If the function does not fit the sizes that are given: it is run once at the first point, in
+        plain Python, as those of problems are (`geomint.problems.declaration`).
+    """
+    x = np.ascontiguousarray(as_array("points", points))
+    if np.ndim(points) == 0:
+        raise DomainError("points", points, "an array whose last axis is a point")
+    width, shape = x.shape[-1], x.shape[:-1]
+    count = int(np.prod(shape))
+    rows, work = whole("rows", rows, 0), whole("work", work, 0)
+    flat, out = x.reshape(-1), np.empty(count * rows)
+    block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
+    if count and switch("check", check):
+        _check(function, block.data, flat[:width], rows, work)
+    sweep = compiled(pointwise_sweep(function), _signature())
+    for first in range(0, count, BATCH):
+        number = min(BATCH, count - first)
+        given = Block(flat[first * width : (first + number) * width])
+        result = Block(out[first * rows : (first + number) * rows])
+        sweep(block, given, width, result, rows, number, scratch)
+    return out.reshape(*shape, rows)
+
+
+def _check(function: Recorded, params: Array, x: Array, rows: int, work: int) -> None:
+    """Raise `DeclarationError` unless the function fits those sizes, which is remembered."""
+    key = (function.fingerprint, len(params), len(x), rows, work)
+    if key in _fitting:
+        return
+    arguments = {
+        "params": Given("params", params),
+        "t": np.float64(0.0),
+        "x": Given("x", x),
+        "out": Fresh("out", rows),
+        "work": Fresh("work", work),
+    }
+    watched_call(None, function.function.__name__, function, arguments)
+    _fitting.add(key)
+
+
+@functools.cache
+def _signature() -> Any:
+    from numba.core import types
+
+    from ..kernels.compiling.compile import SCALAR
+
+    block, integer = SCALAR.block, types.int64
+    return types.void(block, block, integer, block, integer, integer, block)

@@ -1,0 +1,282 @@
+"""Problems: what is integrated, in the forms that methods need.
+
+A `Problem` is data: functions recorded with `geomint.field` and parameters, no class tree. One
+system offers several problems (times, representations), one problem one or more *forms*: an ODE
+in redundant coordinates (``field``), a Lie group acting on the state (``action``), a Hamiltonian on
+an embedded manifold (``hamiltonian``), a sum of parts with known flows (``splitting``); see
+`geomint.problems.forms`. A method states the form that it needs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import as_array, check_name, flat, whole
+from ..errors import DomainError, FormError, nearest
+from ..kernels.compiling.recorded import Recorded
+from .forms import (
+    FORMS,
+    GroupAction,
+    Hamiltonian,
+    Measure,
+    Splitting,
+    check_kind,
+    check_recorded,
+)
+
+__all__ = ["Problem"]
+
+Array = npt.NDArray[np.float64]
+MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
+_GROUPS = ("invariants", "constraints", "observables")
+_RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something to integrate.
+
+    Parameters
+    ----------
+    name : str
+        For messages and reports.
+    pieces : tuple of (name, rows)
+        The documented order of the flat state, such as ``(("gamma", 3), ("p_tilde", 3))``.
+    params : array_like
+        The flat parameters that all functions get.
+    field, action, hamiltonian, splitting
+        The forms; at least one.
+    work : int
+        Rows of scratch that the functions need.
+    time : ``"t"`` or ``"tau"``
+        The problem's own time. With ``"tau"``, `clock` is needed for physical time.
+    clock : recorded ``f(params, t, y, work) -> number``
+        dt/dτ along the flow, for a problem in τ only.
+    invariants, constraints, observables : mapping of name to recorded ``f(params, t, y, work)``
+        Constants of motion; functions that vanish on the manifold of states; others of interest.
+    measure : Measure, optional
+        An invariant measure of the flow in the problem's own time.
+    make_state : callable
+        Makes a state from keyword arguments; `Problem.state` calls it.
+    make_random : callable, optional
+        ``f(rng) -> dict``: components of a random admissible state, as `make_state` takes them;
+        `Problem.random_state` calls it.
+    make_exact : callable, optional
+        ``f(y0)``: the exact motion through a state; `Problem.exact` calls it.
+    admit : callable
+        Checks a flat state: returns it (possibly projected) or raises `DomainError`.
+    physical : callable
+        Maps a flat state to named arrays that other forms of the same system give too:
+        what makes results in different times and representations comparable.
+    parameters : mapping
+        The parameters by name, for reports.
+    """
+
+    name: str
+    pieces: tuple[tuple[str, int], ...]
+    params: Array = dataclasses.field(default_factory=lambda: np.zeros(0))
+    field: Recorded | None = None
+    action: GroupAction | None = None
+    hamiltonian: Hamiltonian | None = None
+    splitting: Splitting | None = None
+    work: int = 0
+    time: str = "t"
+    clock: Recorded | None = None
+    invariants: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
+    constraints: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
+    observables: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
+    measure: Measure | None = None
+    make_state: Callable[..., Array] | None = None
+    make_random: Callable[[np.random.Generator], dict[str, Any]] | None = None
+    make_exact: Callable[[Array], Any] | None = None
+    admit: Callable[[Array], Array] | None = None
+    physical: Callable[[Array], dict[str, Array]] | None = None
+    parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        check_kind(self, {"name": str, "parameters": Mapping})
+        object.__setattr__(self, "params", flat("params", self.params))
+        object.__setattr__(self, "work", whole("work", self.work, 0))
+        object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
+        if not (isinstance(self.time, str) and self.time in ("t", "tau")):
+            raise DomainError("time", self.time, "'t' or 'tau'")
+        self._check_functions()
+        self._check_forms()
+
+    def _check_functions(self) -> None:
+        check_recorded(self, optional=("field", "clock"))
+        if self.clock is not None and self.time == "t":
+            raise DomainError("clock", self.clock, "None: the problem's own time is physical time")
+        for name in ("make_state", "make_random", "make_exact", "admit", "physical"):
+            f = getattr(self, name)
+            if not (f is None or callable(f)):
+                raise DomainError(name, f, "a function or None")
+        seen: set[str] = set()
+        for group in _GROUPS:
+            quantities = getattr(self, group)
+            check_kind(self, {group: Mapping})
+            for name, f in quantities.items():
+                check_name(group, name)
+                if name in seen or name in _RESERVED:
+                    expected = f"names unlike each other and unlike {', '.join(_RESERVED)}"
+                    raise DomainError(group, name, expected)
+                if not isinstance(f, Recorded):
+                    expected = "a function recorded with geomint.observable"
+                    raise DomainError(f"{group}[{name!r}]", f, expected)
+                seen.add(name)
+
+    def _check_forms(self) -> None:
+        if not self.forms:
+            raise FormError(f"problem {self.name!r} has no form: give one of {', '.join(FORMS)}")
+        kinds = {
+            "action": GroupAction,
+            "hamiltonian": Hamiltonian,
+            "splitting": Splitting,
+            "measure": Measure,
+        }
+        given = {name: kind for name, kind in kinds.items() if getattr(self, name) is not None}
+        check_kind(self, given)
+        if self.hamiltonian is not None:
+            if self.rows % 2:
+                raise DomainError("pieces", self.pieces, "as many rows of q as of p")
+            if self.hamiltonian.constraints >= self.rows // 2:
+                expected = f"fewer than the {self.rows // 2} rows of q"
+                raise DomainError("constraints", self.hamiltonian.constraints, expected)
+        if self.measure is not None and self.measure.conditions >= self.rows:
+            expected = f"fewer than the {self.rows} rows of the state"
+            raise DomainError("conditions", self.measure.conditions, expected)
+
+    @property
+    def rows(self) -> int:
+        """Length of the flat state."""
+        return sum(rows for _, rows in self.pieces)
+
+    @property
+    def forms(self) -> tuple[str, ...]:
+        """The forms that the problem offers."""
+        return tuple(form for form in FORMS if getattr(self, form) is not None)
+
+    @property
+    def slices(self) -> dict[str, slice]:
+        """Where each piece lies in the flat state."""
+        result, start = {}, 0
+        for name, rows in self.pieces:
+            result[name] = slice(start, start + rows)
+            start += rows
+        return result
+
+    @property
+    def diagnostics(self) -> dict[str, Recorded]:
+        """Everything that can be observed by name: invariants, constraints, observables."""
+        return {**self.invariants, **self.constraints, **self.observables}
+
+    def state(self, **components: Any) -> Array:
+        """Return a flat state from named components; see the problem's own documentation."""
+        if self.make_state is None:
+            return self._assemble(components)
+        return self.canonical(self.make_state(**components))
+
+    def random_state(self, rng: Any = None) -> Array:
+        """Return a random admissible state: directions uniform, momenta and velocities normal.
+
+        Parameters
+        ----------
+        rng : Generator, int or None
+            As `numpy.random.default_rng` takes it; the same seed gives the same state.
+
+        Raises
+        ------
+        DomainError
+            If the problem has no random states.
+        """
+        if self.make_random is None:
+            raise DomainError("rng", rng, f"a problem with random states; {self.name!r} has none")
+        return self.state(**self.make_random(_generator(rng)))
+
+    def exact(self, y0: Any) -> Any:
+        """Return the exact motion through a state, where the problem has one: states without stepping.
+
+        See `geomint.compare.exact_reference.ExactMotion`; what more it offers is said by the problem.
+
+        Raises
+        ------
+        FormError
+            If the problem has no exact flow.
+        DomainError
+            If there is none through this state.
+        """
+        if self.make_exact is None:
+            raise FormError(f"problem {self.name!r} has no exact flow")
+        return self.make_exact(self.canonical(y0))
+
+    def _assemble(self, components: Mapping[str, Any]) -> Array:
+        names = [name for name, _ in self.pieces]
+        for name in components:
+            if name not in names:
+                raise DomainError(name, components[name], f"one of {names}.{nearest(name, names)}")
+        parts = []
+        for name, rows in self.pieces:
+            if name not in components:
+                raise DomainError(name, None, f"{rows} numbers")
+            parts.append(as_vector(name, components[name], rows))
+        return self.canonical(np.concatenate(parts))
+
+    def canonical(self, y: Any) -> Array:
+        """Return `y` as a flat, finite, admissible float64 state, or raise `DomainError`."""
+        order = ", ".join(f"{name} ({rows})" for name, rows in self.pieces)
+        state = as_vector("state", y, self.rows, f" in the order {order}")
+        if self.admit is None:
+            return state
+        return as_vector("state", self.admit(state), self.rows, f", as `admit` of {self.name!r}")
+
+    def physical_state(self, y: Array) -> dict[str, Array]:
+        """Return the named arrays by which results of different forms are compared."""
+        return {"state": np.asarray(y)} if self.physical is None else self.physical(y)
+
+
+def _generator(rng: Any) -> np.random.Generator:
+    """Return what numpy makes of a seed, or raise `DomainError`."""
+    expected = "what numpy.random.default_rng takes"
+    if isinstance(rng, list | tuple) and as_array("rng", rng, expected).ndim != 1:
+        raise DomainError("rng", rng, expected)  # numpy crashes where lists are nested too deep
+    try:
+        return np.random.default_rng(rng)
+    except Exception:  # of several types
+        raise DomainError("rng", rng, expected) from None
+
+
+def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:
+    """Return pairs of a name and a number of rows, or raise `DomainError`."""
+    expected = (
+        "pairs (name, rows) with names unlike each other and whole numbers rows from 1 to 10⁷"
+    )
+    try:
+        given = [(name, rows) for name, rows in pieces]
+    except Exception as error:  # whatever a foreign object raises there
+        raise DomainError("pieces", pieces, expected) from error
+    for name, _ in given:
+        check_name("pieces", name)
+    try:
+        pairs = [(name, whole("rows", rows, 1, MOST_ROWS)) for name, rows in given]
+    except DomainError as error:
+        raise DomainError("pieces", pieces, expected) from error
+    if not pairs or len({name for name, _ in pairs}) < len(pairs):
+        raise DomainError("pieces", pieces, expected)
+    return tuple(pairs)
+
+
+def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
+    """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
+    rows = whole("rows", rows, 0)
+    vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
+    if len(vector) != rows:
+        raise DomainError(name, value, f"{rows} numbers{detail}, got {len(vector)}")
+    if not np.isfinite(vector).all():
+        raise DomainError(name, value, "finite numbers")
+    return vector

@@ -1,0 +1,81 @@
+"""Systems that scenes can name, registered by any package through entry points.
+
+A package registers under ``[project.entry-points."geomint.systems"]`` an object of type `System`
+for every name, and under ``"geomint.scenes"`` a package folder of scene files (TOML).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import entry_points
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel
+
+from ..errors import SceneError, nearest, told
+from .problem import Problem
+
+__all__ = ["Model", "System", "find_system", "system_names"]
+
+
+@dataclass(frozen=True)
+class Model:
+    """One mechanical system with its parameters and initial state, in all its representations.
+
+    Parameters
+    ----------
+    problems : mapping of name to Problem
+        The representations; the first is the one that a scene means.
+    states : mapping of name to array
+        The same initial state for each of them.
+    conditions : mapping of name to str
+        In words, why this initial state allows a representation that others do not: what a plan
+        tells when it takes that one.
+    """
+
+    problems: Mapping[str, Problem]
+    states: Mapping[str, npt.NDArray[np.float64]]
+    conditions: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class System:
+    """What a scene's ``[system] name`` stands for.
+
+    Parameters
+    ----------
+    name, summary : str
+    parameters : pydantic model
+        The other keys of ``[system]``.
+    initial : pydantic model
+        The keys of ``[initial]``.
+    build : callable
+        ``build(parameters, initial) -> Model``.
+    """
+
+    name: str
+    summary: str
+    parameters: type[BaseModel]
+    initial: type[BaseModel]
+    build: Callable[[Any, Any], Model]
+
+
+def system_names() -> list[str]:
+    """Return the names of all registered systems."""
+    return sorted(point.name for point in entry_points(group="geomint.systems"))
+
+
+def find_system(name: str) -> System:
+    """Return the registered system of that name, or raise `SceneError`."""
+    for point in entry_points(group="geomint.systems"):
+        if point.name == name:
+            system = point.load()
+            if not isinstance(system, System):
+                raise SceneError(f"entry point {point.value!r} is not a geomint.System")
+            return system
+    raise SceneError(
+        f"[system] name = {told(name)}: no such system.{nearest(name, system_names())}"
+    )

@@ -1,0 +1,68 @@
+"""A pulsating flow of Arnold, Beltrami and Childress: three parts, volume but no symplectic form."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...kernels.compiling.recorded import field, helper
+from ...kernels.numbers.arithmetic import cos, sin
+from ..forms import Measure, Splitting
+from ..problem import Problem
+
+__all__ = ["INITIAL", "problem"]
+
+INITIAL = np.array([0.4, -0.7, 1.9])
+
+
+@field
+def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ẋ = A sin z + C cos y, ẏ = B sin x + A cos z, ż = C sin y + B cos x."""
+    A, B, C = params[0] * (1.0 + params[3] * cos(2.0 * t)), params[1], params[2]
+    out[0] = A * sin(y[2]) + C * cos(y[1])
+    out[1] = B * sin(y[0]) + A * cos(y[2])
+    out[2] = C * sin(y[1]) + B * cos(y[0])
+
+
+@helper
+def shears(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+    """Part k, with the amplitude A, B or C: one coordinate rests and moves the other two."""
+    rests = (k + 2) % 3
+    amplitude = h * params[k]
+    if k == 0:
+        amplitude *= 1.0 + params[3] * cos(2.0 * t)
+    out[rests] = 0.0 * h
+    out[k] = amplitude * sin(y[rests])
+    out[(k + 1) % 3] = amplitude * cos(y[rests])
+
+
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """0: the flow keeps volumes."""
+    return 0.0 * y[0]
+
+
+def problem(A: float = 1.0, B: float = 0.8, C: float = 0.6, season: float = 0.4) -> Problem:
+    """Return the ABC flow with A pulsating as A (1 + ε cos 2t).
+
+    ::
+
+        ẋ = A sin z + C cos y,   ẏ = B sin x + A cos z,   ż = C sin y + B cos x
+
+    Chaotic, keeps volumes and nothing else. Forms: ODE and splitting, the terms of A, B and C: not
+    symplectic, in an odd number of dimensions.
+
+    References
+    ----------
+    T. Dombre et al., J. Fluid Mech. 167 (1986) 353.
+    """
+    return Problem(
+        name="abc-flow",
+        pieces=(("x", 3),),
+        params=np.array([A, B, C, season]),
+        field=motion,
+        splitting=Splitting(shears, 3, symplectic=False),
+        measure=Measure(log_density),
+        parameters={"A": A, "B": B, "C": C, "season": season},
+    )

@@ -1,0 +1,190 @@
+"""Two orthonormal vectors in a changing field: three constraints, unequal masses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernels.compiling.recorded import field, helper
+from ...kernels.numbers.arithmetic import cos
+from ..forms import Hamiltonian, Measure
+from ..problem import Problem
+
+__all__ = ["initial", "problem"]
+
+# params = [m, M, weight, stiffness, ε]; q = (x, w), p = (p_x, p_w)
+
+
+@helper
+def product(y: Any, i: int, j: int) -> Any:
+    """(y_i, y_j) of two 3-vectors in a block."""
+    return y[i] * y[j] + y[i + 1] * y[j + 1] + y[i + 2] * y[j + 2]
+
+
+@helper
+def pulls(params: Any, t: Any, q: Any) -> Any:
+    """∂V/∂x₃ and ∂V/∂w₃; the other derivatives of V are 0."""
+    return params[2] * (1.0 + params[4] * cos(2.0 * t)), params[3] * q[5]
+
+
+@field
+def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ẋ = p_x/m, ẇ = p_w/M, ṗ_x = −∂V/∂x − λx − νw, ṗ_w = −∂V/∂w − μw − νx.
+
+    The second derivatives of ½|x|², ½|w|² and (x, w) vanish; x and w being orthonormal, each gives
+    one multiplier.
+    """
+    m, M = params[0], params[1]
+    fx, fw = pulls(params, t, y)
+    lam = product(y, 6, 6) / m - fx * y[2]
+    mu = product(y, 9, 9) / M - fw * y[5]
+    both = 2.0 * product(y, 6, 9) / (m * M) - fx * y[5] / m - fw * y[2] / M
+    nu = both / (1.0 / m + 1.0 / M)
+    for i in range(3):
+        out[i] = y[6 + i] / m
+        out[3 + i] = y[9 + i] / M
+        out[6 + i] = -(lam * y[i] + nu * y[3 + i])
+        out[9 + i] = -(mu * y[3 + i] + nu * y[i])
+    out[8] = out[8] - fx
+    out[11] = out[11] - fw
+
+
+@field
+def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    """∂H/∂q = ∂V/∂q, ∂H/∂p = (p_x/m, p_w/M)."""
+    for i in range(3):
+        dq[i] = 0.0 * q[i]
+        dq[3 + i] = 0.0 * q[i]
+        dp[i] = p[i] / params[0]
+        dp[3 + i] = p[3 + i] / params[1]
+    fx, fw = pulls(params, t, q)
+    dq[2] = dq[2] + fx
+    dq[5] = dq[5] + fw
+
+
+@field
+def orthonormality(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    """½(|x|² − 1), ½(|w|² − 1), (x, w) and their Jacobian."""
+    g[0] = 0.5 * (product(q, 0, 0) - 1.0)
+    g[1] = 0.5 * (product(q, 3, 3) - 1.0)
+    g[2] = product(q, 0, 3)
+    for i in range(3):
+        G[i] = 1.0 * q[i]
+        G[3 + i] = 0.0 * q[i]
+        G[6 + i] = 0.0 * q[i]
+        G[9 + i] = 1.0 * q[3 + i]
+        G[12 + i] = 1.0 * q[3 + i]
+        G[15 + i] = 1.0 * q[i]
+
+
+@field
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """H = |p_x|²/2m + |p_w|²/2M + V."""
+    kinetic = 0.5 * (product(y, 6, 6) / params[0] + product(y, 9, 9) / params[1])
+    fx, fw = pulls(params, t, y)
+    return kinetic + fx * y[2] + 0.5 * fw * y[5]
+
+
+@field
+def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Angular momentum about the vertical."""
+    return (y[0] * y[7] - y[1] * y[6]) + (y[3] * y[10] - y[4] * y[9])
+
+
+@field
+def first_length(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """|x|² − 1."""
+    return product(y, 0, 0) - 1.0
+
+
+@field
+def second_length(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """|w|² − 1."""
+    return product(y, 3, 3) - 1.0
+
+
+@field
+def right_angle(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(x, w)."""
+    return product(y, 0, 3)
+
+
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """0: det(G M⁻¹ Gᵀ) is constant on the manifold; see `double_pendulum`."""
+    return 0.0 * y[0]
+
+
+@field
+def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """½(|x|² − 1), ½(|w|² − 1), (x, w) and their rates."""
+    m, M = params[0], params[1]
+    out[0] = 0.5 * (product(y, 0, 0) - 1.0)
+    out[1] = 0.5 * (product(y, 3, 3) - 1.0)
+    out[2] = product(y, 0, 3)
+    out[3] = product(y, 0, 6) / m
+    out[4] = product(y, 3, 9) / M
+    out[5] = product(y, 3, 6) / m + product(y, 0, 9) / M
+
+
+def initial(
+    problem: Problem, spin: tuple[float, float, float] = (0.3, -0.4, 0.9)
+) -> npt.NDArray[np.float64]:
+    """Return a state whose frame turns with the angular velocity `spin`."""
+    x, w = np.array([0.6, 0.0, -0.8]), np.array([0.0, 1.0, 0.0])
+    m, M = problem.params[:2]
+    return np.concatenate([x, w, m * np.cross(spin, x), M * np.cross(spin, w)])
+
+
+def problem(
+    first: float = 1.0,
+    second: float = 0.6,
+    weight: float = 0.8,
+    stiffness: float = 1.3,
+    season: float = 0.4,
+    separable: bool = True,
+) -> Problem:
+    """Return orthonormal vectors x, w with masses m, M in a field along the vertical.
+
+    ::
+
+        H = |p_x|²/2m + |p_w|²/2M + weight (1 + ε cos 2t) x₃ + ½ stiffness w₃²
+
+    on the Stiefel manifold V(3, 2). Conserved: the angular momentum about the vertical, and with
+    ε = 0 the energy. Forms: ODE and Hamiltonian, with three constraints.
+
+    Parameters
+    ----------
+    separable : bool
+        Whether the Hamiltonian form says that it is separable, as it is.
+
+    References
+    ----------
+    E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., VII.5.5, on rigid
+    bodies by constraints.
+    """
+    invariants = {"angular-momentum": angular_momentum}
+    return Problem(
+        name="frame-in-field",
+        pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
+        params=np.array([first, second, weight, stiffness, season]),
+        field=motion,
+        hamiltonian=Hamiltonian(gradients, orthonormality, 3, separable),
+        invariants=invariants if season else {**invariants, "energy": energy},
+        constraints={
+            "first-length": first_length,
+            "second-length": second_length,
+            "right-angle": right_angle,
+        },
+        measure=Measure(log_density, manifold, 6),
+        parameters={
+            "first": first,
+            "second": second,
+            "weight": weight,
+            "stiffness": stiffness,
+            "season": season,
+            "separable": separable,
+        },
+    )

@@ -1,0 +1,160 @@
+"""Carl Neumann's system: a point on a sphere in a quadratic potential."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernels.compiling.recorded import Recorded, field, helper
+from ...kernels.numbers.arithmetic import cos
+from ..forms import Hamiltonian, Measure
+from ..natural import natural_on_sphere
+from ..problem import Problem
+from .spherical_pendulum import unit_sphere
+
+__all__ = ["initial", "problem"]
+
+# params = [ε, a_1, …, a_n], y = (q, p)
+
+
+@helper
+def strength(params: Any, t: Any) -> Any:
+    """φ = 1 + ε cos 2t."""
+    return 1.0 + params[0] * cos(2.0 * t)
+
+
+@field
+def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """q̇ = p, ṗ = −φAq + λq, λ = (φ(q, Aq) − (p, p))/(q, q), φ = 1 + ε cos 2t."""
+    n = len(y) // 2
+    phi = strength(params, t)
+    qq, qaq, pp = y[0] * y[0], params[1] * y[0] * y[0], y[n] * y[n]
+    for i in range(1, n):
+        qq += y[i] * y[i]
+        qaq += params[1 + i] * y[i] * y[i]
+        pp += y[n + i] * y[n + i]
+    multiplier = (phi * qaq - pp) / qq
+    for i in range(n):
+        out[i] = 1.0 * y[n + i]
+        out[n + i] = (multiplier - phi * params[1 + i]) * y[i]
+
+
+@field
+def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+    """∂V/∂q = φAq."""
+    phi = strength(params, t)
+    for i in range(len(q)):
+        out[i] = phi * params[1 + i] * q[i]
+
+
+@field
+def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    """∂H/∂q = φAq, ∂H/∂p = p."""
+    phi = strength(params, t)
+    for i in range(len(q)):
+        dq[i] = phi * params[1 + i] * q[i]
+        dp[i] = 1.0 * p[i]
+
+
+@field
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """H = ½((p, p) + φ(q, Aq)); with ε = 0 it is ½ Σ a_k F_k on T*S^(n−1)."""
+    n = len(y) // 2
+    kinetic, potential = y[n] * y[n], params[1] * y[0] * y[0]
+    for i in range(1, n):
+        kinetic += y[n + i] * y[n + i]
+        potential += params[1 + i] * y[i] * y[i]
+    return 0.5 * (kinetic + strength(params, t) * potential)
+
+
+def uhlenbeck(k: int) -> Recorded:
+    """F_k = q_k² + Σ_{j≠k} (q_k p_j − q_j p_k)²/(a_k − a_j)."""
+
+    @field
+    def integral(params: Any, t: Any, y: Any, work: Any) -> Any:
+        n = len(y) // 2
+        total = y[k] * y[k]
+        for j in range(n):
+            if j != k:
+                momentum = y[k] * y[n + j] - y[j] * y[n + k]
+                total += momentum * momentum / (params[1 + k] - params[1 + j])
+        return total
+
+    return integral
+
+
+@field
+def sphere(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(q, q) − 1."""
+    total = -1.0 + 0.0 * y[0]
+    for i in range(len(y) // 2):
+        total += y[i] * y[i]
+    return total
+
+
+@field
+def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(q, p)."""
+    n = len(y) // 2
+    total = y[0] * y[n]
+    for i in range(1, n):
+        total += y[i] * y[n + i]
+    return total
+
+
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """0: the symplectic volume of T*S^(n−1)."""
+    return 0.0 * y[0]
+
+
+@field
+def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """½((q, q) − 1) and (q, p)."""
+    out[0] = 0.5 * sphere(params, t, y, work)
+    out[1] = tangency(params, t, y, work)
+
+
+def initial(n: int = 3) -> npt.NDArray[np.float64]:
+    """Return a state on T*S^(n−1)."""
+    q = np.cos(0.4 + 1.3 * np.arange(n))
+    q /= np.linalg.norm(q)
+    p = np.sin(1.0 + 2.1 * np.arange(n))
+    return np.concatenate([q, p - q * (q @ p)])
+
+
+def problem(a: Sequence[float] = (0.5, 1.3, 2.6), season: float = 0.0) -> Problem:
+    """Return the system of Neumann, H = ½(p, p) + ½φ(t)(q, Aq) on |q| = 1, A = diag(a).
+
+    φ = 1 + ε cos 2t. Conserved with ε = 0: H and the n integrals F_k of K. Uhlenbeck, quadratic in
+    p, with Σ F_k = 1 on T*S^(n−1); a_1, …, a_n are different. Forms: ODE, Hamiltonian (separable),
+    splitting.
+
+    Parameters
+    ----------
+    a : sequence of n ≥ 2 numbers
+    season : float
+        ε.
+
+    References
+    ----------
+    C. Neumann, J. reine angew. Math. 56 (1859) 46; J. Moser, *Geometry of quadrics and spectral
+    theory*, The Chern Symposium 1979, Springer 1980, 147.
+    """
+    n = len(a)
+    integrals = {"energy": energy, **{f"F{k + 1}": uhlenbeck(k) for k in range(n)}}
+    return Problem(
+        name=f"neumann-{n}",
+        pieces=(("q", n), ("p", n)),
+        params=np.array([season, *a]),
+        field=motion,
+        hamiltonian=Hamiltonian(gradients, unit_sphere, 1, separable=True),
+        splitting=natural_on_sphere(potential_gradient),
+        invariants={} if season else integrals,
+        constraints={"sphere": sphere, "tangency": tangency},
+        measure=Measure(log_density, manifold, 2),
+        parameters={"a": list(a), "season": season},
+    )

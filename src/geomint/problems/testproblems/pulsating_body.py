@@ -1,0 +1,110 @@
+"""A body that changes its shape while it turns: SO(3) acting on vectors, in time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...kernels.compiling.recorded import field, helper
+from ...kernels.numbers.arithmetic import cos
+from ..forms import GroupAction, Measure
+from ..groups import so3
+from ..problem import Problem
+
+__all__ = ["INITIAL", "problem"]
+
+INITIAL = np.array([0.7, -0.4, 1.1, 0.48, 0.6, -0.64])
+
+
+@helper
+def angular_velocity(params: Any, t: Any, y: Any, i: int) -> Any:
+    """Ω_i = m_i / (I_i (1 + ε_i cos ω_i t)) + κ_i γ_i."""
+    inertia = params[i] * (1.0 + params[3 + i] * cos(params[6 + i] * t))
+    return y[i] / inertia + params[9 + i] * y[3 + i]
+
+
+@field
+def generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ = −Ω: the vectors turn against the body."""
+    for i in range(3):
+        out[i] = -angular_velocity(params, t, y, i)
+
+
+@field
+def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ṁ = m × Ω, γ̇ = γ × Ω."""
+    w0 = angular_velocity(params, t, y, 0)
+    w1 = angular_velocity(params, t, y, 1)
+    w2 = angular_velocity(params, t, y, 2)
+    for i in range(0, 6, 3):
+        out[i] = y[i + 1] * w2 - y[i + 2] * w1
+        out[i + 1] = y[i + 2] * w0 - y[i] * w2
+        out[i + 2] = y[i] * w1 - y[i + 1] * w0
+
+
+@field
+def momentum_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(m, m)."""
+    return y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+
+
+@field
+def direction_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(γ, γ)."""
+    return y[3] * y[3] + y[4] * y[4] + y[5] * y[5]
+
+
+@field
+def inclination(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(m, γ)."""
+    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
+
+
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """0: the divergence of (m × Ω, γ × Ω) vanishes in R⁶."""
+    return 0.0 * y[0]
+
+
+def problem(
+    inertia: tuple[float, float, float] = (1.0, 1.6, 2.3),
+    pulse: tuple[float, float, float] = (0.3, -0.2, 0.25),
+    frequencies: tuple[float, float, float] = (1.0, 1.7, 0.6),
+    rotor: tuple[float, float, float] = (0.5, -0.3, 0.2),
+) -> Problem:
+    """Return a body of pulsating shape, seen from itself: angular momentum m and a fixed line γ.
+
+    ::
+
+        ṁ = m × Ω,   γ̇ = γ × Ω,   Ω_i = m_i / (I_i (1 + ε_i cos ω_i t)) + κ_i γ_i
+
+    Principal moments I that change with time by prescribed motions of masses that carry no angular
+    momentum, and rotors that are turned as γ directs. Both vectors are turned by one element of
+    SO(3), whose generator depends on time and state and does not commute with itself. Conserved:
+    (m, m), (γ, γ), (m, γ). Parameters: I, ε, ω, κ. Forms: ODE and group action.
+
+    References
+    ----------
+    The torque-free body with time-dependent inertia: J. E. Marsden, T. S. Ratiu, *Introduction to
+    Mechanics and Symmetry*, 2nd ed., chapter 15.
+    """
+    return Problem(
+        name="pulsating-body",
+        pieces=(("m", 3), ("gamma", 3)),
+        params=np.concatenate([inertia, pulse, frequencies, rotor]),
+        field=motion,
+        action=GroupAction(generator, so3(2)),
+        invariants={
+            "momentum-squared": momentum_squared,
+            "direction-squared": direction_squared,
+            "inclination": inclination,
+        },
+        measure=Measure(log_density),
+        parameters={
+            "inertia": list(inertia),
+            "pulse": list(pulse),
+            "frequencies": list(frequencies),
+            "rotor": list(rotor),
+        },
+    )

@@ -1,0 +1,148 @@
+"""A flow on so(n) × Rⁿ (and SO(n)) along orbits of SO(n), in any dimension, in time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernels.compiling.recorded import field, helper
+from ...kernels.groups.so_n import unpack_skew
+from ...kernels.numbers.arithmetic import cos
+from ...kernels.numbers.blocks import part
+from ..forms import GroupAction
+from ..groups import so_n
+from ..problem import Problem
+
+__all__ = ["initial", "problem"]
+
+
+@helper
+def coefficients(params: Any, t: Any, y: Any, n: int, out: Any) -> None:
+    """ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j), i < j, as a flat triangle."""
+    size = n * (n - 1) // 2
+    at = 0
+    for i in range(n):
+        season = 1.0 + params[0] * cos(t + 1.0 * i)
+        for j in range(i + 1, n):
+            drag = (params[1 + j] - params[1 + i]) * y[size + i] * y[size + j]
+            out[at] = -(params[1 + n + at] * season * y[at] + drag)
+            at += 1
+
+
+@helper
+def dimension(params: Any) -> int:
+    """Return n, of 1 + n + n(n − 1)/2 parameters."""
+    n = 2
+    while 1 + n + n * (n - 1) // 2 < len(params):
+        n += 1
+    return n
+
+
+@field
+def generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """ξ as a flat triangle."""
+    coefficients(params, t, y, dimension(params), out)
+
+
+@field
+def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """k̇ = ξk − kξ, γ̇ = ξγ, and, where the state has a frame, ġ = −gξ."""
+    n = dimension(params)
+    size = n * (n - 1) // 2
+    flat = part(work, 0, size)
+    x = part(work, size, n * n)
+    k = part(work, size + n * n, n * n)
+    coefficients(params, t, y, n, flat)
+    unpack_skew(n, flat, x)
+    unpack_skew(n, part(y, 0, size), k)
+    at = 0
+    for i in range(n):
+        for j in range(i + 1, n):
+            total = 0.0 * y[0]
+            for m in range(n):
+                total += x[i * n + m] * k[m * n + j] - k[i * n + m] * x[m * n + j]
+            out[at] = total
+            at += 1
+    for i in range(n):
+        total = 0.0 * y[0]
+        for m in range(n):
+            total += x[i * n + m] * y[size + m]
+        out[size + i] = total
+    start = size + n
+    if len(y) > start:
+        for i in range(n):
+            for j in range(n):
+                total = 0.0 * y[0]
+                for m in range(n):
+                    total -= y[start + i * n + m] * x[m * n + j]
+                out[start + i * n + j] = total
+
+
+@field
+def momentum_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Σ_{i<j} k_ij²."""
+    n = dimension(params)
+    total = y[0] * y[0]
+    for i in range(1, n * (n - 1) // 2):
+        total += y[i] * y[i]
+    return total
+
+
+@field
+def direction_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(γ, γ)."""
+    n = dimension(params)
+    size = n * (n - 1) // 2
+    total = y[size] * y[size]
+    for i in range(1, n):
+        total += y[size + i] * y[size + i]
+    return total
+
+
+def initial(n: int = 4, frame: bool = False) -> npt.NDArray[np.float64]:
+    """Return a state with |γ| = 1 and, with a frame, g = 1."""
+    k = 0.9 + 0.7 * np.cos(2.0 + 1.7 * np.arange(n * (n - 1) // 2))
+    gamma = np.sin(1.0 + 1.3 * np.arange(n))
+    parts = [k, gamma / np.linalg.norm(gamma)]
+    return np.concatenate([*parts, np.eye(n).ravel()] if frame else parts)
+
+
+def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
+    """Return a flow of a skew matrix k and a vector γ, both turned by one element of SO(n).
+
+    ::
+
+        k̇ = [ξ, k],   γ̇ = ξγ,   (ġ = −gξ,)
+        ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j)
+
+    for i < j: a rigid body on SO(n) with inertia that changes in time and a coupling to γ. With
+    c_ij = 1/(1 + i/2 + j/3 …) generic, the generator depends on time and state and does not commute
+    with itself. Conserved: the spectrum of k, (γ, γ), gγ, gkgᵀ. Forms: ODE and group action.
+
+    Parameters
+    ----------
+    n : int
+        At least 2.
+    season : float
+        ε.
+    frame : bool
+        Whether g, n×n row after row, is part of the state.
+    """
+    a = 1.0 + 0.6 * np.arange(n)
+    c = np.array([1.0 / (1.0 + 0.5 * i + 0.3 * j) for i in range(n) for j in range(i + 1, n)])
+    pieces = (("k", len(c)), ("gamma", n))
+    return Problem(
+        name=f"so-{n}-flow",
+        pieces=(*pieces, ("g", n * n)) if frame else pieces,
+        params=np.concatenate([[season], a, c]),
+        field=motion,
+        action=GroupAction(generator, so_n(n, "adjoint", "vector", *(("frame",) if frame else ()))),
+        work=len(c) + 2 * n * n,
+        invariants={
+            "momentum-squared": momentum_squared,
+            "direction-squared": direction_squared,
+        },
+        parameters={"n": n, "season": season, "frame": frame},
+    )

@@ -1,0 +1,117 @@
+"""The spherical pendulum: a point on the unit sphere in constant gravity."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...kernels.compiling.recorded import field
+from ..forms import Hamiltonian, Measure
+from ..natural import natural_on_sphere
+from ..problem import Problem
+
+__all__ = ["INITIAL", "problem", "unit_sphere"]
+
+INITIAL = np.array([0.6, 0.0, -0.8, 0.2, 0.9, 0.15])
+
+
+@field
+def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """q̇ = p, ṗ = −g e₃ − λq, λ = ((p, p) − g q₃)/(q, q)."""
+    q2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+    p2 = y[3] * y[3] + y[4] * y[4] + y[5] * y[5]
+    multiplier = (p2 - params[0] * y[2]) / q2
+    for i in range(3):
+        out[i] = 1.0 * y[3 + i]
+        out[3 + i] = -multiplier * y[i]
+    out[5] = out[5] - params[0]
+
+
+@field
+def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+    """∂H/∂q = g e₃, ∂H/∂p = p."""
+    for i in range(3):
+        dq[i] = 0.0 * q[i]
+        dp[i] = 1.0 * p[i]
+    dq[2] = dq[2] + params[0]
+
+
+@field
+def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+    """∂V/∂q = g e₃."""
+    out[0] = 0.0 * q[0]
+    out[1] = 0.0 * q[0]
+    out[2] = params[0] + 0.0 * q[0]
+
+
+@field
+def unit_sphere(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+    """½((q, q) − 1) and its Jacobian q, in any dimension."""
+    total = q[0] * q[0]
+    for i in range(1, len(q)):
+        total += q[i] * q[i]
+    g[0] = 0.5 * (total - 1.0)
+    for i in range(len(q)):
+        G[i] = 1.0 * q[i]
+
+
+@field
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """H = ½(p, p) + g q₃."""
+    return 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) + params[0] * y[2]
+
+
+@field
+def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """q₁p₂ − q₂p₁."""
+    return y[0] * y[4] - y[1] * y[3]
+
+
+@field
+def sphere(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(q, q) − 1."""
+    return (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) - 1.0
+
+
+@field
+def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """(q, p)."""
+    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
+
+
+@field
+def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """0: δ(½|q|² − ½) δ((q, p)) dq dp is the symplectic volume of T*S²."""
+    return 0.0 * y[0]
+
+
+@field
+def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """½((q, q) − 1) and (q, p)."""
+    out[0] = 0.5 * sphere(params, t, y, work)
+    out[1] = tangency(params, t, y, work)
+
+
+def problem(gravity: float = 1.0) -> Problem:
+    """Return the spherical pendulum, H = ½(p, p) + g q₃ on |q| = 1, unit mass and length.
+
+    Conserved: the energy and the angular momentum about the vertical, which is quadratic. Forms:
+    ODE, Hamiltonian (separable) and splitting.
+
+    References
+    ----------
+    E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., VII.1.2.
+    """
+    return Problem(
+        name="spherical-pendulum",
+        pieces=(("q", 3), ("p", 3)),
+        params=np.array([gravity]),
+        field=motion,
+        hamiltonian=Hamiltonian(gradients, unit_sphere, 1, separable=True),
+        splitting=natural_on_sphere(potential_gradient),
+        invariants={"energy": energy, "angular-momentum": angular_momentum},
+        constraints={"sphere": sphere, "tangency": tangency},
+        measure=Measure(log_density, manifold, 2),
+        parameters={"gravity": gravity},
+    )

@@ -1,0 +1,103 @@
+"""One call of a function, in plain Python, on blocks that watch what it does to them."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import numpy as np
+
+from ..errors import DeclarationError
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.watched import AccessError, Fresh, Given
+from .habits import habit_of
+
+__all__ = ["watched_call"]
+
+
+def watched_call(
+    problem: str | None, role: str, f: Recorded, arguments: dict[str, Any], number: bool = False
+) -> bool:
+    """Call a function, and raise `DeclarationError` for what its kind may not do.
+
+    Parameters
+    ----------
+    problem, role : str
+        What the error names: the problem, and what the function is to it.
+    arguments : dict of str to number or block
+        By the names of the kind. All rows of every `Fresh` block but ``work`` must be written.
+    number : bool
+        Whether the function returns a number.
+
+    Returns
+    -------
+    bool
+        Whether it came to its end. One that divides by zero, or leaves its domain, is not judged by
+        what it had not done until then: the run will tell.
+    """
+    if not _takes(f, len(arguments)):
+        wanted = ", ".join(arguments)
+        what = f"takes {inspect.signature(f.function)}, where ({wanted}) is wanted {_place(f)}"
+        raise DeclarationError(problem, role, what)
+    habit = habit_of(f)
+    if habit is not None:
+        raise DeclarationError(problem, role, f"{habit.what} {_at(habit.function, habit.line)}")
+    try:
+        with np.errstate(all="ignore"):
+            result = f(*arguments.values())
+    except AccessError as error:
+        what = f"{error} {_place(f, error)}"
+        raise DeclarationError(problem, role, what, error.name, error.index, error.size) from None
+    except (ArithmeticError, ValueError):
+        return False
+    except (TypeError, NameError, AttributeError, LookupError, RecursionError) as error:
+        what = f"raises {type(error).__name__}: {_told(error)} {_place(f, error)}"
+        raise DeclarationError(problem, role, what) from error
+    if number:
+        real = isinstance(result, int | float | np.number | np.bool_)
+        if not real or isinstance(result, np.complexfloating):
+            what = f"returns {result!r}, where a number is wanted {_place(f)}"
+            raise DeclarationError(problem, role, what)
+    for name, block in arguments.items():
+        if isinstance(block, Fresh) and name != "work" and block.unwritten is not None:
+            row, returned = block.unwritten, "" if result is None else f"; it returns {result!r}"
+            what = (
+                f"never writes row {row} of {name}, which has {block.count}{returned} {_place(f)}"
+            )
+            raise DeclarationError(problem, role, what, name, row, block.size)
+    return True
+
+
+def _takes(f: Recorded, count: int) -> bool:
+    """Tell whether a function can be called with so many arguments."""
+    code, defaults = f.function.__code__, f.function.__defaults__ or ()
+    if code.co_kwonlyargcount > len(getattr(f.function, "__kwdefaults__", None) or {}):
+        return False
+    most = np.inf if code.co_flags & inspect.CO_VARARGS else code.co_argcount
+    return code.co_argcount - len(defaults) <= count <= most
+
+
+def _place(f: Recorded, error: BaseException | None = None) -> str:
+    """Return where an error came from: the function, its file, and the line there."""
+    code = f.function.__code__
+    line, trace = code.co_firstlineno, error.__traceback__ if error else None
+    while trace is not None:
+        if trace.tb_frame.f_code is code:
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return _at(f.function, line)
+
+
+def _at(function: Any, line: int | None) -> str:
+    file = function.__code__.co_filename
+    return f"({function.__name__}, {file if line is None else f'{file}:{line}'})"
+
+
+def _told(error: Exception) -> str:
+    """Return what an error says, and what blocks are where arithmetic of arrays was meant."""
+    text = (
+        str(error).replace(f"'{Fresh.__name__}'", "block").replace(f"'{Given.__name__}'", "block")
+    )
+    if text == str(error):
+        return text
+    return f"{text}; blocks (params, y, out, work) have rows, no arithmetic: write loops over rows"

@@ -1,0 +1,1 @@
+"""Runs: from an initial state to a solution, and to its file."""

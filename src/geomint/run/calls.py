@@ -1,0 +1,82 @@
+"""What `geomint.solve` does not take, and what to write instead: for users of other solvers."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, ParamSpec, TypeVar
+
+from ..errors import ArgumentError, nearest, told
+from ..problems.problem import Problem
+
+__all__ = ["explained"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+_END = "t_end=…, every run begins at time 0"
+_TOLERANCE = "method=geomint.RungeKutta('dop853', adaptive=True, {}=…); else step=…"
+_INSTEAD = {
+    **dict.fromkeys(("t_span", "tspan", "t_max", "tmax", "t_final", "t_bound"), _END),
+    **{name: _TOLERANCE.format(name) for name in ("rtol", "atol", "max_step")},
+    **dict.fromkeys(("first_step", "h", "h0", "dt"), "step=…"),
+    **dict.fromkeys(("fun", "func", "f", "rhs"), "problem=geomint.Problem(…, field=…)"),
+    **dict.fromkeys(("args", "p"), "params=… of the problem"),
+    "events": "observe=… to watch quantities; there are no events",
+    "dense_output": "t_eval=…, the times at which states are wanted",
+    "t": "t_eval=…, the times at which states are wanted",
+}
+_NEEDLESS = {
+    "vectorized": "fields are compiled",
+    **dict.fromkeys(("jac", "Dfun", "jac_sparsity"), "implicit steps take no Jacobian"),
+}
+_FUNCTION = (
+    "a geomint.Problem, not a function: write it as f(params, t, y, out, work), record it with "
+    "geomint.field, and give geomint.Problem(name, (('y', rows),), field=f)"
+)
+
+
+def explained(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the function, whose wrong arguments are an `ArgumentError` that says what is right."""
+    parameters = inspect.signature(function).parameters.values()
+    by_name = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY}
+
+    @functools.wraps(function)
+    def asked(*args: P.args, **options: P.kwargs) -> R:
+        if len(args) != 2 or not isinstance(args[0], Problem) or not options.keys() <= by_name:
+            _check(function, args, options)
+        return function(*args, **options)
+
+    return asked
+
+
+def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping[str, Any]) -> None:
+    """Raise `ArgumentError` unless a call has the arguments that the function takes."""
+    name = f"geomint.{function.__name__}"
+    problem = args[0] if args else options.get("problem")
+    if callable(problem) and not isinstance(problem, Problem):
+        raise ArgumentError(f"{name} takes {_FUNCTION}")
+    known = list(inspect.signature(function).parameters)
+    unknown = [option for option in options if option not in known]
+    if unknown:
+        told_each = [f"no {o!r}{_instead(o, known)}" for o in unknown]
+        raise ArgumentError(f"{name} has {'; '.join(told_each)}", tuple(unknown))
+    if len(args) > 2:
+        expected = "give all further ones by name, such as t_end=20.0 (every run begins at time 0)"
+        what = f"a problem and an initial state, not {len(args)} arguments: {expected}"
+        raise ArgumentError(f"{name} takes {what}")
+    try:
+        inspect.signature(function).bind(*args, **options)
+    except TypeError as error:
+        raise ArgumentError(f"{name}: {error}: expected a problem and an initial state") from None
+    if not isinstance(problem, Problem):
+        raise ArgumentError(f"problem = {told(problem)}: expected a geomint.Problem")
+
+
+def _instead(option: str, known: list[str]) -> str:
+    if option in _INSTEAD:
+        return f": write {_INSTEAD[option]}"
+    if option in _NEEDLESS:
+        return f": leave it out, {_NEEDLESS[option]}"
+    return f".{nearest(option, known)}"

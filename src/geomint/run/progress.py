@@ -1,0 +1,143 @@
+"""Progress on a terminal for runs longer than a second, word of compilations, and Ctrl-C."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+import warnings
+from types import FrameType, TracebackType
+from typing import Any
+
+from ..errors import GeomintWarning
+
+__all__ = ["DAY", "HOUR", "Progress", "time_in_words"]
+
+_DELAY = 1.0
+HOUR, DAY = 3600.0, 86400.0
+_UNITS = (("years", 365.25 * DAY), ("days", DAY), ("hours", HOUR), ("minutes", 60.0))
+
+
+def time_in_words(seconds: float) -> str:
+    """Return a time to two digits: ``0.2 seconds``, ``14 hours``, ``1.6e+04 years``."""
+    unit, size = next(((u, s) for u, s in _UNITS if seconds >= 2.0 * s), ("seconds", 1.0))
+    count = seconds / size
+    return f"{count:.0f} {unit}" if 9.5 <= count < 1e4 else f"{count:.2g} {unit}"
+
+
+class Progress:
+    """A bar with rate and time left, shown once a run has lasted a second.
+
+    A first Ctrl-C during the run is seen by the next `update`, which raises KeyboardInterrupt where
+    everything that was computed is at rest; a second one interrupts at once.
+
+    A run that at its pace would take longer than a day is warned of, after a second, or later if
+    it becomes slower. A day: the bar tells those who look at it, and runs of hours are meant;
+    beyond, an end or a step is more likely to be a mistake.
+
+    Parameters
+    ----------
+    show : bool or None
+        None: only if standard error is a terminal.
+    total : float or None
+        In whatever unit `update` is called with; None if it is not known.
+    label : str
+    """
+
+    def __init__(self, show: bool | None, total: float | None, label: str) -> None:
+        self.shown = sys.stderr.isatty() if show is None else show
+        self.compile_seconds = 0.0
+        self._total, self._label = total, label
+        self._start = time.perf_counter()
+        self._bar: Any = None
+        self._task: Any = None
+        self._ended: Any = None
+        self._interrupted = False
+        self._handler: Any = None
+        self._next_look = _DELAY
+
+    def __enter__(self) -> Progress:
+        from ..kernels.compiling.compile import listen
+
+        self._ended = listen(self._compilation)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._ended()
+        if self._bar is not None:
+            self._bar.stop()
+        if self._handler is not None:
+            signal.signal(signal.SIGINT, self._handler)
+            if self._interrupted and kind is None:
+                raise KeyboardInterrupt
+
+    def _compilation(self, name: str, seconds: float | None) -> None:
+        if seconds is not None:
+            self.compile_seconds += seconds
+        elif self.shown and self._bar is None:
+            print(f"geomint: compiling {name} (once; kept in the cache)", file=sys.stderr)
+
+    def begin(self) -> None:
+        """Start the clock of the run, after compilation, and take Ctrl-C over."""
+        self._start = time.perf_counter()
+        if threading.current_thread() is threading.main_thread():
+            handler = signal.getsignal(signal.SIGINT)
+            if handler is signal.default_int_handler:  # else somebody has taken it over already
+                self._handler = handler
+                signal.signal(signal.SIGINT, self._interrupt)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if self._interrupted:
+            raise KeyboardInterrupt
+        self._interrupted = True
+
+    def update(self, done: float) -> None:
+        """Show how far the run is; raise KeyboardInterrupt after Ctrl-C."""
+        if self._interrupted:
+            self._interrupted = False
+            raise KeyboardInterrupt
+        elapsed = max(time.perf_counter() - self._start, 1e-9)
+        if elapsed > self._next_look:
+            self._look(done, elapsed)
+        if not self.shown or (self._bar is None and elapsed < _DELAY):
+            return
+        if self._bar is None:
+            self._open()
+        self._bar.update(self._task, completed=done, rate=f"{done / elapsed:.3g}/s")
+
+    def _look(self, done: float, elapsed: float) -> None:
+        """Warn, once, if the run would take longer than a day; look again after as long a time."""
+        self._next_look = 2.0 * elapsed
+        expected = elapsed * (self._total or 0.0) / done if done > 0.0 else 0.0
+        if expected > DAY:
+            self._next_look = float("inf")
+            text = f"at its pace this run takes about {time_in_words(expected)}"
+            warnings.warn(text, GeomintWarning, stacklevel=8)  # who called `solve`
+
+    def _open(self) -> None:
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            Progress as RichProgress,
+            TaskProgressColumn,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+
+        self._bar = RichProgress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TaskProgressColumn(),
+            TextColumn("{task.fields[rate]}"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            transient=True,
+        )
+        self._task = self._bar.add_task(self._label, total=self._total, rate="")
+        self._bar.start()

@@ -1,0 +1,156 @@
+"""Where a result comes from: everything that is needed to get it again."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..methods.method import Method
+from ..scene import Scene
+from .solution import Solution
+
+__all__ = [
+    "environment",
+    "finite_json",
+    "json_text",
+    "method_record",
+    "run_provenance",
+    "run_record",
+    "scene_record",
+]
+
+_PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "matplotlib")
+
+
+def environment() -> dict[str, Any]:
+    """Return versions, processor and platform."""
+    return {
+        "versions": {
+            "geomint": __version__,
+            "python": platform.python_version(),
+            **{name: _version(name) for name in _PACKAGES},
+        },
+        "cpu": cpu_model(),
+        "cores": os.cpu_count(),
+        "platform": platform.platform(),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def run_provenance(
+    solution: Solution,
+    scene: Scene | None = None,
+    command: str | None = None,
+    seed: int | None = None,
+) -> dict[str, Any]:
+    """Return all about a run, in numbers and strings that JSON can hold.
+
+    Parameters
+    ----------
+    solution : Solution
+    scene : Scene, optional
+        What was asked for, with all that the command line changed.
+    command : str, optional
+        The command line that does it again.
+    seed : int, optional
+        Of the random numbers, where there are any.
+    """
+    return {**environment(), **scene_record(scene, command, seed), **run_record(solution)}
+
+
+def scene_record(
+    scene: Scene | None, command: str | None = None, seed: int | None = None
+) -> dict[str, Any]:
+    """Return what was asked for, and by which command."""
+    return {
+        "scene": None if scene is None else scene.sections,
+        "scene_name": None if scene is None else scene.name,
+        "scene_toml": None if scene is None else scene.toml(),
+        "scene_hash": None if scene is None else scene.hash,
+        "notes": [] if scene is None else list(scene.notes),
+        "command": command,
+        "seed": seed,
+    }
+
+
+def run_record(solution: Solution) -> dict[str, Any]:
+    """Return what was integrated, how, and at what cost."""
+    problem = solution.problem
+    return {
+        "problem": problem.name,
+        "pieces": [[name, rows] for name, rows in problem.pieces],
+        "parameters": finite_json(dict(problem.parameters)),
+        "time": problem.time,
+        "drift_time": solution.drift_time,
+        "end": finite_json(float(solution.tau[-1])) if len(solution.tau) else None,
+        **method_record(solution.method),
+        "step": solution.step,
+        "step_sizes": solution.step_sizes._asdict(),
+        "steps": solution.steps,
+        "rejected": solution.rejected,
+        "iterations": solution.iterations,
+        "field_evaluations": solution.evaluations,
+        "compile_seconds": round(solution.compile_seconds, 6),
+        "run_seconds": round(solution.run_seconds, 6),
+        "watching_seconds": round(solution.watching_seconds, 6),
+        "status": solution.status,
+        "message": solution.message,
+    }
+
+
+def method_record(method: Method) -> dict[str, Any]:
+    """Return a method's name, order and options."""
+    return {
+        "method": method.name,
+        "order": method.order,
+        "method_options": finite_json(method.options),
+    }
+
+
+def cpu_model() -> str:
+    """Return the name of the processor, as well as the platform tells it."""
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+            key, _, name = line.partition(":")
+            if key.strip() == "model name":
+                return name.strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def finite_json(value: Any) -> Any:
+    """Return `value` in JSON's own kinds; what is not finite becomes None."""
+    if isinstance(value, Mapping):
+        return {str(key): finite_json(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return finite_json(value.tolist())
+    if isinstance(value, list | tuple):
+        return [finite_json(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, str | int | bool):
+        return value
+    return repr(value)
+
+
+def json_text(record: Mapping[str, Any]) -> str:
+    """Return a record as the text of a file of strict JSON."""
+    return json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _version(package: str) -> str | None:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

@@ -1,0 +1,263 @@
+"""The recorder: gathers saved states and observations while a run goes on."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import GeomintWarning, StepError
+from ..methods.adaptive import AdaptiveStepper
+from ..methods.method import Method
+from ..methods.stepper import Stepper
+from ..problems.evaluate import value
+from ..problems.problem import Problem
+from ..watch.drift import NOT_FINITE, not_finite
+from ..watch.observe import Observers
+from .driver import Account
+from .pace import Pace
+from .saved import State, merged, rounding
+from .solution import Solution, StepSizes
+from .timeline import Timeline, evaluation_times
+
+__all__ = ["Recorder"]
+
+Array = npt.NDArray[np.float64]
+MAX_CLOCK_ITERATIONS = 50
+NEVER = 2**40  # steps
+
+
+class Recorder:
+    """Gathers saved states and observations from the driver's chunks."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        stepper: Stepper,
+        timeline: Timeline,
+        observers: Observers,
+        save_every: int | None,
+        observe_every: int,
+        t_eval: Any,
+    ) -> None:
+        self._problem, self._stepper, self._timeline = problem, stepper, timeline
+        self._adaptive = stepper if isinstance(stepper, AdaptiveStepper) else None
+        self._observers, self._observe_every = observers, observe_every
+        self._save_every = None if save_every is None else int(save_every)
+        self._clock = len(stepper.state) > problem.rows
+        self._wanted = evaluation_times(t_eval, problem, timeline)
+        self._next_wanted = 0
+        self._saved: list[State] = []  # every so many steps
+        self._asked: list[State] = []  # at the times wanted
+        self._before = (0.0, stepper.state.copy())
+        self._number = 0  # of the step that led there
+        self._pace = None if timeline.physical_end is None else Pace(timeline.physical_end)
+        if save_every is not None:
+            self._saved.append(self._before)
+        self.stride = self._stride()
+
+    def _stride(self) -> int:
+        """How often the driver must hand out a state."""
+        physical = self._timeline.physical_end is not None
+        if len(self._wanted) or physical or self._observers.needs_all_states:
+            return 1
+        intervals = [self._save_every] if self._save_every else []
+        if self._observers.windows:
+            intervals.append(self._observe_every)
+        return int(np.gcd.reduce(intervals)) if intervals else max(self._timeline.steps or NEVER, 1)
+
+    @property
+    def physical_time(self) -> float:
+        """Physical time of the last state handed out, where it is integrated."""
+        return float(self._before[1][-1]) if self._clock else self._before[0]
+
+    @property
+    def own_time(self) -> float:
+        """The problem's own time of the last state handed out."""
+        return self._before[0]
+
+    @property
+    def reached(self) -> float:
+        """How far the run is, in the time that its end is given in."""
+        return self._before[0] if self._timeline.physical_end is None else self.physical_time
+
+    def consume(self, indices: npt.NDArray[np.int64], states: Array) -> int | None:
+        """Take a chunk; return the number of the last step if the physical end has been reached."""
+        times, states = self._timed(indices, states)
+        end = self._timeline.physical_end
+        last = None
+        if end is not None and len(states):
+            past = np.flatnonzero(np.sign(end) * states[:, -1] >= abs(end))
+            if len(past):
+                last = int(indices[past[0]]) - 1
+                cut = slice(0, past[0])
+                indices, times, states = indices[cut], times[cut], states[cut]
+        self._evaluate(indices, times, states)
+        watched = indices % self._observe_every == 0
+        if (
+            self._adaptive is not None
+        ):  # the last step that is cut to meet the end counts as partial
+            watched |= times == self._timeline.own_end
+        labels = states[:, -1] if self._clock and end is not None else times
+        step = 0.0 if self._adaptive is not None else self._timeline.h
+        self._observers.add(times, labels, states, watched, step)
+        if self._save_every:
+            for i in np.flatnonzero(indices % self._save_every == 0):
+                self._saved.append((float(times[i]), states[i].copy()))
+        if len(states):
+            self._before = (float(times[-1]), states[-1].copy())
+            self._number = int(indices[-1])
+        if last is not None and end is not None:
+            self._finish_physical(end)
+        elif self._pace is not None:
+            self._pace.reaches(self._number, self._before[0], self.physical_time)
+        return last
+
+    def _timed(self, indices: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+        """Return the problem's own times, and the states without them."""
+        if self._adaptive is not None:
+            return states[:, -1].copy(), states[:, :-1]
+        return self._timeline.at(indices), states
+
+    def catch_up(self, steps: int) -> None:
+        """Take the stepper's state after `steps` steps if it lies beyond the last handed out."""
+        if self._timeline.physical_end is not None:  # every state has been handed out
+            return
+        time = float(self._timeline.at(np.array([steps]))[0])
+        if self._adaptive is not None:
+            time = self._adaptive.time
+        if time != self._before[0]:
+            self._before, self._number = (time, self._stepper.state.copy()), steps
+
+    def finish(self, time: float, state: Array) -> None:
+        """Take the state of a last partial step."""
+        self._evaluate(np.array([self._number]), np.array([time]), state[None, :])
+        self._observers.add(np.array([time]), np.array([time]), state[None, :], np.array([True]))
+        self._before = (time, state.copy())
+
+    def observe_end(self) -> None:
+        """Sample the last state that was reached, if that has not been done on the way."""
+        self._observers.add_end(self._before[0], self.reached, self._before[1])
+
+    def _finish_physical(self, end: float) -> None:
+        time, state = self._at_physical(self._number, *self._before, end)
+        self._evaluate(np.array([self._number]), np.array([time]), state[None, :])
+        self._observers.add(np.array([time]), np.array([end]), state[None, :], np.array([True]))
+        self._before = (time, state)
+
+    def _evaluate(self, indices: npt.NDArray[np.int64], times: Array, states: Array) -> None:
+        """Save states at the wanted physical times up to the end of this chunk."""
+        if self._next_wanted >= len(self._wanted) or not len(times):
+            return
+        sign = np.sign(self._timeline.h)
+        numbers = np.concatenate(([self._number], indices))
+        all_times = np.concatenate(([self._before[0]], times))
+        all_states = np.concatenate((self._before[1][None, :], states))
+        clocks = all_states[:, -1] if self._clock else all_times
+        while self._next_wanted < len(self._wanted):
+            wanted = self._wanted[self._next_wanted]
+            if sign * wanted > sign * clocks[-1]:
+                return
+            i = int(np.searchsorted(sign * clocks, sign * wanted, side="right")) - 1
+            known = (int(numbers[i]), all_times[i], all_states[i])
+            self._asked.append(self._at_physical(*known, wanted))
+            self._next_wanted += 1
+
+    def _at_physical(
+        self, before: int, time: float, state: Array, wanted: float
+    ) -> tuple[float, Array]:
+        """Return (own time, state) at a physical time less than a step from a known state.
+
+        `before` is the number of the step that led to that state.
+        """
+        # Implicit steps of a length in the last bits of the time would only add noise.
+        nothing = rounding(wanted)
+
+        def step(length: float) -> Array:
+            return self._stepper.single_step(state, time, length, before=before)
+
+        if not self._clock:
+            gap = wanted - time
+            return wanted, state.copy() if abs(gap) <= nothing else step(gap)
+        clock = self._problem.clock
+        assert clock is not None
+        rows = self._problem.rows
+        advance, here = 0.0, state
+        best, smallest = (time, state.copy()), abs(wanted - state[-1])
+        for _ in range(MAX_CLOCK_ITERATIONS):
+            missing = wanted - here[-1]
+            if abs(missing) <= smallest:
+                best, smallest = (time + advance, here.copy()), abs(missing)
+            elif abs(missing) <= nothing:
+                break
+            rate = value(self._problem, clock, here[:rows], time + advance)
+            tiny = nothing if advance == 0.0 else 0.125 * nothing
+            if abs(missing) <= tiny or advance + missing / rate == advance:
+                break
+            advance += missing / rate
+            here = step(advance)
+        best[1][-1] = wanted
+        return best
+
+    def solution(
+        self, method: Method, account: Account, compile_seconds: float, status: str | StepError
+    ) -> Solution:
+        """Return what has been gathered."""
+        rows = self._problem.rows
+        missed = len(self._wanted) - self._next_wanted
+        if missed and status == "success":
+            warnings.warn(
+                f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
+                f"t_eval, up to {self._wanted[-1]:.9g}",
+                GeomintWarning,
+                stacklevel=4,
+            )
+        sizes = self._step_sizes(account.steps)
+        saved = self._kept()
+        tau = np.array([time for time, _ in saved])
+        full = np.array([state for _, state in saved]).reshape(-1, len(self._stepper.state))
+        physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
+        drift = self._observers.drifts(account.steps)
+        message = "" if isinstance(status, str) else str(status)
+        if status == "success" and (bad := not_finite(drift)):
+            status, message = NOT_FINITE, bad
+        return Solution(
+            problem=self._problem,
+            method=method,
+            step=float(np.copysign(sizes.mean, self._timeline.h)),
+            step_sizes=sizes,
+            tau=tau,
+            y=full[:, :rows],
+            drift=drift,
+            steps=account.steps,
+            iterations=account.iterations,
+            evaluations=self._stepper.evaluations_in(account.steps, account.iterations),
+            rejected=account.iterations - account.steps if self._adaptive is not None else 0,
+            run_seconds=account.seconds,
+            watching_seconds=account.watching_seconds,
+            compile_seconds=compile_seconds,
+            status=status if isinstance(status, str) else "failed",
+            message=message,
+            drift_time="t" if self._timeline.physical_end is not None else self._problem.time,
+            physical=physical,
+        )
+
+    def _step_sizes(self, steps: int) -> StepSizes:
+        """Return the steps taken; of an adaptive run without those that the end cuts short."""
+        h = abs(self._timeline.h)
+        if self._adaptive is None:
+            return StepSizes(h, h, h)
+        mean = abs(self._adaptive.time) / steps if steps else h
+        smallest, largest = self._adaptive.extremes
+        return StepSizes(smallest or mean, mean, largest or mean)
+
+    def _kept(self) -> list[State]:
+        """Return the saved states: those at wanted times, as they were asked for; or with the last."""
+        if len(self._wanted) and not self._save_every:
+            return self._asked
+        steps, last = self._saved, self._before
+        if not steps or steps[-1][0] != last[0]:
+            steps = [*steps, last]
+        return merged(steps, self._asked, float(np.sign(self._timeline.h)), self._clock)

@@ -1,0 +1,139 @@
+"""When a run ends and how long its steps are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import as_array, finite, positive
+from ..errors import DomainError
+from ..methods.method import Method
+from ..problems.evaluate import value
+from ..problems.problem import Problem
+from ..problems.time_scale import characteristic_time
+
+__all__ = ["MOST_STEPS", "Timeline", "default_step", "evaluation_times", "plan_timeline"]
+
+Array = npt.NDArray[np.float64]
+MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Steps of one length, and what is left for a last partial step.
+
+    Attributes
+    ----------
+    h : float
+        Signed step in the problem's own time; the first one of an adaptive method.
+    steps : int or None
+        Whole steps; None where physical time or an adaptive method decides, on the way.
+    remainder : float
+        Length of the last partial step in the problem's own time; 0 for none.
+    own_end : float or None
+        End in the problem's own time.
+    physical_end : float or None
+        End in physical time, where that was asked for and is not the problem's own.
+    """
+
+    h: float
+    steps: int | None
+    remainder: float
+    own_end: float | None
+    physical_end: float | None
+
+    def at(self, steps: npt.NDArray[np.int64]) -> Array:
+        """Return the problem's own time after so many steps; the end is the one asked for."""
+        times: Array = np.asarray(self.h * steps, dtype=np.float64)
+        if self.own_end is not None and self.remainder == 0.0:
+            times[steps == self.steps] = self.own_end
+        return times
+
+
+def plan_timeline(
+    problem: Problem,
+    method: Method,
+    y0: Array,
+    t_end: Any = None,
+    tau_end: Any = None,
+    step: Any = None,
+) -> Timeline:
+    """Return the timeline of a run from time 0, or raise `DomainError`.
+
+    Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ) must be given; a
+    negative end integrates backwards.
+    """
+    if (t_end is None) == (tau_end is None):
+        raise DomainError("t_end, tau_end", (t_end, tau_end), "exactly one of them")
+    if tau_end is not None and problem.time != "tau":
+        raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
+    end = finite("t_end" if tau_end is None else "tau_end", t_end if tau_end is None else tau_end)
+    if end == 0.0:
+        raise DomainError("t_end" if tau_end is None else "tau_end", end, "a time other than 0")
+    own = problem.time == "t" or tau_end is not None
+    size = default_step(problem, method, y0, end) if step is None else positive("step", step)
+    h = math.copysign(size, end)
+    if not method.adaptive:
+        _check_count(problem, y0, own, end, size, step is not None)
+    if not own:
+        return Timeline(h, None, 0.0, None, end)
+    if method.adaptive:
+        return Timeline(h, None, 0.0, end, None)
+    count = abs(end) / size
+    # A ratio within rounding of a whole number means that number.
+    steps = round(count) if abs(count - round(count)) <= 1e-9 * max(count, 1.0) else int(count)
+    if steps >= 1 and steps == round(count) and abs(count - steps) <= 1e-9 * max(count, 1.0):
+        return Timeline(end / steps, steps, 0.0, end, None)
+    return Timeline(h, steps, end - steps * h, end, None)
+
+
+def _check_count(
+    problem: Problem, y0: Array, own: bool, end: float, size: float, given: bool
+) -> None:
+    """Raise `DomainError` for more than 2⁵³ steps; to a physical end by the clock's rate at y0.
+
+    A rate that is 0 there, or no number, tells nothing: the run will.
+    """
+    rate = 1.0
+    if not own and problem.clock is not None:
+        rate = abs(value(problem, problem.clock, y0))
+    if not (rate > 0.0 and abs(end) / rate / size > MOST_STEPS):
+        return
+    if not given:
+        expected = f"one within 2⁵³ steps of the default {size:.3g}: give a step"
+        raise DomainError("end", end, expected)
+    raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
+
+
+def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:
+    """Return the physical times at which states are wanted, none for None, or raise `DomainError`.
+
+    They must be in the order of the run, and within it as far as that can be known.
+    """
+    if t_eval is None:
+        return np.zeros(0)
+    times = np.atleast_1d(as_array("t_eval", t_eval))
+    forward = np.sign(timeline.h) * times
+    if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(forward) < 0).any():
+        raise DomainError("t_eval", t_eval, "finite times in the order of the run")
+    if not len(times):
+        raise DomainError("t_eval", t_eval, "at least one time, or None for the last state alone")
+    # With an end in τ the physical time there is only known afterwards.
+    end = timeline.own_end if problem.time == "t" else timeline.physical_end
+    if forward[0] < 0 or (end is not None and forward[-1] > abs(end)):
+        raise DomainError("t_eval", t_eval, f"times from 0 to {end if end is not None else '…'}")
+    return times
+
+
+def default_step(problem: Problem, method: Method, y0: Array, end: float = math.inf) -> float:
+    """Return the stated default: the method's fraction of the characteristic time at y0 towards `end`.
+
+    For an adaptive method, the first step of a run there.
+    """
+    if method.first_step is not None:
+        return method.first_step(problem, y0, end)
+    return method.step_fraction * characteristic_time(problem, y0, direction=end)

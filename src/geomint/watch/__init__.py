@@ -1,0 +1,1 @@
+"""What is watched along a run, and how its drift is judged."""

@@ -1,0 +1,178 @@
+"""How a quantity drifts: size, slope, and the kind of its growth, see `geomint.watch.growth`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import DomainError
+from .growth import CLASSES, NOT_FINITE, Growth, growth_of
+from .windows import Windows
+
+__all__ = [
+    "CLASSES",
+    "NOT_FINITE",
+    "ROUNDOFF",
+    "Drift",
+    "drift_of_run",
+    "measure_drift",
+    "not_finite",
+    "walk_level",
+]
+
+# Deviations up to this, times the scale of the quantity, count as round-off.
+ROUNDOFF = 32.0 * 2.0**-52
+# Deviations up to this, times the scale and √steps, may be a random walk of rounding errors.
+WALK = 4.0 * 2.0**-52
+
+
+@dataclass(frozen=True)
+class Drift:
+    r"""The drift of one quantity over a run.
+
+    Attributes
+    ----------
+    initial : float
+        The first value v₀.
+    max_abs_error, final_error : float
+        Largest \|v − v₀\|, and the last v − v₀ with its sign.
+    max_rel_error : float or None
+        `max_abs_error` / \|v₀\|; None where v₀ is 0, or so small that this is too large for a float.
+    scale : float
+        What a rounding error of v is measured against.
+    slope, slope_stderr : float
+        Drift of v per unit of the scene's time, by least squares through the window means without
+        their jumps and oscillations, and its standard error; see `geomint.watch.growth`. None for
+        fewer than 32 windows, and where it is too large for a float.
+    kind : str
+        One of `CLASSES`.
+    windows : Windows
+        The reduced series.
+    trend_bound : float or None
+        The largest rise or fall over the run that the data do not exclude at 95 %. None as `slope`.
+    jump_size, jump_time : float or None
+        Size and time of the largest jump, where there is one; the time is 0 for the first step.
+    not_finite_from : float or None
+        Time of the first value that was infinite or not a number.
+    """
+
+    name: str
+    initial: float
+    max_abs_error: float
+    max_rel_error: float | None
+    scale: float
+    final_error: float
+    slope: float | None
+    slope_stderr: float | None
+    kind: str
+    windows: Windows
+    trend_bound: float | None = None
+    jump_size: float | None = None
+    jump_time: float | None = None
+    not_finite_from: float | None = None
+
+    @property
+    def within_roundoff(self) -> bool:
+        """Whether no deviation is larger than 32 ε × scale, however it grows."""
+        return self.max_abs_error <= ROUNDOFF * self.scale
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the numbers under the names of ``drift.json``."""
+        numbers = asdict(self)
+        for key in ("name", "windows"):
+            del numbers[key]
+        numbers["class"] = numbers.pop("kind")
+        numbers["samples"], numbers["until"] = self.windows.samples, self.windows.last_time
+        return numbers
+
+    def stretched(self, rate: float) -> Drift:
+        """Return the same drift with all times multiplied by `rate`."""
+        old = self.windows
+        windows = Windows.restored(
+            old.initial,
+            old.length,
+            old.samples,
+            (rate * old.last_time, old.last),
+            old.max_abs,
+            np.array([rate * old.times, old.means, old.maxima]),
+            _times(rate, old.not_finite_from),
+        )
+        return replace(
+            self,
+            windows=windows,
+            slope=_times(1.0 / rate, self.slope),
+            slope_stderr=_times(1.0 / abs(rate), self.slope_stderr),
+            jump_time=_times(rate, self.jump_time),
+            not_finite_from=windows.not_finite_from,
+        )
+
+
+def _times(factor: float, number: float | None) -> float | None:
+    return None if number is None else factor * number
+
+
+def walk_level(scale: float, steps: int) -> float:
+    """Return how large a random walk of rounding errors may get in so many steps."""
+    return float(max(ROUNDOFF, WALK * steps**0.5) * scale)
+
+
+def not_finite(drifts: Mapping[str, Drift]) -> str:
+    """Return which quantities were infinite or not a number, and from when on; empty if none."""
+    told = [
+        f"{name!r} is not finite from {drift.not_finite_from:.6g} on"
+        for name, drift in drifts.items()
+        if drift.not_finite_from is not None
+    ]
+    return "; ".join(told)
+
+
+def measure_drift(
+    name: str, windows: Windows, scale: float, explained: float | None = None
+) -> Drift:
+    """Return the drift of a series, by the rule of `geomint.watch.growth`.
+
+    Parameters
+    ----------
+    scale : float
+        What a rounding error of the quantity is measured against.
+    explained : float, optional
+        How large a random walk of rounding errors may get. Default: that of a step a sample.
+
+    Raises
+    ------
+    DomainError
+        For times that are not finite, that are all the same, or that go forth and back.
+    """
+    if not windows.in_order:
+        raise DomainError("times", windows.times, "finite times that go on in one direction")
+    if explained is None:
+        explained = walk_level(scale, windows.samples)
+    return drift_of_run(name, windows, scale, explained)
+
+
+def drift_of_run(name: str, windows: Windows, scale: float, explained: float) -> Drift:
+    """Return the drift as `measure_drift` does; undetermined where times are not in order.
+
+    So no run is lost in which a clock has stood still.
+    """
+    growth = Growth(NOT_FINITE if windows.not_finite_from is not None else "undetermined")
+    if windows.not_finite_from is None and windows.in_order:
+        rows = windows.times, windows.means, windows.maxima
+        level = ROUNDOFF * scale
+        growth = growth_of(*rows, windows.last_time, windows.max_abs, level, explained)
+    initial = windows.initial
+    relative = windows.max_abs / abs(initial) if initial != 0.0 else np.inf
+    return Drift(
+        name=name,
+        initial=initial,
+        max_abs_error=windows.max_abs,
+        max_rel_error=relative if np.isfinite(relative) else None,
+        scale=scale,
+        final_error=windows.last,
+        windows=windows,
+        not_finite_from=windows.not_finite_from,
+        **growth._asdict(),
+    )
