@@ -16,7 +16,7 @@ import numpy as np
 import geomint as gi
 from geomint.problems.evaluate import derivative
 from geomint.problems.testproblems import examples
-from geomint.stress import own_cases
+from geomint.stress import step_cases
 from geomint.stress.special_states import (
     Make,
     admitted,
@@ -45,7 +45,7 @@ def problems(form: str, few: bool = False) -> list[tuple[gi.Problem, Array]]:
     Of all scenes and test problems; or a few of them, which other tests compile too.
     """
     found: dict[tuple[str, int], tuple[gi.Problem, Array]] = {}
-    for case in own_cases.steps():
+    for case in step_cases.steps():
         model = case.build()
         for name, problem in model.problems.items():
             found.setdefault((problem.name, problem.rows), (problem, model.states[name]))

@@ -17,7 +17,8 @@ from chaplygin.audit.report import as_json
 from chaplygin.audit.run import CLAIMS, audit as evaluate_all
 from geomint.problems.testproblems import pulsating_body
 from geomint.report.drift_json import drift_record
-from geomint.run.provenance import environment, run_record, scene_record
+from geomint.run.provenance import environment, run_record
+from geomint.scene.provenance import scene_record
 
 
 def section(name: str, heading: str) -> str:
@@ -49,7 +50,7 @@ def test_drift_json(solution: gi.Solution) -> None:
     assert not missing(record, text)
     for numbers in record["quantities"].values():
         assert not missing(numbers, text)
-    keys = [*environment(), *scene_record(None, None, None), *run_record(solution)]
+    keys = [*environment(), *scene_record(gi.load_scene("sphere-n3")), *run_record(solution)]
     assert not missing(keys, text)
     told = set(re.findall(r'"(\w+)":', text)) | set(re.findall(r"`(\w+)`", text))
     known = {*keys, *record, *(key for q in record["quantities"].values() for key in q)}

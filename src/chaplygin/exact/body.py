@@ -21,7 +21,6 @@ import numpy as np
 
 import geomint as gi
 
-from ..ball.sphere import ChaplyginSphere
 from ..inertia import SpecialInertia
 from ..manifold import Array
 from .classical import BallFlow, ExactBall
@@ -61,8 +60,8 @@ class ExactBody(BallFlow):
         self._inverse, self._f1 = inverse, f1
         self._c = 2.0 * float(np.max(inverse))
         moments = 1.0 / (self._c / inverse - 1.0)
-        ball = ChaplyginSphere(inertia=SpecialInertia.from_moments(moments, 1.0))
-        self._ball = ExactBall(ball, self._of_ball(y))
+        ball = SpecialInertia.from_moments(moments, 1.0)
+        self._ball = ExactBall(ball, ball.D, self._of_ball(y))
         super().__init__(self._ball.a, self._ball.D, self._energy(), y, True)
 
     def _magnified(self) -> float:

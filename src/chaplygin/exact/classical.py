@@ -6,13 +6,11 @@ flow is exact in its τ. Time runs as dt = (D₁√U/(dt₁/dt)) dτ, again a fu
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from ..ball.sphere import ChaplyginSphere
-from ..correspondence.chaplygin_change import chaplygin_change
+from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array, length
+from .area import principal_moments, without_area
 from .clock import Clock, sampled_clock
 from .flow import ExactFlow
 from .separated_energy import SeparatedEnergy
@@ -37,8 +35,9 @@ class ExactBall(BallFlow):
 
     Parameters
     ----------
-    sphere : ChaplyginSphere
+    inertia : SpecialInertia or GeneralInertia
         n = 3.
+    D : float
     y : array, shape (6,)
         The state at time 0.
 
@@ -48,23 +47,21 @@ class ExactBall(BallFlow):
         As `ExactFlow`; for a tensor that is not diagonal, and where k⃗ and γ⃗ are parallel.
     """
 
-    def __init__(self, sphere: ChaplyginSphere, y: Array) -> None:
-        change = chaplygin_change(sphere, np.concatenate([y[:3], unit_of(y[3:])]))
+    def __init__(self, inertia: SpecialInertia | GeneralInertia, D: float, y: Array) -> None:
+        moments = principal_moments(inertia)
+        other = without_area(moments, D, np.concatenate([y[:3], unit_of(y[3:])]))
         k, gamma = y[:3] / length(y[:3]), y[3:] / length(y[3:])
         self._slant = 1.0 / length(np.cross(k, gamma))
         # In units of k⃗, whose size has nothing to do with that of γ⃗.
         self._size = power_of_two(np.max(np.abs(y[:3])))
-        self._forward = _matrix(change.forward, self._size)
+        self._forward = other.forward * np.array([[1.0, 1.0 / self._size], [self._size, 1.0]])
         (p, q), (r, s) = self._forward
         self._backward = np.array([[s, -q], [-r, p]]) / self._slant  # its determinant
         # ω⃗ = B(k⃗ + D(ω⃗, γ⃗)γ⃗), and dt₁/dt = α + ζ D(ω⃗, γ⃗): see `chaplygin_change`.
-        moments = sphere.inertia.diagonal
-        assert moments is not None
-        total = moments[::-1] + sphere.D
-        self._b, self._w, self._own = 1.0 / total, moments[::-1] / total, sphere.D
-        D = change.target.parameters["D"]
-        a = np.array(change.target.parameters["a"])
-        super().__init__(a, D, SeparatedEnergy(D, -1.0), y, True)
+        total = moments + D
+        self._b, self._w, self._own = 1.0 / total, moments / total, D
+        D1 = other.inertia.D
+        super().__init__(other.inertia.a, D1, SeparatedEnergy(D1, -1.0), y, True)
 
     def _magnified(self) -> float:
         """1 over the sine of the angle of k⃗ and γ⃗: the change of variables is made of their plane."""
@@ -111,12 +108,3 @@ class ExactBall(BallFlow):
     @property
     def _units(self) -> Array:
         return np.array([[self._size], [1.0]])
-
-
-def _matrix(forward: Any, size: float) -> Array:
-    """Return the 2×2 matrix of the linear map (k⃗, γ⃗) ↦ (k⃗₁, γ⃗₁), momenta in units of `size`."""
-    rows = [
-        forward(np.concatenate([x * np.eye(3)[0], z * np.eye(3)[0]]))
-        for x, z in ((size, 0.0), (0.0, 1.0))
-    ]
-    return np.array([[row[0] / size, row[3]] for row in rows]).T

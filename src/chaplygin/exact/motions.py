@@ -46,10 +46,9 @@ def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
     """Return y0 ↦ the exact motion of the ball in R³ at any area constant."""
 
     def motion(y: Array) -> Any:
-        from ..ball.sphere import ChaplyginSphere
         from .classical import ExactBall
 
-        return ExactBall(ChaplyginSphere(inertia=inertia, D=D), y)
+        return ExactBall(inertia, D, y)
 
     return motion
 

@@ -61,11 +61,11 @@ def command(
     except StepError as error:
         failure, solution = error, error.partial
 
-    from ..run.provenance import run_provenance
     from ..run.storage import save_solution
+    from ..scene.provenance import scene_provenance
 
     tell_failure(failure)
-    save_solution(solution, out, run_provenance(solution, chosen, reproducing_command()))
+    save_solution(solution, out, scene_provenance(solution, chosen, reproducing_command()))
     if not quiet:
         from ..report.summary import print_summary
 

@@ -13,6 +13,7 @@ from ..outputs import whole_folder
 from ..plots.drift_plots import drift_figure
 from ..plots.style import data_uri, save_figure
 from ..run.provenance import environment, finite_json, json_text
+from ..scene.provenance import scene_record
 from .compare_plots import work_precision_figure
 from .pages import render
 
@@ -33,13 +34,7 @@ def write_compare_report(
     """
     provenance = {
         **environment(),
-        "scene": scene.sections,
-        "scene_name": scene.name,
-        "scene_toml": scene.toml(),
-        "scene_hash": scene.hash,
-        "notes": list(scene.notes),
-        "command": command,
-        "seed": None,
+        **scene_record(scene, command),
         "compile_seconds": round(result.compile_seconds, 6),
     }
     record = finite_json({**result.as_json(), "provenance": provenance})

@@ -12,9 +12,9 @@ from ..errors import DomainError, GeomintWarning
 from ..plan import Plan, SeveralRuns, make_plan, run_methods
 from ..plots.drift_plots import drift_figure, panel_figure
 from ..plots.style import data_uri
-from ..run.provenance import run_provenance
 from ..run.solution import Solution
 from ..scene import Scene, load_scene
+from ..scene.provenance import scene_provenance
 from ..watch.drift import ROUNDOFF, Drift
 from ..watch.growth import RULE
 from ..watch.quantities import KINDS, kind_of
@@ -116,7 +116,7 @@ def write_drift_report(
     OutputError
         If the folder cannot be written.
     """
-    provenance = run_provenance(solution, scene, command)
+    provenance = scene_provenance(solution, scene, command)
     record = drift_record(solution.drift, provenance)
     drifts = dict(_by_kind(solution))
     figure = drift_figure([(solution.method.name, drifts)], solution.drift_time, solution.status)

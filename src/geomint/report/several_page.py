@@ -8,7 +8,8 @@ from typing import Any
 
 from ..plan.several import MethodRun, SeveralRuns
 from ..plots.style import data_uri
-from ..run.provenance import environment, scene_record
+from ..run.provenance import environment
+from ..scene.provenance import scene_record
 from ..watch.growth import RULE
 from ..watch.quantities import KINDS
 from .drift_json import several_record, write_drift_files

@@ -10,14 +10,15 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .. import __version__
 from ..methods.method import Method
-from ..scene import Scene
-from .solution import Solution
+
+if TYPE_CHECKING:
+    from .solution import Solution
 
 __all__ = [
     "environment",
@@ -26,7 +27,6 @@ __all__ = [
     "method_record",
     "run_provenance",
     "run_record",
-    "scene_record",
 ]
 
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "matplotlib")
@@ -47,40 +47,9 @@ def environment() -> dict[str, Any]:
     }
 
 
-def run_provenance(
-    solution: Solution,
-    scene: Scene | None = None,
-    command: str | None = None,
-    seed: int | None = None,
-) -> dict[str, Any]:
-    """Return all about a run, in numbers and strings that JSON can hold.
-
-    Parameters
-    ----------
-    solution : Solution
-    scene : Scene, optional
-        What was asked for, with all that the command line changed.
-    command : str, optional
-        The command line that does it again.
-    seed : int, optional
-        Of the random numbers, where there are any.
-    """
-    return {**environment(), **scene_record(scene, command, seed), **run_record(solution)}
-
-
-def scene_record(
-    scene: Scene | None, command: str | None = None, seed: int | None = None
-) -> dict[str, Any]:
-    """Return what was asked for, and by which command."""
-    return {
-        "scene": None if scene is None else scene.sections,
-        "scene_name": None if scene is None else scene.name,
-        "scene_toml": None if scene is None else scene.toml(),
-        "scene_hash": None if scene is None else scene.hash,
-        "notes": [] if scene is None else list(scene.notes),
-        "command": command,
-        "seed": seed,
-    }
+def run_provenance(solution: Solution) -> dict[str, Any]:
+    """Return all about a run, in numbers and strings that JSON can hold."""
+    return {**environment(), **run_record(solution)}
 
 
 def run_record(solution: Solution) -> dict[str, Any]:

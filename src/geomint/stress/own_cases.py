@@ -1,86 +1,13 @@
-"""geomint's own cases: all built-in scenes and all test problems, at steps of all sizes."""
+"""geomint's own cases: all built-in scenes and all test problems."""
 
 from __future__ import annotations
 
-import functools
-import warnings
-from collections.abc import Callable, Iterator
-from functools import partial
+from . import state_cases, step_cases
+from .case import StressCase
 
-from ..errors import GeomintWarning
-from ..problems.systems import Model
-from ..problems.testproblems import examples
-from ..scene.load import load_scene, scene_names
-from .case import StressAxis, StressCase
-
-__all__ = ["QUICK", "STEP", "Build", "cases", "sources", "steps"]
-
-Build = Callable[[], Model]
-
-STEP = StressAxis("step", "steps too small and too large", "step/characteristic time")
-
-_FRACTIONS = (1e-12, 1e-6, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)
-_QUICK = (1e-12, 1000.0)
-QUICK = "spherical-pendulum"  # the problem of quick runs: explicit, Gauss, RATTLE, splitting
-_FEW, _MANY = 4, 20
+__all__ = ["cases"]
 
 
 def cases() -> list[StressCase]:
     """Return all cases of this package."""
-    from . import state_cases
-
-    return [*steps(), *state_cases.cases()]
-
-
-def sources() -> Iterator[tuple[str, Build]]:
-    """Yield the names of all built-in scenes and test problems, and how their models are built."""
-    for name in scene_names():
-        yield f"scene:{name}", partial(_scene, name)
-    for i, (problem, _) in enumerate(examples()):
-        yield f"test:{problem.name}", partial(_example, i)
-
-
-def steps() -> list[StressCase]:
-    """Return steps of every size for every scene and every test problem.
-
-    A representation that an earlier one has, with as many numbers, is not stressed again.
-    """
-    found: list[StressCase] = []
-    seen: set[tuple[str, int]] = set()
-    for source, build in sources():
-        model = build()
-        new = [r for r, p in model.problems.items() if (p.name, p.rows) not in seen]
-        seen.update((problem.name, problem.rows) for problem in model.problems.values())
-        found += _at_all_steps(source, build, tuple(new))
-    return found
-
-
-def _at_all_steps(name: str, build: Build, representations: tuple[str, ...]) -> list[StressCase]:
-    quick = tuple(name for name in representations if name == QUICK)
-    return [
-        StressCase(
-            name,
-            STEP,
-            fraction,
-            0,
-            build,
-            representations=representations,
-            fraction=fraction,
-            steps=_MANY if fraction < 1.0 else _FEW,
-            quick=quick if fraction in _QUICK else (),
-        )
-        for fraction in _FRACTIONS
-    ]
-
-
-@functools.cache
-def _scene(name: str) -> Model:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)
-        return load_scene(name).model
-
-
-@functools.cache
-def _example(i: int) -> Model:
-    problem, y0 = examples()[i]
-    return Model({problem.name: problem}, {problem.name: y0})
+    return [*step_cases.steps(), *state_cases.cases()]

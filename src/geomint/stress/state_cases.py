@@ -13,7 +13,6 @@ from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..problems.time_scale import characteristic_time
 from .case import StressAxis, StressCase
-from .own_cases import QUICK, Build, sources
 from .special_states import (
     Make,
     allowed,
@@ -24,6 +23,7 @@ from .special_states import (
     resting_pieces,
     zero_rows,
 )
+from .step_cases import QUICK, Build, sources
 
 __all__ = ["REST", "STEADY", "ZEROS", "cases"]
 
