@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import geomint as gi
-from geomint import outputs
+from geomint import outputs, workplace
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
 
@@ -254,7 +254,7 @@ def test_another_process_that_keeps_the_folder(tmp_path, monkeypatch):
 
     descriptor = os.open(tmp_path, os.O_RDONLY)
     fcntl.flock(descriptor, fcntl.LOCK_EX)
-    monkeypatch.setattr(outputs, "PATIENCE", 0.05)
+    monkeypatch.setattr(workplace, "PATIENCE", 0.05)
     try:
         with pytest.raises(gi.OutputError, match="another process"):
             write_report(tmp_path, "new")
