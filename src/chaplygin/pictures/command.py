@@ -51,7 +51,7 @@ def exact(
     if animate is None and frames is not None:
         raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
     if out is not None:
-        gi.check_folder(out)
+        gi.check_folder(out, ["exact.png", "exact.svg"])
     if animate is not None:
         gi.check_file(animate)
     model = gi.load_scene(scene).model
