@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from geomint.kernels.private import private_folder
+
 from .test_cache import FIELD, REPORT, SOLVE_ONCE, Outcome, run
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
@@ -81,6 +83,29 @@ def test_what_others_may_have_put_there_is_not_run(warm: tuple[Path, Outcome]) -
     again = run(*COMMAND, cache=cache)
     assert again.compiled == first.compiled
     assert stat.S_IMODE(folder.stat().st_mode) & 0o022 == 0
+
+
+@posix
+@pytest.mark.parametrize("removable", [True, False])
+def test_nothing_stays_of_an_open_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, removable: bool
+) -> None:
+    """Whatever was put there; if it cannot be removed, no later process trusts it either."""
+    folder = tmp_path / "kernels"
+    (folder / "a" / "b").mkdir(parents=True)
+    (folder / "link").symlink_to(tmp_path)
+    (folder / "z.nbc").touch()
+    folder.chmod(0o777)
+    with monkeypatch.context() as patch:
+        if not removable:
+            patch.setattr("shutil.rmtree", lambda place: Path(place).unlink())
+            for _ in range(2):
+                with pytest.raises(OSError, match="a"):
+                    private_folder(folder)
+            assert stat.S_IMODE(folder.stat().st_mode) == 0o777
+    private_folder(folder)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o755
+    assert list(folder.iterdir()) == []
 
 
 @posix
