@@ -14,6 +14,7 @@ __all__ = ["exact"]
 
 ENDINGS = (".gif", ".html", ".mp4")
 FRAMES = 200
+MOST_FRAMES = 10_000  # the writers of .gif and .html hold all of them
 FRAME = 0.2  # time between frames over the time of a turn of the fastest angle by one
 
 
@@ -32,7 +33,7 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 )
 @click.option(
     "--frames",
-    type=click.IntRange(min=2),
+    type=click.IntRange(min=2, max=MOST_FRAMES),
     show_default=str(FRAMES),
     help="Of the animation.",
 )
