@@ -241,3 +241,29 @@ def test_ctrl_c_waits_for_a_compilation(times: int, done: bool) -> None:
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+POINTWISE = (
+    FIELD
+    + """
+import warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    for _ in range(2):
+        gi.pointwise(spring, [1.0], [[0.5, 0.0]], rows=2)
+assert ["cannot be kept" in str(w.message) for w in caught] == [True], caught
+"""
+)
+
+
+def test_every_compilation_tells_that_it_is_not_kept(tmp_path: Path) -> None:
+    """Also outside of runs; once a process."""
+    (tmp_path / "file").touch()
+    done = subprocess.run(
+        [sys.executable, "-c", POINTWISE],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "file")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
