@@ -233,6 +233,7 @@ def test_nothing_steers_a_terminal(tmp_path, monkeypatch):
         ("compare", scene, "--t-end", 5, "--methods", f"rk-4,{STEERING}"),
     ):
         result = CliRunner().invoke(main, [str(a) for a in arguments], color=True)
+        assert result.exit_code == (0 if arguments[0] in ("run", "drift") else 2), result.output
         assert not set("\r\u202e") & set(result.output), arguments
         assert "\x1b[31m" not in result.output
     page = Path("report/report.html").read_text(encoding="utf-8")
