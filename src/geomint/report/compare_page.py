@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..compare import Comparison, compare
 from ..outputs import whole_folder
 from ..reference_record import MARGIN, RESOLUTION
+from . import COMPARE_FILES
 from .compare_plots import work_precision_figure
 from .pages import render
 from .plots import drift_figure
@@ -61,7 +62,7 @@ def write_compare_report(
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
-    with whole_folder(out) as unfinished:
+    with whole_folder(out, COMPARE_FILES) as unfinished:
         (unfinished / "compare.json").write_text(json_text(record), encoding="utf-8")
         (unfinished / "compare.html").write_text(page, encoding="utf-8")
         for name, figure in figures.items():

@@ -9,11 +9,12 @@ from rich.text import Text
 
 from ..compare import Comparison, Point
 from ..drift import Drift
+from ..errors import printable
 from ..plan import MethodRun, SeveralRuns
 from ..scene import Scene
 from ..solution import Solution
 from .kinds import kinds_in_words, names_by_kind
-from .text import duration, number, printable, short_slope, spanned, step_of, verdict
+from .text import duration, number, short_slope, spanned, step_of, verdict
 
 __all__ = ["print_comparison", "print_several", "print_summary"]
 
