@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import unicodedata
 from collections.abc import Iterable
 from difflib import get_close_matches
 from math import log10
@@ -27,12 +28,14 @@ __all__ = [
     "StepSizeError",
     "TruthError",
     "nearest",
+    "printable",
 ]
 
 
 LONGEST = 300  # characters of a value in a message
 LONGEST_MESSAGE = 3000  # characters: even where much is wrong
 DIGITS = 4000  # bits of an integer beyond which nobody reads its digits
+MOST_NAMES = 12  # known names that a message lists
 LONGEST_WORD = 100  # characters of a name that is compared with known ones
 
 
@@ -40,11 +43,12 @@ class GeomintError(Exception):
     """Base of all errors that geomint raises on purpose.
 
     All of them can be copied and pickled with their attributes. Of a value that cannot be pickled
-    the other process gets its text. Messages are of bounded length.
+    the other process gets its text. Messages are of bounded length, without
+    control characters.
     """
 
     def __init__(self, *args: Any) -> None:
-        cut = (shortened(a, LONGEST_MESSAGE) if isinstance(a, str) else a for a in args)
+        cut = (printable(shortened(a, LONGEST_MESSAGE)) if isinstance(a, str) else a for a in args)
         super().__init__(*cut)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -94,6 +98,14 @@ def shortened(text: str, longest: int = LONGEST) -> str:
     if len(text) <= longest:
         return text
     return f"{text[: longest - 40]} … {text[-20:]} ({len(text)} characters)"
+
+
+def printable(text: str) -> str:
+    """Return a text without what would steer a terminal: control characters as their escapes."""
+    return "".join(
+        c if c in "\n\t" or unicodedata.category(c) not in ("Cc", "Cf", "Cs") else repr(c)[1:-1]
+        for c in text
+    )
 
 
 class GeomintWarning(UserWarning):
@@ -286,11 +298,18 @@ class TruthError(GeomintError, ArithmeticError):
         self.known, self.judges = known, judges
 
 
-def nearest(word: str, known: Iterable[str]) -> str:
-    """Return `` Did you mean 'x'?`` for the closest known word, or the list of all."""
+def nearest(word: str, known: Iterable[str], lister: str = "") -> str:
+    """Return `` Did you mean 'x'?`` for the closest known word, or the known ones.
+
+    Of more than a dozen only some are listed, and what lists them, where a command does.
+    """
     words, word = list(known), word[:LONGEST_WORD]  # comparing takes the product of the lengths
     folded = {name.casefold(): name for name in words}
     close = get_close_matches(word.casefold(), folded, n=1, cutoff=0.5)
     if close:
         return f" Did you mean {folded[close[0]]!r}?"
-    return f" Known: {', '.join(sorted(words))}." if words else ""
+    if not words:
+        return ""
+    more = f", … ({len(words)} in all)" if len(words) > MOST_NAMES else ""
+    listed = f"; {lister} lists them" if lister and more else ""
+    return f" Known: {', '.join(sorted(words)[:MOST_NAMES])}{more}{listed}."

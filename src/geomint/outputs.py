@@ -1,34 +1,27 @@
 """Files that appear whole or not at all: what geomint writes for its users goes through here.
 
-New content is written beside its place under a name of its own, brought to the disk, and renamed.
+New content is written to a folder of its own beside its place, brought to the disk, and renamed.
 Whatever goes wrong, what was there before is still there; of several processes that write to one
-place, the last complete one wins.
+place, the last complete one wins. What a process that was killed has left there, the next one
+removes.
 """
 
 from __future__ import annotations
 
 import os
-import secrets
 import shutil
 import stat
-import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 
 from .errors import DomainError, OutputError, told
-
-try:
-    import fcntl
-except ImportError:  # not on this platform: processes that write to one folder may mix files
-    fcntl = None  # type: ignore[assignment]
+from .workplace import alone, synced, undisturbed, workplace
 
 __all__ = ["check_file", "check_folder", "whole_file", "whole_folder"]
 
 PROBE = 4096  # bytes written to see whether anything can be
-PATIENCE = 20.0  # seconds for another process to finish moving its files
-LONGEST_SUFFIX = 16
 
 
 def check_file(path: str | PathLike[str]) -> None:
@@ -40,21 +33,26 @@ def check_file(path: str | PathLike[str]) -> None:
         If something else than a regular file is there, or nothing can be written.
     """
     with _told(path):
-        target = _regular(Path(path))
-        target.parent.mkdir(parents=True, exist_ok=True)
-        _probe(target.parent)
+        _probe(_made(_regular(Path(path)).parent))
 
 
-def check_folder(path: str | PathLike[str]) -> None:
+def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     """Make a folder, and see whether files can be written to it.
+
+    Parameters
+    ----------
+    path : str or path
+    names : iterable of str
+        Of the files that will be: nothing else may have them.
 
     Raises
     ------
     OutputError
     """
     with _told(path):
-        folder = Path(path)
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = _made(Path(path))
+        for name in names:
+            _regular(folder / name)
         _probe(folder)
 
 
@@ -62,7 +60,8 @@ def check_folder(path: str | PathLike[str]) -> None:
 def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     """Give the place to write a file to, and move it to `path` once it is complete.
 
-    Symlinks are followed. A file that is there is replaced with its permissions kept.
+    Symlinks are followed. A file that is there is replaced; its permissions are kept, and its owner
+    and group where the system allows that.
 
     Raises
     ------
@@ -72,23 +71,28 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     """
     with _told(path):
         target = _regular(Path(path))
-        unfinished = _beside(target)
-        try:
-            _create(unfinished)
-            if target.exists():  # what nobody else may read is not to be read while it is written
-                shutil.copymode(target, unfinished)
+        with workplace(target.parent) as place:
+            unfinished = place / target.name
+            os.close(os.open(unfinished, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            _as_old(unfinished, target)
             yield unfinished
-            _put(unfinished, target)
-            _synced(target.parent)
-        finally:
-            unfinished.unlink(missing_ok=True)
+            with undisturbed():
+                _complete(unfinished, target)
+                _put(unfinished, target)
+                synced(target.parent)
 
 
 @contextmanager
-def whole_folder(path: str | PathLike[str]) -> Iterator[Path]:
+def whole_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> Iterator[Path]:
     """Give an empty folder to write files to, and move them all to the folder `path`, or none.
 
     Other files that are there stay.
+
+    Parameters
+    ----------
+    path : str or path
+    names : iterable of str
+        Of files that belong together: of an old one that is not written anew nothing stays.
 
     Raises
     ------
@@ -96,47 +100,86 @@ def whole_folder(path: str | PathLike[str]) -> Iterator[Path]:
         If one of the files cannot be written or moved; what was there is as it was.
     """
     with _told(path):
-        folder = Path(path)
-        folder.mkdir(parents=True, exist_ok=True)
-        unfinished = _beside(folder / "files")
-        unfinished.mkdir()
-        try:
+        folder = _made(Path(path))
+        with workplace(folder) as place:
+            unfinished, old = place / "new", place / "old"
+            unfinished.mkdir()
+            old.mkdir()
             yield unfinished
-            with _alone(folder):
-                _move_all(unfinished, folder)
-        finally:
-            shutil.rmtree(unfinished, ignore_errors=True)
+            with alone(folder), undisturbed():
+                _move_all(unfinished, folder, old, names)
 
 
-def _move_all(source: Path, folder: Path) -> None:
+def _move_all(source: Path, folder: Path, old: Path, names: Iterable[str]) -> None:
     """Move files; if one cannot be, bring back what the others have replaced."""
-    names = sorted(file.name for file in source.iterdir())
-    targets = {name: _regular(folder / name) for name in names}
+    new = {file.name for file in source.iterdir()}
+    targets = {name: _regular(folder / name) for name in sorted(new.union(names))}
     home = Path(os.path.realpath(folder))
-    with ExitStack() as back:
+    for name, target in targets.items():
+        if target.exists():
+            _kept(target, old / name)
+        if name in new:
+            _complete(source / name, target)
+    with ExitStack() as back:  # from here on every moment counts: nothing but renaming
         for name, target in targets.items():
-            if target.exists():
-                kept = _beside(source / name)
-                shutil.copy2(target, kept)
-                back.callback(shutil.move, kept, target)
+            if (old / name).exists():
+                back.callback(shutil.move, old / name, target)
             else:
                 back.callback(target.unlink, missing_ok=True)
-            if target.parent == home:
+            if name not in new:
+                target.unlink(missing_ok=True)
+            elif target.parent == home:
                 _put(source / name, target)
             else:  # a symlink leads elsewhere, where one cannot rename to perhaps
                 with whole_file(target) as place:
                     shutil.copyfile(source / name, place)
-        _synced(folder)
+        synced(folder)
         back.pop_all()
 
 
-def _put(unfinished: Path, target: Path) -> None:
-    """Bring a complete file to the disk and to its place, with the permissions of the old one."""
+def _kept(file: Path, kept: Path) -> None:
+    """Keep a file under a second name, or a copy of it."""
+    try:
+        os.link(file, kept)
+    except OSError:
+        shutil.copy2(file, kept)
+
+
+def _complete(unfinished: Path, target: Path) -> None:
+    """Bring a complete file to the disk."""
     with unfinished.open("rb") as file:
         os.fsync(file.fileno())
-    if target.exists():
-        shutil.copymode(target, unfinished)
+    _as_old(unfinished, target)
+
+
+def _put(unfinished: Path, target: Path) -> None:
     unfinished.replace(target)
+
+
+def _as_old(unfinished: Path, target: Path) -> None:
+    """Give a file the owner, as far as one may, and the permissions of the one that it replaces."""
+    if not target.exists():
+        return
+    if hasattr(os, "chown"):
+        found = target.stat()
+        for owner in (found.st_uid, -1):
+            with suppress(OSError):
+                os.chown(unfinished, owner, found.st_gid)
+                break
+    shutil.copymode(target, unfinished)
+
+
+def _made(folder: Path) -> Path:
+    """Make a folder; say what is there instead."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as failure:
+        place = next(p for p in (folder, *folder.parents) if os.path.lexists(p) and not p.is_dir())
+        kind = "a symlink that leads nowhere" if not place.exists() else "no folder"
+        raise OutputError(
+            folder, f"{told(str(place))} is {kind}; expected a folder, or nothing", failure.errno
+        ) from None
+    return folder
 
 
 def _regular(path: Path) -> Path:
@@ -148,64 +191,18 @@ def _regular(path: Path) -> Path:
         return target
     if not stat.S_ISREG(mode):
         kind = "a folder" if stat.S_ISDIR(mode) else "no regular file"
-        raise OutputError(path, f"that is {kind}, which is left alone")
+        raise OutputError(path, f"that is {kind}, which is left alone; expected a file, or nothing")
     if not os.access(target, os.W_OK):
         raise OutputError(path, "that file may not be written")
     return target
 
 
-def _beside(target: Path) -> Path:
-    """Return a name that nobody has, in the same folder and with the same suffix."""
-    suffix = target.suffix if len(target.suffix) <= LONGEST_SUFFIX else ""
-    return target.with_name(f".geomint-{secrets.token_hex(8)}{suffix}")
-
-
-def _create(path: Path) -> None:
-    os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
-
-
 def _probe(folder: Path) -> None:
-    trial = _beside(folder / "trial")
-    try:
-        _create(trial)
-        with trial.open("wb") as file:
-            file.write(bytes(PROBE))
-            file.flush()
-            os.fsync(file.fileno())
-    finally:
-        trial.unlink(missing_ok=True)
-
-
-def _synced(folder: Path) -> None:
-    """Bring the names in a folder to the disk, where folders can be opened."""
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Wait for other processes that are moving files to this folder, and keep others waiting."""
-    if fcntl is None:
-        yield
-        return
-    descriptor, end = os.open(folder, os.O_RDONLY), time.monotonic() + PATIENCE
-    try:
-        while True:
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                break
-            except BlockingIOError:
-                if time.monotonic() > end:
-                    raise OutputError(folder, "another process keeps writing to it") from None
-                time.sleep(0.01)
-        yield
-    finally:
-        os.close(descriptor)  # which ends the lock
+    with workplace(folder) as place, (place / "trial").open("wb") as file:
+        file.write(bytes(PROBE))
+        file.flush()
+        os.fsync(file.fileno())
+    synced(folder)
 
 
 @contextmanager
@@ -213,11 +210,14 @@ def _told(path: str | PathLike[str]) -> Iterator[None]:
     """Turn errors of the operating system into the typed error that names what was to be written."""
     if not isinstance(path, str | PathLike):
         raise DomainError("path", path, "the path of a file or folder")
+    if not os.fspath(path):
+        raise OutputError(path, "an empty name; expected the path of a file or folder")
     try:
         yield
     except OutputError:
         raise
     except OSError as failure:
+        _interrupted(failure)
         why, other = failure.strerror or str(failure), failure.filename
         known = Path(path).name
         if other is not None and ".geomint-" not in str(other) and Path(other).name != known:
@@ -226,6 +226,16 @@ def _told(path: str | PathLike[str]) -> Iterator[None]:
     except UnicodeEncodeError as failure:
         raise OutputError(path, "its name has characters that no name can have") from failure
     except ValueError as failure:
+        _interrupted(failure)
         if "null" not in str(failure):  # no name of a file has a null character
             raise
         raise OutputError(path, str(failure)) from failure
+
+
+def _interrupted(failure: BaseException) -> None:
+    """Raise the KeyboardInterrupt of which an error is but what it left half done, if it is one."""
+    before = failure.__context__
+    while before is not None:
+        if isinstance(before, KeyboardInterrupt):
+            raise before from None
+        before = before.__context__

@@ -137,3 +137,11 @@ def test_bad_command_lines(words, error, told):
     result = run(*words)
     assert isinstance(result.exception, error)
     assert told in str(result.exception)
+
+
+def test_the_command_bounds_the_frames(tmp_path):
+    """They are held in memory, all of them."""
+    arguments = ["ball-3d", "--frames", str(10**9), "--animate", str(tmp_path / "a.gif")]
+    result = CliRunner().invoke(command, arguments)
+    assert result.exit_code == 2
+    assert "10000" in result.stderr

@@ -4,6 +4,8 @@ import errno
 import os
 import subprocess
 import sys
+import warnings
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -164,3 +166,106 @@ def test_nothing_is_imported_for_it():
     )
     assert done.stdout.strip() == "set()"
     assert gi.whole_file is outputs.whole_file
+
+
+@pytest.mark.parametrize("call", [*COMMANDS.values(), *ALSO.values()])
+def test_an_empty_name_is_no_place(call, tmp_path, monkeypatch, nothing_begins):
+    """Nor the current folder; also in commands of other packages."""
+    monkeypatch.chdir(tmp_path)
+    result = invoke(*call, *([] if call in ALSO.values() else ["--out"]), "")
+    assert result.exit_code == 2, result.output
+    assert "an empty name; expected" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("drift", "report.html"),
+        ("drift of several", "drift.svg"),
+        ("compare", "compare-drift.png"),
+        ("stress", "stress.json"),
+        ("audit", "audit.json"),
+        ("exact", "exact.svg"),
+    ],
+)
+def test_a_folder_in_the_place_of_a_file_is_told_before_the_run(
+    command, name, tmp_path, nothing_begins
+):
+    (tmp_path / name).mkdir()
+    result = invoke(*COMMANDS[command], "--out", tmp_path)
+    assert result.exit_code == 2, result.output
+    assert f"{name}' cannot be written: that is a folder" in result.stderr
+
+
+@pytest.mark.parametrize("command", [name for name in COMMANDS if name not in ("run", "stress")])
+def test_names_that_are_looked_at_are_those_that_are_written(command, tmp_path, monkeypatch):
+    looked_at = []
+    check = outputs.check_folder
+
+    def listening(path, names=()):
+        looked_at.extend(names)
+        check(path, names)
+
+    monkeypatch.setattr(outputs, "check_folder", listening)
+    monkeypatch.setattr(gi, "check_folder", listening)
+    invoke(*COMMANDS[command], "--out", tmp_path)
+    assert sorted(content(tmp_path)) == sorted(looked_at)
+
+
+STEERING = "a\x1b[31m\r\u202e<script>"
+
+
+def test_nothing_steers_a_terminal(tmp_path, monkeypatch):
+    """Names of files, keys, titles and parameters come from strangers."""
+    monkeypatch.chdir(tmp_path)
+    text = gi.load_scene("sphere-n3").toml()
+    escaped = STEERING.replace("\x1b", "\\u001b").replace("\r", "\\r").replace("\u202e", "\\u202e")
+    titled = "\n".join(line for line in text.splitlines() if not line.startswith("title"))
+    scene = Path(f"{STEERING}.toml")
+    scene.write_text(f'title = "{escaped}"\n{titled}', encoding="utf-8")
+    odd = Path("odd.toml")
+    odd.write_text(text.replace("[integrate]", f'[integrate]\n"{escaped}" = 1'), encoding="utf-8")
+    for arguments in (
+        ("check", odd),
+        ("run", scene, "--t-end", 5),
+        ("drift", scene, "--t-end", 5),
+        ("compare", scene, "--t-end", 5, "--methods", f"rk-4,{STEERING}"),
+    ):
+        result = CliRunner().invoke(main, [str(a) for a in arguments], color=True)
+        assert result.exit_code == (0 if arguments[0] in ("run", "drift") else 2), result.output
+        assert not set("\r\u202e") & set(result.output), arguments
+        assert "\x1b[31m" not in result.output
+    page = Path("report/report.html").read_text(encoding="utf-8")
+    assert not set("\x1b\r\u202e") & set(page)
+    assert r"a\x1b[31m\r\u202e&lt;script&gt;" in page
+
+
+@pytest.mark.parametrize("names", ["x,zzz", "rk-4,zzz"])
+@pytest.mark.parametrize("command", ["compare", "drift"])
+def test_lists_of_names_are_short(command, names, tmp_path):
+    result = invoke(command, "sphere-n3", "--methods", names, "--t-end", 5, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "`geomint methods` lists them" in result.stderr
+    assert all(len(line) < 400 for line in result.stderr.splitlines())
+
+
+def test_a_warning_that_was_told_is_heard_by_later_runs(tmp_path, monkeypatch):
+    """A note of the command replaces the warning of that run only."""
+    from geomint.plan import Estimate
+
+    monkeypatch.setattr("geomint.plan.expected_time", lambda plans: Estimate(1e4, True))
+    before = list(warnings.filters)
+    assert invoke(*COMMANDS["run"], "--out", tmp_path / "run.nc").exit_code == 0
+    assert warnings.filters == before
+
+
+@pytest.mark.parametrize("step", [40, -1])
+def test_the_traceback_of_an_error_is_told_once(step, tmp_path, monkeypatch):
+    """Of an error before the run as of one that ends it."""
+    call = ["drift", "sphere-n3", "--debug", "--quiet", "--step", str(step), "--out", str(tmp_path)]
+    monkeypatch.setattr("sys.argv", ["geomint", *call])
+    result = invoke(*call)
+    assert result.exit_code == 2
+    assert result.stderr.count("Traceback") == 1
+    assert result.stderr.count("\ngeomint: ") == 1

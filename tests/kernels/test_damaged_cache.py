@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from geomint.kernels.compiling.private import private_folder
+
 from .test_cache import FIELD, REPORT, SOLVE_ONCE, Outcome, run
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
@@ -81,6 +83,29 @@ def test_what_others_may_have_put_there_is_not_run(warm: tuple[Path, Outcome]) -
     again = run(*COMMAND, cache=cache)
     assert again.compiled == first.compiled
     assert stat.S_IMODE(folder.stat().st_mode) & 0o022 == 0
+
+
+@posix
+@pytest.mark.parametrize("removable", [True, False])
+def test_nothing_stays_of_an_open_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, removable: bool
+) -> None:
+    """Whatever was put there; if it cannot be removed, no later process trusts it either."""
+    folder = tmp_path / "kernels"
+    (folder / "a" / "b").mkdir(parents=True)
+    (folder / "link").symlink_to(tmp_path)
+    (folder / "z.nbc").touch()
+    folder.chmod(0o777)
+    with monkeypatch.context() as patch:
+        if not removable:
+            patch.setattr("shutil.rmtree", lambda place: Path(place).unlink())
+            for _ in range(2):
+                with pytest.raises(OSError, match="a"):
+                    private_folder(folder)
+            assert stat.S_IMODE(folder.stat().st_mode) == 0o777
+    private_folder(folder)
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o755
+    assert list(folder.iterdir()) == []
 
 
 @posix
@@ -216,3 +241,29 @@ def test_ctrl_c_waits_for_a_compilation(times: int, done: bool) -> None:
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+POINTWISE = (
+    FIELD
+    + """
+import warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    for _ in range(2):
+        gi.pointwise(spring, [1.0], [[0.5, 0.0]], rows=2)
+assert ["cannot be kept" in str(w.message) for w in caught] == [True], caught
+"""
+)
+
+
+def test_every_compilation_tells_that_it_is_not_kept(tmp_path: Path) -> None:
+    """Also outside of runs; once a process."""
+    (tmp_path / "file").touch()
+    done = subprocess.run(
+        [sys.executable, "-c", POINTWISE],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "file")},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr

@@ -115,3 +115,10 @@ def test_a_pool_gets_the_error_of_its_worker(kind, told, tmp_path):
         [sys.executable, str(script), kind], capture_output=True, text=True, check=False
     )
     assert done.stdout.strip() == told, done.stderr
+
+
+def test_messages_steer_no_terminal():
+    """Not even those that quote a name as it is."""
+    for error in (gi.SceneError("a\x1b[31m\r\u202e"), gi.DomainError("b\x9b\0", 1, "c")):
+        assert str(error).isprintable()
+    assert str(gi.SceneError("a\n\tb")) == "a\n\tb"

@@ -2,15 +2,18 @@
 
 import errno
 import os
+import shutil
+import signal
 import stat
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 import geomint as gi
-from geomint import outputs
+from geomint import outputs, workplace
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
 
@@ -254,10 +257,142 @@ def test_another_process_that_keeps_the_folder(tmp_path, monkeypatch):
 
     descriptor = os.open(tmp_path, os.O_RDONLY)
     fcntl.flock(descriptor, fcntl.LOCK_EX)
-    monkeypatch.setattr(outputs, "PATIENCE", 0.05)
+    monkeypatch.setattr(workplace, "PATIENCE", 0.05)
     try:
         with pytest.raises(gi.OutputError, match="another process"):
             write_report(tmp_path, "new")
     finally:
         os.close(descriptor)
     assert contents(tmp_path) == {}
+
+
+def test_nothing_stays_of_a_report_that_was_there(tmp_path):
+    """Of the names that belong to a report; also back, if a file cannot be moved."""
+    write_report(tmp_path, "old")
+    with gi.whole_folder(tmp_path, NAMES) as unfinished:
+        (unfinished / NAMES[1]).write_text("new", encoding="utf-8")
+    assert contents(tmp_path) == {NAMES[1]: "new"}
+
+
+def test_names_are_looked_at_before_the_work(tmp_path):
+    (tmp_path / NAMES[1]).mkdir()
+    gi.check_folder(tmp_path)
+    with pytest.raises(gi.OutputError, match=r"b\.png.*a folder.*expected a file"):
+        gi.check_folder(tmp_path, NAMES)
+
+
+KILLED = """
+import os, sys
+from geomint.outputs import whole_folder
+with whole_folder(sys.argv[1]) as unfinished:
+    os.kill(os.getpid(), 9)
+"""
+
+
+@posix
+def test_what_a_killed_process_left_is_removed(tmp_path):
+    """Not what others are writing at, nor what only looks like it."""
+    place = tmp_path / "report"
+    subprocess.run([sys.executable, "-c", KILLED, str(place)], check=False)
+    (left,) = leftovers(place)
+    old = time.time() - 1000.0
+    mine = place / f"{workplace.LEFT}mine"
+    mine.mkdir()
+    os.utime(mine, (old, old))
+    gi.check_folder(place)
+    assert left in leftovers(place)  # too young: perhaps it has no lock yet
+    os.utime(place / left, (old, old))
+    with gi.whole_folder(place) as unfinished:
+        os.utime(unfinished.parent, (old, old))
+        gi.check_folder(place)
+        assert unfinished.is_dir()
+        assert left not in leftovers(place)
+    assert leftovers(place) == [mine.name]
+
+
+@posix
+@pytest.mark.parametrize("at", ["_move_all", "_complete", "rmtree", "mkdir"])
+def test_ctrl_c_at_any_moment(tmp_path, monkeypatch, at):
+    """The old or the new, nothing beside it, and it is not lost."""
+    write_report(tmp_path, "old")
+    owner = {"rmtree": shutil, "mkdir": Path}.get(at, outputs)
+    function, times = getattr(owner, at), []
+
+    def pressed(*args, **options):
+        if len(times) < 2 and (at != "mkdir" or ".geomint" in str(args[0])):
+            times.append(at)
+            signal.raise_signal(signal.SIGINT)
+        return function(*args, **options)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(owner, at, pressed)
+            with pytest.raises(KeyboardInterrupt):
+                write_report(tmp_path, "new")
+    finally:
+        assert signal.signal(signal.SIGINT, before) is signal.default_int_handler
+    assert times
+    assert leftovers(tmp_path) == []
+    assert contents(tmp_path) == dict.fromkeys(NAMES, "old" if at == "mkdir" else "new")
+
+
+def test_what_ctrl_c_breaks_is_an_interrupt(tmp_path):
+    """A file that it leaves closed is no error of the disk."""
+
+    def write_closed():
+        with gi.whole_file(tmp_path / "file"):
+            try:
+                raise KeyboardInterrupt
+            finally:
+                raise OSError(errno.EBADF, os.strerror(errno.EBADF))
+
+    with pytest.raises(KeyboardInterrupt):
+        write_closed()
+
+
+@posix
+def test_a_file_system_without_locks(tmp_path, monkeypatch):
+    import fcntl
+
+    def fail(*_):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(fcntl, "flock", fail)
+    write_report(tmp_path, "new")
+    assert contents(tmp_path) == dict.fromkeys(NAMES, "new")
+
+
+@posix
+@pytest.mark.skipif(
+    getattr(os, "geteuid", lambda: 1)() != 0, reason="only root can give files away"
+)
+def test_the_owner_stays(tmp_path):
+    path = tmp_path / NAMES[0]
+    for writing in (write, lambda p: write_report(p.parent, "new")):
+        write(path)
+        os.chown(path, 12345, 54321)
+        path.chmod(0o640)
+        writing(path)
+        found = path.stat()
+        assert (found.st_uid, found.st_gid) == (12345, 54321)
+        assert stat.S_IMODE(found.st_mode) == 0o640
+
+
+@pytest.mark.parametrize("kind", ["a file", "below a file", "dangling", "empty"])
+def test_folders_that_cannot_be_are_told(tmp_path, kind):
+    place = tmp_path / "place"
+    if kind == "dangling":
+        place.symlink_to(tmp_path / "nowhere")
+    else:
+        place.touch()
+    path, said = {
+        "a file": (place, "place' is no folder; expected a folder, or nothing"),
+        "below a file": (place / "further", "place' is no folder; expected a folder"),
+        "dangling": (place, "a symlink that leads nowhere; expected a folder"),
+        "empty": ("", "an empty name"),
+    }[kind]
+    with pytest.raises(gi.OutputError, match=said):
+        gi.check_folder(path)
+    with pytest.raises(gi.OutputError, match=said):
+        write_report(path, "new")

@@ -67,7 +67,7 @@ def audit(
     if brief and quiet:
         raise gi.DomainError("--brief", brief, "no --quiet beside it, which prints no table at all")
     if out is not None:
-        gi.check_folder(out)
+        gi.check_folder(out, ["audit.json"])
     if markdown is not None:
         gi.check_file(markdown)
 

@@ -14,6 +14,7 @@ __all__ = ["exact"]
 
 ENDINGS = (".gif", ".html", ".mp4")
 FRAMES = 200
+MOST_FRAMES = 10_000  # the writers of .gif and .html hold all of them
 FRAME = 0.2  # time between frames over the time of a turn of the fastest angle by one
 
 
@@ -32,7 +33,7 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 )
 @click.option(
     "--frames",
-    type=click.IntRange(min=2),
+    type=click.IntRange(min=2, max=MOST_FRAMES),
     show_default=str(FRAMES),
     help="Of the animation.",
 )
@@ -51,7 +52,7 @@ def exact(
     if animate is None and frames is not None:
         raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
     if out is not None:
-        gi.check_folder(out)
+        gi.check_folder(out, ["exact.png", "exact.svg"])
     if animate is not None:
         gi.check_file(animate)
     model = gi.load_scene(scene).model

@@ -48,8 +48,8 @@ def command(
     from rich.console import Console
     from rich.text import Text
 
+    from ..errors import printable
     from ..plan import expected_plans, make_plan
-    from ..report.text import printable
 
     for_drift = for_drift or methods is not None
     chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe, for_drift)

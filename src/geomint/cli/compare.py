@@ -11,6 +11,8 @@ from .options import (
     exit_code,
     partly,
     reproducing_command,
+    say,
+    tell,
     tell_notes,
     tell_time,
     yes_option,
@@ -61,6 +63,7 @@ def command(
     """
     from ..outputs import check_folder
     from ..plan import comparison_time
+    from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, run_compare
     from ..report.summary import print_comparison
     from ..scene.entries import split_list
@@ -75,15 +78,15 @@ def command(
     reference = reference or section.reference or "auto"
     tell_notes(chosen)
     tell_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
-    check_folder(out)
+    check_folder(out, COMPARE_FILES)
     command = reproducing_command()
     result = run_compare(chosen, names, out, given, repeats, not quiet, command, reference)
     for method, status in result.without_result.items():
-        click.echo(f"geomint: {method}: no result: {status}", err=True)
+        tell(f"{method}: no result: {status}")
     if not quiet:
         print_comparison(result, chosen)
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")
-        click.echo(f"report{partly(result)}: {out / 'compare.html'}")
+        say(f"report{partly(result)}", out / "compare.html")
     if result.without_result and result.status == "success":
         return exit_code("failed")
     return exit_code(result.status)

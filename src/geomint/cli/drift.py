@@ -13,8 +13,10 @@ from .options import (
     methods_option,
     partly,
     reproducing_command,
+    say,
     scene_options,
     several_methods,
+    tell,
     tell_failure,
     tell_notes,
     tell_time,
@@ -69,11 +71,12 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
     from ..errors import StepError
     from ..outputs import check_folder
     from ..plan import expected_time, make_plan
+    from ..report import DRIFT_FILES
 
     plan = make_plan(scene, "drift")
     tell_notes(scene, plan.notes)
     tell_time(lambda: expected_time([plan]), yes)
-    check_folder(out)
+    check_folder(out, DRIFT_FILES)
     failure: StepError | None = None
     try:
         solution = plan.solve(progress=not quiet)
@@ -88,18 +91,19 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
         from ..report.summary import print_summary
 
         print_summary(solution, scene)
-        click.echo(f"report{partly(solution)}: {page}")
+        say(f"report{partly(solution)}", page)
     return exit_code(solution.status)
 
 
 def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool) -> int:
     from ..outputs import check_folder
     from ..plan import Plan, expected_plans, expected_time, run_methods
+    from ..report import DRIFT_FILES
 
     tell_notes(scene)
     plans = [p for p in expected_plans(scene, methods).values() if isinstance(p, Plan)]
     tell_time(lambda: expected_time(plans), yes)
-    check_folder(out)
+    check_folder(out, DRIFT_FILES)
     result = run_methods(scene, methods, not quiet, _tell_failure)
 
     from ..report import write_several_report
@@ -109,10 +113,10 @@ def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool
         from ..report.summary import print_several
 
         print_several(result)
-        click.echo(f"report{partly(result)}: {page}")
+        say(f"report{partly(result)}", page)
     return exit_code(result.status)
 
 
 def _tell_failure(run: MethodRun) -> None:
     if run.status != "success":
-        click.echo(f"geomint: {run.label}: {run.status}: {run.message}".rstrip(": "), err=True)
+        tell(f"{run.label}: {run.status}: {run.message}".rstrip(": "))

@@ -6,6 +6,7 @@ import importlib
 import os
 import sys
 import traceback
+import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
@@ -15,6 +16,7 @@ import click
 
 from .. import __version__
 from ..errors import GeomintError
+from .options import tell, tell_failure
 from .plugged import summary
 from .signals import signals_as_ctrl_c
 
@@ -40,6 +42,18 @@ def _others() -> dict[str, EntryPoint]:
     return {p.name: p for p in entry_points(group="geomint.commands") if p.name not in COMMANDS}
 
 
+class _Named(click.ParamType):  # type: ignore[type-arg]
+    """A path that is not empty: as a path that would be the current folder."""
+
+    def __init__(self, path: click.ParamType[Any]) -> None:
+        self._path, self.name = path, path.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "":
+            self.fail("an empty name; expected the path of a file or folder", param, ctx)
+        return self._path.convert(value, param, ctx)
+
+
 class LazyGroup(click.Group):
     """A group that imports a command when it is called, and turns errors into exit codes."""
 
@@ -58,7 +72,15 @@ class LazyGroup(click.Group):
             command = point.load()
         if not isinstance(command, click.Command):
             raise GeomintError(f"command {cmd_name!r} is not a click command: {command!r}")
+        for parameter in command.params:
+            if isinstance(parameter.type, click.Path):  # of plugged-in commands too
+                parameter.type = _Named(parameter.type)
         return command
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; the warnings that it has told in other words come back after it."""
+        with warnings.catch_warnings():
+            return super().invoke(ctx)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -113,23 +135,17 @@ class LazyGroup(click.Group):
             error.show()
             return error.exit_code
         except (click.Abort, KeyboardInterrupt):
-            click.echo("geomint: interrupted", err=True)
+            tell("interrupted")
             return INTERRUPTED
         except GeomintError as error:
-            _tell(error, arguments)
+            tell_failure(error, arguments)
             return FAILED
         except OSError as error:
             if error.filename is not None:
-                _tell(error, arguments)
+                tell_failure(error, arguments)
                 return FAILED
             return _output_failed(error, arguments)
         return result if isinstance(result, int) else 0
-
-
-def _tell(error: Exception, arguments: list[str]) -> None:
-    if "--debug" in arguments:
-        traceback.print_exc()
-    click.echo(f"geomint: {error}", err=True)
 
 
 def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
@@ -140,7 +156,7 @@ def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if isinstance(error, BrokenPipeError):
         return CLOSED
-    click.echo(f"geomint: standard output cannot be written: {error.strerror}", err=True)
+    tell(f"standard output cannot be written: {error.strerror}")
     return FAILED
 
 

@@ -7,15 +7,18 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ..errors import printable
+
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..compare.runs import Comparison
-    from ..errors import GeomintError
     from ..plan import Estimate, SeveralRuns
     from ..run.solution import Solution
     from ..scene import Scene
@@ -27,8 +30,10 @@ __all__ = [
     "partly",
     "patience",
     "reproducing_command",
+    "say",
     "scene_options",
     "several_methods",
+    "tell",
     "tell_failure",
     "tell_notes",
     "tell_time",
@@ -130,16 +135,29 @@ def several_methods(
 def tell_notes(scene: Scene, more: tuple[str, ...] = ()) -> None:
     """Print what was changed to make the initial state admissible, and `more`."""
     for note in (*scene.notes, *more):
-        click.echo(f"geomint: note: {note}", err=True)
+        tell(f"note: {note}")
 
 
-def tell_failure(failure: GeomintError | None) -> None:
-    """Print why a run ended, before it is said where that which there is of it is written."""
+def tell(text: str) -> None:
+    """Print a line of geomint's own on standard error."""
+    click.echo(f"geomint: {printable(text)}", err=True)
+
+
+def say(what: str, path: Path) -> None:
+    """Print where something was written."""
+    click.echo(f"{what}: {printable(str(path))}")
+
+
+def tell_failure(failure: BaseException | None, arguments: Sequence[str] | None = None) -> None:
+    """Print an error; of a run that ended, before it is said where that which there is is written.
+
+    With ``--debug`` among the arguments, by default those of this process, the traceback too.
+    """
     if failure is None:
         return
-    if "--debug" in sys.argv:
+    if "--debug" in (sys.argv if arguments is None else arguments):
         traceback.print_exception(failure)
-    click.echo(f"geomint: {failure}", err=True)
+    tell(str(failure))
 
 
 def partly(result: Solution | SeveralRuns | Comparison) -> str:
@@ -163,7 +181,7 @@ def tell_time(expected: Callable[[], Estimate], allowed: bool) -> None:
     if found.measured and found.seconds > DAY and not allowed:
         raise GeomintError(f"this takes {found}: give --yes for more than a day, or an earlier end")
     if found.seconds > HOUR:
-        click.echo(f"geomint: note: this takes {found}", err=True)
+        tell(f"note: this takes {found}")
         # It has been said: not again by the run.
         warnings.filterwarnings("ignore", "at its pace this run takes")
 

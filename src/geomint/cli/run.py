@@ -11,6 +11,7 @@ from .options import (
     exit_code,
     partly,
     reproducing_command,
+    say,
     scene_options,
     tell_failure,
     tell_notes,
@@ -70,5 +71,5 @@ def command(
         from ..report.summary import print_summary
 
         print_summary(solution, chosen)
-        click.echo(f"written{partly(solution)}: {out}")
+        say(f"written{partly(solution)}", out)
     return exit_code(solution.status)

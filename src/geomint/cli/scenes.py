@@ -15,7 +15,7 @@ def command() -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from ..report.text import printable
+    from ..errors import printable
     from ..scene.load import builtin_scenes, parse
 
     console = Console()

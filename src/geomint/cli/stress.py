@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from .options import reproducing_command
+from .options import reproducing_command, say
 
 __all__ = ["command"]
 
@@ -51,12 +51,13 @@ def command(
     kept quantity lost without a word, an error without a type, a hang.
     """
     from ..outputs import check_folder
+    from ..report import STRESS_FILES
     from ..stress.page import forbidden, stress_record, write_stress_report
     from ..stress.sweep import Selection, run_selection
     from ..stress.terminal import Watch
 
     selection = Selection(_names(methods), _names(systems), _names(axis), quick)
-    check_folder(out)
+    check_folder(out, STRESS_FILES)
     with Watch(not quiet) as watch:
         result = run_selection(selection, watch, seconds=seconds, workers=workers)
     record = stress_record(
@@ -66,7 +67,7 @@ def command(
     bad = forbidden(result.cells)
     if not quiet:
         watch.summary(result.cells)
-        click.echo(f"report{' (interrupted)' if result.interrupted else ''}: {page}")
+        say("report (interrupted)" if result.interrupted else "report", page)
     if result.interrupted:
         return INTERRUPTED
     return FORBIDDEN if bad else 0

@@ -79,4 +79,5 @@ def find_method(name: str | Method) -> Method:
         base = name.removesuffix(f"-{composition}")
         if base != name:
             return Compose(_base(base), composition)
-    raise MethodError(f"method = {told(name)}: no such method.{nearest(name, known)}")
+    hint = nearest(name, known, "`geomint methods`")
+    raise MethodError(f"method = {told(name)}: no such method.{hint}")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import functools
-import warnings
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ConvergenceError, GeomintWarning, NonFiniteError, StepError, StepSizeError
+from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
@@ -95,18 +94,9 @@ class Stepper:
         if not self.compiled:
             self._entry, self._arguments = self.kernel, self.functions
             return
-        from ..kernels.compiling.cache import take_failure
-
         types, whole = _types(self.signatures)
         self._arguments = tuple(compiled(f, s) for f, s in zip(self.functions, types, strict=True))
         self._entry = compiled(self.kernel, whole)
-        failure = take_failure()
-        if failure is not None:
-            warnings.warn(
-                f"compiled code cannot be kept, every process compiles anew: {failure}",
-                GeomintWarning,
-                stacklevel=2,
-            )
 
     def lanes(self) -> LaneStepper:
         """Return the same step for eight trajectories at once.

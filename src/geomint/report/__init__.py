@@ -11,6 +11,18 @@ if TYPE_CHECKING:
 
 __all__ = ["drift_report", "write_drift_report", "write_several_report"]
 
+# What lies in the folder of a report.
+DRIFT_FILES = ("drift.json", "drift.png", "drift.svg", "report.html")
+COMPARE_FILES = (
+    "compare.html",
+    "compare.json",
+    "compare.png",
+    "compare.svg",
+    "compare-drift.png",
+    "compare-drift.svg",
+)
+STRESS_FILES = ("stress.html", "stress.json", "stress.png", "stress.svg")
+
 
 def __getattr__(name: str) -> Any:
     if name not in __all__:

@@ -14,6 +14,7 @@ from ..plots.drift_plots import drift_figure
 from ..plots.style import data_uri, save_figure
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
+from . import COMPARE_FILES
 from .compare_plots import work_precision_figure
 from .pages import render
 
@@ -56,7 +57,7 @@ def write_compare_report(
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
-    with whole_folder(out) as unfinished:
+    with whole_folder(out, COMPARE_FILES) as unfinished:
         (unfinished / "compare.json").write_text(json_text(record), encoding="utf-8")
         (unfinished / "compare.html").write_text(page, encoding="utf-8")
         for name, figure in figures.items():

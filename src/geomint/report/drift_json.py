@@ -12,6 +12,7 @@ from ..plots.style import save_figure
 from ..run.provenance import finite_json, json_text, run_record
 from ..watch.drift import Drift
 from ..watch.quantities import kind_of
+from . import DRIFT_FILES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,7 +68,7 @@ def _method_entry(run: MethodRun) -> dict[str, Any]:
 
 def write_drift_files(folder: Path, record: Mapping[str, Any], figure: Figure, page: str) -> Path:
     """Write ``drift.json``, ``drift.png``, ``drift.svg``, ``report.html``; return the page's path."""
-    with whole_folder(folder) as unfinished:
+    with whole_folder(folder, DRIFT_FILES) as unfinished:
         (unfinished / "drift.json").write_text(json_text(record), encoding="utf-8")
         save_figure(figure, unfinished, "drift")
         (unfinished / "report.html").write_text(page, encoding="utf-8")

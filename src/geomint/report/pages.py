@@ -6,10 +6,18 @@ import functools
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
+from ..errors import printable
 from .text import number, with_error
 
 __all__ = ["render"]
+
+
+def _harmless(value: Any) -> Any:
+    """Return a value without control characters, which no HTML may have and which may mislead."""
+    plain = isinstance(value, str) and not isinstance(value, Markup)
+    return printable(value) if plain and not value.isprintable() else value
 
 
 @functools.cache
@@ -17,6 +25,7 @@ def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("geomint.report"),
         autoescape=True,
+        finalize=_harmless,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

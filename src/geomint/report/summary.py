@@ -8,12 +8,13 @@ from rich.table import Table
 from rich.text import Text
 
 from ..compare.runs import Comparison, Point
+from ..errors import printable
 from ..plan import MethodRun, SeveralRuns
 from ..run.solution import Solution
 from ..scene import Scene
 from ..watch.drift import Drift
 from .kinds import kinds_in_words, names_by_kind
-from .text import duration, number, printable, short_slope, spanned, step_of, verdict
+from .text import duration, number, short_slope, spanned, step_of, verdict
 
 __all__ = ["print_comparison", "print_several", "print_summary"]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import unicodedata
 
 from ..run.solution import Solution
 from ..watch.drift import Drift
@@ -12,7 +11,6 @@ __all__ = [
     "OUTCOMES",
     "duration",
     "number",
-    "printable",
     "rule_details",
     "short_slope",
     "spanned",
@@ -32,14 +30,6 @@ def number(value: float | None, digits: int = 3) -> str:
         return "not finite"
     text = f"{value:.{digits}g}"
     return f"−{text[1:]}" if text.startswith("-") else text
-
-
-def printable(text: str) -> str:
-    """Return a text without what would steer a terminal: control characters as their escapes."""
-    return "".join(
-        c if c == "\n" or unicodedata.category(c) not in ("Cc", "Cf", "Cs") else repr(c)[1:-1]
-        for c in text
-    )
 
 
 def step_of(solution: Solution, digits: int = 6) -> str:

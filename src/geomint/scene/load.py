@@ -83,7 +83,7 @@ def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:
         if name in known:
             return name, known[name].read_text(encoding="utf-8"), True
         if not _is_file(path):
-            hint = nearest(name, known)
+            hint = nearest(name, known, "`geomint scenes`")
             raise SceneError(f"scene {told(name)}: neither a file nor a built-in scene.{hint}")
     return path.stem, _read(path), False
 

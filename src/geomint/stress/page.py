@@ -13,6 +13,7 @@ from typing import Any
 from ..methods import find_method
 from ..outputs import whole_folder
 from ..plots.style import data_uri, save_figure
+from ..report import STRESS_FILES
 from ..report.pages import render
 from ..run.provenance import environment, finite_json
 from .case import StressAxis
@@ -93,7 +94,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
         rules=RULES,
         references=references_told(record["references"]),
     )
-    with whole_folder(out) as unfinished:
+    with whole_folder(out, STRESS_FILES) as unfinished:
         (unfinished / "stress.json").write_text(_text(record), encoding="utf-8")
         save_figure(picture, unfinished, "stress")
         (unfinished / "stress.html").write_text(page, encoding="utf-8")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 import re
+import warnings
 from typing import Any
 
-from ...errors import DeclarationError
+from ...errors import DeclarationError, GeomintWarning
 from .recorded import Recorded
 
 __all__ = ["compiled", "reason_of"]
@@ -41,14 +42,20 @@ def compiled(function: Recorded, signature: Any) -> Any:
     DeclarationError
         If it cannot be compiled; numba's own error is the cause.
     """
+    from .cache import take_failure
     from .compile import compile_function
     from .foreign import NumbaError
 
     try:
-        return compile_function(function, signature)
+        found = compile_function(function, signature)
     except (NumbaError, AssertionError, RecursionError) as error:
         what = f"cannot be compiled: {reason_of(error, function)}; see geomint.field"
         raise DeclarationError(None, function.function.__name__, what) from error
+    failure = take_failure()
+    if failure is not None:
+        told = f"compiled code cannot be kept, every process compiles anew: {failure}"
+        warnings.warn(told, GeomintWarning, stacklevel=3)
+    return found
 
 
 def reason_of(error: BaseException, function: Recorded) -> str:

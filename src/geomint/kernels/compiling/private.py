@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import functools
 import os
+import shutil
 import stat
 from pathlib import Path
 
@@ -53,6 +54,13 @@ def private_folder(folder: Path) -> Path:
         raise PermissionError(errno.EPERM, f"{folder} belongs to another user")
     if found.st_mode & OTHERS:
         folder.chmod(stat.S_IMODE(found.st_mode) & ~OTHERS)
-        for file in folder.iterdir():  # of whom?
-            file.unlink()
+        try:
+            for entry in folder.iterdir():  # of whom?
+                if entry.is_dir() and not entry.is_symlink():
+                    shutil.rmtree(entry)
+                else:
+                    entry.unlink()
+        except OSError:
+            folder.chmod(stat.S_IMODE(found.st_mode))  # nor may the next process trust what stays
+            raise
     return folder

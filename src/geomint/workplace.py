@@ -1,0 +1,127 @@
+"""Places to write in: a folder of one process alone, taking turns, and moments without Ctrl-C."""
+
+from __future__ import annotations
+
+import errno
+import os
+import platform
+import re
+import secrets
+import shutil
+import signal
+import threading
+import time
+import zlib
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+
+from .errors import OutputError
+
+try:
+    import fcntl
+except ImportError:  # not on this platform: processes that write to one folder may mix files
+    fcntl = None  # type: ignore[assignment]
+
+__all__ = ["LEFT", "alone", "synced", "undisturbed", "workplace"]
+
+PATIENCE = 20.0  # seconds for another process to finish moving its files
+YOUNG = 60.0  # seconds: what was left is not looked at before
+# A lock on a folder that other machines see too may not be known to them: each removes its own.
+LEFT = f".geomint-{zlib.crc32(platform.node().encode()):08x}-"
+
+
+@contextmanager
+def workplace(folder: Path) -> Iterator[Path]:
+    """Make a folder of this process alone in another one, and remove it with what it holds."""
+    _remove_left(folder)
+    place = folder / f"{LEFT}{secrets.token_hex(8)}"
+    with ExitStack() as ends:
+        ends.callback(_remove, place)
+        place.mkdir(mode=0o700)
+        descriptor = _lock(place)
+        if descriptor is not None:
+            ends.callback(os.close, descriptor)
+        yield place
+
+
+def _remove(place: Path) -> None:
+    with undisturbed():
+        shutil.rmtree(place, ignore_errors=True)
+
+
+def _remove_left(folder: Path) -> None:
+    """Remove what processes of this machine that were killed have left in a folder."""
+    for place in folder.glob(f"{LEFT}*"):
+        with suppress(OSError):
+            young = time.time() - place.lstat().st_mtime < YOUNG
+            if young or not re.fullmatch("[0-9a-f]{16}", place.name.removeprefix(LEFT)):
+                continue
+            descriptor = _lock(place)
+            if descriptor is not None:  # nobody is writing there
+                _remove(place)
+                os.close(descriptor)
+
+
+def _lock(folder: Path) -> int | None:
+    """Lock a folder until what is returned is closed; None if somebody has, or nobody can."""
+    if fcntl is None:
+        return None
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Keep Ctrl-C, and what the command line makes one, waiting to the end of the block."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    came: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        if came:
+            signal.raise_signal(signal.SIGINT)
+
+
+def synced(folder: Path) -> None:
+    """Bring the names in a folder to the disk, where folders can be opened."""
+    if os.name != "posix":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Wait for other processes that are moving files to this folder, and keep others waiting."""
+    if fcntl is None:
+        yield
+        return
+    descriptor, end = os.open(folder, os.O_RDONLY), time.monotonic() + PATIENCE
+    try:
+        while True:
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except OSError as failure:
+                if failure.errno not in (errno.EAGAIN, errno.EACCES):
+                    break  # no file system for locks
+                if time.monotonic() > end:
+                    raise OutputError(folder, "another process keeps writing to it") from None
+                time.sleep(0.01)
+        yield
+    finally:
+        os.close(descriptor)  # which ends the lock
