@@ -17,8 +17,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from geomint.problems.watched_call.drift import Drift, measure_drift
-from geomint.problems.watched_call.windows import Windows
+
+from geomint.watch.drift import Drift, measure_drift
+from geomint.watch.windows import Windows
 
 HERE = Path(__file__).parent
 EPSILON = 2.0**-52

@@ -25,10 +25,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from geomint.compare.runs.reference import reference_solution
 
 import chaplygin as ch
 import geomint as gi
+from geomint.compare.reference import reference_solution
 from machine import describe
 
 A, D, T = (0.8, 1.1, 1.5), 4.0, 2500.0

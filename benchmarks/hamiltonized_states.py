@@ -20,10 +20,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from geomint.compare.runs.reference import reference_solution
 
 import chaplygin as ch
 import geomint as gi
+from geomint.compare.reference import reference_solution
 from hamiltonized_n3 import A, D, heyoka_field
 from machine import describe
 

@@ -14,9 +14,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from geomint.compare.runs.runs import compare
-
 import geomint as gi
+from geomint.compare.runs import compare
 from machine import describe
 
 FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)

@@ -18,6 +18,12 @@ from .errors import (
     StepSizeError as StepSizeError,
     TruthError as TruthError,
 )
+from .files.outputs import (
+    check_file as check_file,
+    check_folder as check_folder,
+    whole_file as whole_file,
+    whole_folder as whole_folder,
+)
 from .kernels.compiling.recorded import field as field, helper as helper, observable as observable
 from .kernels.groups.great_circle import (
     great_circle as great_circle,
@@ -46,12 +52,6 @@ from .methods.registry import (
 )
 from .methods.rkmk import RKMK as RKMK
 from .methods.splitting import Verlet as Verlet
-from .outputs import (
-    check_file as check_file,
-    check_folder as check_folder,
-    whole_file as whole_file,
-    whole_folder as whole_folder,
-)
 from .plan import (
     SeveralRuns as SeveralRuns,
     make_plan as make_plan,

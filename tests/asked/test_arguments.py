@@ -14,7 +14,7 @@ import pytest
 from asked_support import arguments_of, called, methods_of, seen
 
 import geomint as gi
-from geomint.compare.runs import runs as compare_module
+from geomint.compare import runs as compare_module
 from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
 from geomint.report import drift_page

@@ -311,8 +311,7 @@ def test_a_stress_test_of_nothing_is_refused() -> None:
 
 def test_options_of_steps_reach_the_points(monkeypatch) -> None:
     """``--steps`` takes what the documentation says: numbers with commas between."""
-    from geomint.compare.runs.runs import Comparison
-
+    from geomint.compare.runs import Comparison
     from geomint.report import compare_page
 
     asked: list[Any] = []

@@ -6,11 +6,11 @@ import dataclasses
 import numpy as np
 import pytest
 from exact_support import flow_of, problem_of, turn_of
-from geomint.compare.runs.exact_reference import exact_reference
 
 import chaplygin as ch
 import geomint as gi
 from chaplygin.exact import classical, clock, clock_series, flow, torus
+from geomint.compare.exact_reference import exact_reference
 
 ULP = float(np.spacing(0.8))
 GAPS = (1e-1, 1e-5, 1e-9, 1e-12, 1e-14, ULP, 0.0)

@@ -117,7 +117,7 @@ def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
     from click.testing import CliRunner
 
     from geomint.cli import main
-    from geomint.compare.runs import runs as compare
+    from geomint.compare import runs as compare
 
     measure, points = compare._measure, []
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from geomint.compare.runs.ladder import representation_for
-from geomint.compare.runs.runs import compare
 
 import geomint as gi
-from geomint.compare.runs import runs as compare_module
+from geomint.compare import runs as compare_module
+from geomint.compare.ladder import representation_for
+from geomint.compare.runs import compare
 from geomint.report import compare_page
 
 SCENE: dict[str, Any] = {

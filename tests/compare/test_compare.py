@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from geomint.compare.runs.runs import compare
 
 import geomint as gi
+from geomint.compare.runs import compare
 from geomint.problems.systems import find_system
 from geomint.report.compare_page import run_compare
 
@@ -161,7 +161,7 @@ def test_report_files(tmp_path):
 
 
 def test_error_is_relative_to_the_largest_entry(model):
-    from geomint.compare.runs.truth import Goal
+    from geomint.compare.truth import Goal
 
     problem = model.problems["hamiltonized"]
     y = model.states["hamiltonized"]
@@ -180,7 +180,7 @@ def test_error_is_relative_to_the_largest_entry(model):
 
 def test_a_quantity_that_is_zero_is_measured_against_the_others():
     """0/0 was NaN in a point that said ok."""
-    from geomint.compare.runs.truth import Goal
+    from geomint.compare.truth import Goal
 
     problem = gi.Problem(
         "two", (("x", 1), ("v", 1)), field=falling, physical=lambda y: {"x": y[:1], "v": y[1:]}

@@ -11,11 +11,11 @@ import json
 
 import numpy as np
 import pytest
-from geomint.compare.runs.confirmation import Confirmation, confirm
-from geomint.compare.runs.reference import reference_solution
-from geomint.compare.runs.reference_record import Reference, place_of, stored
 
 import geomint as gi
+from geomint.compare.confirmation import Confirmation, confirm
+from geomint.compare.reference import reference_solution
+from geomint.compare.reference_record import Reference, place_of, stored
 from geomint.compare.runs import confirmation, reference, reference_record
 from geomint.problems.testproblems import neumann
 
@@ -362,7 +362,7 @@ class Turning:
     [(Turning(1e-4), "differs by"), (Turning(0.0, 1e-3), r"errs by 0\.001")],
 )
 def test_an_exact_flow_that_is_not_is_refused(motion, word):
-    from geomint.compare.runs.runs import compare
+    from geomint.compare.runs import compare
 
     for problem, end in ((CIRCLE, {"t_end": 3.0}), (IN_TAU, {"tau_end": 3.0})):
         exact = dataclasses.replace(problem, make_exact=lambda y: motion)
@@ -372,7 +372,7 @@ def test_an_exact_flow_that_is_not_is_refused(motion, word):
 
 
 def test_an_exact_flow_that_is_refused_is_not_replaced_without_a_word(monkeypatch):
-    from geomint.compare.runs.runs import compare
+    from geomint.compare.runs import compare
 
     monkeypatch.setattr("geomint.compare.truth.MOST_EXTENDED_STEPS", 1)
     exact = dataclasses.replace(CIRCLE, make_exact=lambda y: Turning(1e-4))

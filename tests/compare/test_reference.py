@@ -5,10 +5,10 @@ from __future__ import annotations
 import mpmath as mp
 import numpy as np
 import pytest
-from geomint.compare.runs.reference import reference_solution
-from geomint.compare.runs.reference_record import place_of
 
 import geomint as gi
+from geomint.compare.reference import reference_solution
+from geomint.compare.reference_record import place_of
 from geomint.compare.runs import reference
 
 

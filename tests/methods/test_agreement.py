@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomint.compare.runs.reference import reference_solution
 
 import geomint as gi
+from geomint.compare.reference import reference_solution
 from geomint.methods import agreement
 
 SINGLE = np.float32(0.1)

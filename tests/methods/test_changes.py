@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomint.compare.runs.reference import integrate_extended, reference_solution
 
 import geomint as gi
 from geomint import cos, sin
+from geomint.compare.reference import integrate_extended, reference_solution
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import Start
 from geomint.problems.testproblems import spherical_pendulum

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomint.compare.runs.reference import reference_solution
 
 import geomint as gi
+from geomint.compare.reference import reference_solution
 from geomint.kernels.numbers.blocks import part
 from geomint.kernels.numbers.watched import AccessError, Fresh, Given
 from geomint.problems.declaration import FEW, check_problem
@@ -605,8 +605,7 @@ def test_references(nothing_runs: None) -> None:
 
 def test_comparisons_and_plans(nothing_runs: None) -> None:
     """What asks for a model's problems."""
-    from geomint.compare.runs.runs import compare
-
+    from geomint.compare.runs import compare
     from geomint.plan.cost import cost_of
     from geomint.stress.judge import Trial
 

@@ -9,7 +9,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from geomint.problems.watched_call.drift import Drift
 
 import chaplygin as ch
 import geomint as gi
@@ -29,6 +28,7 @@ from geomint.problems.testproblems import (
     spherical_pendulum,
 )
 from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
+from geomint.watch.drift import Drift
 
 EPSILON = 2.0**-52
 STEPS = 10**5

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 from blocks import ROOT, page
-from geomint.compare.runs.runs import Point
 
 import geomint as gi
 from chaplygin.audit.report import as_json
 from chaplygin.audit.run import CLAIMS, audit as evaluate_all
+from geomint.compare.runs import Point
 from geomint.problems.testproblems import pulsating_body
 from geomint.report.drift_json import drift_record
 from geomint.run.provenance import environment, run_record

@@ -7,12 +7,12 @@ import re
 from html.parser import HTMLParser
 
 import pytest
-from geomint.problems.watched_call.drift import CLASSES
 
 import geomint as gi
 from geomint.report import write_drift_report
 from geomint.report.text import number, with_error
 from geomint.run.provenance import finite_json
+from geomint.watch.drift import CLASSES
 
 KEYS = {
     "initial",

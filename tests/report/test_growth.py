@@ -6,17 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from geomint.problems.watched_call.drift import (
+
+from geomint import DomainError
+from geomint.watch.drift import (
     CLASSES,
     ROUNDOFF,
     measure_drift,
     not_finite,
     walk_level,
 )
-from geomint.problems.watched_call.growth import RULE
-from geomint.problems.watched_call.windows import Windows
-
-from geomint import DomainError
+from geomint.watch.growth import RULE
+from geomint.watch.windows import Windows
 
 SAMPLES = 20_000
 T = np.arange(1, SAMPLES + 1) / SAMPLES

@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from geomint.problems.watched_call.growth import NOT_FINITE
-from geomint.problems.watched_call.windows import Windows
 
 import geomint as gi
 from geomint.cli import main
 from geomint.plan import several
 from geomint.problems.watched_call import drift, observe
+from geomint.watch.growth import NOT_FINITE
+from geomint.watch.windows import Windows
 
 
 @gi.field

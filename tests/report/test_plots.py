@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from geomint.problems.watched_call.drift import measure_drift
-from geomint.problems.watched_call.windows import Windows
 
 from geomint.plots.drift_plots import drift_figure, panel_figure
 from geomint.plots.style import COLOURS, data_uri, save_figure, series_style
+from geomint.watch.drift import measure_drift
+from geomint.watch.windows import Windows
 
 N = 4000
 T = np.arange(1, N + 1) / N

@@ -6,7 +6,6 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from geomint.problems.watched_call.quantities import KINDS, kind_of
 
 import geomint as gi
 from geomint.plan import several
@@ -14,6 +13,7 @@ from geomint.plots.panels import Line, thinned
 from geomint.report.kind_plots import kinds_figure, swatch
 from geomint.report.kinds import kinds_in_words, names_by_kind
 from geomint.report.text import duration, short_slope
+from geomint.watch.quantities import KINDS, kind_of
 
 METHODS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "gauss-2:40"]
 LABELS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "gauss-2"]

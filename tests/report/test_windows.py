@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from geomint.problems.watched_call.windows import MAX_WINDOWS, Windows
 from hypothesis import given, strategies as st
+
+from geomint.watch.windows import MAX_WINDOWS, Windows
 
 
 def series(count):

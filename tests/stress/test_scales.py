@@ -4,10 +4,10 @@ import warnings
 
 import numpy as np
 import pytest
-from geomint.compare.runs.reference import reference_solution
 
 import chaplygin as ch
 import geomint as gi
+from geomint.compare.reference import reference_solution
 from geomint.problems.time_scale import characteristic_time
 
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from geomint.compare.runs.reference_record import place_of
 
 import geomint as gi
+from geomint.compare.reference_record import place_of
 from geomint.compare.runs import reference
 from geomint.stress import truth as stress_truth
 from geomint.stress.judge import Cell, Trial, judge

@@ -69,7 +69,7 @@ def command(
 
 def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
     from ..errors import StepError
-    from ..outputs import check_folder
+    from ..files.outputs import check_folder
     from ..plan import expected_time, make_plan
     from ..report import DRIFT_FILES
 
@@ -96,7 +96,7 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
 
 
 def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool) -> int:
-    from ..outputs import check_folder
+    from ..files.outputs import check_folder
     from ..plan import Plan, expected_plans, expected_time, run_methods
     from ..report import DRIFT_FILES
 

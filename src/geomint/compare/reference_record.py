@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import TruthError
-from ..outputs import whole_file
+from ..files.outputs import whole_file
 from ..problems.problem import Problem
 from .confirmation import Confirmation
 

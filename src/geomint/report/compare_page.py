@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison, compare
-from ..outputs import whole_folder
+from ..files.outputs import whole_folder
 from ..plots.drift_plots import drift_figure
 from ..plots.style import data_uri, save_figure
 from ..run.provenance import environment, finite_json, json_text

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..outputs import whole_folder
+from ..files.outputs import whole_folder
 from ..plan.several import MethodRun, SeveralRuns
 from ..plots.style import save_figure
 from ..run.provenance import finite_json, json_text, run_record

@@ -37,7 +37,7 @@ from scipy.io import netcdf_file  # type: ignore[attr-defined]
 
 from .. import __version__
 from ..errors import DomainError, GeomintError, told
-from ..outputs import whole_file
+from ..files.outputs import whole_file
 from ..watch.drift import Drift
 from ..watch.windows import Windows
 

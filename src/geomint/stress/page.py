@@ -10,8 +10,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ..files.outputs import whole_folder
 from ..methods import find_method
-from ..outputs import whole_folder
 from ..plots.style import data_uri, save_figure
 from ..report import STRESS_FILES
 from ..report.pages import render
