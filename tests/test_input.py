@@ -57,6 +57,18 @@ def energy(params, t, y, work):
 
 
 REFUSED = {
+    # what the large fuzz found
+    "null-byte": (lambda: gi.load("a\0b"), "path"),
+    "half-pair": (lambda: gi.load("\ud800"), "path"),
+    "cube-tensor": (lambda: ch.ChaplyginSphere.from_moments(np.ones((3, 3, 1)), 1, 1), "tensor"),
+    "flat-tensor": (lambda: ch.ChaplyginSphere.from_moments(np.ones((1, 9)), 1, 1), "tensor"),
+    "row-of-J": (lambda: ch.ChaplyginSphere.from_tensor(np.ones((3, 3, 1)), 1, 1), "J"),
+    "mute-states": (lambda: ch.frequency_map(SPHERE.hamiltonized(), Mute()), "states"),
+    "admit-nothing": (lambda: dataclasses.replace(FIELD, admit=lambda: None), "admit"),
+    "far-gaps": (
+        lambda: ch.Spheroconical([0.8, 1.1, 1.5]).gamma(np.full((2, 3), 1e300), [1, 1, 1]),
+        "gaps",
+    ),
     # switches
     "compiled is a word": (lambda: solved(compiled="no"), "compiled = 'no': expected True or"),
     "clock is a number": (lambda: solved(clock=0), "clock = 0: expected True, False or None"),

@@ -78,8 +78,16 @@ def check_dimension(name: str, n: int, most: int = LARGEST) -> None:
 
 def _matrix(name: str, value: Any, rows: int) -> Array:
     """Return a matrix, or the diagonal one of that many numbers."""
-    if as_array(name, value).ndim == 1:
+    values = as_array(name, value, f"numbers of the shape ({rows}, {rows})")
+    if values.ndim == 1:
         return np.diag(as_vector(name, value, rows))
+    return _square(name, value, rows)
+
+
+def _square(name: str, value: Any, rows: int) -> Array:
+    shape = f"({rows}, {rows})"
+    if as_array(name, value, f"numbers of the shape {shape}").shape != (rows, rows):
+        raise gi.DomainError(name, value, f"numbers of the shape {shape}")
     return as_vector(name, value, rows * rows).reshape(rows, rows)
 
 
@@ -287,7 +295,7 @@ class GeneralInertia:
     @classmethod
     def from_tensor(cls, tensor: Any) -> GeneralInertia:
         """Return the operator of a body in R³ with the inertia tensor of that shape (3, 3)."""
-        matrix = as_vector("tensor", tensor, 9).reshape(3, 3)
+        matrix = _square("tensor", tensor, 3)
         turn = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
         return cls(turn @ matrix @ turn.T)
 

@@ -44,4 +44,6 @@ def warn_of_mass_tensor(J: Any) -> None:
 
 def _principal(tensor: Any) -> Array:
     values = np.array(tensor, dtype=np.float64)
-    return np.sort(values if values.ndim == 1 else np.linalg.eigvalsh(0.5 * (values + values.T)))
+    if values.ndim != 2 or values.shape[0] != values.shape[1]:
+        return np.sort(values.reshape(-1))
+    return np.linalg.eigvalsh(0.5 * (values + values.T))

@@ -143,9 +143,12 @@ class Spheroconical:
         given = gi.as_vector("gaps", gaps, (n - 1) * n).reshape(n - 1, n)
         distances, sides = np.sort(np.abs(given), axis=0), gi.as_vector("signs", signs, n)
         squares = np.zeros(self.n)
-        for i in range(self.n):
-            others = np.sort(np.abs(np.delete(self.a, i) - self.a[i]))
-            squares[i] = np.prod(distances[:, i] / others)  # quotients, so that nothing overflows
+        with np.errstate(over="ignore"):
+            for i in range(self.n):
+                others = np.sort(np.abs(np.delete(self.a, i) - self.a[i]))
+                squares[i] = np.prod(distances[:, i] / others)  # quotients: no overflow on the way
+        if not np.isfinite(squares).all():
+            raise gi.DomainError("gaps", gaps, "gaps of a point of the sphere")
         return np.asarray(np.sign(sides) * np.sqrt(squares))
 
     def polynomial(self, gamma: Any, p_tilde: Any) -> Array:

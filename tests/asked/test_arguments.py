@@ -207,7 +207,8 @@ BELOW = {
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
     "load": {"path"},
     # Tested in tests/outputs.
-    **{name: {"path"} for name in ("check_file", "check_folder", "whole_file", "whole_folder")},
+    **{name: {"path"} for name in ("check_file", "whole_file")},
+    **{name: {"path", "names"} for name in ("check_folder", "whole_folder")},
     **{name: {"function"} for name in ("field", "helper", "observable")},
 }
 ELSEWHERE = {"Compose", "CommutatorFree", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet"}

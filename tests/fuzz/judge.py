@@ -99,11 +99,12 @@ def only_finite(value: Any) -> bool:
 
 @contextlib.contextmanager
 def alarm(seconds: float) -> Iterator[None]:
-    """Do what Ctrl-C does after some seconds, and again."""
+    """Press Ctrl-C after some seconds."""
 
     def ring(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
 
+    pressed = signal.signal(signal.SIGINT, signal.default_int_handler)
     before = signal.signal(signal.SIGALRM, ring)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
@@ -111,6 +112,7 @@ def alarm(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+        signal.signal(signal.SIGINT, pressed)
 
 
 _written: list[str] | None = None
@@ -204,7 +206,7 @@ def run_scene(data: bytes, seconds: float) -> Judged:
         checked, _ = command_verdict(["check", "scene.toml"], folder)
         if checked.bad:
             return checked
-        arguments = ["run", "scene.toml", "--quiet", "--out", "out/run.nc"]
+        arguments = ["run", "scene.toml", "--quiet", "--yes", "--out", "out/run.nc"]
         verdict, code = command_verdict(arguments, folder, seconds)
         if verdict.bad or verdict.verdict == "interrupted":
             return verdict
@@ -213,8 +215,10 @@ def run_scene(data: bytes, seconds: float) -> Judged:
             told = f"check: {checked.verdict} {checked.detail}, run: {verdict.verdict} {verdict.detail}"
             return Judged("disagreement", told)
         if verdict.verdict == "ok":
+            saved = gi.load(folder / "out" / "run.nc")
             if code not in (0, None):
-                return Judged("interrupted" if code == 130 else "not finite", f"code {code}")
-            if not only_finite(gi.load(folder / "out" / "run.nc")):
+                told = "not finite" if saved.success or not saved.message else "typed"
+                return Judged("interrupted" if code == 130 else told, f"code {code}")
+            if not only_finite(saved):
                 return Judged("not finite", "states")
         return verdict

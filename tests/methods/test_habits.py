@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numba.core import config
 
 import geomint as gi
 from geomint.problems.declaration import _functions, _values
@@ -63,14 +64,10 @@ HABITS = {
     "out[1] = np.where(y[0] > 0.0, y[0], y[1])": "calls np.where: write gi.select",
     "out[1] = TABLE[0] * y[0]": "reads TABLE, a list: .*tuples, numpy arrays, or params",
     "out[1] = RATES['k'] * y[0]": "reads RATES, a dict: .*params",
-    "out[1] = OBJECT.k * y[0]": "reads OBJECT, a SimpleNamespace: .*params",
-    "out[1] = Rates.k * y[0]": "reads Rates, a class: .*params",
-    "out[1] = GENERATOR.random()": "reads GENERATOR, a Random: .*params",
     "out[1] = random.random()": "calls random.random: write arithmetic",
-    "out[1] = np.random.random()": "reads np.random.random, a method: .*params",
+    "out[1] = np.random.random()": "calls np.random.random: write arithmetic",
     "out[1] = time.time()": "calls time.time: write arithmetic",
     "out[1] = getattr(math, 'pi')": "calls getattr: write arithmetic",
-    "for i in reversed(range(2)): out[i] = y[i]": "reads reversed, a class",
     "out[1] = y[0]; del y": "deletes a variable",
     "out[1] = plain_helper(y[0])": r"calls plain_helper, a plain function: .*gi\.helper",
     "out[1] = y[0]; print(y[0])": "calls print: write observe=",
@@ -147,6 +144,19 @@ def test_habits_of_helpers_and_observables() -> None:
     ):
         with pytest.raises(gi.DeclarationError, match=r"calls np\.sqrt: write gi\.sqrt"):
             ask()
+
+
+@pytest.mark.parametrize("read", ["OBJECT.k", "Rates.k", "float(GENERATOR.random())"])
+def test_objects_are_for_plain_python(read: str) -> None:
+    """Counters and the like are a tool for finding errors; compiled code has none, and says so."""
+    problem = oscillator(field_of(f"out[1] = {read}"))
+    run = {"t_end": 0.1, "step": 0.1, "method": "rk-4"}
+    assert gi.solve(problem, [0.5, 0.1], **run, compiled=False).success
+    if not config.DISABLE_JIT:
+        with pytest.raises(
+            gi.GeomintError, match=r"(Rates|OBJECT|GENERATOR).*: (what it|expected)"
+        ):
+            gi.solve(problem, [0.5, 0.1], **run)
 
 
 def test_what_is_no_function() -> None:

@@ -83,7 +83,7 @@ def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
         raise gi.DomainError("problem", problem, "a geomint.Problem")
     try:
         given = list(states)
-    except TypeError:
+    except Exception:  # whatever a foreign object raises there
         raise gi.DomainError("states", states, "states of the problem, one after another") from None
     for index, y in enumerate(given):
         try:

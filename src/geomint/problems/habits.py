@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import builtins
 import math
-import numbers
 from collections.abc import Iterator
 from dis import get_instructions
-from enum import Enum, EnumType
 from inspect import CO_ASYNC_GENERATOR, CO_COROUTINE, CO_VARKEYWORDS
-from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,10 +49,7 @@ _BUILTINS = {
 }
 _OF_NUMBERS = {"math", "_operator"}
 _FUNCTIONS = (FunctionType, BuiltinFunctionType, np.ufunc, type(np.dot))
-_VALUES = (
-    *(numbers.Number, str, bytes, tuple, np.generic, np.ndarray, np.dtype, range, slice),
-    *(type(None), Enum, EnumType, ModuleType, Recorded),
-)
+_ARITHMETIC = "write arithmetic, loops over rows, and the functions of geomint"
 _SAME = ("sqrt", "sin", "cos", "log", "maximum")
 _INSTEAD: dict[Any, str] = {
     **{getattr(module, f): f"gi.{f}" for module in (math, np) for f in _SAME if hasattr(module, f)},
@@ -130,15 +125,13 @@ def _read(function: FunctionType, path: Path) -> tuple[str, Any]:
 
 def _of_value(name: str, value: Any) -> str | None:
     """Return what is wrong with reading such a value, if anything."""
+    if isinstance(value, list | dict | set):
+        kind = type(value).__name__
+        return f"reads {name}, a {kind}: what it reads are numbers, tuples, numpy arrays, or params"
+    if isinstance(value, MethodType):
+        return f"calls {name}: {_ARITHMETIC}"
     if not isinstance(value, _FUNCTIONS):
-        if isinstance(value, _VALUES) or value is MISSING or _is_of_numba(type(value)):
-            return None
-        if isinstance(value, type):
-            right = value.__name__ in _BUILTINS or issubclass(
-                value, BaseException
-            )  # see raise, try
-            return None if right else _of_kind(name, "class")
-        return _of_kind(name, type(value).__name__)
+        return None
     if value in _INSTEAD:
         return f"calls {name}: write {_INSTEAD[value]}"
     if isinstance(value, np.ufunc):  # of single numbers the compiler has them
@@ -152,7 +145,7 @@ def _of_value(name: str, value: Any) -> str | None:
     if home.partition(".")[0] == "numpy":
         return f"calls {name}: write loops over rows"
     if home not in _OF_NUMBERS and not (home == "builtins" and value.__name__ in _BUILTINS):
-        return f"calls {name}: write arithmetic, loops over rows, and the functions of geomint"
+        return f"calls {name}: {_ARITHMETIC}"
     return None
 
 
@@ -164,12 +157,3 @@ def _of_plain_function(name: str, function: FunctionType) -> str | None:
     if home.startswith(KERNELS + ".") or library in LIBRARIES:
         return None
     return f"calls {name}, a plain function: record it with gi.helper"
-
-
-def _of_kind(name: str, kind: str) -> str:
-    return f"reads {name}, a {kind}: what it reads are numbers, tuples, numpy arrays, or params"
-
-
-def _is_of_numba(kind: type) -> bool:
-    """Tell whether the compiler has a word to say on such values: which of them it takes."""
-    return kind.__module__.partition(".")[0] in {"numba", "ctypes", "_ctypes", "_cffi_backend"}

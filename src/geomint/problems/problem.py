@@ -10,6 +10,7 @@ an embedded manifold (``hamiltonian``), a sum of parts with known flows (``split
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -117,6 +118,8 @@ class Problem:
             f = getattr(self, name)
             if not (f is None or callable(f)):
                 raise DomainError(name, f, "a function or None")
+            if f is not None and name != "make_state" and not _takes_one(f):
+                raise DomainError(name, f, "a function of one argument")
         seen: set[str] = set()
         for group in _GROUPS:
             quantities = getattr(self, group)
@@ -238,6 +241,17 @@ class Problem:
     def physical_state(self, y: Array) -> dict[str, Array]:
         """Return the named arrays by which results of different forms are compared."""
         return {"state": np.asarray(y)} if self.physical is None else self.physical(y)
+
+
+def _takes_one(f: Callable[..., Any]) -> bool:
+    """Tell whether a function can be called with one argument, as far as it says."""
+    try:
+        inspect.signature(f).bind(None)
+    except TypeError:
+        return False
+    except ValueError:  # one that does not say
+        return True
+    return True
 
 
 def _generator(rng: Any) -> np.random.Generator:

@@ -265,7 +265,10 @@ def load_solution(path: str | PathLike[str]) -> SavedSolution:
     if not isinstance(path, str | PathLike):
         raise DomainError("path", path, "the path of a file")
     place = Path(path)
-    _check_seal(place)
+    try:
+        _check_seal(place)
+    except ValueError:  # a null byte, half of a pair
+        raise DomainError("path", path, "the path of a file") from None
     try:
         with _open(fspath(place), "r", mmap=False) as file:
             return _read(file)

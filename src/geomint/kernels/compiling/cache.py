@@ -182,6 +182,8 @@ class StampedCache(FunctionCache):
             super().save_overload(sig, data)
         except OSError as failure:
             _failures.append(failure)
+        except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
+            pass
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         return (sig, codegen.magic_tuple(), self._fingerprint)

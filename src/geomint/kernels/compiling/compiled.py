@@ -27,6 +27,10 @@ _ADVICE = (
         r"setitem\(array",
         "an array made in the function holds no number of the state: write to work",
     ),
+    (
+        r"Untyped global name '(\w+)':",
+        r"reads \1: what it reads are numbers, tuples, numpy arrays, recorded functions, or params",
+    ),
 )
 
 
@@ -64,7 +68,8 @@ def reason_of(error: BaseException, function: Recorded) -> str:
     unknown = [line.removeprefix(">>>").strip() for line in lines if line.startswith(">>>")]
     plain = [line for line in lines if line and not line.startswith("Failed in")]
     what = f"{unknown[0]} is not known" if unknown else (plain or [repr(error)])[0]
-    advice = next((text for form, text in _ADVICE if re.match(form, what)), what[:_LONGEST])
+    fits = ((re.match(form, what), text) for form, text in _ADVICE)
+    advice = next((match.expand(text) for match, text in fits if match), what[:_LONGEST])
     single = re.sub(r"^(\w+)\(.*lanes8.*is not known", r"\1 takes one number at a time", advice)
     return f"{single}{_place(lines, function)}"
 
