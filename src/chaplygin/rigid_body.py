@@ -46,4 +46,4 @@ def _principal(tensor: Any) -> Array:
     values = np.array(tensor, dtype=np.float64)
     if values.ndim != 2 or values.shape[0] != values.shape[1]:
         return np.sort(values.reshape(-1))
-    return np.linalg.eigvalsh(0.5 * (values + values.T))
+    return np.asarray(np.linalg.eigvalsh(0.5 * (values + values.T)))
