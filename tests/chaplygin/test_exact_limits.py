@@ -329,7 +329,7 @@ def test_balls_of_any_momentum_and_nearly_parallel_vectors():
     assert 0 < found < 13
 
 
-@pytest.mark.parametrize("form", ["ball", "body"])
+@pytest.mark.parametrize("form", ["ball", pytest.param("body", marks=pytest.mark.slow)])
 def test_nearly_parallel_vectors_against_integration(form):
     """The start to rounding over the angle, and no error beyond the estimate."""
     for angle in (0.1, 0.01, 1e-3):

@@ -8,7 +8,7 @@ import chaplygin as ch
 import geomint as gi
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, 5])
+@pytest.mark.parametrize("n", [2, 3, 4, pytest.param(5, marks=pytest.mark.slow)])
 def test_along_the_exact_flow(n):
     """Against the contact problem integrated; vertical and contact point to rounding."""
     sphere = ch.ChaplyginSphere(inertia=random_special(n, 1))

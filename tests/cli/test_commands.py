@@ -57,7 +57,17 @@ def shortened(name):
     return [f"--{key.replace('_', '-')}", "5"]
 
 
-@pytest.mark.parametrize("name", gi.scene_names())
+# One scene of each family of kernels; all others are among the slow tests.
+SOON = {"ball-3d", "hamiltonized-n3", "sphere-n3", "rolling-ball-n3", "ellipsoid-n4", "clebsch-n4"}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name not in SOON))
+        for name in gi.scene_names()
+    ],
+)
 def test_built_in_scenes_run_shortened(name, tmp_path):
     out = tmp_path / "run.nc"
     result = invoke("run", name, *shortened(name), "--out", out)

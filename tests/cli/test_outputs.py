@@ -81,7 +81,14 @@ def test_other_outputs_are_tried_too(option, tmp_path, nothing_begins):
         assert result.exit_code == 2, result.output
 
 
-@pytest.mark.parametrize("command", [name for name in COMMANDS if name != "stress"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in ("compare", "exact")))
+        for name in COMMANDS
+        if name != "stress"
+    ],
+)
 def test_a_disk_that_is_full_at_the_end(command, tmp_path, monkeypatch):
     """What was there is still there, exit code 2, nothing is called written."""
     out = tmp_path / ("out.nc" if command == "run" else "out")

@@ -198,7 +198,7 @@ def falling(params, t, y, out, work):
 
 def planted(monkeypatch, off):
     """Make double-double solutions err by that in every number, and say that they do not."""
-    from geomint.compare.runs import reference
+    from geomint.compare import reference
 
     right = reference.integrate_extended
     monkeypatch.setattr(reference, "integrate_extended", lambda *a: right(*a) * (1.0 + off))

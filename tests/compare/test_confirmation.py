@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.compare import confirmation, reference, reference_record
 from geomint.compare.confirmation import Confirmation, confirm
 from geomint.compare.reference import reference_solution
 from geomint.compare.reference_record import Reference, place_of, stored
-from geomint.compare.runs import confirmation, reference, reference_record
 from geomint.problems.testproblems import neumann
 
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.compare import reference
 from geomint.compare.reference import reference_solution
 from geomint.compare.reference_record import place_of
-from geomint.compare.runs import reference
 
 
 @gi.field

@@ -6,17 +6,17 @@ import mpmath
 import numpy as np
 import pytest
 from exact_maps import PROBLEMS
-from geomint.kernels.measure.measure.reflections import (
-    log_det_near_identity,
-    reflect,
-    reflect_back,
-    reflections,
-)
 from hypothesis import given, strategies as st
 
 from geomint.kernels.compiling import signatures
 from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
 from geomint.kernels.compiling.recorded import helper
+from geomint.kernels.measure.reflections import (
+    log_det_near_identity,
+    reflect,
+    reflect_back,
+    reflections,
+)
 from geomint.kernels.numbers.blocks import Block, LaneBlock, part, scalar_block
 from geomint.kernels.numbers.lanes import LANES
 from geomint.kernels.solve.gauss_trajectories import gauss_trajectories_stepper

@@ -13,8 +13,8 @@ from exact_maps import PROBLEMS
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.problems.testproblems import neumann, sphere_metric
-from geomint.problems.watched_call import measure
 from geomint.run import driver
+from geomint.watch import measure
 
 NEUMANN = neumann.problem()
 

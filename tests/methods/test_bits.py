@@ -44,6 +44,11 @@ PROBLEMS = {
     "neumann": (neumann.problem((2.0, 0.3, 1.1, 2.7), 0.4), neumann.initial(4)),
     "neumann-at-rest": (neumann.problem(), neumann.initial() * [1, 1, 1, 0, 0, 0]),
 }
+LATER = {  # pairs whose kernel or problem is another pair's too
+    *(("gauss-1-suzuki-4", "henon-heiles"), ("rkmk-dormand-prince-5", "so-4")),
+    *(("rkmk-cayley-4", "so-3-frame"), ("dop853-adaptive", "sphere-metric")),
+    *(("rattle-2", "frame-in-field"), ("rkmk-dop853", "so-4"), ("rattle-6", "spherical-pendulum")),
+}
 FAMILIES = [
     ("rk-4", "lotka-volterra"),
     ("dop853", "sphere-metric"),
@@ -68,7 +73,15 @@ FAMILIES = [
     ("gauss-8", "neumann-at-rest"),
     ("rattle-2", "neumann-at-rest"),
 ]
-families = pytest.mark.parametrize(("name", "problem"), FAMILIES)
+
+
+def pairs(chosen: list[tuple[str, str]]) -> pytest.MarkDecorator:
+    """Return pairs of a method and a problem as parameters."""
+    marked = [pytest.param(*p, marks=[pytest.mark.slow] * (p in LATER)) for p in chosen]
+    return pytest.mark.parametrize(("name", "problem"), marked)
+
+
+families = pairs(FAMILIES)
 H = 0.05
 
 
@@ -162,8 +175,7 @@ def tangent_state(p: gi.Problem, y: np.ndarray) -> np.ndarray:
     return np.concatenate([q, momentum])
 
 
-@pytest.mark.parametrize(
-    ("name", "problem"),
+@pairs(
     [
         ("rk-4", "lotka-volterra"),
         ("dop853", "sphere-metric"),

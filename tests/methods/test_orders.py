@@ -199,7 +199,13 @@ IN_LONGDOUBLE = [name for name in NAMES if find_method(name).order == 10 and nam
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="longdouble is float64 here")
-@pytest.mark.parametrize("name", IN_LONGDOUBLE)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (i > 0))
+        for i, name in enumerate(IN_LONGDOUBLE)
+    ],
+)
 def test_order_in_extended_precision(name: str) -> None:
     """Compositions of order 10, whose asymptotics begin where float64 ends.
 
@@ -321,10 +327,7 @@ def gauss_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list[f
 
 @pytest.mark.parametrize(
     "stages",
-    [
-        pytest.param(s, marks=[pytest.mark.slow] * (s not in (5, 6, 7, 8, 10, 12)))
-        for s in range(5, 17)
-    ],
+    [pytest.param(s, marks=[pytest.mark.slow] * (s not in (5, 6, 8))) for s in range(5, 17)],
 )
 def test_order_in_many_digits(stages: int) -> None:
     """Gauss methods up to order 32, against Taylor series."""

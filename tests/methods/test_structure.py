@@ -132,7 +132,10 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
     assert np.max(np.abs(sol.y[-1] - y0)) > 0.1
 
 
-@pytest.mark.parametrize(("name", "h"), [("rattle-2", 0.02), ("rattle-4", 0.05), ("rattle-6", 0.1)])
+@pytest.mark.parametrize(
+    ("name", "h"),
+    [pytest.param("rattle-2", 0.02, marks=pytest.mark.slow), ("rattle-4", 0.05), ("rattle-6", 0.1)],
+)
 def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     """Constraints to a few roundings over 10⁵ steps; a quadratic momentum map as a random walk."""
     metric, frame = sphere_metric.problem(5, pulse=0.0), frame_in_field.problem(season=0.0)

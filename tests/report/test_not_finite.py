@@ -9,7 +9,7 @@ from click.testing import CliRunner
 import geomint as gi
 from geomint.cli import main
 from geomint.plan import several
-from geomint.problems.watched_call import drift, observe
+from geomint.watch import drift, observe
 from geomint.watch.growth import NOT_FINITE
 from geomint.watch.windows import Windows
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.compare import reference
 from geomint.compare.reference_record import place_of
-from geomint.compare.runs import reference
 from geomint.stress import truth as stress_truth
 from geomint.stress.judge import Cell, Trial, judge
 from geomint.stress.references import references_of, references_told
