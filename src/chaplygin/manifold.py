@@ -34,6 +34,7 @@ __all__ = [
     "tangent",
     "triangle_of_vector",
     "unit",
+    "upright",
     "vector_of_triangle",
     "wedge",
 ]
@@ -164,6 +165,22 @@ def frame(g: Any, n: int) -> Array:
     if g is None:
         return np.eye(n).reshape(-1)
     return admit_frame(as_vector("g", g, n * n), n)
+
+
+def upright(gamma: Array) -> Array:
+    """Return the smallest rotation g with g γ = E_n, shape (n, n); its last row is γ.
+
+    It turns the plane of γ and E_n, and for γ = −E_n that of E_1 and E_n.
+    """
+    n = len(gamma)
+    u, e = np.append(gamma[:-1], 0.0), np.eye(n)[-1]
+    s = length(u)
+    u = np.eye(n)[0] if s == 0.0 else u / s
+    c = gamma[-1]
+    g = np.eye(n) + (c - 1.0) * (np.outer(u, u) + np.outer(e, e))
+    g += s * (np.outer(e, u) - np.outer(u, e))
+    g[-1] = gamma
+    return np.asarray(g)
 
 
 def solved(matrix: Array, right: Array) -> Array:

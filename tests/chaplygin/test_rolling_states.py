@@ -18,8 +18,7 @@ from support import (
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.ball.rolling_states import upright
-from chaplygin.manifold import skew_matrix, triangle_of_vector, wedge
+from chaplygin.manifold import skew_matrix, triangle_of_vector, upright, wedge
 from chaplygin.systems.rolling import ROLLING
 
 

@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import group as group_module, main
+from geomint.methods import methods
 
 REPORT = {"report.html", "drift.json", "drift.png", "drift.svg"}
 
@@ -36,6 +37,9 @@ def test_methods():
     assert result.exit_code == 0
     for name in gi.method_names():
         assert name in result.stdout
+    heads = [line for line in result.stdout.splitlines() if "(needs " in line]
+    assert {line.partition(" (")[0] for line in heads} == {m.family for m in methods().values()}
+    assert "Crouch–Grossman (needs action): keeps group orbits and steady motions" in heads
     only = invoke("methods", "--form", "hamiltonian").stdout
     assert "rattle-4" in only
     assert "gauss-8" not in only

@@ -20,6 +20,7 @@ from ..manifold import (
     skew_matrix,
     solved,
     unit,
+    upright,
     warn,
     wedge,
 )
@@ -35,7 +36,6 @@ __all__ = [
     "momentum_inverted",
     "rolling_scale",
     "rolling_velocity",
-    "upright",
 ]
 
 Inertia = SpecialInertia | GeneralInertia
@@ -75,22 +75,6 @@ def _scale(m: float, rho: float, expected: float | None) -> float:
     if abs(D - expected) > SILENT * expected:
         raise gi.DomainError("m*rho**2", D, f"D = {expected!r}")
     return expected
-
-
-def upright(gamma: Array) -> Array:
-    """Return the smallest rotation g with g γ = E_n, shape (n, n); its last row is γ.
-
-    It turns the plane of γ and E_n, and for γ = −E_n that of E_1 and E_n.
-    """
-    n = len(gamma)
-    u, e = np.append(gamma[:-1], 0.0), np.eye(n)[-1]
-    s = length(u)
-    u = np.eye(n)[0] if s == 0.0 else u / s
-    c = gamma[-1]
-    g = np.eye(n) + (c - 1.0) * (np.outer(u, u) + np.outer(e, e))
-    g += s * (np.outer(e, u) - np.outer(u, e))
-    g[-1] = gamma
-    return np.asarray(g)
 
 
 def initial_attitude(gamma: Any, g: Any, n: int) -> tuple[Array, Array]:

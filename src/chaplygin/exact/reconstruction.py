@@ -18,9 +18,8 @@ import numpy as np
 import geomint as gi
 from geomint.arguments import as_array
 
-from ..ball.rolling_states import upright
 from ..inertia import positive_number
-from ..manifold import PARALLEL, Array, admit_frame
+from ..manifold import PARALLEL, Array, admit_frame, upright
 from .classical import ExactBall
 
 __all__ = ["ContactPath", "attitude"]

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import click
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ..methods.method import Method
 
 __all__ = ["command"]
 
-WIDE = 110  # columns
+NAME, WIDE = 39, 110  # columns: of the longest name, and of a terminal with room for more
 
 
 @click.command("methods")
@@ -16,13 +23,12 @@ WIDE = 110  # columns
     help="Only those that need this form: field, action, hamiltonian, splitting.",
 )
 def command(form: str | None) -> None:
-    """List the integration methods.
+    """List the integration methods by family, with what each family preserves.
 
-    A symmetric method of order 2 can be composed to higher order by a suffix: gauss-1-suzuki-4. Group
-    methods stay on the orbits of their group; a wide terminal also shows what each method is.
+    A symmetric method of order 2 can be composed to higher order by a suffix: gauss-1-suzuki-4. A wide
+    terminal also shows what each method is.
     """
     from rich.console import Console
-    from rich.table import Table
 
     from ..errors import MethodError, nearest
     from ..methods.registry import methods
@@ -30,23 +36,36 @@ def command(form: str | None) -> None:
 
     if form is not None and form not in FORMS:
         raise MethodError(f"--form {form!r}: no such form.{nearest(form, FORMS)}")
-    console = Console()
-    wide = console.width >= WIDE  # else the description would be a column of single words
-    table = Table(box=None, header_style="bold", pad_edge=False)
-    table.add_column("method", no_wrap=True)
-    table.add_column("order", justify="right")
-    table.add_column("needs", no_wrap=True)
-    table.add_column("structure")
-    if wide:
-        table.add_column("what it is")
+    families: dict[tuple[Any, ...], list[Method]] = {}
     for method in methods().values():
         if form in (None, method.needs):
-            mark = "¹" if method.needs == "field" else ""
-            words = ["symm."] * method.symmetric + [f"symplectic{mark}"] * method.symplectic
-            if method.needs == "action":
-                words.append("on orbits")
-            row = [method.name, str(method.order), method.needs, ", ".join(words)]
-            table.add_row(*row, *([method.summary] if wide else []))
-    console.print(table)
+            alike = (method.needs, method.symmetric, method.symplectic, method.keeps)
+            families.setdefault((method.family, *alike), []).append(method)
+    console = Console()
+    for members in families.values():
+        _print_family(console, members)
     if form in (None, "field"):
         console.print("¹ for Hamiltonian fields on flat space, not for flows on a manifold")
+
+
+def _print_family(console: Console, members: list[Method]) -> None:
+    from rich.table import Table
+
+    first = members[0]
+    mark = "¹" if first.needs == "field" else ""
+    keeps = [*["symmetric"] * first.symmetric, *[f"symplectic{mark}"] * first.symplectic]
+    keeps += [f"keeps {' and '.join(first.keeps)}"] * bool(first.keeps)
+    console.print(
+        f"[bold]{first.family or 'of other packages'}[/bold] (needs {first.needs}): "
+        f"{', '.join(keeps) or 'preserves nothing'}",
+        highlight=False,
+    )
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(min_width=NAME + 2, no_wrap=True)
+    table.add_column(no_wrap=True)
+    wide = console.width >= WIDE  # else the description would be a column of single words
+    for method in members:
+        row = [f"  {method.name}", f"order {method.order}"]
+        table.add_row(*row, *([method.summary] if wide else []))
+    console.print(table)
+    console.print()

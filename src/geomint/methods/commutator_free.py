@@ -69,6 +69,7 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
         name=table.name,
         order=table.order,
         needs="action",
+        family="Crouch–Grossman" if table.name.startswith("cg-") else "commutator-free",
         keeps=("group orbits", "steady motions"),
         start=start,
         step_fraction=step_fraction(table.order),

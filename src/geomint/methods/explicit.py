@@ -148,6 +148,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
         name=table.name,
         order=table.order,
         needs="field",
+        family="explicit Runge–Kutta",
         start=start,
         step_fraction=step_fraction(table.order),
         summary=f"explicit Runge–Kutta, {stages} stages",

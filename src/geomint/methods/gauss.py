@@ -74,6 +74,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
         name=f"gauss-{stages}",
         order=2 * stages,
         needs="field",
+        family="Gauss collocation",
         start=compose((1.0,), (0.0,)),
         compose=compose,
         step_fraction=_step_fraction(stages),

@@ -72,6 +72,8 @@ class Method:
         The options that `with_options` may change, and their values.
     remake : callable or None
         ``remake(**options) -> Method``, for methods with options.
+    family : str
+        What lists group it by, such as ``"Crouch–Grossman"``. May be left out.
     summary, reference : str
         For lists and reports: what it is in a line, and where it is published. Both may be left out.
     """
@@ -84,6 +86,7 @@ class Method:
     symmetric: bool = False
     symplectic: bool = False
     keeps: tuple[str, ...] = ()
+    family: str = ""
     summary: str = ""
     reference: str = ""
     compose: Callable[..., Callable[[Start], Stepper]] | None = field(

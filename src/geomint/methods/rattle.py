@@ -49,6 +49,7 @@ def Rattle(  # noqa: N802 - reads as the method it is
         name="rattle-2",
         order=2,
         needs="hamiltonian",
+        family="RATTLE",
         start=compose((1.0,), (0.0,)),
         compose=compose,
         step_fraction=0.02,

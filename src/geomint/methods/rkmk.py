@@ -24,6 +24,7 @@ __all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
 
 COORDINATES = ("exp", "cayley")
 MAPS = {"exp": "exponentials", "cayley": "Cayley maps"}
+FAMILIES = {"exp": "exponential coordinates", "cayley": "Cayley coordinates"}
 
 
 def dexpinv_weights(terms: int) -> list[Fraction]:
@@ -149,6 +150,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
         name=rkmk_name(table, coordinates),
         order=table.order,
         needs="action",
+        family=f"Runge–Kutta–Munthe-Kaas, {FAMILIES[coordinates]}",
         keeps=("group orbits", *(("steady motions",) if coordinates == "exp" else ())),
         start=start,
         step_fraction=step_fraction(table.order),

@@ -34,6 +34,7 @@ def Verlet() -> Method:  # noqa: N802 - reads as the method it is
         name="verlet-2",
         order=2,
         needs="splitting",
+        family="Störmer–Verlet splitting",
         start=compose((1.0,), (0.0,)),
         compose=compose,
         step_fraction=0.02,
