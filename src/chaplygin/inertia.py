@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import geomint as gi
 from geomint import as_vector
 from geomint.arguments import as_array, whole
 
-from .manifold import flat_triangle, skew_matrix
+from .manifold import Array, flat_triangle, skew_matrix
 
 __all__ = [
     "GeneralInertia",
@@ -25,7 +24,6 @@ __all__ = [
     "product_factors",
 ]
 
-Array = npt.NDArray[np.float64]
 LARGEST = 1000  # dimension: states with attitude have 3n²/2 numbers
 LARGEST_OF_MATRICES = 100  # of a general operator, which has some n⁴/4
 SYMMETRIC = 1e-13  # of the largest entry: more asymmetry than that is an error

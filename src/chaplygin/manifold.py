@@ -13,15 +13,15 @@ import warnings
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 import geomint as gi
 from geomint import as_vector
-from geomint.arguments import as_array
+from geomint.arguments import Array, as_array
 
 __all__ = [
     "REPAIRED",
     "SILENT",
+    "Array",
     "admit_frame",
     "admit_tangent",
     "admit_unit",
@@ -39,7 +39,6 @@ __all__ = [
     "wedge",
 ]
 
-Array = npt.NDArray[np.float64]
 
 SILENT = 1e-13
 REPAIRED = 1e-6

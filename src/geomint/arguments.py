@@ -12,9 +12,19 @@ import numpy.typing as npt
 
 from .errors import DomainError
 
-__all__ = ["as_array", "check_name", "finite", "flat", "number", "positive", "switch", "whole"]
+__all__ = [
+    "Array",
+    "as_array",
+    "check_name",
+    "finite",
+    "flat",
+    "number",
+    "positive",
+    "switch",
+    "whole",
+]
 
-Array = npt.NDArray[np.float64]
+Array = npt.NDArray[np.float64]  # everywhere
 MOST = 2**53  # of a count: all of them are floats too, and so fit into what kernels read
 LONGEST_NAME = 100  # characters: names are keys of files, and columns of tables
 _COMPLEX = (complex, np.complexfloating)

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import FormError, GeomintError
 from ..methods import RungeKutta
 from ..problems.deviation import pieces_of, relative_error, shifted, sizes_of
@@ -32,7 +33,6 @@ from ..run.solve import solve
 
 __all__ = ["Confirmation", "confirm"]
 
-Array = npt.NDArray[np.float64]
 TIGHT = {"plain": 1e-13, "compiled": 1e-14}  # ours sums with compensation, SciPy does not
 LOOSER = 10.0  # tolerance of the other run
 SAFETY = 3.0

@@ -9,15 +9,13 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..problems.problem import Problem
 from .confirmation import confirm
 from .reference_record import SMALL, Reference
 
 __all__ = ["ExactMotion", "exact_reference"]
-
-Array = npt.NDArray[np.float64]
 
 
 class ExactMotion(Protocol):

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-import numpy as np
-import numpy.typing as npt
-
-from ..arguments import positive
+from ..arguments import Array, positive
 from ..errors import DomainError, FormError, nearest
 from ..methods import Method
 from ..methods.tolerances import LARGEST_RTOL, LEAST_RTOL
@@ -17,7 +14,6 @@ from ..run.timeline import default_step
 
 __all__ = ["check_representation", "checked_steps", "ladder", "representation_for"]
 
-Array = npt.NDArray[np.float64]
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 RTOL_POWERS = (4, 2, 0, -2, -4)  # of ten, times a method's own rtol
 

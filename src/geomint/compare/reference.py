@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import ConvergenceError, FormError, NonFiniteError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.numbers.blocks import scalar_block
@@ -34,7 +35,6 @@ from .reference_record import RESOLUTION, Reference, place_of, stored
 
 __all__ = ["Reference", "integrate_extended", "reference_solution"]
 
-Array = npt.NDArray[np.float64]
 STAGES = 12
 METHOD = f"gauss-{STAGES}, double-double"
 MAX_ITERATIONS = 200

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import TruthError
 from ..files.outputs import whole_file
 from ..problems.problem import Problem
@@ -24,7 +24,6 @@ from .confirmation import Confirmation
 
 __all__ = ["MARGIN", "RESOLUTION", "SMALL", "Reference", "place_of", "stored"]
 
-Array = npt.NDArray[np.float64]
 MARGIN = 10.0  # how far below an error a reference must be known to judge it
 SMALL = 1e-5  # a reference that cannot judge even errors of this size is of no use to a comparison
 RESOLUTION = 2.0**-52  # errors below this are one to float64

@@ -15,9 +15,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from ..arguments import Array
 from ..errors import FormError, GeomintError
 from ..methods import Method, find_method
 from ..problems.problem import Problem
@@ -29,7 +27,6 @@ from .truth import Goal, goal_of
 
 __all__ = ["Comparison", "Point", "compare"]
 
-Array = npt.NDArray[np.float64]
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
 
 

@@ -10,9 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from ..arguments import Array
 from ..errors import DomainError, FormError, GeomintError, TruthError
 from ..methods.gauss import Gauss
 from ..problems.deviation import relative_error, shifted
@@ -25,7 +23,6 @@ from .reference_record import MARGIN, RESOLUTION, SMALL, Reference
 
 __all__ = ["Goal", "goal_of"]
 
-Array = npt.NDArray[np.float64]
 REFERENCES = ("auto", "extended", "exact")
 NEAR, SAMPLES = 2.0**-26, 3
 MOST_EXTENDED_STEPS = 100_000  # of gauss-8's default size: some minutes in double-double arithmetic

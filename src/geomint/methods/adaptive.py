@@ -8,9 +8,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
+from ..arguments import Array
 from ..errors import (
     NonFiniteError,
     StepError,
@@ -29,8 +27,6 @@ from .stepper import Advance, Stepper, filled_block
 from .tolerances import Tolerances
 
 __all__ = ["AdaptiveStepper", "adaptive_stepper", "made_adaptive"]
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
@@ -25,7 +25,6 @@ __all__ = [
     "unrolled",
 ]
 
-Array = npt.NDArray[np.float64]
 MAX_UNROLLED_ROWS = 8  # beyond, a compilation for each size costs more than it saves
 
 

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import number, switch, whole
+from ..arguments import Array, number, switch, whole
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
@@ -28,7 +27,6 @@ from .stepper import Stepper, filled_block
 
 __all__ = ["Gauss"]
 
-Array = npt.NDArray[np.float64]
 MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit step
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
@@ -17,8 +17,6 @@ from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 from .lane_stepper import LaneStepper
 
 __all__ = ["Advance", "Stepper", "filled_block"]
-
-Array = npt.NDArray[np.float64]
 
 
 class Advance(NamedTuple):

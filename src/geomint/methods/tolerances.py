@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import finite, switch, whole
+from ..arguments import Array, finite, switch, whole
 from ..errors import DomainError, MethodError
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
@@ -17,7 +16,6 @@ from ..tableaux import Tableau
 
 __all__ = ["Tolerances", "tolerances"]
 
-Array = npt.NDArray[np.float64]
 LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
 
 

@@ -12,15 +12,13 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..kernels.numbers.blocks import Block
 from ..problems.declaration import check_form
 from ..problems.problem import Problem
 
 __all__ = ["Cost", "cost_of"]
-
-Array = npt.NDArray[np.float64]
 
 
 class Cost(NamedTuple):

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from .style import series_style
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Line", "draw_lines", "line_style", "say", "shared_legend", "thinned", "time_name"]
 
-Array = npt.NDArray[np.float64]
 _TIMES = {"t": "t", "tau": "τ"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _LARGEST = 1e200  # what matplotlib still puts on a logarithmic axis

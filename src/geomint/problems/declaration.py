@@ -16,8 +16,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import DeclarationError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.watched import Fresh, Given
@@ -28,7 +28,6 @@ from .watched_call import watched_call
 
 __all__ = ["check_form", "check_problem", "check_value", "known_rates"]
 
-Array = npt.NDArray[np.float64]
 FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds
 NOW, LATER = np.float64(0.0), np.float64(1.0)
 STEP = np.float64(1e-2)  # over which flows and moves are tried: groups need not scale and square

@@ -10,13 +10,11 @@ import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from .problem import Problem
 
 __all__ = ["pieces_of", "relative_error", "shifted", "sizes_of"]
-
-Array = npt.NDArray[np.float64]
 
 
 def pieces_of(problem: Problem, y: Array) -> dict[str, Array]:

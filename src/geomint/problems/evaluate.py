@@ -6,9 +6,8 @@ from types import FunctionType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import as_array, finite
+from ..arguments import Array, as_array, finite
 from ..errors import DomainError, nearest
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block
@@ -16,8 +15,6 @@ from .declaration import check_form, check_value, known_rates
 from .problem import Problem
 
 __all__ = ["derivative", "rounding_scale", "value"]
-
-Array = npt.NDArray[np.float64]
 
 
 @np.errstate(all="ignore")

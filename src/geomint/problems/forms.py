@@ -5,16 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
-from ..arguments import flat, whole
+from ..arguments import Array, flat, whole
 from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded
 
 __all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting"]
 
-Array = npt.NDArray[np.float64]
 FORMS = ("field", "action", "hamiltonian", "splitting")
 _OPTIONAL_MAPS = ("cayley", "dexpinv", "dcayinv", "extent")
 

@@ -10,9 +10,8 @@ import functools
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import as_array, switch, whole
+from ..arguments import Array, as_array, switch, whole
 from ..errors import DomainError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
@@ -23,7 +22,6 @@ from .watched_call import watched_call
 
 __all__ = ["pointwise"]
 
-Array = npt.NDArray[np.float64]
 _fitting: set[tuple[str, int, int, int, int]] = set()
 BATCH = 4096  # points of one call, between which Ctrl-C is seen
 

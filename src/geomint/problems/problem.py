@@ -16,9 +16,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import as_array, check_name, flat, whole
+from ..arguments import Array, as_array, check_name, flat, whole
 from ..errors import DomainError, FormError, nearest
 from ..kernels.compiling.recorded import Recorded
 from .forms import (
@@ -33,7 +32,6 @@ from .forms import (
 
 __all__ = ["Problem"]
 
-Array = npt.NDArray[np.float64]
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
 _GROUPS = ("invariants", "constraints", "observables")
 _RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`

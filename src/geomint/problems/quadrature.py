@@ -6,17 +6,14 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import check_name
+from ..arguments import Array, check_name
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded, field, observable
 from ..kernels.numbers.blocks import part
 from .problem import Problem, as_vector
 
 __all__ = ["with_quadrature"]
-
-Array = npt.NDArray[np.float64]
 
 
 def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:

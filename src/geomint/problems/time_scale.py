@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import DomainError
 from ..kernels.compiling.code import reads
 from .evaluate import derivative
@@ -14,7 +14,6 @@ from .problem import Problem
 
 __all__ = ["characteristic_time"]
 
-Array = npt.NDArray[np.float64]
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 SPACING = 1e-6  # of the differences that give the linearised motion, relative
 TINY = 1e-8  # of the state: differences of that part of a smaller piece would be lost in roundings

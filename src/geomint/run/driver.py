@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import Array
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
 from ..methods.stepper import Advance, Stepper
 
 __all__ = ["Account", "drive"]
 
-Array = npt.NDArray[np.float64]
 Consumer = Callable[[npt.NDArray[np.int64], Array], int | None]
 
 CHUNK_SECONDS = 0.03

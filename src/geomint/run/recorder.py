@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import GeomintWarning, StepError
 from ..methods.adaptive import AdaptiveStepper
 from ..methods.method import Method
@@ -24,7 +25,6 @@ from .timeline import Timeline, evaluation_times
 
 __all__ = ["Recorder"]
 
-Array = npt.NDArray[np.float64]
 MAX_CLOCK_ITERATIONS = 50
 NEVER = 2**40  # steps
 

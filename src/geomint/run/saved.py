@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from ..arguments import Array
 
 __all__ = ["State", "merged", "rounding"]
 
-Array = npt.NDArray[np.float64]
 State = tuple[float, Array]  # in the problem's own time; with the clock's row where there is one
 
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from os import PathLike
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
-
+from ..arguments import Array
 from ..errors import DomainError
 from ..methods.method import Method
 from ..problems.problem import Problem
@@ -20,8 +18,6 @@ if TYPE_CHECKING:
     from .storage import SavedSolution
 
 __all__ = ["Solution", "StepSizes"]
-
-Array = npt.NDArray[np.float64]
 
 
 class StepSizes(NamedTuple):

@@ -6,9 +6,6 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from ..arguments import switch, whole
 from ..errors import DomainError, GeomintWarning, StepError
 from ..methods import Method, Start, find_method
@@ -25,8 +22,6 @@ from .solution import Solution
 from .timeline import Timeline, plan_timeline
 
 __all__ = ["solve"]
-
-Array = npt.NDArray[np.float64]
 
 
 @explained

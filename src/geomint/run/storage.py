@@ -32,10 +32,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.io import netcdf_file  # type: ignore[attr-defined]
 
 from .. import __version__
+from ..arguments import Array
 from ..errors import DomainError, GeomintError, told
 from ..files.outputs import whole_file
 from ..watch.drift import Drift
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
 
 __all__ = ["SavedSolution", "as_saved", "load", "load_solution", "save_solution"]
 
-Array = npt.NDArray[np.float64]
 _FORMAT = "geomint-run-2"
 _NO_CHECKSUM = "0" * 64
 _SEAL = re.compile(rb"checksum\x00\x00\x00\x02\x00\x00\x00\x40([0-9a-f]{64})")

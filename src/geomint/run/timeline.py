@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import as_array, finite, positive
+from ..arguments import Array, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
 from ..problems.evaluate import value
@@ -18,7 +18,6 @@ from ..problems.time_scale import characteristic_time
 
 __all__ = ["MOST_STEPS", "Timeline", "default_step", "evaluation_times", "plan_timeline"]
 
-Array = npt.NDArray[np.float64]
 MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
 
 

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import (
     DomainError,
     FormError,
@@ -36,7 +36,6 @@ from .truth import Truth, condition_of, field_rounding, parting_time, truth_of
 
 __all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "judge"]
 
-Array = npt.NDArray[np.float64]
 ALLOWED = ("ok", "unresolved", "failed", "refused")
 FORBIDDEN = ("wrong", "untyped", "hung")
 VERDICTS = ALLOWED + FORBIDDEN

@@ -20,8 +20,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
@@ -33,7 +33,6 @@ from ..problems.problem import Problem
 
 __all__ = ["Quantities"]
 
-Array = npt.NDArray[np.float64]
 SAMPLES = 3
 FEW = 40  # numbers in a state up to which its functions run in plain Python
 MANY = 300  # numbers in a state from which on their effects are sampled, not summed

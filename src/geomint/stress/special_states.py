@@ -10,8 +10,8 @@ import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import GeomintError, GeomintWarning
 from ..kernels.numbers.blocks import Block
 from ..problems.deviation import sizes_of
@@ -31,7 +31,6 @@ __all__ = [
     "zero_rows",
 ]
 
-Array = npt.NDArray[np.float64]
 Make = Callable[[Problem, Array, np.random.Generator], Array]
 
 STEADY = 1e-14  # relative: generators that differ by less are the same

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
 from ..problems.systems import Model
@@ -27,7 +27,6 @@ from .step_cases import QUICK, Build, sources
 
 __all__ = ["REST", "STEADY", "ZEROS", "cases"]
 
-Array = npt.NDArray[np.float64]
 
 REST = StressAxis("rest", "pieces at rest", "their size, relative")
 ZEROS = StressAxis("zeros", "zero and equal rows", "distance")

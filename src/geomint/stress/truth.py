@@ -16,8 +16,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..compare.reference import integrate_extended, reference_solution
 from ..errors import StepError
 from ..kernels.numbers.blocks import Block
@@ -36,7 +36,6 @@ __all__ = [
     "truth_of",
 ]
 
-Array = npt.NDArray[np.float64]
 Named = dict[str, Array]
 SHIFTS = (2.0**-26, 2.0**-40)
 LINEAR = 0.1  # differences up to this are taken to be proportional to the shift

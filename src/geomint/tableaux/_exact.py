@@ -12,14 +12,14 @@ from collections.abc import Iterable
 from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ..arguments import Array
 
 __all__ = ["Array", "Row", "nearest", "remainder", "row", "rows"]
 
 Row = tuple[Fraction, ...]
 """Coefficients of one row of a tableau."""
 
-Array = NDArray[np.float64]
 """Binary coefficients; always C-contiguous, and read-only because they are shared."""
 
 

@@ -9,15 +9,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from .jumps import Jump, best_step, find_jumps, steps_of
 from .oscillations import without_oscillations
 from .trend import Trend, find_trend
 
 __all__ = ["WALK", "Part", "evenly", "taken_apart", "without_jumps"]
 
-Array = npt.NDArray[np.float64]
 
 TWO_SIDED = 1.96  # standard errors: 95 % of a normal distribution
 FEIGNED = 0.05  # of what is seen in an oscillation: it may not be the sine that was taken away

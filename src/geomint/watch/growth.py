@@ -59,15 +59,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from .decomposition import WALK, Part, evenly, taken_apart, without_jumps
 from .jumps import Jump, first_step
 from .trend import cosines
 
 __all__ = ["CLASSES", "NOT_FINITE", "RULE", "Growth", "growth_of"]
 
-Array = npt.NDArray[np.float64]
 
 MIN_TREND_WINDOWS, MIN_WINDOWS = 32, 64
 EXCLUDED, AMPLITUDE_EXCLUDED, AMPLITUDE_LEAST = 0.1, 0.2, 0.05  # of the largest deviation

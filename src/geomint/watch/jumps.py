@@ -14,11 +14,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from ..arguments import Array
 
 __all__ = ["Jump", "best_step", "find_jumps", "first_step", "steps_of"]
 
-Array = npt.NDArray[np.float64]
 
 SIDE, FEWEST = 8, 4  # windows
 STANDS_OUT = 8.0

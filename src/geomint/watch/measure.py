@@ -18,8 +18,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..arguments import Array
 from ..errors import FormError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
@@ -46,7 +46,6 @@ from .windows import Windows
 
 __all__ = ["MeasureObserver"]
 
-Array = npt.NDArray[np.float64]
 DEVIATIONS = 4.0  # a random walk leaves them behind in one of 8000 runs
 BATCH = 1024  # steps of one call, between which Ctrl-C is seen
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import check_name
+from ..arguments import Array, check_name
 from ..errors import DomainError, nearest
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
@@ -26,7 +26,6 @@ from .windows import Windows
 
 __all__ = ["MEASURE", "Observers", "choose_observables", "quantities_of"]
 
-Array = npt.NDArray[np.float64]
 GROUPS = ("invariants", "constraints", "observables", "all")
 MEASURE = "measure"
 NOISE = 4.0  # times the level of its noise: how large a random walk of the measure may be just that

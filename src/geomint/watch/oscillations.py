@@ -14,11 +14,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from ..arguments import Array
 
 __all__ = ["Cleaned", "without_oscillations"]
 
-Array = npt.NDArray[np.float64]
 
 FEWEST_PERIODS = 2.5  # fewer are no oscillation, but a curve
 MOST, TRIED = 8, 3

@@ -13,11 +13,11 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
+
+from ..arguments import Array
 
 __all__ = ["Trend", "cosines", "find_trend"]
 
-Array = npt.NDArray[np.float64]
 
 COSINES = 48
 LIKELY = 1.5  # less in the logarithm: with it errors are honest for all mixtures, by experiment

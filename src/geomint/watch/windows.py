@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from ..arguments import Array
 
 __all__ = ["MAX_WINDOWS", "Windows"]
 
-Array = npt.NDArray[np.float64]
 MAX_WINDOWS = 1024
 
 

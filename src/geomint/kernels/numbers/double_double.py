@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...arguments import Array
 from .blocks import Block, scalar_block
 from .lanes import LANES
 
 __all__ = ["DoubleDoubleBlock", "double_double_block", "join", "lane_rows"]
-
-Array = npt.NDArray[np.float64]
 
 
 class DoubleDoubleBlock(Block):
