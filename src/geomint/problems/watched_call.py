@@ -74,7 +74,7 @@ def _takes(f: Recorded, count: int) -> bool:
     if code.co_kwonlyargcount > len(getattr(f.function, "__kwdefaults__", None) or {}):
         return False
     most = np.inf if code.co_flags & inspect.CO_VARARGS else code.co_argcount
-    return code.co_argcount - len(defaults) <= count <= most
+    return bool(code.co_argcount - len(defaults) <= count <= most)
 
 
 def _place(f: Recorded, error: BaseException | None = None) -> str:

@@ -25,7 +25,7 @@ from typing import Any
 import llvmlite
 import numba
 import numpy as np
-from numba.core import config
+from numba.core import config as _config
 from numba.core.caching import (
     CompileResultCacheImpl as _Impl,
     FunctionCache,
@@ -47,6 +47,7 @@ __all__ = [
 ]
 
 _KERNELS = Path(__file__).parents[1]
+config: Any = _config
 _CHECKSUM = hashlib.sha256().digest_size
 _failures: list[OSError] = []
 _failure_taken = False
@@ -159,9 +160,9 @@ class StampedCache(FunctionCache):
     def __init__(self, py_func: Any, fingerprint: str, on_miss: Callable[[], None]) -> None:
         self._fingerprint, self._on_miss = fingerprint, on_miss
         # numba's own constructor builds the implementation from the function alone.
-        self._impl_class = functools.partial(_StampedImpl, fingerprint=fingerprint)
+        self._impl_class: Any = functools.partial(_StampedImpl, fingerprint=fingerprint)
         super().__init__(py_func)
-        self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
+        self._cache_file: Any = _Files(Path(self._cache_path), self._impl.filename_base)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:

@@ -33,6 +33,7 @@ from .recorded import Recorded
 
 __all__ = ["LANE", "SCALAR", "compile_function", "extended_kind", "listen", "make_dispatcher"]
 
+_njit: Any = numba.njit
 _OPTIONS = {"error_model": "numpy", "nogil": True}
 # What compiled code alone calls needs no way in from Python or C.
 _INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
@@ -115,8 +116,9 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    dispatcher = numba.njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
-    if isinstance(dispatcher, Dispatcher):
+    dispatcher: Any = _njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    jitted = isinstance(dispatcher, Dispatcher)  # with NUMBA_DISABLE_JIT it is the function itself
+    if jitted:
         template = dispatcher.get_call_template
 
         def checked(args: Any, kws: Any) -> Any:
@@ -133,8 +135,9 @@ def _entry(recorded: Recorded) -> Any:
 
 
 def _make_entry(recorded: Recorded) -> Any:
-    dispatcher = numba.njit(**_OPTIONS)(_unique(recorded))
-    if isinstance(dispatcher, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+    dispatcher: Any = _njit(**_OPTIONS)(_unique(recorded))
+    jitted = isinstance(dispatcher, Dispatcher)
+    if jitted:
         dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
         refuse_compiled(recorded)
 

@@ -85,4 +85,5 @@ def refuse_modules(recorded: Recorded, types_given: Iterable[Any]) -> None:
             place = f"an argument of {recorded.function.__qualname__}"
             raise DomainError(place, given.pymod, "no module: what is read from it")
         if isinstance(given, types.BaseTuple):
-            refuse_modules(recorded, given)
+            inner: Any = given
+            refuse_modules(recorded, inner)

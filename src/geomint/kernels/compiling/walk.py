@@ -39,13 +39,14 @@ _CALLABLES = (
     np.ufunc,
     type(np.sum),
 )
+_FOREIGN: Any = ctypes.CFUNCTYPE(None).__base__
 _kernel_functions: dict[types.FunctionType, bytes] = {}
 
 
 class Wrapped:
     """What stands for a Python function in compiled code."""
 
-    function: types.FunctionType
+    function: Any  # a function; declared as such, mypy would take it for a method
     inline: bool
 
 
@@ -252,7 +253,8 @@ class Walk:
     def _class(self, value: type) -> None:
         self.put("class", _name(value))
         if isinstance(value, enum.EnumMeta):
-            for member in value.__members__.values():
+            members: dict[str, Any] = dict(value.__members__)  # with other names of the same
+            for member in members.values():
                 self.value(member)
         elif issubclass(value, tuple) and hasattr(value, "_fields"):
             self.put(*value._fields)
@@ -278,7 +280,7 @@ class Walk:
         self.put("other", _name(type(value)))
         if isinstance(value, _CALLABLES):
             self.put(value.__name__, getattr(value, "__module__", ""))
-        if isinstance(value, ctypes._CFuncPtr) or _name(type(value)).startswith("_cffi_backend."):
+        if isinstance(value, _FOREIGN) or _name(type(value)).startswith("_cffi_backend."):
             self.kept = False  # an address of this process
             before = _pointer_state(value)
             self.tests.append(lambda: _pointer_state(value) == before)

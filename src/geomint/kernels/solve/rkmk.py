@@ -50,7 +50,7 @@ def dexpinv_series(
     """
     terms = len(numerators)
 
-    def dexpinv(layout, u, v, out, work):  # type: ignore[no-untyped-def]
+    def dexpinv(layout, u, v, out, work):
         rows = len(v)
         a = part(work, 0, rows)
         b = part(work, rows, rows)
@@ -69,7 +69,7 @@ def dexpinv_series(
     if extent is None:
         return series
 
-    def dexpinv_inside(layout, u, v, out, work):  # type: ignore[no-untyped-def]
+    def dexpinv_inside(layout, u, v, out, work):
         series(layout, u, v, out, work)
         inside = extent(layout, u, work) <= 1.0
         for r in range(len(v)):
@@ -232,12 +232,12 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
 
     if act is None:
 
-        def rkmk(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+        def rkmk(functions, p, c, substep, memory, work, t, h):
             return rkmk_step(functions[0], functions[1], functions[2], p, c, memory, work, t, h)
 
         return stepper(helper(rkmk), 3)
 
-    def rkmk_in(functions, p, c, substep, memory, work, t, h):  # type: ignore[no-untyped-def]
+    def rkmk_in(functions, p, c, substep, memory, work, t, h):
         return rkmk_step(functions[0], act, inverse, p, c, memory, work, t, h)
 
     return stepper(helper(rkmk_in), 1)

@@ -79,12 +79,12 @@ def adaptive_rkmk_stepper(
 
     if act is None:
 
-        def rkmk(f, p, c, reuse, y, carry, first, known, work, t, h):  # type: ignore[no-untyped-def]
+        def rkmk(f, p, c, reuse, y, carry, first, known, work, t, h):
             return rkmk_attempt(f[0], f[1], f[2], p, c, reuse, y, carry, first, known, work, t, h)
 
         return adaptive_stepper(helper(rkmk), 3)
 
-    def rkmk_in(f, p, c, reuse, y, carry, first, known, work, t, h):  # type: ignore[no-untyped-def]
+    def rkmk_in(f, p, c, reuse, y, carry, first, known, work, t, h):
         return rkmk_attempt(f[0], act, inverse, p, c, reuse, y, carry, first, known, work, t, h)
 
     return adaptive_stepper(helper(rkmk_in), 1)
