@@ -1,7 +1,8 @@
-"""The package's problems against the audit's motion: d'Alembert's principle at random points.
+"""The package's problems against the audit's motion, at random points.
 
-Fields and energies are run in plain Python. The audit shares no code with the problems, so that what
-agrees here was derived twice; agreement is `HOLDS`, the threshold of its claims.
+The motion is that of d'Alembert's principle or, at n = 3 and any momentum, of equations that the audit
+has compared with it. Fields and energies are run in plain Python. The audit shares no code with the
+problems, so that what agrees here was derived twice; to agree is to be within `HOLDS`.
 """
 
 from __future__ import annotations
