@@ -157,7 +157,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     from geomint.report import compare_page
     from geomint.stress import page, sweep
 
-    nothing = audit_run.Audit((), (), (), 0, 0, 0.0)
+    nothing = audit_run.Audit((), (), 0, 0, 0.0)
     monkeypatch.setattr(audit_run, "audit", note("audit", lambda: nothing))
     monkeypatch.setattr(audit_report, "print_audit", note("table"))
     monkeypatch.setattr(command, "_animate", note("animation"))

@@ -81,7 +81,7 @@ def test_compare_json() -> None:
 
 def test_audit_json() -> None:
     text = section("audit", "`audit.json`")
-    document: dict[str, Any] = as_json(evaluate_all((3,), 1, paper=CLAIMS[:1], package=()))
+    document: dict[str, Any] = as_json(evaluate_all((3,), 1, claims=CLAIMS[:1]))
     assert not missing(document, text)
     assert not missing(document["gap"], text)
     assert not missing(document["claims"][0], text)

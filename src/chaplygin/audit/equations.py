@@ -6,18 +6,25 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import Array, skew, wedge
+from .algebra import Array, inner, skew, wedge
+from .calculus import derivative
 from .points import Point
 
 __all__ = [
+    "extended_energy",
+    "extended_field",
     "extended_xi",
+    "flow_in_tau",
     "ham_flow",
     "hamiltonian",
     "hamiltonian_tau",
+    "log_mu",
+    "log_rho",
     "multiplier",
     "ro",
     "special_omega",
     "split",
+    "to_tau",
     "u_of",
     "veselova",
     "veselova_hamiltonian",
@@ -123,3 +130,38 @@ def veselova_hamiltonian(point: Point, y: Array) -> Any:
     """Return 𝓗(γ, p̃) = D²/2 (Ap̃, p̃), eq. (ham:ves)."""
     p = split(y)[1]
     return 0.5 * point.D**2 * (p @ (point.a * p))
+
+
+def log_rho(point: Point, inertia: Array, gamma: Array) -> Any:
+    """Return log 1/√det(I + D pr), eq. (mu)."""
+    return -0.5 * np.log(np.linalg.det(point.metric(inertia, gamma)))
+
+
+def extended_field(point: Point, inertia: Array, y: Array) -> Array:
+    """Return the right-hand sides of eqs. (r1), (r2), with ξ by eq. (veza) for any γ, p."""
+    omega = extended_xi(point, inertia, y)[1]
+    gamma, p = split(y)
+    return np.concatenate([-omega @ gamma, -omega @ p])
+
+
+def extended_energy(point: Point, inertia: Array, y: Array) -> Any:
+    """Return H of eq. (red:ham), with ξ by eq. (veza) for any γ, p."""
+    return 0.5 * inner(wedge(*split(y)), extended_xi(point, inertia, y)[1])
+
+
+def log_mu(point: Point, y: Array) -> Any:
+    """Return log μ of eq. (DENSITY)."""
+    return -0.5 * (point.n - 2) * np.log(u_of(point, y[: point.n]))
+
+
+def to_tau(point: Point, y: Array) -> Array:
+    """Return (γ, p̃) of (γ, p), eq. (mapping)."""
+    gamma, p = split(y)
+    return np.concatenate([gamma, multiplier(point, gamma) * p])
+
+
+def flow_in_tau(point: Point, y: Array, rate: Array) -> Array:
+    """Return d/dτ of (γ, p̃) for a rate d/dt of (γ, p): d/dτ = 𝒩⁻¹ d/dt."""
+    return np.asarray(
+        derivative(lambda z: to_tau(point, z), y, rate) / multiplier(point, split(y)[0])
+    )

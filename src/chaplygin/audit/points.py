@@ -11,7 +11,7 @@ import numpy as np
 
 from .algebra import Array, coordinates, project, skew
 
-__all__ = ["Point", "sample"]
+__all__ = ["Point", "around_vertical", "horizontal_rotation", "lagrange_case", "sample"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +95,12 @@ class Point:
         return np.diag(product * self.D / (self.D - product))
 
     @cached_property
+    def special_veselova(self) -> Array:
+        """The operator (inertia_tensor) of the Veselova problem, a diagonal matrix."""
+        i, j = self.pairs
+        return np.diag(1.0 / (self.a[i] * self.a[j]))
+
+    @cached_property
     def general(self) -> Array:
         """A symmetric positive definite operator on so(n) without any structure."""
         size = self.n * (self.n - 1) // 2
@@ -129,3 +135,25 @@ def sample(n: int, index: int, seed: int = 0) -> Point:
     for _ in range(2):
         p = p - (gamma @ p) * gamma
     return Point(n, (seed, n, index), a, D / rho**2, rho, q, gamma, p)
+
+
+def around_vertical(point: Point, key: str) -> Array:
+    """Return a random element of so(n−1): it kills Γ."""
+    xi = point.skew(key)
+    return xi - project(xi, point.Gamma)
+
+
+def horizontal_rotation(point: Point) -> Array:
+    """Return a random rotation that keeps Γ."""
+    half = 0.5 * around_vertical(point, "turn")
+    one = np.eye(point.n)
+    return np.asarray(np.linalg.solve(one - half, one + half))
+
+
+def lagrange_case(point: Point) -> Point:
+    """Return the point with a_1 = … = a_(n−1) ≠ a_n, eq. (sing), a_1² < D."""
+    first, last = (float(x) for x in point.uniform("lagrange", 0.4, 1.6, 2))
+    last = last if abs(last - first) > 0.1 else first + 0.3
+    D = float(point.uniform("lagrangeD", 1.05, 3.0)) * first * max(first, last)
+    a = np.array([first] * (point.n - 1) + [last])
+    return point.with_(a=a, m=D / point.rho**2)

@@ -13,13 +13,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from .algebra import Array, bracket, inner, project
-from .calculus import derivative
-from .forms import canonical
+from .calculus import derivative, gradient
+from .equations import extended_energy
+from .forms import canonical, tangent_basis
+from .momenta import true_rates
+from .motion import zero_momentum_motion
 from .points import Point
 
 __all__ = [
+    "CONVENTION",
     "Vector",
+    "almost_hamiltonian_on_bundle",
     "canonical_group_form",
     "closed_form",
     "curvature_form",
@@ -28,6 +35,8 @@ __all__ = [
     "reduced_form",
     "truncated_form",
 ]
+
+CONVENTION = "i_X w = −dH with dp∧dq as in (OMEGA); as printed with the convention i_X w = w(·, X)"
 
 Vector = tuple[Array, Array]
 
@@ -91,3 +100,12 @@ def energy_slope(point: Point, inertia: Array, k: Array, Y: Vector) -> Any:
 
     zero = gamma[:1] * 0.0
     return derivative(along, zero, zero + 1.0)
+
+
+def almost_hamiltonian_on_bundle(point: Point, convention: bool) -> tuple[Any, Any]:
+    """Return w(X, Y), or w(Y, X) with the convention, and dH(Y) for all tangent Y."""
+    y, omega = point.state, zero_momentum_motion(point).omega
+    X, basis = np.concatenate(true_rates(point, point.general)), tangent_basis(y)
+    left = [reduced_form(point.D, y, omega, *((Y, X) if convention else (X, Y))) for Y in basis]
+    slope = gradient(lambda z: extended_energy(point, point.general, z), y)
+    return left, basis @ slope

@@ -45,8 +45,8 @@ COLOURS = {
 
 
 def counts(audit: Audit) -> dict[str, int]:
-    """Return how often each verdict occurs among the claims of the paper."""
-    verdicts = [result.verdict for result in audit.paper]
+    """Return how often each verdict occurs."""
+    verdicts = [result.verdict for result in audit.results]
     return {verdict: verdicts.count(verdict) for verdict in COLOURS if verdict in verdicts}
 
 
@@ -72,7 +72,7 @@ def _row(result: Result) -> dict[str, Any]:
         "cites": list(claim.cites),
         "reason": result.reason or None,
         "section": claim.section,
-        "lines": claim.lines or None,
+        "lines": claim.lines,
         "n": list(result.dimensions),
         "points": result.points,
     }
@@ -86,8 +86,7 @@ def as_json(audit: Audit) -> dict[str, Any]:
     """Return what `write_json` writes."""
     below, above = audit.gap
     return {
-        "claims": [_row(result) for result in audit.paper],
-        "package": [_row(result) for result in audit.package],
+        "claims": [_row(result) for result in audit.results],
         "counts": counts(audit),
         "findings": distinct(audit),
         "thresholds": {"holds": HOLDS, "fails": FAILS},
@@ -144,7 +143,7 @@ def _summary(audit: Audit) -> str:
     found = ", ".join(f"{number} {verdict}" for verdict, number in counts(audit).items())
     kinds = ", ".join(f"{number} {kind}" for kind, number in distinct(audit).items())
     return (
-        f"{len(audit.paper)} claims: {found}. Distinct findings: {kinds or 'none'}. "
+        f"{len(audit.results)} claims: {found}. Distinct findings: {kinds or 'none'}. "
         f"Residuals of what holds are ≤ {below:.1e}, of what fails ≥ {above:.1e}; "
         f"n = {', '.join(map(str, audit.dimensions))}, {audit.points} points or more for each claim "
         f"and as many off the manifold, seed {audit.seed}."
@@ -205,8 +204,7 @@ def markdown(audit: Audit) -> str:
 
 def _place(result: Result) -> str:
     """Return label and lines as a cell."""
-    place = f"`{result.claim.label}`"
-    return f"{place}<br>{result.claim.lines}" if result.claim.lines else place
+    return f"`{result.claim.label}`<br>{result.claim.lines}"
 
 
 def _line(*cells: str) -> str:

@@ -10,41 +10,41 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import (
-    claims_ball,
-    claims_classical,
-    claims_equal,
-    claims_integrability,
-    claims_introduction,
-    claims_measure,
-    claims_multiplier,
-    claims_package,
-    claims_reduction,
-    claims_special,
-    claims_stiefel,
-    claims_veselova,
-    claims_veselova_reduced,
+    s1_introduction,
+    s2_1_ball,
+    s2_3_classical,
+    s3_reduction,
+    s4_0_operator,
+    s4_1_measure,
+    s4_2_time,
+    s4_2_time_proof,
+    s5_1_veselova,
+    s5_2_frames,
+    s5_2_one_vector,
+    s5_3_integrability,
+    s5_4_equal,
 )
 from .claim import FAILS, FINDINGS, UNEXPLAINED, Claim, Result, evaluate
 from .points import Point, sample
 
-__all__ = ["CLAIMS", "PACKAGE", "Audit", "audit"]
+__all__ = ["CLAIMS", "Audit", "audit"]
 
-_PAPER = (
-    claims_introduction,
-    claims_ball,
-    claims_classical,
-    claims_reduction,
-    claims_special,
-    claims_measure,
-    claims_multiplier,
-    claims_veselova,
-    claims_stiefel,
-    claims_veselova_reduced,
-    claims_integrability,
-    claims_equal,
+_SECTIONS = (
+    s1_introduction,
+    s2_1_ball,
+    s2_3_classical,
+    s3_reduction,
+    s4_0_operator,
+    s4_1_measure,
+    s4_2_time,
+    s4_2_time_proof,
+    s5_1_veselova,
+    s5_2_frames,
+    s5_2_one_vector,
+    s5_3_integrability,
+    s5_4_equal,
 )
-CLAIMS: tuple[Claim, ...] = tuple(claim for part in _PAPER for claim in part.claim.claims)
-PACKAGE: tuple[Claim, ...] = tuple(claims_package.claim.claims)
+CLAIMS: tuple[Claim, ...] = tuple(claim for part in _SECTIONS for claim in part.claim.claims)
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Audit:
 
     Attributes
     ----------
-    paper, package : tuple of Result
+    results : tuple of Result
     dimensions : tuple of int
     points : int
         How many random points each claim has at least, on the manifold and as many off it.
@@ -61,23 +61,17 @@ class Audit:
     seconds : float
     """
 
-    paper: tuple[Result, ...]
-    package: tuple[Result, ...]
+    results: tuple[Result, ...]
     dimensions: tuple[int, ...]
     points: int
     seed: int
     seconds: float
 
     @property
-    def results(self) -> tuple[Result, ...]:
-        """All results."""
-        return self.paper + self.package
-
-    @property
     def findings(self) -> dict[str, list[Result]]:
-        """What does not hold as printed in the paper: the claims that show it, by the first label."""
+        """What does not hold as printed: the claims that show it, by the first label."""
         found: dict[str, list[Result]] = {}
-        for result in self.paper:
+        for result in self.results:
             if result.verdict in FINDINGS:
                 found.setdefault(result.claim.finding or result.claim.label, []).append(result)
         return found
@@ -104,8 +98,7 @@ def audit(
     dimensions: Sequence[int] = range(2, 8),
     points: int = 20,
     seed: int = 0,
-    paper: Sequence[Claim] = CLAIMS,
-    package: Sequence[Claim] = PACKAGE,
+    claims: Sequence[Claim] = CLAIMS,
     progress: Callable[[int, int], None] | None = None,
 ) -> Audit:
     """Evaluate each claim at `points` random points or more, spread evenly over its dimensions.
@@ -117,7 +110,7 @@ def audit(
     points : int
     seed : int
         The same numbers give the same points, bit for bit, on one machine.
-    paper, package : sequence of Claim
+    claims : sequence of Claim
     progress : callable
         Called with the number of claims done and their total.
     """
@@ -125,19 +118,12 @@ def audit(
     place = functools.cache(lambda n, index: sample(n, index, seed))
     results = []
     with np.errstate(all="ignore"):  # residuals tell what matters
-        for done, claim in enumerate((*paper, *package), 1):
+        for done, claim in enumerate(claims, 1):
             results.append(evaluate(claim, _places(claim, dimensions, points, place)))
             if progress is not None:
-                progress(done, len(paper) + len(package))
-    split = len(paper)
-    return Audit(
-        tuple(results[:split]),
-        tuple(results[split:]),
-        tuple(dimensions),
-        points,
-        seed,
-        time.perf_counter() - start,
-    )
+                progress(done, len(claims))
+    seconds = time.perf_counter() - start
+    return Audit(tuple(results), tuple(dimensions), points, seed, seconds)
 
 
 def _places(

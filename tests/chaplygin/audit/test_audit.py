@@ -18,7 +18,7 @@ from chaplygin.audit.command import audit as command
 from chaplygin.audit.labels import LABELS, UNLABELLED
 from chaplygin.audit.points import sample
 from chaplygin.audit.report import as_json, distinct, markdown
-from chaplygin.audit.run import CLAIMS, PACKAGE, audit
+from chaplygin.audit.run import CLAIMS, audit
 
 CLAIM = {claim.label: claim for claim in CLAIMS}
 TABLE = Path(__file__).parents[3] / "docs" / "audit-table.md"
@@ -58,7 +58,7 @@ def test_every_label_of_the_source_has_a_claim():
 
 
 def test_claims_are_complete_records():
-    labels = [claim.label for claim in (*CLAIMS, *PACKAGE)]
+    labels = [claim.label for claim in CLAIMS]
     assert len(labels) == len(set(labels))
     for claim in CLAIMS:
         assert claim.statement
@@ -94,7 +94,7 @@ def test_findings_are_counted_once(found):
 def test_what_cites_a_formula_that_fails_says_so(found):
     """Theorem 7 holds of the corrected constraints, Theorem 8 of the corrected Veselova problem."""
     failing = {r.claim.label for results in found.findings.values() for r in results}
-    citing = {r.claim.label: r for r in found.paper if r.claim.cites}
+    citing = {r.claim.label: r for r in found.results if r.claim.cites}
     assert {"rest_St", "CH-VP:ii", "CH-VP:iii", "theorem:lagrange"} <= set(citing)
     for result in citing.values():
         assert set(result.claim.cites) <= failing
@@ -108,7 +108,7 @@ def test_every_statement_is_evaluated_off_the_manifold_too(found):
         if result.residual is not None:
             assert result.points >= 6
             assert result.off_manifold is not None
-    by_label = {r.claim.label: r for r in found.paper}
+    by_label = {r.claim.label: r for r in found.results}
     for label in ("PE", "kk", "fedorov"):  # what nobody claims there does not hold there
         assert by_label[label].off_manifold >= FAILS
 
@@ -173,7 +173,7 @@ def invoke(*words):
 
 
 def only(monkeypatch, *claims):
-    monkeypatch.setattr(running, "audit", functools.partial(audit, paper=claims, package=()))
+    monkeypatch.setattr(running, "audit", functools.partial(audit, claims=claims))
 
 
 def test_something_unexplained_is_exit_code_1(monkeypatch):
@@ -233,7 +233,7 @@ def test_bad_dimensions_are_named(text):
 def test_json_schema(found):
     document = as_json(found)
     json.dumps(document, allow_nan=False)
-    assert {"claims", "package", "n", "points", "seed", "provenance"} <= set(document)
+    assert {"claims", "n", "points", "seed", "provenance"} <= set(document)
     assert {"geomint", "numpy", "python"} <= set(document["provenance"])
     for row in document["claims"]:
         assert row["verdict"] in VERDICTS

@@ -9,15 +9,16 @@ import numpy as np
 from .algebra import Array, apply, bracket, coordinates, inner, project, rank, skew, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_reduction import almost_hamiltonian_on_bundle
 from .equations import multiplier, ro
 from .forms import canonical, exterior_derivative, symplectic_divergence, tangent_basis
-from .momenta import CONVENTION, contact_momentum, space_momentum
+from .momenta import contact_momentum, space_momentum
 from .motion import ball_motion, general_motion
 from .particles import Particles
-from .points import Point
+from .points import Point, around_vertical, horizontal_rotation
 from .reduction import (
+    CONVENTION,
     Vector,
+    almost_hamiltonian_on_bundle,
     canonical_group_form,
     closed_form,
     curvature_form,
@@ -88,12 +89,6 @@ def noether(point: Point) -> Sides:
 def sections(point: Point) -> Sides:
     xi = around_vertical(point, "xi")
     return np.zeros(point.n) - point.rho * (xi @ point.Gamma), np.zeros(point.n), np.abs(xi)
-
-
-def around_vertical(point: Point, key: str) -> Array:
-    """Return a random element of so(n−1): it kills Γ."""
-    xi = point.skew(key)
-    return xi - project(xi, point.Gamma)
 
 
 claim.unchecked(
@@ -218,13 +213,6 @@ def momentum_map(point: Point) -> Sides:
 def vertical_part(point: Point, X: Array) -> Array:
     """Return pr_so(n−1) X in space."""
     return X - project(X, point.Gamma)
-
-
-def horizontal_rotation(point: Point) -> Array:
-    """Return a random rotation that keeps Γ."""
-    half = 0.5 * around_vertical(point, "turn")
-    one = np.eye(point.n)
-    return np.asarray(np.linalg.solve(one - half, one + half))
 
 
 @claim(

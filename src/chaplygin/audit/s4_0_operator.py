@@ -9,29 +9,15 @@ import numpy as np
 from .algebra import Array, apply, inner, wedge
 from .calculus import gradient
 from .claim import Section, Sides
-from .claims_classical import tensor_of
-from .claims_reduction import extended_field, true_rates
-from .equations import extended_xi, ro, special_omega, split, u_of
+from .classical import iop1, tensor_of, three_moments
+from .equations import extended_field, extended_xi, ro, special_omega, split, u_of
 from .forms import lie_derivative
-from .points import Point
+from .momenta import true_rates
+from .points import Point, lagrange_case
 
-__all__ = ["claim", "iop1", "lagrange_case", "three_moments"]
+__all__ = ["claim"]
 
 claim = Section("4 Hamiltonization: the special operator")
-
-
-def three_moments(point: Point, key: str = "moments") -> tuple[Array, float]:
-    """Return any principal moments of a ball in R³, and D; they need no triangle inequality."""
-    return np.exp(point.uniform(key, -2.5, 2.5, 3)), float(
-        np.exp(point.uniform(key + "D", -1.0, 1.0))
-    )
-
-
-def iop1(moments: Array, D: float) -> Array:
-    """Return a_i of eq. (IOP1)."""
-    shifted = moments + D
-    top = np.sqrt(np.prod(moments) * D) * shifted
-    return np.asarray(top / (moments * np.sqrt(np.prod(shifted))))
 
 
 @claim(
@@ -57,7 +43,7 @@ def operator(point: Point, corrected: bool) -> Sides:
 
 def moments_of(point: Point) -> Array:
     """Return the principal moments of the special operator, through the isomorphism (iso)."""
-    return np.diag(tensor_of(point, point.special))
+    return np.diag(tensor_of(point.special))
 
 
 @claim(
@@ -103,15 +89,6 @@ def not_physical(point: Point) -> Sides:
     moments = np.diag(point.special)
     fitted = design @ np.linalg.lstsq(design, moments, rcond=None)[0]
     return fitted, moments
-
-
-def lagrange_case(point: Point) -> Point:
-    """Return the point with a_1 = … = a_(n−1) ≠ a_n, eq. (sing), a_1² < D."""
-    first, last = (float(x) for x in point.uniform("lagrange", 0.4, 1.6, 2))
-    last = last if abs(last - first) > 0.1 else first + 0.3
-    D = float(point.uniform("lagrangeD", 1.05, 3.0)) * first * max(first, last)
-    a = np.array([first] * (point.n - 1) + [last])
-    return point.with_(a=a, m=D / point.rho**2)
 
 
 claim.unchecked(

@@ -7,58 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import Array, null_space, rank, wedge
-from .calculus import Function, gradient
+from .algebra import Array, null_space, rank
+from .calculus import gradient
 from .claim import Section, Sides
-from .claims_multiplier import flow_in_tau, to_tau
 from .equations import (
+    flow_in_tau,
     hamiltonian_tau,
     ro,
     split,
+    to_tau,
     u_of,
     veselova,
     veselova_hamiltonian,
 )
-from .forms import (
-    canonical,
-    dirac_brackets,
-    dirac_field,
-    tangent_basis,
-)
+from .forms import canonical, dirac_field, tangent_basis
+from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
 from .points import Point
 
-__all__ = ["claim", "integral_polynomial", "relative_brackets", "slopes_on_tangents"]
+__all__ = ["claim"]
 
 claim = Section("5.3 Integrability")
-
-
-def integral_polynomial(point: Point, y: Array) -> Array:
-    """Return the coefficients r_0 … r_(n−2) of R on T*S^(n−1), quadratic in p̃.
-
-    R(z) = P(z) (z Σ_{i<j} m_ij²/((z − a_i)(z − a_j)) − (p̃, p̃) Σ γ_i²/(z − a_i)) with P = Π(z − a_i)
-    and m = γ∧p̃: in spheroconical coordinates R(λ_k) = −4λ_k P(λ_k) μ_k².
-    """
-    gamma, p = split(y)
-    a, n, m2 = point.a, point.n, wedge(gamma, p) ** 2
-    total = np.zeros(n + 1, dtype=y.dtype)
-    for i in range(n):
-        rest = np.poly(np.delete(a, i))
-        total[-n:] = total[-n:] - (p @ p) * gamma[i] ** 2 * rest
-        for j in range(i + 1, n):
-            pair = np.poly(np.delete(a, [i, j]))
-            total[-n:] = total[-n:] + m2[i, j] * np.append(pair, 0.0)
-    return total[::-1][: n - 1]
-
-
-def slopes_on_tangents(functions: Function, y: Array) -> Array:
-    """Return the differentials of f_1 … f_m on T*S^(n−1), as rows."""
-    return np.asarray(gradient(functions, y) @ tangent_basis(y).T)
-
-
-def relative_brackets(functions: Function, y: Array) -> Array:
-    """Return all {f_i, f_j}_d over |df_i||df_j|."""
-    values, sizes = dirac_brackets(functions, y)
-    return np.asarray(values / sizes)
 
 
 @claim(

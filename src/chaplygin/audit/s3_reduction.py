@@ -9,7 +9,7 @@ import numpy as np
 from .algebra import Array, apply, bracket, coordinates, inner, null_space, project, rank, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .equations import extended_xi, multiplier, ro, split
+from .equations import extended_energy, extended_field, extended_xi, multiplier, ro, split
 from .forms import (
     canonical,
     exterior_derivative,
@@ -17,12 +17,12 @@ from .forms import (
     symplectic_divergence,
     tangent_basis,
 )
-from .momenta import CONVENTION, contact_momentum, space_momentum
+from .momenta import contact_momentum, space_momentum, true_rates
 from .motion import ball_motion, general_motion, zero_momentum_motion
 from .points import Point
-from .reduction import reduced_form
+from .reduction import CONVENTION, almost_hamiltonian_on_bundle, reduced_form
 
-__all__ = ["almost_hamiltonian_on_bundle", "claim", "extended_field", "true_rates"]
+__all__ = ["claim"]
 
 claim = Section("3 Reduced system in redundant coordinates")
 
@@ -136,25 +136,6 @@ claim.unchecked(
 )
 
 
-def true_rates(point: Point, inertia: Array) -> tuple[Array, Array]:
-    """Return (γ̇, ṗ) of the rolling ball at k = γ∧p, from d'Alembert's principle."""
-    if inertia is point.general or inertia is point.special:
-        moving = zero_momentum_motion(point, inertia is point.special)
-    else:
-        omega = point.omega_of(inertia, wedge(point.gamma, point.p), point.gamma)
-        moving = ball_motion(point, inertia, omega)
-    gamma_dot = (point.g @ moving.omega).T @ point.Gamma
-    k, k_dot = contact_momentum(point, inertia, moving.omega, moving.omega_dot)
-    return gamma_dot, -k_dot @ point.gamma - k @ gamma_dot
-
-
-def extended_field(point: Point, inertia: Array, y: Array) -> Array:
-    """Return the right-hand sides of eqs. (r1), (r2), with ξ by eq. (veza) for any γ, p."""
-    omega = extended_xi(point, inertia, y)[1]
-    gamma, p = split(y)
-    return np.concatenate([-omega @ gamma, -omega @ p])
-
-
 @claim(
     "T1", "Theorem 2: the reduced problem on T*S^(n−1) = Φ⁻¹(0)/SO(n−1) is (r1), (r2)", "596–604"
 )
@@ -197,11 +178,6 @@ def proof_t1_lambda(point: Point) -> Sides:
     lam = float(point.normal("lambda"))
     left = (-omega @ gamma) @ p + gamma @ (-omega @ p) + lam * (gamma @ gamma)
     return left, lam, np.linalg.norm(omega @ gamma) * np.linalg.norm(p)
-
-
-def extended_energy(point: Point, inertia: Array, y: Array) -> Any:
-    """Return H of eq. (red:ham), with ξ by eq. (veza) for any γ, p."""
-    return 0.5 * inner(wedge(*split(y)), extended_xi(point, inertia, y)[1])
 
 
 @claim("red:ham", "H = ½⟨k, ω⟩ = ½⟨γ∧p, I⁻¹(γ∧ξ)⟩ is the energy", "630–634")
@@ -255,15 +231,6 @@ def preserves_k(point: Point) -> Sides:
     k = wedge(point.gamma, point.p)
     value, zero, size = preserved(point, printed)
     return [value, inner(k, k)], [zero, printed(point.state)], size
-
-
-def almost_hamiltonian_on_bundle(point: Point, convention: bool) -> Sides:
-    """Return w(X, Y), or w(Y, X) with the convention, and dH(Y) for all tangent Y."""
-    y, omega = point.state, zero_momentum_motion(point).omega
-    X, basis = np.concatenate(true_rates(point, point.general)), tangent_basis(y)
-    left = [reduced_form(point.D, y, omega, *((Y, X) if convention else (X, Y))) for Y in basis]
-    slope = gradient(lambda z: extended_energy(point, point.general, z), y)
-    return left, basis @ slope
 
 
 @claim(

@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import Array, apply, bracket, hat, inner, rank, vector
+from .algebra import Array, bracket, hat, inner, rank, vector
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_ball import log_rho
+from .classical import classical_field, classical_k, classical_omega, tensor_of
+from .equations import log_rho
 from .momenta import contact_momentum
 from .motion import general_motion
 from .points import Point
 
-__all__ = ["claim", "classical_field", "classical_k", "classical_omega", "tensor_of"]
+__all__ = ["claim"]
 
 claim = Section("2.3 Classical Chaplygin sphere")
 
@@ -29,34 +30,11 @@ def iso(point: Point) -> Sides:
     return [*np.ravel(left), inner(hat(x), hat(y))], [*cross, *cross, x @ y]
 
 
-def tensor_of(point: Point, inertia: Array) -> Array:
-    """Return the inertia tensor of an operator on so(3)."""
-    return np.array([vector(apply(inertia, hat(e))) for e in np.eye(3)]).T
-
-
-def classical_k(point: Point, tensor: Array, omega: Array, gamma: Array) -> Array:
-    """Return k⃗ = Iω⃗ + Dω⃗ − D(ω⃗, γ⃗)γ⃗."""
-    return np.asarray(tensor @ omega + point.D * omega - point.D * (omega @ gamma) * gamma)
-
-
-def classical_omega(point: Point, tensor: Array, k: Array, gamma: Array) -> Array:
-    """Return ω⃗ of k⃗, by a solve."""
-    matrix = tensor + point.D * (np.eye(3) - np.outer(gamma, gamma))
-    return np.linalg.solve(matrix, k)
-
-
-def classical_field(point: Point, tensor: Array, y: Array) -> Array:
-    """Return the right-hand sides of eq. (Chap)."""
-    k, gamma = y[:3], y[3:]
-    omega = classical_omega(point, tensor, k, gamma)
-    return np.concatenate([np.cross(k, omega), np.cross(gamma, omega)])
-
-
 @claim("Chap", "dk⃗/dt = k⃗ × ω⃗, dγ⃗/dt = γ⃗ × ω⃗, k⃗ = Iω⃗ + Dω⃗ − D(ω⃗, γ⃗)γ⃗", "495–502", n=(3,))
 def classical(point: Point) -> Sides:
     moving = general_motion(point)
     k, rate = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
-    tensor, omega = tensor_of(point, point.general), vector(moving.omega)
+    tensor, omega = tensor_of(point.general), vector(moving.omega)
     printed = classical_k(point, tensor, omega, point.gamma)
     gamma_dot = (point.g @ moving.omega).T @ point.Gamma
     right = [printed, np.cross(printed, omega), np.cross(point.gamma, omega)]
@@ -70,7 +48,7 @@ def classical(point: Point) -> Sides:
     n=(3,),
 )
 def chaplygin_density(point: Point) -> Sides:
-    tensor, gamma = tensor_of(point, point.general), point.gamma
+    tensor, gamma = tensor_of(point.general), point.gamma
     y = np.concatenate([classical_k(point, tensor, vector(point.omega), gamma), gamma])
 
     def log_density(gamma: Array) -> Any:
@@ -102,7 +80,7 @@ def classical_integrals(point: Point, tensor: Array, y: Array) -> Array:
     everywhere=True,
 )
 def four_integrals(point: Point) -> Sides:
-    tensor = tensor_of(point, point.general)
+    tensor = tensor_of(point.general)
     y = np.concatenate([point.normal("k", 3), point.gamma])
     slope = gradient(lambda z: classical_integrals(point, tensor, z), y)
     rate = classical_field(point, tensor, y)
@@ -116,7 +94,7 @@ def four_integrals(point: Point) -> Sides:
     n=(3,),
 )
 def euler_jacobi(point: Point) -> Sides:
-    tensor = tensor_of(point, point.general)
+    tensor = tensor_of(point.general)
     y = np.concatenate([point.normal("k", 3), point.gamma])
     return rank(gradient(lambda z: classical_integrals(point, tensor, z), y)), 4
 
@@ -144,7 +122,7 @@ def changed_velocity(point: Point, k: Array, restricted: bool) -> tuple[Array, A
     γ⃗_1 ∝ (D_1/D − 1)k⃗ + F_1γ⃗ and k⃗_1 ⟂ γ⃗_1, a combination of k⃗ and γ⃗ too, turn with ω⃗: they have
     constant coefficients.
     """
-    tensor, D = tensor_of(point, point.general), point.D
+    tensor, D = tensor_of(point.general), point.D
     vectors = np.array([k, point.gamma])
     F1, _, F3, F4 = classical_integrals(point, tensor, np.ravel(vectors))
     # the smaller root, by the stable formula

@@ -9,11 +9,18 @@ import numpy as np
 from .algebra import Array, hat, rank, skew, vector, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_classical import classical_k, classical_omega
+from .classical import (
+    along_gamma,
+    capital_k,
+    classical_k,
+    classical_omega,
+    printed_lambda,
+    veselova_field,
+)
 from .motion import constrained_rotation
 from .points import Point
 
-__all__ = ["capital_k", "claim", "extended"]
+__all__ = ["claim"]
 
 claim = Section("5.1 Classical Chaplygin sphere and the Veselova problem")
 
@@ -24,19 +31,6 @@ def tensor(point: Point) -> Array:
     """Return a full inertia tensor with eigenvalues greater than 1."""
     square = point.normal("tensor", 3, 3)
     return 1.2 * np.eye(3) + square @ square.T / 3
-
-
-def printed_lambda(inertia: Array, w: Array, gamma: Array) -> Any:
-    """Return λ of eq. (la)."""
-    inverse = np.linalg.solve(inertia, gamma)
-    return -(np.cross(inertia @ w, w) @ inverse) / (inverse @ gamma)
-
-
-def extended(inertia: Array, y: Array) -> Array:
-    """Return (ẇ, γ̇) of eqs. (3.1), (la), for any w and γ."""
-    w, gamma = y[:3], y[3:]
-    torque = np.cross(inertia @ w, w) + printed_lambda(inertia, w, gamma) * gamma
-    return np.concatenate([np.linalg.solve(inertia, torque), np.cross(gamma, w)])
 
 
 def state(point: Point, constrained: bool = False) -> Array:
@@ -86,7 +80,7 @@ def first_integral(point: Point) -> Sides:
 def integral(point: Point, f: Any, constrained: bool = False) -> Sides:
     """Return the derivative of f along (3.1), (la), and 0."""
     inertia, y = tensor(point), state(point, constrained)
-    slope, rate = gradient(f, y), extended(inertia, y)
+    slope, rate = gradient(f, y), veselova_field(inertia, y)
     return slope @ rate, np.zeros(np.shape(slope)[:-1]), np.abs(slope) @ np.abs(rate)
 
 
@@ -99,23 +93,16 @@ def integral(point: Point, f: Any, constrained: bool = False) -> Sides:
 )
 def veselova_measure(point: Point) -> Sides:
     inertia, y = tensor(point), state(point)
-    terms = np.diag(gradient(lambda z: extended(inertia, z), y))
+    terms = np.diag(gradient(lambda z: veselova_field(inertia, z), y))
 
     def log_density(z: Array) -> Any:
         return 0.5 * np.log(z[3:] @ np.linalg.solve(inertia, z[3:]))
 
-    return np.sum(terms), -derivative(log_density, y, extended(inertia, y)), np.sum(np.abs(terms))
-
-
-def along_gamma(inertia: Array, y: Array, any_length: bool = False) -> Any:
-    """Return (𝓘⁰w⃗, γ⃗), 𝓘⁰ = 𝓘 − 1; over (γ⃗, γ⃗) what holds whatever the length of γ⃗."""
-    w, gamma = y[:3], y[3:]
-    return ((inertia @ w - w) @ gamma) / (gamma @ gamma if any_length else 1.0)
-
-
-def capital_k(inertia: Array, y: Array, any_length: bool = False) -> Array:
-    """Return K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗."""
-    return np.asarray(inertia @ y[:3] - along_gamma(inertia, y, any_length) * y[3:])
+    return (
+        np.sum(terms),
+        -derivative(log_density, y, veselova_field(inertia, y)),
+        np.sum(np.abs(terms)),
+    )
 
 
 ANY_LENGTH = "K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗/(γ⃗, γ⃗)"  # d/dt of the factor of γ⃗ is λ only so
@@ -131,7 +118,7 @@ ANY_LENGTH = "K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗/(γ⃗, γ⃗)"  # d
 )
 def momentum_form(point: Point, amended: bool) -> Sides:
     inertia, y = tensor(point), state(point)
-    left = derivative(lambda z: capital_k(inertia, z, amended), y, extended(inertia, y))
+    left = derivative(lambda z: capital_k(inertia, z, amended), y, veselova_field(inertia, y))
     return left, np.cross(capital_k(inertia, y, amended), y[:3])
 
 
@@ -246,7 +233,7 @@ def fedorov_tangent(point: Point) -> Sides:
         omega = classical_omega(point, latin, k, gamma)
         return np.array([k @ gamma, 0.5 * (k @ omega), k @ k])
 
-    slope, rate = gradient(ball_integrals, y), extended(script, y)
+    slope, rate = gradient(ball_integrals, y), veselova_field(script, y)
     return slope @ rate, np.zeros(3), np.max(np.abs(slope) @ np.abs(rate))
 
 
@@ -272,7 +259,7 @@ def neumann(point: Point) -> Sides:
         return np.sqrt((inertia @ w @ w) / (gamma @ (gamma / A)))
 
     gamma = y[3:]
-    bent = derivative(slope, y, extended(inertia, y)) / rate(y)
+    bent = derivative(slope, y, veselova_field(inertia, y)) / rate(y)
     return np.cross(bent, gamma), np.cross(-A * gamma, gamma), np.max(np.abs(bent))
 
 

@@ -20,12 +20,12 @@ from .algebra import (
 )
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_introduction import horizontal_rotation
+from .equations import log_rho
 from .momenta import contact_momentum, space_momentum
 from .motion import general_motion
-from .points import Point
+from .points import Point, horizontal_rotation
 
-__all__ = ["claim", "kinetic_momentum", "log_rho"]
+__all__ = ["claim"]
 
 claim = Section("2.1, 2.2 Kinematics and dynamics")
 
@@ -284,11 +284,6 @@ def ball_divergence(point: Point, on_group: bool) -> tuple[Any, Any, Any]:
     turning = -point.omega_of(inertia, k, gamma) @ gamma
     rate = derivative(lambda z: log_rho(point, inertia, z), gamma, turning)
     return sum(terms), rate, np.sum(np.abs(terms)) + np.linalg.norm(point.omega)
-
-
-def log_rho(point: Point, inertia: Array, gamma: Array) -> Any:
-    """Return log 1/√det(I + D pr), eq. (mu)."""
-    return -0.5 * np.log(np.linalg.det(point.metric(inertia, gamma)))
 
 
 @claim(

@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import Array, apply, hat, rank, skew, vector
+from .algebra import Array, apply, rank, skew
 from .calculus import Function, derivative, gradient
 from .claim import Section, Sides
-from .claims_classical import classical_field, classical_omega, tensor_of
-from .claims_integrability import integral_polynomial, relative_brackets, slopes_on_tangents
-from .claims_multiplier import to_tau
-from .claims_special import lagrange_case
-from .equations import ham_flow, hamiltonian, hamiltonian_tau, ro, u_of
+from .classical import classical_field, classical_omega, tensor_of
+from .equations import ham_flow, hamiltonian, hamiltonian_tau, ro, to_tau, u_of
 from .forms import lie_derivative, symplectic_divergence
-from .points import Point
+from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
+from .points import Point, lagrange_case
 
 __all__ = ["claim"]
 
@@ -127,8 +125,7 @@ def non_commutative(point: Point) -> Sides:
     "1503–1509",
 )
 def operators(point: Point) -> Sides:
-    i, j = point.pairs
-    script = np.diag(1.0 / (point.a[i] * point.a[j]))
+    script = point.special_veselova
     one = np.eye(len(script))
     inverse = point.D * np.linalg.inv(point.D * script - one)
     left = [point.D * script, inverse]
@@ -142,10 +139,8 @@ def operators(point: Point) -> Sides:
     n=(3,),
 )
 def operator_of_tr1(point: Point) -> Sides:
-    i, j = point.pairs
-    script = point.D * np.diag(1.0 / (point.a[i] * point.a[j]))
-    tensor = np.array([vector(apply(script, hat(e))) for e in np.eye(3)]).T
-    printed = np.eye(3) + point.D * np.linalg.inv(tensor_of(point, point.special))
+    tensor = tensor_of(point.D * point.special_veselova)
+    printed = np.eye(3) + point.D * np.linalg.inv(tensor_of(point.special))
     greater = np.min(np.linalg.eigvalsh(tensor)) > 1.0
     return [*np.ravel(tensor), float(greater)], [*np.ravel(printed), 1.0]
 

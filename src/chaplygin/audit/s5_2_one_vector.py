@@ -6,25 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from .algebra import Array, apply, null_space, wedge
+from .algebra import Array, null_space, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
-from .claims_multiplier import flow_in_tau, to_tau
-from .claims_stiefel import stiefel_rates
-from .equations import split, u_of, veselova, veselova_hamiltonian
+from .equations import flow_in_tau, split, to_tau, u_of, veselova, veselova_hamiltonian
 from .forms import canonical, tangent_basis
-from .motion import constrained_rotation
+from .momenta import veselova_rates
 from .points import Point
+from .stiefel import stiefel_rates
 
-__all__ = ["claim", "veselova_rates"]
+__all__ = ["claim"]
 
 claim = Section("5.2 Veselova problem with r = 1")
-
-
-def special_veselova(point: Point) -> Array:
-    """Return the operator of eq. (inertia_tensor)."""
-    i, j = point.pairs
-    return np.diag(1.0 / (point.a[i] * point.a[j]))
 
 
 @claim(
@@ -35,26 +28,6 @@ def special_veselova(point: Point) -> Array:
 )
 def reducible(point: Point) -> Sides:
     return stiefel_rates(point.with_(seed=(*point.seed[:-1], 0)))
-
-
-def veselova_rates(point: Point) -> Array:
-    """Return (γ̇, ṗ) of the LR system with r = 1 and the operator (inertia_tensor), from d'Alembert.
-
-    γ = e_1, so the rotation is turned to have the point's γ as its first row; p = ∂L/∂γ̇.
-    """
-    g = np.roll(point.g, 1, axis=0)
-    n, E = point.n, np.eye(point.n)
-    turned = point.with_(g=g)
-    inertia = special_veselova(point)
-    # p = −(𝓘w)γ for w = γ∧γ̇; here γ̇ is found from p by a solve, not by the paper's formula
-    basis = null_space(point.gamma)
-    images = np.array([-apply(inertia, wedge(point.gamma, v)) @ point.gamma for v in basis])
-    gamma_dot = np.linalg.lstsq(images.T, point.p, rcond=None)[0] @ basis
-    w = wedge(point.gamma, gamma_dot)
-    forms = [wedge(E[i], E[j]) for i in range(1, n) for j in range(i + 1, n)]
-    rate = constrained_rotation(turned, inertia, w, forms)[0]
-    p_dot = -apply(inertia, rate) @ point.gamma - apply(inertia, w) @ gamma_dot
-    return np.concatenate([gamma_dot, p_dot])
 
 
 @claim(

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from .algebra import Array
 from .calculus import derivative, gradient, nested
 from .claim import Section, Sides
-from .claims_ball import log_rho
-from .claims_special import iop1, three_moments
-from .equations import ro, split, u_of
+from .classical import iop1, three_moments
+from .equations import log_mu, log_rho, ro, split, u_of
 from .forms import canonical, divergence, symplectic_divergence
 from .points import Point
 
-__all__ = ["claim", "log_mu"]
+__all__ = ["claim"]
 
 claim = Section("4.1 Invariant measure")
 
@@ -91,11 +88,6 @@ def volume(point: Point) -> Sides:
     gamma, p = split(from_spherical(n, x))
     size = np.sqrt(gamma @ gamma)
     return [np.linalg.det(slope), size, gamma @ p / size], [1.0, x[n - 1], x[-1]]
-
-
-def log_mu(point: Point, y: Array) -> Any:
-    """Return log μ of eq. (DENSITY)."""
-    return -0.5 * (point.n - 2) * np.log(u_of(point, y[: point.n]))
 
 
 def density_defect(point: Point) -> Sides:
