@@ -100,7 +100,7 @@ def _check_count(
     rate = 1.0
     if not own and problem.clock is not None:
         rate = abs(value(problem, problem.clock, y0))
-    if not (rate > 0.0 and abs(end) / rate / size > MOST_STEPS):
+    if not (rate > 0.0 and abs(end) / rate > MOST_STEPS * size):
         return
     if not given:
         expected = f"one within 2⁵³ steps of the default {size:.3g}: give a step"
