@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geomint.problems.testproblems import henon_heiles
 from numba.core import config
 
 import geomint as gi
-from geomint.testproblems import henon_heiles
 
 pytestmark = [
     pytest.mark.nojit,
@@ -95,7 +95,7 @@ def test_no_more_steps_than_there_are_times(end: dict[str, float], step: float) 
 
 def test_a_default_step_that_underflows_to_zero() -> None:
     """Of a motion as fast as floats go: refused with the advice to give a step."""
-    from geomint.timeline import _check_count
+    from geomint.run.timeline import _check_count
 
     problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
     with pytest.raises(gi.DomainError, match="of the default 0: give a step"):
