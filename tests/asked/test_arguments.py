@@ -360,7 +360,7 @@ def test_pointwise(monkeypatch: pytest.MonkeyPatch) -> None:
         scratch.append(rows)
         return scalar_block(rows)
 
-    monkeypatch.setattr(sys.modules["geomint.pointwise"], "scalar_block", block)
+    monkeypatch.setattr(sys.modules["geomint.problems.pointwise"], "scalar_block", block)
     points = np.array([[1.0, 2.0], [3.0, 4.0]])
     base = gi.pointwise(turning, [1.0], points, 2)
     np.testing.assert_array_equal(base, [[-2.0, 1.0], [-4.0, 3.0]])
@@ -373,7 +373,9 @@ def test_pointwise(monkeypatch: pytest.MonkeyPatch) -> None:
         gi.pointwise(turning, [1.0], points, 3)
     checked: list[int] = []
     monkeypatch.setattr(
-        sys.modules["geomint.pointwise"], "_check", lambda *given: checked.append(given[-1])
+        sys.modules["geomint.problems.pointwise"],
+        "_check",
+        lambda *given: checked.append(given[-1]),
     )
     gi.pointwise(turning, [1.0], points, 2, work=9, check=False)
     assert checked == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 # Runs what is given, then prints what was compiled, what missed the cache, and the results.
 REPORT = """
 import json
-from geomint.kernels import compile as _compile
+from geomint.kernels.compiling import compile as _compile
 compiled, entries, make_entry = [], {}, _compile._entry
 _compile.listen(lambda name, seconds: compiled.append(name))
 _compile._entry = lambda recorded: entries.setdefault(recorded, make_entry(recorded))
@@ -237,14 +238,12 @@ def test_an_edited_kernel_empties_the_cache(
     before = cache.cache_folder()
     assert before.parent == tmp_path / "geomint"
     package = tmp_path / "kernels"
-    package.mkdir()
-    for path in Path(cache.__file__).parent.glob("*.py"):
-        (package / path.name).write_bytes(path.read_bytes())
-    monkeypatch.setattr(cache, "__file__", str(package / "cache.py"))
+    shutil.copytree(Path(cache.__file__).parents[1], package)
+    monkeypatch.setattr(cache, "_KERNELS", package)
     cache.kernel_stamp.cache_clear()
     try:
         assert cache.cache_folder() == before
-        (package / "status.py").write_text("OK = 0\n", encoding="utf-8")
+        (package / "solve" / "status.py").write_text("OK = 0\n", encoding="utf-8")
         cache.kernel_stamp.cache_clear()
         assert cache.cache_folder() != before
     finally:

@@ -164,7 +164,7 @@ assert len(caught) == 1
 FORK = """
 import os, threading, time, warnings
 import geomint as gi
-from geomint.kernels import compile as _compile
+from geomint.kernels.compiling import compile as _compile
 from geomint.problems.testproblems import pulsating_body
 warnings.simplefilter("ignore", DeprecationWarning)  # of Python, about forks and threads
 begun = threading.Event()

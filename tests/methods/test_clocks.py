@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomint.problems.testproblems import henon_heiles
 from numba.core import config
 
 import geomint as gi
+from geomint.problems.testproblems import henon_heiles
 
 pytestmark = [
     pytest.mark.nojit,

@@ -12,6 +12,7 @@ from geomint.methods.stepper import Stepper
 from geomint.problems.evaluate import value
 from geomint.problems.testproblems import pulsating_body
 from geomint.run import driver
+from geomint.watch.observe import Observers
 
 pytestmark = pytest.mark.nojit
 
@@ -134,9 +135,7 @@ def test_an_interrupted_run_is_observed_to_its_last_state(
 
         return wrapped
 
-    target, name = {"kernel": (Stepper, "advance"), "observers": (gi.integrate.Observers, "add")}[
-        where
-    ]
+    target, name = {"kernel": (Stepper, "advance"), "observers": (Observers, "add")}[where]
     with monkeypatch.context() as patch:
         patch.setattr(target, name, interrupt_after(getattr(target, name)))
         sol = solved(IN_T, {"t_end": 1e6}, "heun-2", observe="size", observe_every=every)

@@ -28,6 +28,7 @@ from geomint.problems.time_scale import characteristic_time
 from geomint.run import driver
 from geomint.run.progress import Progress
 from geomint.run.timeline import default_step, plan_timeline
+from geomint.watch.observe import Observers
 
 pytestmark = pytest.mark.nojit
 compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="too many steps for plain Python")
@@ -449,7 +450,7 @@ def test_an_interrupted_run(
 
     target, name = {
         "kernel": (Stepper, "advance"),
-        "observers": (gi.integrate.Observers, "add"),
+        "observers": (Observers, "add"),
         "progress": (Progress, "update"),
     }[where]
     with monkeypatch.context() as patch:
