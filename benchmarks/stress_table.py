@@ -19,7 +19,7 @@ from typing import Any
 
 from geomint.methods import find_method
 from geomint.stress.judge import FORBIDDEN, VERDICTS
-from geomint.stress.references import references_told
+from geomint.stress.references import references_in_words
 from geomint.stress.sweep import family_of
 
 HERE = Path(__file__).parent
@@ -112,7 +112,7 @@ def page(found: Record) -> str:
         f"The run of the picture, `{made['command']}`, had {found['cells']} cells: {told};"
         f" {bad or 'nothing'} forbidden. It took {made['seconds'] / 60:.1f} minutes{processor} on"
         f" {made['cores']} cores ({made['cpu']}).",
-        references_told(found["references"]),
+        references_in_words(found["references"]),
         "",
         *table("axis", {f"`{name}`": counts for name, counts in found["axes"].items()}),
         *table("methods", found["families"]),

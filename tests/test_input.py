@@ -10,7 +10,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.errors import LONGEST_MESSAGE, nearest, told
+from geomint.errors import LONGEST_MESSAGE, nearest, quoted
 from geomint.problems.testproblems import henon_heiles
 from geomint.scene.entries import methods_and_steps
 
@@ -219,7 +219,7 @@ def test_what_may_be_a_name_is_saved(tmp_path, name):
 
 def test_values_are_told_shortly():
     for value in ("ж" * 10**6, [0.5] * 10**6, 7**20_000, nested(10**5), Mute()):
-        assert len(told(value)) <= 330
+        assert len(quoted(value)) <= 330
 
 
 def test_messages_are_bounded():

@@ -78,11 +78,11 @@ def _sent(value: Any) -> Any:
     try:
         pickle.dumps(value)
     except Exception:  # whatever a foreign object raises there
-        return told(value)
+        return quoted(value)
     return value
 
 
-def told(value: Any) -> str:
+def quoted(value: Any) -> str:
     """Return the text of a value for a message, of bounded length."""
     if isinstance(value, int) and value.bit_length() > DIGITS:
         return f"<an integer of about {round(value.bit_length() * log10(2.0))} digits>"
@@ -124,7 +124,7 @@ class DomainError(GeomintError, ValueError):
     """
 
     def __init__(self, name: str, value: Any, expected: str) -> None:
-        super().__init__(f"{name} = {told(value)}: expected {expected}")
+        super().__init__(f"{name} = {quoted(value)}: expected {expected}")
         self.name, self.value, self.expected = name, value, expected
 
 
@@ -195,7 +195,7 @@ class OutputError(GeomintError, OSError):
     def __init__(
         self, path: str | os.PathLike[str], reason: str, number: int | None = None
     ) -> None:
-        super().__init__(f"{told(os.fspath(path))} cannot be written: {reason}")
+        super().__init__(f"{quoted(os.fspath(path))} cannot be written: {reason}")
         self.path, self.number = os.fspath(path), number
 
     @property

@@ -15,7 +15,7 @@ from geomint.compare.reference import integrate_extended, reference_solution
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import Start
 from geomint.problems.testproblems import spherical_pendulum
-from geomint.stress.promises import Quantities
+from geomint.stress.preserved import Quantities
 
 GAIN = 1.5
 TABLE = np.array([1.5])

@@ -19,7 +19,7 @@ from geomint.problems.declaration import FEW, check_problem
 from geomint.problems.evaluate import derivative, value
 from geomint.problems.testproblems import examples
 from geomint.scene.load import load_scene, scene_names
-from geomint.stress.promises import Quantities
+from geomint.stress.preserved import Quantities
 
 pytestmark = pytest.mark.nojit
 

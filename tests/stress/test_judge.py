@@ -161,7 +161,7 @@ def test_roundings_of_a_fast_motion_are_counted_step_by_step(verdict_on, monkeyp
 
     options = {"steps": 200, "truth": lambda end: Truth({"x": exact(end)}, 1e6)}
     assert verdict_on(grown, KEEPING, **options)["verdict"] == "wrong"
-    monkeypatch.setattr(judging.Trial, "parting_time", 1e-6)
+    monkeypatch.setattr(judging.Trial, "separation_time", 1e-6)
     assert verdict_on(grown, KEEPING, **options)["verdict"] != "wrong"
     options["steps"] = 4
     assert verdict_on(grown, KEEPING, **options)["verdict"] == "wrong"

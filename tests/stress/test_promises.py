@@ -6,7 +6,7 @@ import pytest
 import chaplygin as ch
 from chaplygin.stress.parameters import all_near_the_edge
 from geomint.problems.testproblems import double_pendulum, pulsating_body, spherical_pendulum
-from geomint.stress.promises import Quantities
+from geomint.stress.preserved import Quantities
 
 
 def kinds(problem, kind, size=1.0):

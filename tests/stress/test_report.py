@@ -104,7 +104,7 @@ def test_exit_code(monkeypatch, tmp_path, verdicts, interrupted, code):
         found = cells(*verdicts)
         listener.begin(len(found))
         for cell in found:
-            listener.tell(cell)
+            listener.cell_done(cell)
         return sweep.Result(found, AXES, gi.method_names(), 1.0, interrupted)
 
     monkeypatch.setattr(sweep, "run_selection", fake)
@@ -125,7 +125,7 @@ def test_ctrl_c_keeps_what_was_done(monkeypatch):
         def begin(self, total):
             pass
 
-        def tell(self, cell):
+        def cell_done(self, cell):
             pass
 
     result = sweep.run_selection(sweep.Selection(("rk-4",), (), ("momentum",)), Silent())

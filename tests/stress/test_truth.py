@@ -8,7 +8,7 @@ from geomint.compare import reference
 from geomint.compare.reference_record import place_of
 from geomint.stress import truth as stress_truth
 from geomint.stress.judge import Cell, Trial, judge
-from geomint.stress.references import references_of, references_told
+from geomint.stress.references import references_in_words, references_of
 from geomint.stress.truth import field_rounding, truth_of
 
 
@@ -99,7 +99,7 @@ def test_the_report_counts_references():
     assert found == {
         "judged": 3, "known": 2e-20, "confirmed": 1e-13, "confirmed_worst": 1e-12, "without": 1,
     }  # fmt: skip
-    told = references_told(found)
+    told = references_in_words(found)
     for word in ("3 cells", "1e-19", "1e-13", "1e-12", "1 are compared"):
         assert word in told
-    assert references_told(references_of([])) == "References: none."
+    assert references_in_words(references_of([])) == "References: none."

@@ -167,7 +167,7 @@ class Section:
         finding: str = "",
         cites: tuple[str, ...] = (),
     ) -> Callable[[Check], Check]:
-        """Register a function as a claim; at most one amendment, told by the argument's name.
+        """Register a function as a claim; at most one amendment, named by the argument.
 
         `off_manifold` is the form that holds off the manifold as well, `wider` a weaker condition under
         which the statement holds.

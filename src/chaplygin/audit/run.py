@@ -117,7 +117,7 @@ def audit(
     start = time.perf_counter()
     place = functools.cache(lambda n, index: sample(n, index, seed))
     results = []
-    with np.errstate(all="ignore"):  # residuals tell what matters
+    with np.errstate(all="ignore"):  # residuals show what matters
         for done, claim in enumerate(claims, 1):
             results.append(evaluate(claim, _places(claim, dimensions, points, place)))
             if progress is not None:

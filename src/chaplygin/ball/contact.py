@@ -6,7 +6,7 @@ closed form; see `rolling_forms`. As an action of SO(n) × R^(n−1), with ξ = 
 act on k, γ and g, and r is moved by translations, so that group methods keep the momentum in space.
 
 E_n is the vertical in space, from the plane to the centre of the ball, so γ is the last row of g as
-well; "vertical" tells how far they are apart. Everything is dimensionless. The measure is that of the
+well; "vertical" says how far they are apart. Everything is dimensionless. The measure is that of the
 ball with attitude (`momentum`), times that of the plane.
 """
 

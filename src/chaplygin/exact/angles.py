@@ -48,7 +48,7 @@ def component_signs(
     work = state_work(len(theta), len(phi))
     state = evaluated(at_angles, params, phi, state_rows(n), work)
     bare, rate, _, _ = axes.components(state[:n], state[n : 2 * n])
-    # Where one of both is 0 the other tells; both are of the sizes of γ and p̃.
+    # Where one of both is 0 the other decides; both are of the sizes of γ and p̃.
     signs = np.sign(position * bare + momentum * rate / max(float(momentum @ momentum), TINY))
     return np.where(axes.paired | (signs == 0.0), 1.0, signs)
 

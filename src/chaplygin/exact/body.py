@@ -128,7 +128,7 @@ class ExactBody(BallFlow):
         if not left < TOLERANCE:
             expected = (
                 "a state whose k and gamma are less parallel: the body's flow on its torus cannot be "
-                f"told from others: the velocities are off by {left:.3g}"
+                f"distinguished from others: the velocities are off by {left:.3g}"
             )
             raise gi.DomainError("state", own[0], expected)
         return SeparatedEnergy(*(float(w) for w in weights / sizes))

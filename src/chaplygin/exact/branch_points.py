@@ -125,7 +125,7 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
         digits = needed
     expected = (
         "a motion whose branch points are apart, as far as "
-        f"{MOST_DIGITS} digits tell; two are at {closest:.1g} of their size, condition number inf"
+        f"{MOST_DIGITS} digits show; two are at {closest:.1g} of their size, condition number inf"
     )
     raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
 
@@ -135,7 +135,7 @@ def _separation(
 ) -> tuple[Separation, float, int] | None:
     """Return the separation, the least distance of two points over their size, and the digits it takes.
 
-    None if the roots cannot be told apart with so few.
+    None if the roots cannot be separated with so few.
     """
     alpha = [mp.mpf(float(x)) for x in axes.alpha]
     products = _products(axes, gamma, p_tilde)

@@ -27,7 +27,7 @@ def real_roots(polynomial: list[Any], alpha: list[Any], paired: Array) -> list[A
     """Return the real roots of T, whose leading coefficient (p̃, Ap̃) is positive.
 
     The iteration of Ehrlich and Aberth for all at once. None where it does not come to an end, or ends
-    off the real axis: two of them cannot be told apart with the digits that there are.
+    off the real axis: two of them cannot be separated with the digits that there are.
     """
     if len(polynomial) == 1:
         return []

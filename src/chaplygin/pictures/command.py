@@ -57,7 +57,7 @@ def exact(
         gi.check_file(animate)
     model = gi.load_scene(scene).model
     name, motion = _motion(model)
-    _tell(name, motion)
+    _print_motion(name, motion)
     for t in times:
         click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
     path = _path(model) if out or animate else None
@@ -106,7 +106,7 @@ def _path(model: gi.Model) -> Any:
     return ContactPath(problem.exact(model.states["classical"]), rho)
 
 
-def _tell(name: str, motion: Any) -> None:
+def _print_motion(name: str, motion: Any) -> None:
     def row(label: str, values: Any, form: str = ".15g") -> None:
         click.echo(f"{label:<38}" + "  ".join(format(float(x), form) for x in values))
 

@@ -11,7 +11,7 @@ from ..manifold import Array
 
 __all__ = ["COLOURS", "View", "draw_curve"]
 
-# Okabe and Ito's: told apart by colour-blind readers.
+# Okabe and Ito's: colour-blind readers distinguish them.
 COLOURS = {"blue": "#0072b2", "orange": "#d55e00", "green": "#009e73", "grey": "#999999"}
 FAINT = 0.25
 

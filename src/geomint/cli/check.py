@@ -10,9 +10,9 @@ from .options import (
     chosen_scene,
     methods_option,
     patience,
+    print_notes,
     scene_options,
     several_methods,
-    tell_notes,
 )
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def command(
             plans = {"": make_plan(chosen, "drift" if for_drift else "run", costs=True)}
         else:
             plans = dict(expected_plans(chosen, several, costs=True))
-    tell_notes(chosen)
+    print_notes(chosen)
     console = Console()
     console.print(Text(printable(chosen.title), style="bold"))
     if chosen.content.description:

@@ -7,14 +7,14 @@ from pathlib import Path
 import click
 
 from .options import (
+    check_time,
     chosen_scene,
     exit_code,
     partly,
+    print_message,
+    print_notes,
     reproducing_command,
     say,
-    tell,
-    tell_notes,
-    tell_time,
     yes_option,
 )
 
@@ -76,13 +76,13 @@ def command(
     given = section.steps if steps is None else _numbers(steps)
     repeats = repeats or section.repeats or 3
     reference = reference or section.reference or "auto"
-    tell_notes(chosen)
-    tell_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
+    print_notes(chosen)
+    check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
     check_folder(out, COMPARE_FILES)
     command = reproducing_command()
     result = run_compare(chosen, names, out, given, repeats, not quiet, command, reference)
     for method, status in result.without_result.items():
-        tell(f"{method}: no result: {status}")
+        print_message(f"{method}: no result: {status}")
     if not quiet:
         print_comparison(result, chosen)
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 import click
 
 from .options import (
+    check_time,
     chosen_scene,
     exit_code,
     methods_option,
     partly,
+    print_failure,
+    print_message,
+    print_notes,
     reproducing_command,
     say,
     scene_options,
     several_methods,
-    tell,
-    tell_failure,
-    tell_notes,
-    tell_time,
     yes_option,
 )
 
@@ -74,8 +74,8 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
     from ..report import DRIFT_FILES
 
     plan = make_plan(scene, "drift")
-    tell_notes(scene, plan.notes)
-    tell_time(lambda: expected_time([plan]), yes)
+    print_notes(scene, plan.notes)
+    check_time(lambda: expected_time([plan]), yes)
     check_folder(out, DRIFT_FILES)
     failure: StepError | None = None
     try:
@@ -85,7 +85,7 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
 
     from ..report import write_drift_report
 
-    tell_failure(failure)
+    print_failure(failure)
     page = write_drift_report(solution, scene, out, plan, reproducing_command())
     if not quiet:
         from ..report.summary import print_summary
@@ -100,9 +100,9 @@ def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool
     from ..plan import Plan, expected_plans, expected_time, run_methods
     from ..report import DRIFT_FILES
 
-    tell_notes(scene)
+    print_notes(scene)
     plans = [p for p in expected_plans(scene, methods).values() if isinstance(p, Plan)]
-    tell_time(lambda: expected_time(plans), yes)
+    check_time(lambda: expected_time(plans), yes)
     check_folder(out, DRIFT_FILES)
     result = run_methods(scene, methods, not quiet, _tell_failure)
 
@@ -119,4 +119,4 @@ def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool
 
 def _tell_failure(run: MethodRun) -> None:
     if run.status != "success":
-        tell(f"{run.label}: {run.status}: {run.message}".rstrip(": "))
+        print_message(f"{run.label}: {run.status}: {run.message}".rstrip(": "))

@@ -16,7 +16,7 @@ import click
 
 from .. import __version__
 from ..errors import GeomintError
-from .options import tell, tell_failure
+from .options import print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
 
@@ -78,7 +78,7 @@ class LazyGroup(click.Group):
         return command
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Run a command; the warnings that it has told in other words come back after it."""
+        """Run a command; the warnings that it has shown in other words come back after it."""
         with warnings.catch_warnings():
             return super().invoke(ctx)
 
@@ -135,14 +135,14 @@ class LazyGroup(click.Group):
             error.show()
             return error.exit_code
         except (click.Abort, KeyboardInterrupt):
-            tell("interrupted")
+            print_message("interrupted")
             return INTERRUPTED
         except GeomintError as error:
-            tell_failure(error, arguments)
+            print_failure(error, arguments)
             return FAILED
         except OSError as error:
             if error.filename is not None:
-                tell_failure(error, arguments)
+                print_failure(error, arguments)
                 return FAILED
             return _output_failed(error, arguments)
         return result if isinstance(result, int) else 0
@@ -156,7 +156,7 @@ def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if isinstance(error, BrokenPipeError):
         return CLOSED
-    tell(f"standard output cannot be written: {error.strerror}")
+    print_message(f"standard output cannot be written: {error.strerror}")
     return FAILED
 
 

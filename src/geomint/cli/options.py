@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 __all__ = [
+    "check_time",
     "chosen_scene",
     "exit_code",
     "methods_option",
     "partly",
     "patience",
+    "print_failure",
+    "print_message",
+    "print_notes",
     "reproducing_command",
     "say",
     "scene_options",
     "several_methods",
-    "tell",
-    "tell_failure",
-    "tell_notes",
-    "tell_time",
     "yes_option",
 ]
 
@@ -132,13 +132,13 @@ def several_methods(
     return names
 
 
-def tell_notes(scene: Scene, more: tuple[str, ...] = ()) -> None:
+def print_notes(scene: Scene, more: tuple[str, ...] = ()) -> None:
     """Print what was changed to make the initial state admissible, and `more`."""
     for note in (*scene.notes, *more):
-        tell(f"note: {note}")
+        print_message(f"note: {note}")
 
 
-def tell(text: str) -> None:
+def print_message(text: str) -> None:
     """Print a line of geomint's own on standard error."""
     click.echo(f"geomint: {printable(text)}", err=True)
 
@@ -148,7 +148,7 @@ def say(what: str, path: Path) -> None:
     click.echo(f"{what}: {printable(str(path))}")
 
 
-def tell_failure(failure: BaseException | None, arguments: Sequence[str] | None = None) -> None:
+def print_failure(failure: BaseException | None, arguments: Sequence[str] | None = None) -> None:
     """Print an error; of a run that ended, before it is said where that which there is is written.
 
     With ``--debug`` among the arguments, by default those of this process, the traceback too.
@@ -157,7 +157,7 @@ def tell_failure(failure: BaseException | None, arguments: Sequence[str] | None 
         return
     if "--debug" in (sys.argv if arguments is None else arguments):
         traceback.print_exception(failure)
-    tell(str(failure))
+    print_message(str(failure))
 
 
 def partly(result: Solution | SeveralRuns | Comparison) -> str:
@@ -165,7 +165,7 @@ def partly(result: Solution | SeveralRuns | Comparison) -> str:
     return "" if result.status == "success" else f" ({result.status})"
 
 
-def tell_time(expected: Callable[[], Estimate], allowed: bool) -> None:
+def check_time(expected: Callable[[], Estimate], allowed: bool) -> None:
     """Print how long a command will take if that is beyond an hour; refuse beyond a day.
 
     Raises
@@ -181,7 +181,7 @@ def tell_time(expected: Callable[[], Estimate], allowed: bool) -> None:
     if found.measured and found.seconds > DAY and not allowed:
         raise GeomintError(f"this takes {found}: give --yes for more than a day, or an earlier end")
     if found.seconds > HOUR:
-        tell(f"note: this takes {found}")
+        print_message(f"note: this takes {found}")
         # It has been said: not again by the run.
         warnings.filterwarnings("ignore", "at its pace this run takes")
 

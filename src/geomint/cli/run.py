@@ -7,15 +7,15 @@ from pathlib import Path
 import click
 
 from .options import (
+    check_time,
     chosen_scene,
     exit_code,
     partly,
+    print_failure,
+    print_notes,
     reproducing_command,
     say,
     scene_options,
-    tell_failure,
-    tell_notes,
-    tell_time,
     yes_option,
 )
 
@@ -53,8 +53,8 @@ def command(
 
     plan = make_plan(chosen)
     out = Path(f"{chosen.name}.nc") if out is None else out
-    tell_notes(chosen)
-    tell_time(lambda: expected_time([plan]), yes)
+    print_notes(chosen)
+    check_time(lambda: expected_time([plan]), yes)
     check_file(out)
     failure: StepError | None = None
     try:
@@ -65,7 +65,7 @@ def command(
     from ..run.storage import save_solution
     from ..scene.provenance import scene_provenance
 
-    tell_failure(failure)
+    print_failure(failure)
     save_solution(solution, out, scene_provenance(solution, chosen, reproducing_command()))
     if not quiet:
         from ..report.summary import print_summary

@@ -17,7 +17,7 @@ NAMES = ("SIGTERM", "SIGHUP")  # the second is not on every platform
 def signals_as_ctrl_c() -> Iterator[list[int]]:
     """Take over the signals that ask a process to end; yield the numbers of those that came.
 
-    Whoever has taken over Ctrl-C, such as a run, is told. A signal that is ignored, as under
+    Whoever has taken over Ctrl-C, such as a run, gets it. A signal that is ignored, as under
     ``nohup``, stays so.
     """
     received: list[int] = []

@@ -4,7 +4,7 @@ Every method runs in whatever representation and time suits it; all final states
 same physical quantities (`Problem.physical_state`) at the same physical time, and compared with a
 reference of about 32 digits (`geomint.compare.reference`), or with the exact flow
 (`geomint.compare.exact_reference`), that a second method of another family confirms. Errors that it
-is not far better than are not told.
+is not far better than are not given.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class Goal:
     def judged(self, problem: Problem, y: Array) -> dict[str, Any]:
         """Return `error`, `bound` and `status` of a run that ended at y.
 
-        An error is told only where the truth is known to a tenth of it, or to a tenth of what
+        An error is given only where the truth is known to a tenth of it, or to a tenth of what
         float64 can show; else what it is at most.
         """
         off = self.error(problem, y)

@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 
-from ..errors import DomainError, OutputError, told
+from ..errors import DomainError, OutputError, quoted
 from .workplace import alone, synced, undisturbed, workplace
 
 __all__ = ["check_file", "check_folder", "whole_file", "whole_folder"]
@@ -177,7 +177,7 @@ def _made(folder: Path) -> Path:
         place = next(p for p in (folder, *folder.parents) if os.path.lexists(p) and not p.is_dir())
         kind = "a symlink that leads nowhere" if not place.exists() else "no folder"
         raise OutputError(
-            folder, f"{told(str(place))} is {kind}; expected a folder, or nothing", failure.errno
+            folder, f"{quoted(str(place))} is {kind}; expected a folder, or nothing", failure.errno
         ) from None
     return folder
 
@@ -221,7 +221,7 @@ def _told(path: str | PathLike[str]) -> Iterator[None]:
         why, other = failure.strerror or str(failure), failure.filename
         known = Path(path).name
         if other is not None and ".geomint-" not in str(other) and Path(other).name != known:
-            why = f"{why}: {told(other)}"
+            why = f"{why}: {quoted(other)}"
         raise OutputError(path, why, failure.errno) from failure
     except UnicodeEncodeError as failure:
         raise OutputError(path, "its name has characters that no name can have") from failure

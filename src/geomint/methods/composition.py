@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import MethodError, nearest, told
+from ..errors import MethodError, nearest, quoted
 from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION
 from .method import Method
 
@@ -22,7 +22,7 @@ def Compose(base: Method, scheme: str | int) -> Method:  # noqa: N802 - reads as
         A name from `geomint.tableaux.COMPOSITIONS`, or an order: the best known scheme of it.
     """
     if not isinstance(base, Method):
-        raise MethodError(f"base = {told(base)}: expected a geomint method")
+        raise MethodError(f"base = {quoted(base)}: expected a geomint method")
     if base.compose is None:
         raise MethodError(
             f"method {base.name!r} is composed already, or not symmetric, and cannot be composed; "
@@ -31,7 +31,7 @@ def Compose(base: Method, scheme: str | int) -> Method:  # noqa: N802 - reads as
     name = DEFAULT_COMPOSITION.get(scheme) if isinstance(scheme, int) else scheme
     if not (isinstance(name, str) and name in COMPOSITIONS):
         hint = nearest(scheme if isinstance(scheme, str) else "", COMPOSITIONS)
-        raise MethodError(f"no composition {told(scheme)}.{hint}")
+        raise MethodError(f"no composition {quoted(scheme)}.{hint}")
     table = COMPOSITIONS[name]
     if base.order != table.base_order:
         raise MethodError(

@@ -6,7 +6,7 @@ import functools
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from ..errors import MethodError, nearest, told
+from ..errors import MethodError, nearest, quoted
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.runge_kutta import (
     adaptive_runge_kutta_stepper,
@@ -45,10 +45,10 @@ def tableau_of(registry: Mapping[str, T], tableau: str | T, kind: type[T]) -> T:
     if isinstance(tableau, kind):
         return tableau
     if not isinstance(tableau, str):
-        raise MethodError(f"tableau = {told(tableau)}: expected a name or a {kind.__name__}")
+        raise MethodError(f"tableau = {quoted(tableau)}: expected a name or a {kind.__name__}")
     if tableau not in registry:
         hint = nearest(tableau, registry)
-        raise MethodError(f"tableau = {told(tableau)}: no such tableau.{hint}")
+        raise MethodError(f"tableau = {quoted(tableau)}: no such tableau.{hint}")
     return registry[tableau]
 
 

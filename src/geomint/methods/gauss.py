@@ -57,7 +57,7 @@ def Gauss(  # noqa: N802 - reads as the method it is
         small, for some seconds of compilation for each problem in each process.
 
     Notes ----- Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
-    (`geomint.kernels.solve.gauss` tells how). The map is symplectic for Hamiltonian fields on flat
+    (how: `geomint.kernels.solve.gauss`). The map is symplectic for Hamiltonian fields on flat
     space. On a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect
     of order h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
     """

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import DomainError, FormError, MethodError, nearest, told
+from ..errors import DomainError, FormError, MethodError, nearest, quoted
 from ..problems.problem import Problem
 from .stepper import Stepper
 
@@ -104,7 +104,7 @@ class Method:
     def structure(self, problem: Problem) -> str:
         """Return in words what holds of the method's map on that problem: symmetric, symplectic.
 
-        A field does not tell whether it is Hamiltonian, and that of a flow on a manifold, extended to
+        A field does not say whether it is Hamiltonian, and that of a flow on a manifold, extended to
         the flat space around it, is not: no method of fields is called symplectic. Nor is a splitting
         whose parts are not (`geomint.Splitting`).
         """
@@ -120,7 +120,7 @@ class Method:
         for option in changes:
             if option not in self.options or remake is None:
                 hint = nearest(option, self.options)
-                raise MethodError(f"method {self.name!r} has no option {told(option)}.{hint}")
+                raise MethodError(f"method {self.name!r} has no option {quoted(option)}.{hint}")
             _check_kind(option, changes[option], self.options[option])
         assert remake is not None
         return replace(remake(**{**self.options, **changes}), name=self.name)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from importlib.metadata import entry_points
 
-from ..errors import MethodError, nearest, told
+from ..errors import MethodError, nearest, quoted
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from .commutator_free import CommutatorFree
 from .composition import Compose
@@ -62,7 +62,7 @@ def _base(name: str) -> Method:
     """Return the method that a composition is made of; compositions of compositions there are none."""
     full = f"{name}-2" if name in _FAMILIES else name
     if full not in methods() and any(full.endswith(f"-{suffix}") for suffix in COMPOSITIONS):
-        raise MethodError(f"method = {told(name)}: a composition cannot be composed again")
+        raise MethodError(f"method = {quoted(name)}: a composition cannot be composed again")
     return find_method(full)
 
 
@@ -71,7 +71,7 @@ def find_method(name: str | Method) -> Method:
     if isinstance(name, Method):
         return name
     if not isinstance(name, str):
-        raise MethodError(f"method = {told(name)}: expected a name or a geomint method")
+        raise MethodError(f"method = {quoted(name)}: expected a name or a geomint method")
     known = methods()
     if name in known:
         return known[name]
@@ -80,4 +80,4 @@ def find_method(name: str | Method) -> Method:
         if base != name:
             return Compose(_base(base), composition)
     hint = nearest(name, known, "`geomint methods`")
-    raise MethodError(f"method = {told(name)}: no such method.{hint}")
+    raise MethodError(f"method = {quoted(name)}: no such method.{hint}")

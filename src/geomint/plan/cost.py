@@ -1,7 +1,7 @@
 """What an evaluation of a problem costs, counted: arithmetic operations in plain Python.
 
 The functions of a problem do not branch on numbers, so that one evaluation with numbers that count
-what is done to them tells the cost of all. It does not depend on the machine, and takes no time.
+what is done to them is the cost of all. It does not depend on the machine, and takes no time.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class _Tally:
 
 
 class _Number:
-    """A float that tells its tally of every operation."""
+    """A float that counts every operation in its tally."""
 
     __slots__ = ("tally", "value")
     __array_ufunc__ = None  # a numpy number on the left leaves the operation to this class

@@ -87,7 +87,7 @@ def comparison_time(
         try:
             plan = make_plan(bare.changed_integration(name, step))
         except GeomintError:
-            continue  # the comparison tells
+            continue  # the comparison reports it
         few = _steps(plan) <= MOST_EXTENDED_STEPS
         if times == EXTENDED and reference == "auto" and exact and not few:
             continue

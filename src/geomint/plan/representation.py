@@ -40,8 +40,8 @@ def choose_representation(c: Context) -> Choice:
     else:
         reason = f"{own}: {_obstacle(c, own)}; the same motion from the same initial state"
     chosen, saving = _cheaper(c, first) if c.purpose == "drift" else (first, "")
-    told = [saving] if own == first != chosen else [reason, saving]
-    return _choice(c, chosen, "; ".join(filter(None, told)))
+    words = [saving] if own == first != chosen else [reason, saving]
+    return _choice(c, chosen, "; ".join(filter(None, words)))
 
 
 def _own(c: Context) -> str:
@@ -88,13 +88,13 @@ def _fitting(c: Context) -> list[str]:
 def _nothing_fits(c: Context) -> FormError:
     problems, own = c.scene.model.problems, _own(c)
     obstacles = {name: _obstacle(c, name) for name in problems}
-    told = "; ".join(
+    words = "; ".join(
         f"{', '.join(name for name in problems if obstacles[name] == obstacle)}: {obstacle}"
         for obstacle in dict.fromkeys(obstacles.values())
     )
     return FormError(
         f"no representation of {c.scene.content.system.name!r} fits method "
-        f"{c.scene.method.name!r} ({told}). Methods that fit {own!r}: {_methods_for(problems[own])}"
+        f"{c.scene.method.name!r} ({words}). Methods that fit {own!r}: {_methods_for(problems[own])}"
     )
 
 
@@ -201,11 +201,11 @@ def _saving(c: Context, first: str, name: str, costs: dict[str, Cost]) -> str:
     kept = {piece for piece, _ in model.problems[name].pieces}
     gone = [piece for piece, _ in model.problems[first].pieces if piece not in kept]
     condition = model.conditions.get(name)
-    told = [condition] if condition and first not in model.conditions else []
-    told.append(
+    words = [condition] if condition and first not in model.conditions else []
+    words.append(
         f"nothing observed needs {_alternatives(gone)}" if gone else "all observed is there"
     )
-    return f"{first} → {name}: {', '.join(told)}: {_compared(costs, first, name)}"
+    return f"{first} → {name}: {', '.join(words)}: {_compared(costs, first, name)}"
 
 
 def _alternatives(names: list[str]) -> str:

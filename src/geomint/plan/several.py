@@ -99,7 +99,7 @@ def run_methods(
     scene: Scene,
     methods: Iterable[str],
     progress: bool | None = None,
-    tell: Callable[[MethodRun], None] = lambda run: None,
+    report: Callable[[MethodRun], None] = lambda run: None,
 ) -> SeveralRuns:
     """Integrate a scene for its drifts by several methods, one after the other.
 
@@ -116,7 +116,7 @@ def run_methods(
         Names, or ``"NAME:STEP"`` with the step in the time that the method works in.
     progress : bool, optional
         As in `geomint.solve`.
-    tell : callable
+    report : callable
         Told of every run when it is over.
 
     Raises
@@ -134,7 +134,7 @@ def run_methods(
             run = _run(result, label, variant, progress)
         interrupted = interrupted or run.status == "interrupted"
         result.runs.append(run)
-        tell(run)
+        report(run)
     return result
 
 

@@ -66,7 +66,7 @@ def drift_figure(runs: Runs, time_label: str, status: str = "success") -> Figure
         for axes in grid.flat[max(used, 1) :]:
             axes.remove()
         for axes in grid.flat[: max(used - 2, 0)]:
-            axes.set_xlabel("")  # told by the lowest panel of each column
+            axes.set_xlabel("")  # the lowest panel of each column has it
         if not single:
             shared_legend(figure, grid)
     return figure

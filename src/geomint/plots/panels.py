@@ -76,7 +76,7 @@ def draw_lines(
             heights.append(own_level)
             axes.axhline(own_level, 0.9, color=style["color"], linewidth=1.4, linestyle=_DASHED)
         reached += [float(abs(time)) for time in times if time != 0.0]
-        for note in _unseen(sizes, gaps_are_told=len(lines) == 1):
+        for note in _unseen(sizes, gaps_are_named=len(lines) == 1):
             notes.setdefault(note, []).append(label)
     if heights:
         axes.set_ylim(min(min(heights) / 3.0, max(heights) / 30.0), max(heights) * 3.0)
@@ -86,13 +86,13 @@ def draw_lines(
     if level is not None:
         axes.axhline(level, color="0.45", linewidth=0.9, linestyle=_DASHED, zorder=1)
         _label_level(axes, level, "32 ε" if relative else "32 ε × scale")
-    told = [subtitle] if subtitle else []
-    told += [
+    words = [subtitle] if subtitle else []
+    words += [
         note if labels == ["_"] else f"{', '.join(labels)}: {note}"
         for note, labels in notes.items()
     ]
-    axes.set_title(title, loc="left", fontweight="bold", pad=6.0 + 10.5 * len(told))
-    _note(axes, "\n".join(told))
+    axes.set_title(title, loc="left", fontweight="bold", pad=6.0 + 10.5 * len(words))
+    _note(axes, "\n".join(words))
 
 
 def thinned(line: Line) -> Line:
@@ -113,7 +113,7 @@ def thinned(line: Line) -> Line:
 
 
 def line_style(i: int, windows: int, runs: int) -> dict[str, Any]:
-    """Return the style of the i-th run: some markers along a line tell runs apart without colour."""
+    """Return the style of the i-th run: some markers along a line distinguish runs without colour."""
     style = {**series_style(i), "markersize": 3.5}
     if windows >= _MARKED:
         style["markevery"] = max(1, windows // 8)
@@ -122,15 +122,17 @@ def line_style(i: int, windows: int, runs: int) -> dict[str, Any]:
     return style
 
 
-def _unseen(sizes: Array, gaps_are_told: bool) -> list[str]:
+def _unseen(sizes: Array, gaps_are_named: bool) -> list[str]:
     """Say in words what a logarithmic axis cannot show."""
     if not len(sizes):
         return ["the run is shorter than a window"]
     zeros, wild = int((sizes == 0.0).sum()), int((~(sizes < _LARGEST)).sum())
     if zeros == len(sizes):
         return ["exactly 0 throughout"]
-    told = [f"exactly 0 in {zeros} of {len(sizes)} windows"] if zeros and gaps_are_told else []
-    return told + ([f"above 1e200 or not finite in {wild} of {len(sizes)} windows"] if wild else [])
+    words = [f"exactly 0 in {zeros} of {len(sizes)} windows"] if zeros and gaps_are_named else []
+    return words + (
+        [f"above 1e200 or not finite in {wild} of {len(sizes)} windows"] if wild else []
+    )
 
 
 def _note(axes: Axes, text: str) -> None:

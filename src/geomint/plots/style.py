@@ -1,4 +1,4 @@
-"""The look of all figures: sizes for print, colours that colour-blind readers tell apart."""
+"""The look of all figures: sizes for print, colours that colour-blind readers distinguish."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """How far states are apart, and states that are off by a little: each piece in its own unit.
 
 What a state is made of may have sizes that differ by any factor, so that differences of a piece are
-told relative to the largest number of that piece.
+given relative to the largest number of that piece.
 """
 
 from __future__ import annotations

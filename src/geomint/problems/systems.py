@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel
 
-from ..errors import SceneError, nearest, told
+from ..errors import SceneError, nearest, quoted
 from .problem import Problem
 
 __all__ = ["Model", "System", "find_system", "system_names"]
@@ -33,7 +33,7 @@ class Model:
         The same initial state for each of them.
     conditions : mapping of name to str
         In words, why this initial state allows a representation that others do not: what a plan
-        tells when it takes that one.
+        says when it takes that one.
     """
 
     problems: Mapping[str, Problem]
@@ -77,5 +77,5 @@ def find_system(name: str) -> System:
                 raise SceneError(f"entry point {point.value!r} is not a geomint.System")
             return system
     raise SceneError(
-        f"[system] name = {told(name)}: no such system.{nearest(name, system_names())}"
+        f"[system] name = {quoted(name)}: no such system.{nearest(name, system_names())}"
     )

@@ -33,7 +33,7 @@ def watched_call(
     -------
     bool
         Whether it came to its end. One that divides by zero, or leaves its domain, is not judged by
-        what it had not done until then: the run will tell.
+        what it had not done until then: the run will report it.
     """
     if not _takes(f, len(arguments)):
         wanted = ", ".join(arguments)

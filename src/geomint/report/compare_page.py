@@ -50,7 +50,7 @@ def write_compare_report(
         status=record["status"],
         points=record["points"],
         reference=record["reference"],
-        told=reference_text(record["reference"]),
+        reference_words=reference_text(record["reference"]),
         provenance=record["provenance"],
         quantities=" and ".join(record["reference"]["quantities"]),
         best=best,
@@ -69,20 +69,20 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
     methods = list(dict.fromkeys(p["method"] for p in points))
     failed = sum(p["bound"] is None for p in points)
     unjudged = sum(p["error"] is None for p in points) - failed
-    told = f"{len(methods)} methods at {len(points)} points. "
+    words = f"{len(methods)} methods at {len(points)} points. "
     if best:
         finest = best[-1]
-        told += (
+        words += (
             f"An error below 1e{finest['exponent']} is reached fastest by {finest['method']}, "
             f"in {finest['seconds']:.3g} s. "
         )
     if failed:
         points_have = "point has" if failed == 1 else "points have"
-        told += f"{failed} {points_have} no result; the table says why. "
+        words += f"{failed} {points_have} no result; the table says why. "
     if unjudged:
         points_are = "point is" if unjudged == 1 else "points are"
-        told += f"{unjudged} {points_are} too near to the reference to be judged by it."
-    return told.rstrip()
+        words += f"{unjudged} {points_are} too near to the reference to be judged by it."
+    return words.rstrip()
 
 
 def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -104,22 +104,22 @@ def reference_text(reference: dict[str, Any]) -> list[str]:
         first = f"steps {coarse:.4g} and {fine:.4g} agree to {own} or better, relative."
     else:
         first = f"without stepping; rounding makes an error of about {own} of its phases."
-    told = [f"{reference['method']}, in “{reference['representation']}”, {first}"]
+    words = [f"{reference['method']}, in “{reference['representation']}”, {first}"]
     verb = "Confirmed" if second["agrees"] else "Not confirmed"
     end = f"at its end, {reference['own_end']:.6g},"
     if second["own_end"] != reference["own_end"]:
         end = f"on a part of the way, at {second['own_end']:.6g} of {reference['own_end']:.6g},"
-    told.append(
+    words.append(
         f"{verb} {end} by {second['method']}: that is known to {second['accuracy']:.2g} there, and "
         f"the two differ by {second['difference']:.2g}."
     )
     if not second["agrees"]:
-        told.append("One of the two is wrong by more than it says.")
-    told.append(
+        words.append("One of the two is wrong by more than it says.")
+    words.append(
         f"The quantities compared are known to {max(known, 1e-19):.2g}: errors of "
         f"{max(MARGIN * known, RESOLUTION):.2g} and more are judged."
     )
-    return told
+    return words
 
 
 def run_compare(
@@ -140,7 +140,7 @@ def run_compare(
     time, integrate = scene.content.time, scene.content.integrate
     own = integrate.method
     end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
-    with status_line(progress) as tell:
+    with status_line(progress) as report:
         result = compare(
             scene.model,
             {key: value for key, value in end.items() if value is not None},
@@ -150,7 +150,7 @@ def run_compare(
             representation=integrate.representation,
             repeats=repeats,
             reference=reference,
-            report=tell,
+            report=report,
         )
     write_compare_report(result, scene, out, command)
     return result

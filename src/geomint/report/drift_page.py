@@ -145,7 +145,7 @@ def drift_page(solution: Solution, scene: Scene, plan: Plan, provenance: Mapping
 
 
 def _facts(solution: Solution, scene: Scene) -> list[tuple[str, str]]:
-    """Return what the first screen tells about the run."""
+    """Return what the first screen says about the run."""
     method, problem = solution.method, solution.problem
     own = "τ" if problem.time == "tau" else "t"
     structure = method.structure(problem)
@@ -215,10 +215,10 @@ def _panels(solution: Solution) -> list[dict[str, str]]:
             data_uri(panel_figure(kind, name, drift, solution.drift_time))
             for kind in ("sizes", "means")
         )
-        told = (
+        alt = (
             f"{name}: largest deviation {number(drift.max_abs_error)}, "
             f"final {number(drift.final_error)}, {drift.kind} "
             f"{what_happened(drift, solution.drift_time)}".rstrip()
         )
-        panels.append({"name": name, "sizes": sizes, "means": means, "told": told})
+        panels.append({"name": name, "sizes": sizes, "means": means, "alt": alt})
     return panels

@@ -42,11 +42,11 @@ def kinds_figure(result: SeveralRuns) -> Figure:
         for axes in grid.flat[len(kinds) :]:
             axes.set_axis_off()
         for axes in grid.flat[: max(len(kinds) - 2, 0)]:
-            axes.set_xlabel("")  # told by the lowest panel of each column
+            axes.set_xlabel("")  # the lowest panel of each column has it
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
         for i, run in enumerate(result):
-            if not run.drift:  # nothing to draw, but the legend tells what became of it
+            if not run.drift:  # nothing to draw, but the legend says what became of it
                 grid[0, 0].plot([], [], label=run.title, **line_style(i, 0, len(result.runs)))
         shared_legend(figure, grid)
         if not kinds:
@@ -105,7 +105,7 @@ def draw_kind(axes: Axes, result: SeveralRuns, kind: str, names: Sequence[str]) 
         for run in result
         if any(name in run.drift for name in names)
     ]
-    told = "" if names == [KINDS[kind].one] else ", ".join(names)
+    words = "" if names == [KINDS[kind].one] else ", ".join(names)
     draw_lines(
         axes,
         KINDS[kind].title,
@@ -114,7 +114,7 @@ def draw_kind(axes: Axes, result: SeveralRuns, kind: str, names: Sequence[str]) 
         result.time,
         relative=relative,
         order=order,
-        subtitle=told or (" " if relative else "not scaled; dashes at the right: noise of each"),
+        subtitle=words or (" " if relative else "not scaled; dashes at the right: noise of each"),
     )
 
 

@@ -27,7 +27,7 @@ def conserved_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
 
 def kinds_in_words(result: SeveralRuns) -> list[tuple[str, str]]:
     """Return for each kind of quantity which methods keep it and which lose it, the best first."""
-    told = []
+    words = []
     for kind, names in conserved_by_kind(result).items():
         by_outcome: dict[str, list[str]] = {}
         for run in result:
@@ -43,5 +43,5 @@ def kinds_in_words(result: SeveralRuns) -> list[tuple[str, str]]:
             for outcome, words in reversed({**OUTCOMES, SMALL: f"no larger than {SMALL}"}.items())
             if outcome in by_outcome
         ]
-        told.append((KINDS[kind].title, "; ".join(parts)))
-    return told
+        words.append((KINDS[kind].title, "; ".join(parts)))
+    return words

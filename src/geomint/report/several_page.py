@@ -133,7 +133,7 @@ def _kind_panels(result: SeveralRuns) -> list[dict[str, str]]:
     return [
         {
             "image": data_uri(kind_figure(result, kind, names)),
-            "told": f"{KINDS[kind].title} ({', '.join(names)}) over time; {words[KINDS[kind].title]}",
+            "alt": f"{KINDS[kind].title} ({', '.join(names)}) over time; {words[KINDS[kind].title]}",
         }
         for kind, names in conserved_by_kind(result).items()
     ]
@@ -143,7 +143,7 @@ def _quantity_panels(result: SeveralRuns, names: list[str]) -> list[dict[str, st
     return [
         {
             "image": data_uri(quantity_figure(result, name)),
-            "told": f"{name}: largest deviation of each window over time, a line a method",
+            "alt": f"{name}: largest deviation of each window over time, a line a method",
         }
         for name in names
     ]

@@ -116,10 +116,10 @@ def verdict(solution: Solution) -> str:
     for name, drift in solution.drift.items():
         event = what_happened(drift, solution.drift_time)
         named[drift.kind].append(f"{name} ({event})" if event else name)
-    told = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
-    if not told:
+    words = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
+    if not words:
         return "No quantity was watched."
-    outcome = _sentence("; ".join(told))
+    outcome = _sentence("; ".join(words))
     if all(drift.kind in ("roundoff", "bounded") for drift in solution.drift.values()):
         return f"Nothing drifts. {outcome}"
     small = [

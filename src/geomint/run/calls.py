@@ -7,7 +7,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
-from ..errors import ArgumentError, nearest, told
+from ..errors import ArgumentError, nearest, quoted
 from ..problems.problem import Problem
 
 __all__ = ["explained"]
@@ -60,8 +60,8 @@ def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping
     known = list(inspect.signature(function).parameters)
     unknown = [option for option in options if option not in known]
     if unknown:
-        told_each = [f"no {o!r}{_instead(o, known)}" for o in unknown]
-        raise ArgumentError(f"{name} has {'; '.join(told_each)}", tuple(unknown))
+        each = [f"no {o!r}{_instead(o, known)}" for o in unknown]
+        raise ArgumentError(f"{name} has {'; '.join(each)}", tuple(unknown))
     if len(args) > 2:
         expected = "give all further ones by name, such as t_end=20.0 (every run begins at time 0)"
         what = f"a problem and an initial state, not {len(args)} arguments: {expected}"
@@ -71,7 +71,7 @@ def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping
     except TypeError as error:
         raise ArgumentError(f"{name}: {error}: expected a problem and an initial state") from None
     if not isinstance(problem, Problem):
-        raise ArgumentError(f"problem = {told(problem)}: expected a geomint.Problem")
+        raise ArgumentError(f"problem = {quoted(problem)}: expected a geomint.Problem")
 
 
 def _instead(option: str, known: list[str]) -> str:

@@ -15,7 +15,7 @@ FIRST = 512  # steps after which there is a pace
 class Pace:
     """The mean pace of the clock over the last half of all steps, or more.
 
-    A single chunk would tell too little: a clock may nearly rest for a while. Where half of a run is
+    A single chunk would say too little: a clock may nearly rest for a while. Where half of a run is
     nearly at rest, and at its pace the end is more than 2⁵³ steps away, as many as a run may have, the
     end is taken for one that is never reached.
 

@@ -33,7 +33,7 @@ class Progress:
     everything that was computed is at rest; a second one interrupts at once.
 
     A run that at its pace would take longer than a day is warned of, after a second, or later if
-    it becomes slower. A day: the bar tells those who look at it, and runs of hours are meant;
+    it becomes slower. A day: the bar shows it to those who look, and runs of hours are meant;
     beyond, an end or a step is more likely to be a mistake.
 
     Parameters

@@ -87,7 +87,7 @@ def method_record(method: Method) -> dict[str, Any]:
 
 
 def cpu_model() -> str:
-    """Return the name of the processor, as well as the platform tells it."""
+    """Return the name of the processor, as far as the platform knows it."""
     try:
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             key, _, name = line.partition(":")

@@ -125,7 +125,9 @@ def solve(
         observers.prepare()
         bar.begin()
         account = Account()
-        status = _integrate(stepper, timeline, recorder, account, _shower(bar, recorder, timeline))
+        status = _integrate(
+            stepper, timeline, recorder, account, _displayed(bar, recorder, timeline)
+        )
         recorder.observe_end()
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None:
@@ -185,7 +187,7 @@ def _tell_short_run(solution: Solution, end: float, step: float) -> None:
         )
 
 
-def _shower(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
+def _displayed(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
     counted = timeline.steps is not None
     return lambda steps: bar.update(steps if counted else abs(recorder.reached))
 

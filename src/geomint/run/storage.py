@@ -36,7 +36,7 @@ from scipy.io import netcdf_file  # type: ignore[attr-defined]
 
 from .. import __version__
 from ..arguments import Array
-from ..errors import DomainError, GeomintError, told
+from ..errors import DomainError, GeomintError, quoted
 from ..files.outputs import whole_file
 from ..watch.drift import Drift
 from ..watch.windows import Windows
@@ -81,11 +81,11 @@ class SavedSolution:
     provenance: dict[str, Any]
 
     def __repr__(self) -> str:
-        told, end = self.provenance, f"{len(self.tau)} states"
+        words, end = self.provenance, f"{len(self.tau)} states"
         if len(self.tau):
-            end += f" to {told.get('time', 't')} = {self.tau[-1]:.9g}"
+            end += f" to {words.get('time', 't')} = {self.tau[-1]:.9g}"
         return (
-            f"<saved solution of {told.get('problem')!r} by {told.get('method')}: {self.status}, "
+            f"<saved solution of {words.get('problem')!r} by {words.get('method')}: {self.status}, "
             f"{end}, {len(self.drift)} drifts>"
         )
 
@@ -272,7 +272,7 @@ def load_solution(path: str | PathLike[str]) -> SavedSolution:
         with _open(fspath(place), "r", mmap=False) as file:
             return _read(file)
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
-        reason = told(error)  # of a writer with another idea of the content
+        reason = quoted(error)  # of a writer with another idea of the content
         raise GeomintError(f"{fspath(place)!r} cannot be read as a run: {reason}") from error
 
 

@@ -95,7 +95,7 @@ def _check_count(
 ) -> None:
     """Raise `DomainError` for more than 2⁵³ steps; to a physical end by the clock's rate at y0.
 
-    A rate that is 0 there, or no number, tells nothing: the run will.
+    A rate that is 0 there, or no number, says nothing: the run will.
     """
     rate = 1.0
     if not own and problem.clock is not None:

@@ -15,7 +15,7 @@ _PUBLIC = {"Scene": "scene", "load_scene": "load", "scene_names": "load"}
 
 
 def __getattr__(name: str) -> Any:
-    # An unknown scene name is told before anything that imports numpy.
+    # An unknown scene name is reported before anything that imports numpy.
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(importlib.import_module(f"{__name__}.{_PUBLIC[name]}"), name)

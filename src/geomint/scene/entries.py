@@ -45,8 +45,8 @@ def methods_and_steps(entries: Iterable[str]) -> list[tuple[str, float | None]]:
 def check_once(found: list[tuple[str, float | None]]) -> None:
     """Raise `DomainError` if a method comes twice with the same step."""
     if len(set(found)) < len(found):
-        told = [name if step is None else f"{name}:{step:g}" for name, step in found]
-        raise DomainError("methods", told, "each of them, with its step, once")
+        words = [name if step is None else f"{name}:{step:g}" for name, step in found]
+        raise DomainError("methods", words, "each of them, with its step, once")
 
 
 def split_list(text: str) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from ..errors import nearest, shortened, told
+from ..errors import nearest, quoted, shortened
 from .model import Content
 
 __all__ = ["explained", "key_of", "shown"]
@@ -24,7 +24,7 @@ def explained(
     error: ValidationError, model: type[BaseModel], prefix: tuple[str, ...], raw: Any
 ) -> Iterator[str]:
     """Yield a line for each flaw: key, value, expectation, and what was probably meant."""
-    told = set()
+    words = set()
     for entry in _nearest_branches(error.errors(include_url=False), raw):
         location = _without_branches(entry["loc"], raw)
         key = key_of((*prefix, *location))
@@ -38,9 +38,9 @@ def explained(
             line = f"{key}: {entry['ctx']['error']}"
         else:
             line = f"{key} = {shown(value)}: expected {_expected(entry)}"
-        if key in told:
+        if key in words:
             continue  # another branch of the same union
-        told.add(key)
+        words.add(key)
         yield line
 
 
@@ -158,4 +158,4 @@ def shown(value: Any) -> str:
     try:
         return shortened(_OBJECTS.repr(value), LONGEST)
     except Exception:  # integers too long to print, objects without a text
-        return told(value)
+        return quoted(value)

@@ -15,7 +15,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import SceneError, nearest, shortened, told
+from ..errors import SceneError, nearest, quoted, shortened
 
 if TYPE_CHECKING:
     from .scene import Scene
@@ -68,7 +68,7 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         return source
     if content is None:
         expected = "a name, the path of a TOML file, a mapping, or a Scene"
-        raise SceneError(f"scene {told(source)}: expected {expected}")
+        raise SceneError(f"scene {quoted(source)}: expected {expected}")
     scene = Scene.from_content(name, content, text)
     if not builtin:
         scene.warn()
@@ -84,7 +84,7 @@ def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:
             return name, known[name].read_text(encoding="utf-8"), True
         if not _is_file(path):
             hint = nearest(name, known, "`geomint scenes`")
-            raise SceneError(f"scene {told(name)}: neither a file nor a built-in scene.{hint}")
+            raise SceneError(f"scene {quoted(name)}: neither a file nor a built-in scene.{hint}")
     return path.stem, _read(path), False
 
 
@@ -100,12 +100,12 @@ def _read(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         close = nearest(path.name, [p.name for p in path.parent.glob("*.toml")])
-        raise SceneError(f"scene file {told(str(path))} does not exist.{close}") from None
+        raise SceneError(f"scene file {quoted(str(path))} does not exist.{close}") from None
     except OSError as error:
         reason = error.strerror or "?"
-        raise SceneError(f"scene file {told(str(path))} cannot be read: {reason}") from None
+        raise SceneError(f"scene file {quoted(str(path))} cannot be read: {reason}") from None
     except ValueError as error:  # no UTF-8, or no path
-        raise SceneError(f"scene file {told(str(path))} cannot be read: {error}") from None
+        raise SceneError(f"scene file {quoted(str(path))} cannot be read: {error}") from None
 
 
 def parse(name: str, text: str) -> dict[str, Any]:
@@ -113,12 +113,14 @@ def parse(name: str, text: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"scene {told(name)} is not valid TOML: {shortened(str(error))}") from None
+        raise SceneError(
+            f"scene {quoted(name)} is not valid TOML: {shortened(str(error))}"
+        ) from None
     except RecursionError:
         expected = "lists and tables that are not nested in hundreds of others"
-        raise SceneError(f"scene {told(name)} is too deep: expected {expected}") from None
+        raise SceneError(f"scene {quoted(name)} is too deep: expected {expected}") from None
     except ValueError:  # of Python: an integer that it does not read
         expected = "numbers of at most some thousands of digits"
         raise SceneError(
-            f"scene {told(name)} has too long an integer: expected {expected}"
+            f"scene {quoted(name)} has too long an integer: expected {expected}"
         ) from None

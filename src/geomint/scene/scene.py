@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import GeomintWarning, SceneError, told
+from ..errors import GeomintWarning, SceneError, quoted
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
@@ -89,7 +89,7 @@ class Scene:
         try:
             self._raw: dict[str, Any] = _plain(content)
         except SceneError as error:
-            raise SceneError(f"scene {told(name)}: {error}") from None
+            raise SceneError(f"scene {quoted(name)}: {error}") from None
         self._checked = check_content(self._raw, name)
         self.content, self.model = self._checked.content, self._checked.model
         self.method, self.notes = self._checked.method, self._checked.notes
@@ -224,7 +224,7 @@ def _plain(value: Any, *where: Any) -> Any:
         expected = f"lists and tables that are nested at most {DEEPEST} deep"
         raise SceneError(f"{key_of(where[:2])}: expected {expected}")
     if isinstance(value, Mapping):
-        keys = {key if isinstance(key, str) else told(key): key for key in value}
+        keys = {key if isinstance(key, str) else quoted(key): key for key in value}
         return {name: _plain(value[key], *where, name) for name, key in keys.items()}
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise SceneError(f"{key_of(where)} = {shown(value)}: expected numbers, none of them masked")
@@ -234,7 +234,7 @@ def _plain(value: Any, *where: Any) -> Any:
         return [_plain(item, *where, i) for i, item in enumerate(value)]
     if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
         expected = "a number below 10³⁰⁰"
-        raise SceneError(f"{key_of(where)} = {told(value)}: expected {expected}")
+        raise SceneError(f"{key_of(where)} = {quoted(value)}: expected {expected}")
     return value
 
 

@@ -16,8 +16,8 @@ from ..errors import (
     MethodError,
     SceneError,
     nearest,
+    quoted,
     shortened,
-    told,
 )
 from ..methods.method import Method
 from ..methods.registry import find_method
@@ -60,8 +60,8 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
         raise _error(name, [f"[system] or [initial]: {error}"]) from error
     except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
         expected = "numbers whose products are finite, and of which there are not too many"
-        told_by = f"{type(error).__name__}: {shortened(str(error))}"
-        flaw = f"[system] or [initial]: expected {expected} ({told_by})"
+        said_by = f"{type(error).__name__}: {shortened(str(error))}"
+        flaw = f"[system] or [initial]: expected {expected} ({said_by})"
         raise _error(name, [flaw]) from error
     flaws = [
         *_representation(model, content),
@@ -76,9 +76,9 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
 
 def _error(name: str, flaws: list[str]) -> SceneError:
     if len(flaws) == 1:
-        return SceneError(f"scene {told(name)}: {flaws[0]}")
+        return SceneError(f"scene {quoted(name)}: {flaws[0]}")
     lines = "".join(f"\n  {flaw}" for flaw in flaws)
-    return SceneError(f"scene {told(name)} has {len(flaws)} problems:{lines}")
+    return SceneError(f"scene {quoted(name)} has {len(flaws)} problems:{lines}")
 
 
 def _structure(raw: Mapping[str, Any]) -> tuple[Content | None, list[str]]:
@@ -98,7 +98,7 @@ def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
     parameters = _section(raw, "system")
     name = parameters.pop("name", None)
     if not isinstance(name, str) or not name:
-        return None, []  # told by the structure
+        return None, []  # the structure has reported it
     try:
         system = find_system(name)
     except SceneError as error:
@@ -195,7 +195,7 @@ def _representation(model: Model, content: Content) -> Iterator[str]:
     name, known = content.integrate.representation, ["own", *model.problems]
     if name is not None and name not in known:
         yield (
-            f"[integrate] representation = {told(name)}: no such representation of "
+            f"[integrate] representation = {quoted(name)}: no such representation of "
             f"{content.system.name!r} from this initial state.{nearest(name, known)}"
         )
 
@@ -211,7 +211,7 @@ def _quantities(model: Model, content: Content) -> Iterator[str]:
         for i, name in enumerate(quantities):
             if name not in known:
                 yield (
-                    f"[{section}] quantities[{i}] = {told(name)}: no such quantity."
+                    f"[{section}] quantities[{i}] = {quoted(name)}: no such quantity."
                     f"{nearest(name, known)}"
                 )
 

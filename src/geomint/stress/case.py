@@ -66,7 +66,7 @@ class StressCase:
     value : float
         Where on the axis.
     n : int
-        Dimension; 0 where there is none to tell.
+        Dimension; 0 where there is none.
     build : callable
         Returns the `Model`. What it raises is judged as well.
     label : str

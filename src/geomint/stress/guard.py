@@ -1,4 +1,4 @@
-"""Work in processes of its own, which may hang, crash or take too much memory: it is told, and goes on.
+"""Work in processes of its own: one that hangs, crashes or takes too much memory ends alone.
 
 Compiled code does not hear signals, so only another process can stop it.
 """

@@ -31,8 +31,8 @@ from ..problems.time_scale import characteristic_time
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import ROUNDOFF
-from .promises import Quantities
-from .truth import Truth, condition_of, field_rounding, parting_time, truth_of
+from .preserved import Quantities
+from .truth import Truth, condition_of, field_rounding, separation_time, truth_of
 
 __all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "judge"]
 
@@ -44,8 +44,10 @@ RESOLVED = 0.1  # an error of this size is none of an order
 HALVINGS = 3  # within which the order must show
 FULL_ORDER = 8  # beyond it, the order need not show at steps of the size that is useful
 SPARSE = 64  # steps of adaptive methods between looks
-LOOKS = 8  # how often in a run the promised quantities are looked at
-PARTED = 10.0  # in most motions this times the time of parting is the characteristic time, or more
+LOOKS = 8  # how often in a run the preserved quantities are looked at
+SEPARATIONS = (
+    10.0  # in most motions so many times of separation are the characteristic time, or more
+)
 MOST_STEPS = 200_000  # of an adaptive method in a run
 LONGEST = 10.0  # characteristic times: no reference is computed for longer steps
 
@@ -62,9 +64,9 @@ class Cell:
     verdict : str
         One of `VERDICTS`.
     quantity : str
-        What `error` is of: ``"state"``, or the promised quantity that is worst off.
+        What `error` is of: ``"state"``, or the preserved quantity that is worst off.
     error, allowed : float or None
-        `error` is relative for the state; of promised quantities relative to their scale.
+        `error` is relative for the state; of preserved quantities relative to their scale.
     h : float or None
         Step, in characteristic times.
     known, confirmed : float or None
@@ -191,7 +193,7 @@ class Trial:
 
     def shortest_time(self, states: Array) -> float:
         """Return the shortest time of the motion at those states, see the module's docstring."""
-        times = [PARTED * self.parting_time]
+        times = [SEPARATIONS * self.separation_time]
         for y in states:
             try:
                 times.append(characteristic_time(self.problem, y))
@@ -200,9 +202,9 @@ class Trial:
         return min(times)
 
     @functools.cached_property
-    def parting_time(self) -> float:
-        """What `geomint.stress.truth.parting_time` is at the initial state."""
-        return parting_time(self.problem, self.y0)
+    def separation_time(self) -> float:
+        """What `geomint.stress.truth.separation_time` is at the initial state."""
+        return separation_time(self.problem, self.y0)
 
     @functools.cached_property
     def field_rounding(self) -> float:
@@ -265,7 +267,7 @@ def _told(verdict: str, error: Exception) -> dict[str, Any]:
 
 
 def _failed(error: StepError) -> dict[str, Any]:
-    """Hold a typed error of a step to what it promises: where, what is left, a finite partial."""
+    """Hold a typed error of a step to what it is to carry: where, what is left, a finite partial."""
     found = {**_told("failed", error), "quantity": "residual", "error": error.residual}
     partial = error.partial
     if not (np.isfinite(error.t) and error.step >= 0) or partial is None:
@@ -276,12 +278,12 @@ def _failed(error: StepError) -> dict[str, Any]:
 
 
 def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[str, Any] | None:
-    """Return the verdict on the worst promised quantity if it is lost, else None."""
+    """Return the verdict on the worst preserved quantity if it is lost, else None."""
     found: list[tuple[float, float, str]] = []
     turns = max(1.0, abs(end) / trial.time)
     # Orbits are kept with any generator; all else with what rounding makes of the field.
     noise = trial.field_rounding * abs(end) if method.needs != "action" else 0.0
-    for name, defect in trial.quantities.promised(method.keeps).items():
+    for name, defect in trial.quantities.preserved(method.keeps).items():
         first = trial.quantities.value(name, 0.0, trial.y0)
         values = [
             trial.quantities.value(name, t, y)
@@ -302,7 +304,7 @@ def _lost(trial: Trial, method: Method, solution: Solution, end: float) -> dict[
         return None
     return {
         "verdict": "wrong",
-        "message": f"{name} is promised to be kept",
+        "message": f"{name} is to be preserved",
         "quantity": name,
         "error": error,
         "allowed": roundings + defect,

@@ -19,7 +19,7 @@ from ..run.provenance import environment, finite_json
 from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell
 from .picture import SYMBOLS, stress_figure
-from .references import references_of, references_told
+from .references import references_in_words, references_of
 from .rules import RULES
 from .sweep import family_of
 
@@ -92,7 +92,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
         forbidden=[cell for cell in cells if cell["verdict"] in FORBIDDEN],
         picture=data_uri(picture),
         rules=RULES,
-        references=references_told(record["references"]),
+        references=references_in_words(record["references"]),
     )
     with whole_folder(out, STRESS_FILES) as unfinished:
         (unfinished / "stress.json").write_text(_text(record), encoding="utf-8")
@@ -120,9 +120,9 @@ def _family(name: str) -> str:
 def _sentence(record: Mapping[str, Any]) -> str:
     counts, total = record["counts"], len(record["cells"])
     bad = sum(counts[verdict] for verdict in FORBIDDEN)
-    told = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
+    words = ", ".join(f"{counts[v]} {v}" for v in VERDICTS if counts[v])
     start = "Nothing forbidden" if not bad else f"{bad} forbidden verdicts"
-    return f"{start} in {total} cells: {told}." if total else "No cells."
+    return f"{start} in {total} cells: {words}." if total else "No cells."
 
 
 def _table(cells: Iterable[Mapping[str, Any]], axis: str) -> list[dict[str, Any]]:

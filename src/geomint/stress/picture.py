@@ -251,8 +251,8 @@ def _legend(figure: Figure, height: float) -> None:
         handles.append(
             Patch(facecolor=COLOURS[verdict], edgecolor="0.4", linewidth=0.4, label=label)
         )
-    told = ", ".join(f"{SYMBOLS[verdict]} {verdict}" for verdict in FORBIDDEN)
-    handles.append(Patch(facecolor="#000000", label=f"forbidden: {told}"))
+    words = ", ".join(f"{SYMBOLS[verdict]} {verdict}" for verdict in FORBIDDEN)
+    handles.append(Patch(facecolor="#000000", label=f"forbidden: {words}"))
     figure.legend(
         handles=handles,
         loc="lower center",

@@ -8,7 +8,7 @@ from typing import Any
 
 from .judge import Cell
 
-__all__ = ["references_of", "references_told"]
+__all__ = ["references_in_words", "references_of"]
 
 
 def references_of(cells: Sequence[Cell]) -> dict[str, Any]:
@@ -29,16 +29,16 @@ def references_of(cells: Sequence[Cell]) -> dict[str, Any]:
     }
 
 
-def references_told(found: Mapping[str, Any]) -> str:
+def references_in_words(found: Mapping[str, Any]) -> str:
     """Return the same in words."""
-    told = "References: none."
+    words = "References: none."
     if found["judged"]:
-        told = (
+        words = (
             f"References: {found['judged']} cells have one, known to "
             f"{max(found['known'], 1e-19):.2g} or better by its own estimate and confirmed by a "
             f"second method, known to {found['confirmed']:.2g} in the median and "
             f"{found['confirmed_worst']:.2g} at worst."
         )
     if found["without"]:
-        told += f" {found['without']} are compared with a finer run, for the reason they name."
-    return told
+        words += f" {found['without']} are compared with a finer run, for the reason they name."
+    return words

@@ -12,7 +12,7 @@ refused     a typed error before the first step: parameters, state or step outsi
 failed      a typed error of a step, that says where, with a finite partial solution
 untyped     any other error or warning, or a process that died
 hung        longer than the time allowed
-wrong       success, but a number is not finite, or a quantity that the method promises to keep is
+wrong       success, but a number is not finite, or a quantity that the method preserves is
             off by more than 32 ε N · scale + φ · scale of pieces (group orbits, which any generator
             keeps: without φ), or the accuracy is not that stated: see the last line
 ok          the state is off by round-off, (32 ε T + φ) · condition at most; or by less than 0.1, and
@@ -33,6 +33,6 @@ step, or with a sixteenth of the tolerance. The shortest time of the motion is t
 characteristic time of the states of the run, or ten times that in which neighbouring states part by
 a factor e, whichever is shorter. Scales of what an iteration keeps count numbers with the size of
 their piece. How `condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved
-by a method that promises to follow it. Adaptive methods may take 200 000 steps. φ is seen where
+by a method that follows it. Adaptive methods may take 200 000 steps. φ is seen where
 the field in double precision differs from that in extended precision, at states next to the first.
 """

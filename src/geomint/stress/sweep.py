@@ -247,12 +247,12 @@ class Result:
 
 
 class Listener(Protocol):
-    """Who is told how a sweep goes."""
+    """Hears of the cells of a sweep as they are done."""
 
     def begin(self, total: int) -> None:
         """Hear the number of cells."""
 
-    def tell(self, cell: Cell) -> None:
+    def cell_done(self, cell: Cell) -> None:
         """Hear of a cell."""
 
 
@@ -267,12 +267,12 @@ def run_selection(
         raise GeomintError("none of these --methods fits any of these cases")
     listener.begin(len(cells) + sum(len(group) for group in groups))
     for cell in cells:
-        listener.tell(cell)
+        listener.cell_done(cell)
     interrupted = False
     try:
         for cell in sweep(groups, seconds=seconds, workers=workers):
             cells.append(cell)
-            listener.tell(cell)
+            listener.cell_done(cell)
     except KeyboardInterrupt:
         interrupted = True
     axes = list(dict.fromkeys(_cases()[number].axis for number in numbers))

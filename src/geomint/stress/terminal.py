@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Any
 
 from .judge import FORBIDDEN, VERDICTS, Cell
-from .references import references_of, references_told
+from .references import references_in_words, references_of
 
 __all__ = ["Watch"]
 
@@ -57,12 +57,12 @@ class Watch:
         self._bar, self._task = bar, bar.add_task("stress", total=total)
         bar.start()
 
-    def tell(self, cell: Cell) -> None:
+    def cell_done(self, cell: Cell) -> None:
         """Show one more cell."""
         if self._bar is None:
             return
         if cell.verdict in FORBIDDEN:
-            self._bar.console.print(told(cell), markup=False, highlight=False)
+            self._bar.console.print(quoted(cell), markup=False, highlight=False)
         self._bar.update(self._task, advance=1, description=f"stress: {cell.axis}")
 
     def summary(self, cells: Sequence[Cell]) -> None:
@@ -79,15 +79,15 @@ class Watch:
             counts = Counter(cell.verdict for cell in cells if cell.axis == axis)
             table.add_row(axis, *(str(counts[verdict] or "") for verdict in VERDICTS))
         console.print(table)
-        console.print(references_told(references_of(cells)), highlight=False)
+        console.print(references_in_words(references_of(cells)), highlight=False)
         bad = [cell for cell in cells if cell.verdict in FORBIDDEN]
         for cell in bad[:MOST]:
-            console.print(told(cell), markup=False, highlight=False)
+            console.print(quoted(cell), markup=False, highlight=False)
         if len(bad) > MOST:
             console.print(f"… and {len(bad) - MOST} more: see the report")
 
 
-def told(cell: Cell) -> str:
+def quoted(cell: Cell) -> str:
     """Return a forbidden cell in a line."""
     off = "" if cell.error is None else f" off by {cell.error:.3g}, allowed {cell.allowed or 0:.3g}"
     why = "; ".join(part for part in (f"{cell.quantity}{off}", cell.message) if part)

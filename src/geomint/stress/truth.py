@@ -32,7 +32,7 @@ __all__ = [
     "Truth",
     "condition_of",
     "field_rounding",
-    "parting_time",
+    "separation_time",
     "truth_of",
 ]
 
@@ -153,7 +153,7 @@ def field_rounding(problem: Problem, y0: Array) -> float:
     return worst
 
 
-def parting_time(problem: Problem, y0: Array) -> float:
+def separation_time(problem: Problem, y0: Array) -> float:
     """Return the time in which states next to y0 part by a factor e, at most.
 
     The inverse of the norm of the derivative of the field, each piece in its own unit: the largest

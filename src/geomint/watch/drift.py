@@ -121,12 +121,12 @@ def walk_level(scale: float, steps: int) -> float:
 
 def not_finite(drifts: Mapping[str, Drift]) -> str:
     """Return which quantities were infinite or not a number, and from when on; empty if none."""
-    told = [
+    words = [
         f"{name!r} is not finite from {drift.not_finite_from:.6g} on"
         for name, drift in drifts.items()
         if drift.not_finite_from is not None
     ]
-    return "; ".join(told)
+    return "; ".join(words)
 
 
 def measure_drift(

@@ -1,4 +1,4 @@
-r"""The statistical rule that tells how a deviation grows.
+r"""The statistical rule for how a deviation grows.
 
 The window means of the deviation are taken apart: jumps (`geomint.watch.jumps`), oscillations of
 2.5 or more periods in the run (`geomint.watch.oscillations`), and a rest in which a line or a
@@ -99,7 +99,7 @@ RULE = {
     "faster": "The deviation, or the amplitude of its oscillation, grows faster than t^1.25: longer "
     "runs get worse quickly.",
     "undetermined": "The series does not decide: it is short, or a trend of the size of the trend "
-    "bound may be hidden in it. A longer run may tell.",
+    "bound may be hidden in it. A longer run may show which.",
 }
 CLASSES = tuple(RULE)
 NOT_FINITE = "not finite"

@@ -5,7 +5,7 @@ machine code would run silently. Every dispatcher made by geomint instead carrie
 kernel layer's sources and of everything that the function reaches (`Recorded.fingerprint`). The
 files lie in the user's cache folder (`geomint.kernels.compiling.private`), so an installation that
 cannot be written works too; ``NUMBA_CACHE_DIR`` moves them. Where that folder cannot be written
-either, every process compiles anew, and `take_failure` tells why.
+either, every process compiles anew, and `take_failure` says why.
 
 A file holds the code of one function for one signature, after its checksum: what is damaged, of
 another process that runs at the same time, or of somebody else is compiled anew.

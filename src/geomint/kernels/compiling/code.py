@@ -44,7 +44,7 @@ class Code(NamedTuple):
 
 
 def framed(*pieces: bytes) -> bytes:
-    """Return pieces as one, from which they could be told apart again."""
+    """Return pieces as one, from which they could be separated again."""
     return b"".join(len(piece).to_bytes(8, "little") + piece for piece in pieces)
 
 

@@ -95,7 +95,7 @@ def listen(listener: Callable[[str, float | None], None]) -> Callable[[], None]:
     return lambda: _listeners.remove(listener)
 
 
-def _tell(name: str, seconds: float | None) -> None:
+def _notify(name: str, seconds: float | None) -> None:
     for listener in _listeners:
         listener(name, seconds)
 
@@ -143,7 +143,7 @@ def _make_entry(recorded: Recorded) -> Any:
 
         def started() -> None:
             refuse_foreign(recorded)  # what is found on the disk was made of nothing of the kind
-            _tell(recorded.function.__name__, None)
+            _notify(recorded.function.__name__, None)
 
         if recorded.reach.kept and not sources_edited():
             dispatcher._cache = make_cache(recorded.function, recorded.fingerprint, started)
@@ -209,4 +209,4 @@ def _compile(dispatcher: Any, name: str, signature: Any) -> None:
         dispatcher.compile(signature)
         dispatcher.disable_compile()  # a call with other types is an error, no compilation
     if sum(dispatcher.stats.cache_misses.values()) > misses:
-        _tell(name, time.perf_counter() - start)
+        _notify(name, time.perf_counter() - start)

@@ -57,8 +57,8 @@ def compiled(function: Recorded, signature: Any) -> Any:
         raise DeclarationError(None, function.function.__name__, what) from error
     failure = take_failure()
     if failure is not None:
-        told = f"compiled code cannot be kept, every process compiles anew: {failure}"
-        warnings.warn(told, GeomintWarning, stacklevel=3)
+        words = f"compiled code cannot be kept, every process compiles anew: {failure}"
+        warnings.warn(words, GeomintWarning, stacklevel=3)
     return found
 
 

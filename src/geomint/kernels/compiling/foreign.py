@@ -1,4 +1,4 @@
-"""What numba would compile in, though nobody can tell from which source it is: refused.
+"""What numba would compile in, from sources that nobody can see: refused.
 
 A function that numba has compiled by itself (``njit``, ``vectorize``, an overload, an intrinsic, a
 ``jitclass``) keeps the values that its globals had then, for every type of argument those of another
@@ -78,7 +78,7 @@ def _with_closure(function: Any) -> list[FunctionType]:
 def refuse_modules(recorded: Recorded, types_given: Iterable[Any]) -> None:
     """Raise `DomainError` if a function is given a module.
 
-    numba compiles a function once for each type, and a module's type does not tell what is in it.
+    numba compiles a function once for each type, and a module's type does not say what is in it.
     """
     for given in types_given:
         if isinstance(given, types.Module):

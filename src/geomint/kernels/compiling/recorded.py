@@ -12,7 +12,7 @@ import types
 from collections.abc import Callable
 from typing import Any
 
-from ...errors import DeclarationError, told
+from ...errors import DeclarationError, quoted
 from .fingerprint import Reach, fingerprint
 from .walk import Wrapped
 
@@ -33,7 +33,7 @@ class Recorded(Wrapped):
             function = function.function
         if not isinstance(function, types.FunctionType):
             name = str(getattr(function, "__name__", type(function).__name__))
-            what = f"is {told(function)}: expected a Python function written with def"
+            what = f"is {quoted(function)}: expected a Python function written with def"
             raise DeclarationError(None, name, what)
         functools.update_wrapper(self, function)
         self.function = function

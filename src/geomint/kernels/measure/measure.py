@@ -17,7 +17,7 @@ exceeded, so that |γ| = 1 beside |p| = 1e-150 loses nothing. Determinants do no
 the step leaves the manifold.
 
 The seventh differences of the increments give the variance of the sum that rounding causes, and E
-gives a bound of its bias: together, what the instrument cannot tell from zero.
+gives a bound of its bias: together, what the instrument cannot distinguish from zero.
 """
 
 from __future__ import annotations

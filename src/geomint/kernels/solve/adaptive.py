@@ -71,7 +71,7 @@ def _step(attempt: Recorded) -> Recorded:
             cut = abs(remaining) < 2.0 * abs(h)
             if ends:
                 h = remaining
-            elif cut:  # two equal steps, not one and a crumb
+            elif cut:  # two equal steps, not one and a tiny rest
                 h = 0.5 * remaining
             tiny = not ends and abs(h) < SPACINGS * abs(t)
             tries += 1

@@ -40,7 +40,7 @@ __all__ = [
 BEGINNING = 1e300  # the change before the first, and what no change may reach
 SMALLEST = 1e-200  # sizes below count as this: their inverse is a number, and so are changes
 COARSE = 2.0**-10  # below, sizes are known to a part in a thousand and stay
-FINE = 1e-6  # above, two contractions do not tell how a third will be
+FINE = 1e-6  # above, two contractions do not predict a third
 ROUNDINGS = 16.0
 # Newton's method either falls quadratically or has met the rounding of its residual. A change larger
 # than this that no longer falls is neither.

@@ -1,4 +1,4 @@
-"""What a method promises to keep to round-off on a problem, and whether it did.
+"""What a method is to preserve to round-off on a problem, and whether it did.
 
 A method states kinds of quantities (`Method.keeps`); which quantities of a problem are of that kind
 is found by evaluating them, at random states of that size off the manifold: no problem says it.
@@ -11,7 +11,7 @@ What holds identically is found to hold to rounding. So does what holds nearly, 
 a ball that is nearly homogeneous on the orbits of rotations: the defect that was found, at most
 1e-12, is then more that a run may be off.
 
-``"steady motions"`` is a promise about motions, not about quantities: `geomint.stress.judge`.
+``"steady motions"`` is about motions, not about quantities: `geomint.stress.judge`.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Quantities:
         ]
         return 1e5 * 0.5 * float(np.sqrt(np.mean([(up - down) ** 2 for up, down in ends])))
 
-    def promised(self, keeps: tuple[str, ...]) -> dict[str, float]:
+    def preserved(self, keeps: tuple[str, ...]) -> dict[str, float]:
         """Return the diagnostics that are of one of those kinds, and how nearly, relative."""
         kinds = [self.of_kind(kind) for kind in keeps if kind in _DEFECTS]
         return {name: defect for kind in kinds for name, defect in kind.items()}
