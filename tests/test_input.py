@@ -58,6 +58,9 @@ def energy(params, t, y, work):
 
 REFUSED = {
     # what the large fuzz found
+    "huge name": (lambda: gi.as_vector(10**5000, "?", 3), "an integer of about 5000 digits"),
+    "rows of petabytes": (lambda: gi.pointwise(energy, [1.0], np.ones((2, 3)), 2**53), "rows"),
+    "work of petabytes": (lambda: dataclasses.replace(FIELD, work=2**53 - 1), "work"),
     "null-byte": (lambda: gi.load("a\0b"), "path"),
     "half-pair": (lambda: gi.load("\ud800"), "path"),
     "cube-tensor": (lambda: ch.ChaplyginSphere.from_moments(np.ones((3, 3, 1)), 1, 1), "tensor"),
@@ -234,6 +237,12 @@ def test_a_direction_may_be_of_any_size():
     with pytest.warns(gi.GeomintWarning, match=r"√\(x, x/a\) is 1e\+308"):
         state = problem.state(x=[1e308, 0.0, 0.0], p=[0.0, 1.0, 0.0])
     assert state.tolist() == [1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+
+
+def test_moments_of_any_size():
+    """Looked at in their own unit: warnings are errors here."""
+    ch.ChaplyginSphere.from_moments(1e308 * np.eye(3), 1, 1)
+    ch.ChaplyginSphere.from_moments(1e-308 * np.eye(3), 1, 1)
 
 
 def test_what_is_a_number_is_taken():

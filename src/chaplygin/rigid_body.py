@@ -22,28 +22,32 @@ ROUNDING = 1e-13  # of the largest value: a body as flat as a disc has a J_i of 
 
 def warn_of_moments(moments: Any) -> None:
     """Warn where principal moments, or an inertia tensor in R³, break the triangle inequality."""
-    values = _principal(moments)
+    values, unit = _principal(moments)
     largest, others = values[-1], float(np.sum(values[:-1]))
     excess = largest - others
     if excess > ROUNDING * largest:
         warn(
-            f"moments: the largest, {largest:.6g}, is more than the sum of the others, {others:.6g}, "
-            f"by {excess:.3g}: no rigid body has such moments (I_i ≤ I_j + I_k)"
+            f"moments: the largest, {unit * largest:.6g}, is more than the sum of the others, "
+            f"{unit * others:.6g}, by {unit * excess:.3g}: no rigid body has such moments "
+            "(I_i ≤ I_j + I_k)"
         )
 
 
 def warn_of_mass_tensor(J: Any) -> None:
     """Warn where a mass tensor, or one of its principal values, is negative."""
-    values = _principal(J)
+    values, unit = _principal(J)
     if values[0] < -ROUNDING * values[-1]:
         warn(
-            f"J: the principal value {values[0]:.6g} is negative: no rigid body has such a mass "
+            f"J: the principal value {unit * values[0]:.6g} is negative: no rigid body has such a mass "
             "tensor (J_i ≥ 0)"
         )
 
 
-def _principal(tensor: Any) -> Array:
+def _principal(tensor: Any) -> tuple[Array, float]:
+    """Return the principal values in ascending order, and their unit: sums of 1e308 are no number."""
     values = np.array(tensor, dtype=np.float64)
+    unit = float(np.max(np.abs(values)))
+    values = values / (unit or 1.0)
     if values.ndim != 2 or values.shape[0] != values.shape[1]:
-        return np.sort(values.reshape(-1))
-    return np.asarray(np.linalg.eigvalsh(0.5 * (values + values.T)))
+        return np.sort(values.reshape(-1)), unit
+    return np.asarray(np.linalg.eigvalsh(0.5 * (values + values.T))), unit

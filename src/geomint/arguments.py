@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .errors import DomainError
 
 __all__ = [
+    "MOST_NUMBERS",
     "Array",
     "as_array",
     "check_name",
@@ -26,6 +27,7 @@ __all__ = [
 
 Array = npt.NDArray[np.float64]  # everywhere
 MOST = 2**53  # of a count: all of them are floats too, and so fit into what kernels read
+MOST_NUMBERS = 10**9  # of work and results: 8 GB
 LONGEST_NAME = 100  # characters: names are keys of files, and columns of tables
 _COMPLEX = (complex, np.complexfloating)
 _NO_NUMBER = (str, bytes, type(None))  # of which numpy would make one

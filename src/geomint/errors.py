@@ -124,6 +124,7 @@ class DomainError(GeomintError, ValueError):
     """
 
     def __init__(self, name: str, value: Any, expected: str) -> None:
+        name = name if isinstance(name, str) else quoted(name)
         super().__init__(f"{name} = {quoted(value)}: expected {expected}")
         self.name, self.value, self.expected = name, value, expected
 

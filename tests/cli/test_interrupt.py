@@ -16,11 +16,12 @@ CPU_SECONDS = 120
 
 
 def heed_interrupts():
-    """Whoever starts the tests may ignore SIGINT, as shells do in the background.
+    """Whoever starts the tests may ignore signals, as shells in the background and nohup do.
 
     If the tests are killed, what they have started ends soon by itself.
     """
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CPU, (CPU_SECONDS, CPU_SECONDS))
 
 

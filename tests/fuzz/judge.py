@@ -99,14 +99,14 @@ def only_finite(value: Any) -> bool:
 
 @contextlib.contextmanager
 def alarm(seconds: float) -> Iterator[None]:
-    """Press Ctrl-C after some seconds."""
+    """Press Ctrl-C after some seconds, and again as often as it takes."""
 
     def ring(number: int, frame: FrameType | None) -> None:
         signal.raise_signal(signal.SIGINT)
 
     pressed = signal.signal(signal.SIGINT, signal.default_int_handler)
     before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    signal.setitimer(signal.ITIMER_REAL, seconds, seconds)
     try:
         yield
     finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..arguments import Array, flat, whole
+from ..arguments import MOST_NUMBERS, Array, flat, whole
 from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded
 
@@ -84,7 +84,7 @@ class Group:
         check_kind(self, {"name": str, "inline": bool})
         check_recorded(self, "act", "bracket", optional=_OPTIONAL_MAPS)
         object.__setattr__(self, "algebra_rows", whole("algebra_rows", self.algebra_rows, 1))
-        object.__setattr__(self, "work", whole("work", self.work, 0))
+        object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
         object.__setattr__(self, "layout", flat("layout", self.layout))
 
     @property

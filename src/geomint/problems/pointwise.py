@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, as_array, switch, whole
+from ..arguments import MOST_NUMBERS, Array, as_array, switch, whole
 from ..errors import DomainError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
@@ -63,7 +63,8 @@ def pointwise(
         raise DomainError("points", points, "an array whose last axis is a point")
     width, shape = x.shape[-1], x.shape[:-1]
     count = int(np.prod(shape))
-    rows, work = whole("rows", rows, 0), whole("work", work, 0)
+    rows = whole("rows", rows, 0, MOST_NUMBERS // max(count, 1))
+    work = whole("work", work, 0, MOST_NUMBERS)
     flat, out = x.reshape(-1), np.empty(count * rows)
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and switch("check", check):

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, as_array, check_name, flat, whole
+from ..arguments import MOST_NUMBERS, Array, as_array, check_name, flat, whole
 from ..errors import DomainError, FormError, nearest
 from ..kernels.compiling.recorded import Recorded
 from .forms import (
@@ -101,7 +101,7 @@ class Problem:
     def __post_init__(self) -> None:
         check_kind(self, {"name": str, "parameters": Mapping})
         object.__setattr__(self, "params", flat("params", self.params))
-        object.__setattr__(self, "work", whole("work", self.work, 0))
+        object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
         object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
         if not (isinstance(self.time, str) and self.time in ("t", "tau")):
             raise DomainError("time", self.time, "'t' or 'tau'")
