@@ -193,7 +193,7 @@ def rates(name: str, samples: int, size: str, seeds: int) -> dict[str, Any]:
     exceeded = 0
     for seed in range(seeds):
         drift, true = drawn(family, samples, size, seed)
-        said[drift.kind] += 1
+        said[drift.drift_class] += 1
         exceeded += true is not None and (drift.trend_bound or 0.0) < true * (1.0 - 2.0 / samples)
     right = right_classes(family, size)
     missed = said["undetermined"] if "undetermined" not in right else 0

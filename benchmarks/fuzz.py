@@ -65,10 +65,10 @@ def outcomes(kind: str, seed: int, count: int, workers: int) -> Iterator[tuple[C
     os.environ["NUMBA_DISABLE_JIT"] = "1" if kind == "runs" else "0"
     groups = cases(kind, seed, count)
     for outcome in guarded(verdict, groups, seconds=CAP, workers=workers, memory=MEMORY):
-        if outcome.kind == "done":
+        if outcome.ending == "done":
             yield outcome.item, outcome.value
         else:
-            name = {"hung": "hang", "raised": "traceback"}.get(outcome.kind, "died")
+            name = {"hung": "hang", "raised": "traceback"}.get(outcome.ending, "died")
             yield outcome.item, Judged(name, outcome.message)
 
 

@@ -16,7 +16,7 @@ from .errors import (
     StepError as StepError,
     StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
-    TruthError as TruthError,
+    UnknownReferenceError as UnknownReferenceError,
 )
 from .files.outputs import (
     check_file as check_file,
@@ -131,7 +131,7 @@ __all__ = [
     "StressCase",
     "System",
     "Term",
-    "TruthError",
+    "UnknownReferenceError",
     "Verlet",
     "as_vector",
     "check_file",

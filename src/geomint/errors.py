@@ -26,7 +26,7 @@ __all__ = [
     "StepError",
     "StepLimitError",
     "StepSizeError",
-    "TruthError",
+    "UnknownReferenceError",
     "nearest",
     "printable",
 ]
@@ -62,9 +62,9 @@ class GeomintError(Exception):
 
 
 def _restored(
-    kind: type[GeomintError], args: tuple[Any, ...], attributes: dict[str, Any]
+    cls: type[GeomintError], args: tuple[Any, ...], attributes: dict[str, Any]
 ) -> GeomintError:
-    error = kind.__new__(kind)
+    error = cls.__new__(cls)
     error.args = args
     vars(error).update(attributes)
     return error
@@ -281,7 +281,7 @@ class StepSizeError(StepError):
         self.h = h
 
 
-class TruthError(GeomintError, ArithmeticError):
+class UnknownReferenceError(GeomintError, ArithmeticError):
     """A reference solution that is not known well enough for the errors that it should judge.
 
     Attributes
@@ -294,7 +294,7 @@ class TruthError(GeomintError, ArithmeticError):
 
     def __init__(self, reason: str, known: float, judges: float, advice: str) -> None:
         super().__init__(
-            f"no truth to judge errors of {judges:.2g} by: {reason}. Expected: {advice}"
+            f"no reference to judge errors of {judges:.2g} by: {reason}. Expected: {advice}"
         )
         self.known, self.judges = known, judges
 

@@ -163,7 +163,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(command, "_animate", note("animation"))
     monkeypatch.setattr(command, "_path", lambda model: model.problems)
     monkeypatch.setattr(motion, "motion_figure", lambda *args: Picture())
-    compared = SimpleNamespace(reference="the truth", without_result={}, points=[])
+    compared = SimpleNamespace(reference="the reference", without_result={}, points=[])
     monkeypatch.setattr(compare_page, "run_compare", note("compare", lambda: compared))
     monkeypatch.setattr(compare_page, "reference_text", lambda reference: [reference])
     monkeypatch.setattr(page, "write_stress_report", note("report", lambda: Path("page")))

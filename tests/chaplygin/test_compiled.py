@@ -7,7 +7,7 @@ from support import CASES
 
 from chaplygin.measures import constant_density
 from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function, extended_kind
+from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function, extended_type
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.numbers.blocks import as_lanes, part, scalar_block
 
@@ -183,6 +183,6 @@ def _form_signature(kind, count):
 @EACH
 def test_compiles_for_references(case):
     """Reference solutions run the fields on double-double numbers."""
-    compile_function(case.problem.field, signatures.field(extended_kind()))
+    compile_function(case.problem.field, signatures.field(extended_type()))
     if case.problem.clock is not None:
-        compile_function(case.problem.clock, signatures.value(extended_kind()))
+        compile_function(case.problem.clock, signatures.value(extended_type()))

@@ -259,7 +259,7 @@ def test_long_runs(n, name, h):
         assert sol.drift[quantity].max_abs_error <= 8 * EPSILON, sol.drift[quantity]
     for quantity, size in (("energy", 1e-4), ("K", 1e-3)):
         drift = sol.drift[quantity]
-        assert drift.kind in ("bounded", "sqrt", "roundoff"), drift
+        assert drift.drift_class in ("bounded", "sqrt", "roundoff"), drift
         assert drift.max_abs_error < size
     if name != "verlet-8":
         assert sol.drift["K"].max_abs_error > 1e-9
@@ -274,7 +274,7 @@ def test_a_million_steps():
     assert sol.steps == 10**6
     for drift in sol.drift.values():
         assert abs(drift.slope) <= 5 * drift.slope_stderr, drift
-    assert sol.drift["energy"].kind == "bounded"
+    assert sol.drift["energy"].drift_class == "bounded"
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1e-8, 1e8, 1e140])

@@ -38,7 +38,7 @@ def test_the_docs_name_every_key_of_the_reference(comparison):
         assert f"`{key}`" in text, key
 
 
-def test_all_methods_converge_to_one_truth(comparison):
+def test_all_methods_converge_to_one_reference(comparison):
     """Six codes in three representations and two times: agreement is no accident."""
     for method in METHODS:
         errors = [p.error for p in comparison.points if p.method == method and p.error is not None]
@@ -80,8 +80,8 @@ def test_physical_end_gives_the_same_points(model, comparison):
     assert other.points[0].error < 1e-12
 
 
-def test_the_exact_flow_is_the_same_truth(model, comparison):
-    """Two truths that share nothing agree to rounding, in τ and in t."""
+def test_the_exact_flow_is_the_same_reference(model, comparison):
+    """Two references that share nothing agree to rounding, in τ and in t."""
     physical = comparison.reference["physical_end"]
     for end in ({"tau_end": 10.0}, {"t_end": physical}):
         other = compare(model, end, ["gauss-8"], repeats=1, observe=False, reference="exact")
@@ -94,7 +94,7 @@ def test_the_exact_flow_is_the_same_truth(model, comparison):
 
 def test_the_exact_flow_is_taken_where_the_other_would_take_minutes(model, monkeypatch):
     asked = []
-    monkeypatch.setattr("geomint.compare.truth.MOST_EXTENDED_STEPS", 10)
+    monkeypatch.setattr("geomint.compare.endpoint.MOST_EXTENDED_STEPS", 10)
     result = compare(
         model, {"tau_end": 1e4}, ["gauss-8"], steps=[0.5], repeats=1, observe=False,
         report=asked.append,
@@ -161,16 +161,16 @@ def test_report_files(tmp_path):
 
 
 def test_error_is_relative_to_the_largest_entry(model):
-    from geomint.compare.truth import Goal
+    from geomint.compare.endpoint import Endpoint
 
     problem = model.problems["hamiltonized"]
     y = model.states["hamiltonized"]
     truth = problem.physical_state(y)
-    goal = Goal(problem, {"tau_end": 1.0}, 1.0, truth)
-    assert goal.error(problem, y) == 0.0
+    endpoint = Endpoint(problem, {"tau_end": 1.0}, 1.0, truth)
+    assert endpoint.error(problem, y) == 0.0
     moved = y.copy()
     moved[0] += 1e-6
-    assert goal.error(problem, moved) == pytest.approx(
+    assert endpoint.error(problem, moved) == pytest.approx(
         max(
             np.max(np.abs(problem.physical_state(moved)[k] - truth[k])) / np.max(np.abs(truth[k]))
             for k in truth
@@ -180,14 +180,14 @@ def test_error_is_relative_to_the_largest_entry(model):
 
 def test_a_quantity_that_is_zero_is_measured_against_the_others():
     """0/0 was NaN in a point that said ok."""
-    from geomint.compare.truth import Goal
+    from geomint.compare.endpoint import Endpoint
 
     problem = gi.Problem(
         "two", (("x", 1), ("v", 1)), field=falling, physical=lambda y: {"x": y[:1], "v": y[1:]}
     )
-    goal = Goal(problem, {"t_end": 1.0}, 1.0, {"x": np.array([2.0]), "v": np.zeros(1)})
-    assert goal.error(problem, np.array([2.0, 0.0])) == 0.0
-    assert goal.error(problem, np.array([2.0, 1e-3])) == pytest.approx(5e-4)
+    endpoint = Endpoint(problem, {"t_end": 1.0}, 1.0, {"x": np.array([2.0]), "v": np.zeros(1)})
+    assert endpoint.error(problem, np.array([2.0, 0.0])) == 0.0
+    assert endpoint.error(problem, np.array([2.0, 1e-3])) == pytest.approx(5e-4)
 
 
 @gi.field
@@ -206,21 +206,21 @@ def planted(monkeypatch, off):
     monkeypatch.setattr(reference.Reference, "store", lambda self, path: None)
 
 
-def test_a_wrong_truth_calls_no_method_wrong(model, monkeypatch):
+def test_a_wrong_reference_calls_no_method_wrong(model, monkeypatch):
     planted(monkeypatch, 4.5e-3)
-    with pytest.raises(gi.TruthError, match=r"0\.0045.*SciPy") as raised:
+    with pytest.raises(gi.UnknownReferenceError, match=r"0\.0045.*SciPy") as raised:
         compare(model, {"tau_end": 10.0}, ["gauss-8"], repeats=1)
     assert raised.value.known == pytest.approx(4.5e-3, rel=0.1)
 
 
-def test_a_wrong_truth_in_physical_time_calls_no_method_wrong(model, monkeypatch):
+def test_a_wrong_reference_in_physical_time_calls_no_method_wrong(model, monkeypatch):
     """Where the scene's own problem is in τ, another representation is the reference."""
     planted(monkeypatch, 4.5e-3)
-    with pytest.raises(gi.TruthError, match="SciPy"):
+    with pytest.raises(gi.UnknownReferenceError, match="SciPy"):
         compare(model, {"t_end": 10.0}, ["gauss-8"], repeats=1)
 
 
-def test_points_nearer_than_the_truth_is_known_are_not_judged(model, monkeypatch, tmp_path):
+def test_points_nearer_than_the_reference_is_known_are_not_judged(model, monkeypatch, tmp_path):
     planted(monkeypatch, 1e-8)
     scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
     result = run_compare(scene, ["gauss-8", "rk-4"], tmp_path, repeats=1, progress=False)
@@ -244,7 +244,7 @@ def test_points_nearer_than_the_truth_is_known_are_not_judged(model, monkeypatch
 
 
 def test_an_interrupted_run_is_no_point(model, monkeypatch):
-    """A part of a run was compared with the truth at the end, and called wrong."""
+    """A part of a run was compared with the reference at the end, and called wrong."""
 
     def interrupted(*arguments, **options):
         solution = gi.solve(*arguments, **options)

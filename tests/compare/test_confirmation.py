@@ -1,4 +1,4 @@
-"""Truth shares nothing with what it judges: references are confirmed, and refused where they err.
+"""A reference shares nothing with what it judges: references are confirmed, and refused where they err.
 
 No test here rests on an error that a method of ours happens to make: the wrong references are planted.
 """
@@ -228,40 +228,40 @@ def test_what_is_known_of_a_reference(error, second, known):
     found = reference_with(error, second)
     assert found.known == known
     assert found.for_errors(10.0 * known) is found if known < np.inf else True
-    with pytest.raises(gi.TruthError) as raised:
+    with pytest.raises(gi.UnknownReferenceError) as raised:
         found.for_errors(5.0 * known if known < np.inf else 1e300)
     assert raised.value.known == known
 
 
 @pytest.mark.nojit
 def test_the_refusal_says_what_was_found():
-    with pytest.raises(gi.TruthError) as raised:
+    with pytest.raises(gi.UnknownReferenceError) as raised:
         reference_with(1e-25, BAD).for_errors(1e-5)
     for word in ("gauss", "other", "0.0045", "1e-13", "1e-05"):
         assert word in str(raised.value)
-    with pytest.raises(gi.TruthError, match=r"errs by 0\.014 at 3"):
+    with pytest.raises(gi.UnknownReferenceError, match=r"errs by 0\.014 at 3"):
         reference_with(0.014, GOOD).for_errors(1e-5)
-    with pytest.raises(gi.TruthError, match="no second method"):
+    with pytest.raises(gi.UnknownReferenceError, match="no second method"):
         reference_with(0.0, Confirmation("other", 3.0, np.inf, np.inf)).for_errors(1e-5)
 
 
 def test_a_reference_whose_two_steps_err_alike_is_refused(planted):
     """The planted mistake: both steps are off by 0.0045 and say 0."""
     planted(lambda y, end, h: y + np.array([0.0045, 0.0]))
-    with pytest.raises(gi.TruthError, match="SciPy") as raised:
+    with pytest.raises(gi.UnknownReferenceError, match="SciPy") as raised:
         reference_solution(CIRCLE, EAST, 3.0, judges=1e-5)
     assert raised.value.known == pytest.approx(0.0045, rel=0.05)
 
 
 def test_a_reference_that_has_not_converged_is_refused(planted):
     planted(lambda y, end, h: y + np.array([0.14 * h, 0.0]))
-    with pytest.raises(gi.TruthError, match="errs by"):
+    with pytest.raises(gi.UnknownReferenceError, match="errs by"):
         reference_solution(CIRCLE, EAST, 3.0, judges=1e-5)
 
 
 def test_by_default_a_reference_judges_what_float64_can_show(planted):
     planted(lambda y, end, h: y + np.array([1e-13 * h, 0.0]))
-    with pytest.raises(gi.TruthError):
+    with pytest.raises(gi.UnknownReferenceError):
         reference_solution(CIRCLE, EAST, 3.0)
     assert reference_solution(CIRCLE, EAST, 3.0, judges=1e-9).known < 1e-13
 
@@ -270,7 +270,7 @@ def test_a_reference_from_rest_is_right_or_refused():
     """Whatever Gauss does there: a piece that is exactly 0 has led its first step astray before."""
     try:
         found = reference_solution(PENDULUM, REST, 100.0, judges=1e-5)
-    except gi.TruthError:
+    except gi.UnknownReferenceError:
         return
     np.testing.assert_allclose(found.y, REST_AT_100, atol=1e-8)
 
@@ -299,7 +299,7 @@ def test_a_refused_reference_is_refused_from_disk_too(planted, monkeypatch):
     planted(lambda y, end, h: y + np.array([0.0045, 0.0]))
     messages = []
     for _ in range(2):
-        with pytest.raises(gi.TruthError) as raised:
+        with pytest.raises(gi.UnknownReferenceError) as raised:
             reference_solution(CIRCLE, EAST, 3.0)
         messages.append(str(raised.value))
         monkeypatch.setattr(reference, "integrate_extended", lambda *a: pytest.fail("again"))
@@ -322,7 +322,7 @@ def test_a_file_without_confirmation_is_ignored(tmp_path):
 
 
 def test_other_sources_of_geomint_other_references(monkeypatch):
-    """What a kernel got wrong once is no truth for ever."""
+    """What a kernel got wrong once does not stay for ever."""
     before = place_of(CIRCLE, EAST, 3.0)
     assert before == place_of(CIRCLE, EAST, 3.0)
     monkeypatch.setattr(reference_record, "_stamp", lambda: "edited")
@@ -367,16 +367,16 @@ def test_an_exact_flow_that_is_not_is_refused(motion, word):
     for problem, end in ((CIRCLE, {"t_end": 3.0}), (IN_TAU, {"tau_end": 3.0})):
         exact = dataclasses.replace(problem, make_exact=lambda y: motion)
         model = gi.Model({"circle": exact}, {"circle": EAST})
-        with pytest.raises(gi.TruthError, match=word):
+        with pytest.raises(gi.UnknownReferenceError, match=word):
             compare(model, end, ["rk-4"], repeats=1, observe=False, reference="exact")
 
 
 def test_an_exact_flow_that_is_refused_is_not_replaced_without_a_word(monkeypatch):
     from geomint.compare.runs import compare
 
-    monkeypatch.setattr("geomint.compare.truth.MOST_EXTENDED_STEPS", 1)
+    monkeypatch.setattr("geomint.compare.endpoint.MOST_EXTENDED_STEPS", 1)
     exact = dataclasses.replace(CIRCLE, make_exact=lambda y: Turning(1e-4))
-    with pytest.raises(gi.TruthError, match="exact flow"):
+    with pytest.raises(gi.UnknownReferenceError, match="exact flow"):
         compare(gi.Model({"circle": exact}, {"circle": EAST}), {"t_end": 3.0}, ["rk-4"])
 
 
@@ -398,7 +398,7 @@ def test_chaotic_and_restful_motions_of_the_sphere():
     for end in (1.0, 30.0, 300.0):
         try:
             found = reference_solution(problem, y0, end, judges=1e-5)
-        except gi.TruthError:
+        except gi.UnknownReferenceError:
             continue
         assert found.agrees
         assert found.confirmation.own_end == end

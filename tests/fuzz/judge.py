@@ -53,7 +53,7 @@ def judged(call: Callable[[], Any], finite: Callable[[Any], bool] = lambda value
     except (KeyboardInterrupt, click.Abort):
         return Judged("interrupted")
     except (gi.GeomintError, click.ClickException) as error:
-        return _told(error)
+        return _refusal(error)
     except OSError as error:
         named = error.filename is not None  # as the command line tells them
         return Judged("typed", "OSError") if named else Judged("traceback", _place(error))
@@ -62,7 +62,7 @@ def judged(call: Callable[[], Any], finite: Callable[[Any], bool] = lambda value
     return Judged("ok")
 
 
-def _told(error: Exception) -> Judged:
+def _refusal(error: Exception) -> Judged:
     text = error.format_message() if isinstance(error, click.ClickException) else str(error)
     if len(text) > LONGEST:
         return Judged("long message", f"{len(text)} characters: {text[:200]}")

@@ -101,7 +101,7 @@ def test_nothing_drifts_on_a_free_orbit() -> None:
             observe=["energy", "angular-momentum", "sphere", "tangency"],
         )
         for drift in sol.drift.values():
-            assert drift.kind in ("roundoff", "bounded", "sqrt", "undetermined"), drift
+            assert drift.drift_class in ("roundoff", "bounded", "sqrt", "undetermined"), drift
             assert abs(drift.slope) <= 5 * drift.slope_stderr, drift
             assert drift.max_abs_error < 4e-14
         for name in ("sphere", "tangency"):
@@ -122,10 +122,10 @@ def test_verlet_keeps_the_sphere(name: str, h: float) -> None:
         for quantity in problem.invariants:
             drift = sol.drift[quantity]
             if quantity == "angular-momentum":  # kicks and great circles keep it
-                assert drift.kind in ("roundoff", "sqrt", "bounded", "undetermined")
+                assert drift.drift_class in ("roundoff", "sqrt", "bounded", "undetermined")
                 assert drift.max_abs_error < EPSILON * 10**2.5
             else:
-                assert drift.kind == "bounded", drift
+                assert drift.drift_class == "bounded", drift
                 assert drift.max_abs_error < 1e-3
 
 

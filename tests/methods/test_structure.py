@@ -41,7 +41,7 @@ def assert_no_drift(drift: Drift, scale: float) -> None:
     Not every random walk looks like one, even to a rule that errs in few of a hundred.
     """
     assert drift.max_abs_error <= WALK * scale, drift
-    assert drift.kind in ("roundoff", "bounded", "sqrt", "undetermined"), drift
+    assert drift.drift_class in ("roundoff", "bounded", "sqrt", "undetermined"), drift
     assert drift.slope is not None
     assert drift.slope_stderr is not None
     assert abs(drift.slope) <= 5 * drift.slope_stderr, drift
@@ -81,7 +81,7 @@ def test_a_last_bit_of_a_coefficient_matters() -> None:
     sol = gi.solve(
         problem, y0, t_end=0.2 * STEPS, step=0.2, method=spoiled, observe=["direction-squared"]
     )
-    assert sol.drift["direction-squared"].kind in ("linear", "faster")
+    assert sol.drift["direction-squared"].drift_class in ("linear", "faster")
     assert sol.drift["direction-squared"].max_abs_error > 2 * WALK
 
 
@@ -90,7 +90,7 @@ def test_other_methods_drift() -> None:
     problem, y0 = pulsating_body.problem(), pulsating_body.INITIAL
     sol = gi.solve(problem, y0, t_end=2000.0, step=0.1, method="dop853", observe="invariants")
     for drift in sol.drift.values():
-        assert drift.kind == "linear"
+        assert drift.drift_class == "linear"
         assert drift.max_abs_error > 1e-12
 
 
@@ -153,7 +153,7 @@ def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
             assert_no_drift(sol.drift["angular-momentum"], 1.0)
             irregular = problem is frame  # noise to the rule: a small trend is not excluded
             kinds = ("bounded", "undetermined") if irregular else ("bounded",)
-            assert sol.drift["energy"].kind in kinds
+            assert sol.drift["energy"].drift_class in kinds
             assert sol.drift["energy"].max_abs_error < 2e-4
 
 

@@ -26,7 +26,7 @@ EXAMPLES = {
     gi.NonFiniteError: (1.0, 2, 3.0, 4, "hint"),
     gi.StepLimitError: (1.0, 2, 3.0, 4, "hint"),
     gi.StepSizeError: (1.0, 2, 3.0, 4, "hint", 0.5),
-    gi.TruthError: ("reason", 1e-3, 1e-5, "advice"),
+    gi.UnknownReferenceError: ("reason", 1e-3, 1e-5, "advice"),
 }
 WAYS = {
     "pickle": lambda error: pickle.loads(pickle.dumps(error)),

@@ -74,7 +74,7 @@ def test_the_numbers_are_those_of_the_solution(record, report):
         quantity = record["quantities"][name]
         assert quantity["max_abs_error"] == drift.max_abs_error
         assert quantity["slope"] == drift.slope
-        assert quantity["class"] == drift.kind
+        assert quantity["class"] == drift.drift_class
 
 
 def test_provenance_is_complete(record):

@@ -43,7 +43,7 @@ def drift_of(series, scale=0.0, **more):
 
 
 def kind_of(series, scale=0.0):
-    return drift_of(series, scale).kind
+    return drift_of(series, scale).drift_class
 
 
 def sine(periods, phase=0.0):
@@ -58,10 +58,10 @@ def counted(name, samples, seeds, sizes=BENCHMARK.SIZES):
             family = FAMILIES[name]
             drift, true = BENCHMARK.drawn(family, samples, size, seed)
             right = BENCHMARK.right_classes(family, size)
-            said["right"] += drift.kind in right
-            said["false"] += drift.kind not in {*right, "undetermined"}
+            said["right"] += drift.drift_class in right
+            said["false"] += drift.drift_class not in {*right, "undetermined"}
             said["below"] += true is not None and drift.trend_bound < 0.998 * true
-            said[drift.kind] += 1
+            said[drift.drift_class] += 1
     return said
 
 
@@ -95,10 +95,10 @@ def test_a_line_below_an_oscillation_is_linear(part, periods, phase):
     """Never bounded nor sqrt, at a size that rounding explains as well as at another."""
     for scale in (0.0, 1e6 / EPSILON**0.5):
         drift = drift_of(T + part * sine(periods, phase), scale)
-        assert drift.kind == "linear"
+        assert drift.drift_class == "linear"
         assert drift.trend_bound >= 1.0
         square = drift_of(T**2 + part * sine(periods, phase), scale)
-        assert square.kind == "faster"
+        assert square.drift_class == "faster"
 
 
 @pytest.mark.parametrize("rise", [0.12, 0.2, 0.5])
@@ -152,26 +152,28 @@ def test_random_walks_are_of_rounding_size():
     level = walk_level(1.0, 10**6)
     assert 1e-13 < level < 1e-12
     largest = np.abs(walk).max()
-    assert drift_of(0.9 * level / largest * walk, 1.0, explained=level).kind == "sqrt"
-    assert drift_of(1.1 * level / largest * walk, 1.0, explained=level).kind == "undetermined"
+    assert drift_of(0.9 * level / largest * walk, 1.0, explained=level).drift_class == "sqrt"
+    assert (
+        drift_of(1.1 * level / largest * walk, 1.0, explained=level).drift_class == "undetermined"
+    )
     assert walk_level(1.0, 1) == ROUNDOFF
 
 
 def test_jumps_have_their_name_size_and_time():
     rng = np.random.default_rng(7)
     first = drift_of(0.15 + 1e-16 * np.cumsum(rng.normal(size=SAMPLES)), 1.0)
-    assert first.kind == "jump"
+    assert first.drift_class == "jump"
     assert first.jump_size == pytest.approx(0.15, rel=1e-9)
     assert first.jump_time == 0.0
     for at in (0.1, 0.5, 0.9):
         late = drift_of(
             np.where(at < T, -3.0, 0.0) + 0.5 * sine(40.2) + 0.1 * rng.normal(size=SAMPLES)
         )
-        assert late.kind == "jump"
+        assert late.drift_class == "jump"
         assert late.jump_size == pytest.approx(-3.0, rel=0.1)
         assert late.jump_time == pytest.approx(at * SAMPLES, abs=64)
     both = drift_of(np.where(T > 0.5, 1.0, 0.0) + 2.0 * T)
-    assert both.kind == "linear"
+    assert both.drift_class == "linear"
     assert both.jump_size == pytest.approx(1.0, rel=0.05)
     assert both.slope == pytest.approx(2.0 / SAMPLES, rel=0.05)
     assert drift_of(T).jump_size is None
@@ -204,7 +206,7 @@ def test_round_off_is_round_off_where_a_trend_is_excluded():
     assert drift_of(20 * EPSILON * T, scale=1.0).within_roundoff
     assert kind_of(40 * EPSILON * T, scale=1.0) == "linear"
     zero = drift_of(np.zeros(SAMPLES), scale=1.0)
-    assert (zero.kind, zero.trend_bound, zero.slope) == ("roundoff", 0.0, 0.0)
+    assert (zero.drift_class, zero.trend_bound, zero.slope) == ("roundoff", 0.0, 0.0)
 
 
 def test_what_grows_in_amplitude_alone_is_not_bounded():
@@ -218,7 +220,7 @@ def test_a_trend_of_next_to_nothing_is_none():
     """A thousandth is the least: below it the trend bound tells, and the class is of the rest."""
     assert kind_of(sine(80.3) + 1e-2 * T) == "linear"
     drift = drift_of(sine(80.3) + 2e-4 * T)
-    assert drift.kind == "bounded"
+    assert drift.drift_class == "bounded"
     assert 2e-4 <= drift.trend_bound < 5e-3
     assert kind_of(1.0 + 1e-5 * T**2) == "jump"
 
@@ -259,12 +261,12 @@ def test_what_is_not_finite_has_its_class():
     assert kind_of(series) == "not finite"
     series[SAMPLES // 2] = np.nan
     drift = drift_of(series)
-    assert drift.kind == "not finite"
+    assert drift.drift_class == "not finite"
     assert drift.not_finite_from == SAMPLES // 2 + 1
     assert (drift.slope, drift.trend_bound) == (None, None)
     assert not_finite({"a": drift, "b": drift_of(T)}) == "'a' is not finite from 10001 on"
     windows = Windows(np.nan)
-    assert measure_drift("v", windows, 1.0).kind == "not finite"
+    assert measure_drift("v", windows, 1.0).drift_class == "not finite"
     windows.add(np.array([1.0]), np.array([1.0]))
     assert measure_drift("v", windows, 1.0).not_finite_from == 0.0
 
@@ -285,7 +287,7 @@ def test_backwards_and_stretched():
     twice = forward.stretched(2.0)
     assert twice.slope == pytest.approx(0.5 * forward.slope)
     assert twice.slope_stderr == pytest.approx(0.5 * forward.slope_stderr)
-    assert (twice.kind, twice.trend_bound) == (forward.kind, forward.trend_bound)
+    assert (twice.drift_class, twice.trend_bound) == (forward.drift_class, forward.trend_bound)
     assert twice.windows.last_time == 2.0 * SAMPLES
 
 
@@ -295,7 +297,7 @@ def test_times_need_not_be_even():
     windows = Windows(0.0)
     windows.add(times, 0.3 * times / 100.0 + np.sin(2.0 * np.pi * 0.11 * times))
     drift = measure_drift("v", windows, 0.0)
-    assert drift.kind == "linear"
+    assert drift.drift_class == "linear"
     assert drift.slope == pytest.approx(0.003, rel=0.05)
 
 
@@ -320,7 +322,7 @@ def test_numbers_too_large_for_a_float_are_none():
     windows = Windows(0.0)
     windows.add(1e-10 * T, 1.7e308 * T)
     drift = measure_drift("v", windows, 0.0)
-    assert (drift.kind, drift.slope) == ("linear", None)
+    assert (drift.drift_class, drift.slope) == ("linear", None)
     assert drift.trend_bound == pytest.approx(1.7e308, rel=1e-3)
     jump = drift_of(np.where(T > 0.5, 1.7e308, -1.7e308))
     assert (jump.kind, jump.jump_size) == ("jump", None)

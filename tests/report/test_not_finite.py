@@ -56,10 +56,10 @@ def test_an_observable_that_is_not_finite():
     assert not solution.success
     for name in ("logarithm", "measure"):
         found = solution.drift[name]
-        assert found.kind == NOT_FINITE
+        assert found.drift_class == NOT_FINITE
         assert 1.5 < found.not_finite_from < 1.6  # ln cos t ends at π/2
         assert f"'{name}' is not finite from 1.5" in solution.message
-    assert solution.drift["area"].kind != NOT_FINITE
+    assert solution.drift["area"].drift_class != NOT_FINITE
     assert np.isfinite(solution.y).all()
     assert solved("area").status == "success"
 
@@ -74,7 +74,7 @@ def test_what_is_finite_and_huge_is_measured():
         "near 0": lambda params, t, y, work: y[1] + 1e-310,
     }
     solution = solved(huge, t_end=100.0, step=0.05)
-    kinds = {name: drift.kind for name, drift in solution.drift.items()}
+    kinds = {name: drift.drift_class for name, drift in solution.drift.items()}
     assert kinds == {
         "cosine": "bounded",
         "sine": "bounded",
@@ -100,7 +100,7 @@ def test_a_clock_that_stands_still_loses_no_run():
         gi.solve(problem, [1.0], observe=own, **run)
     found = caught.value.partial.drift["own"]
     assert found.windows.samples > 64
-    assert (found.kind, found.slope) == ("undetermined", None)
+    assert (found.drift_class, found.slope) == ("undetermined", None)
 
 
 def test_it_is_kept_in_a_file(tmp_path):
@@ -108,7 +108,7 @@ def test_it_is_kept_in_a_file(tmp_path):
     solution.save(tmp_path / "run.nc")
     saved = gi.load(tmp_path / "run.nc")
     assert saved.provenance["status"] == NOT_FINITE
-    assert saved.drift["logarithm"].kind == NOT_FINITE
+    assert saved.drift["logarithm"].drift_class == NOT_FINITE
     assert saved.drift["logarithm"].windows.not_finite_from == pytest.approx(1.58)
     assert solution.plot_drift().axes
 

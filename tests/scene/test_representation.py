@@ -141,7 +141,7 @@ def test_the_plain_way_gives_the_same(content, method):
         assert drift.initial == pytest.approx(same.initial, rel=1e-14)
         assert abs(drift.final_error - same.final_error) <= 1e-13 * drift.scale
         if not drift.within_roundoff:  # other roundings, another random walk
-            assert drift.kind == same.kind
+            assert drift.drift_class == same.drift_class
         assert same.within_roundoff == drift.within_roundoff
 
 

@@ -9,7 +9,7 @@ import pytest
 import geomint as gi
 from geomint.stress import judge as judging
 from geomint.stress.judge import Trial, judge
-from geomint.stress.truth import Truth
+from geomint.stress.known_end import KnownEnd
 
 
 @gi.field
@@ -56,8 +56,8 @@ def verdict_on(monkeypatch):
 
         monkeypatch.setattr(judging, "solve", fake)
         options = {"fraction": HALF, "steps": 20, **options}
-        truth = options.pop("truth", lambda end: Truth({"x": exact(end)}, 1.0))
-        trial = Trial(PROBLEM, np.array([1.0, 0.0]), truth=truth, **options)
+        reference = options.pop("reference", lambda end: KnownEnd({"x": exact(end)}, 1.0))
+        trial = Trial(PROBLEM, np.array([1.0, 0.0]), reference=reference, **options)
         return judge(trial, method)
 
     return verdict
@@ -143,8 +143,10 @@ def test_a_promised_invariant_that_is_lost(verdict_on):
     def grown(y, t, h):
         return exact(t) * (1.0 + 1e-13 * (t > 0.0))
 
-    assert verdict_on(grown, truth=lambda end: Truth({"x": exact(end)}, 1e6))["verdict"] == "ok"
-    found = verdict_on(grown, KEEPING, truth=lambda end: Truth({"x": exact(end)}, 1e6))
+    assert (
+        verdict_on(grown, reference=lambda end: KnownEnd({"x": exact(end)}, 1e6))["verdict"] == "ok"
+    )
+    found = verdict_on(grown, KEEPING, reference=lambda end: KnownEnd({"x": exact(end)}, 1e6))
     assert (found["verdict"], found["quantity"]) == ("wrong", "radius-squared")
     assert found["error"] > found["allowed"]
 
@@ -159,7 +161,7 @@ def test_roundings_of_a_fast_motion_are_counted_step_by_step(verdict_on, monkeyp
     def grown(y, t, h):
         return exact(t) * (1.0 + 5e-14 * (t > 0.0))
 
-    options = {"steps": 200, "truth": lambda end: Truth({"x": exact(end)}, 1e6)}
+    options = {"steps": 200, "reference": lambda end: KnownEnd({"x": exact(end)}, 1e6)}
     assert verdict_on(grown, KEEPING, **options)["verdict"] == "wrong"
     monkeypatch.setattr(judging.Trial, "separation_time", 1e-6)
     assert verdict_on(grown, KEEPING, **options)["verdict"] != "wrong"
@@ -213,13 +215,13 @@ def test_a_steady_motion_is_never_unresolved_where_it_is_promised(verdict_on):
 
 
 def test_a_motion_that_magnifies_round_off_to_its_own_size(verdict_on):
-    found = verdict_on(truth=lambda end: Truth({"x": -exact(end)}, 1e15))
+    found = verdict_on(reference=lambda end: KnownEnd({"x": -exact(end)}, 1e15))
     assert found["verdict"] == "unresolved"
     assert found["allowed"] > 0.1
 
 
 def test_without_a_reference_a_finer_run_is_the_measure(verdict_on):
-    found = verdict_on(truth=lambda end: None)
+    found = verdict_on(reference=lambda end: None)
     assert found["verdict"] == "ok"
     assert "no reference" in found["message"]
-    assert verdict_on(lambda y, t, h: y + h, truth=lambda end: None)["verdict"] == "wrong"
+    assert verdict_on(lambda y, t, h: y + h, reference=lambda end: None)["verdict"] == "wrong"

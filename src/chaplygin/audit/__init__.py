@@ -4,7 +4,7 @@ A *claim* is one statement, written down as printed: a function that returns the
 equation at a point. Its verdict is computed from the residuals alone, see `claim`.
 
 - ``s…`` hold the claims: a file a section of the paper, named by its number, in the paper's order;
-- `motion` derives the truth, the motion of nonholonomic systems, from d'Alembert's principle, and
+- `motion` derives the actual motion of nonholonomic systems, from d'Alembert's principle, and
   `momenta` what momenta do along it;
 - `equations`, `classical` (n = 3), `stiefel` and `integrals` have what several sections use;
 - `forms` and `reduction` evaluate two-forms, divergences and brackets, `calculus` derivatives;

@@ -82,7 +82,7 @@ class Claim:
     everywhere : bool
         The statement is made off T*S^(n−1) (or |γ| = 1) too.
     negative : bool
-    kind : str or None
+    verdict_if_amended : str or None
         The verdict if the printed form fails and the amended one holds.
     amendment, reason : str
         The amended form, or why nothing can be evaluated.
@@ -100,7 +100,7 @@ class Claim:
     dimensions: Sequence[int] = range(2, 8)
     everywhere: bool = False
     negative: bool = False
-    kind: str | None = None
+    verdict_if_amended: str | None = None
     amendment: str = ""
     reason: str = ""
     finding: str = ""
@@ -172,14 +172,14 @@ class Section:
         `off_manifold` is the form that holds off the manifold as well, `wider` a weaker condition under
         which the statement holds.
         """
-        kinds = {
+        amendments = {
             MISPRINT: misprint,
             RESTRICTED: restriction,
             STRONGER: wider,
             ON_MANIFOLD: off_manifold,
         }
-        given = [(kind, text) for kind, text in kinds.items() if text]
-        kind, text = given[0] if given else (None, "")
+        given = [(verdict, text) for verdict, text in amendments.items() if text]
+        verdict, text = given[0] if given else (None, "")
 
         def register(check: Check) -> Check:
             claim = Claim(
@@ -191,7 +191,7 @@ class Section:
                 dimensions=n,
                 everywhere=everywhere,
                 negative=negative,
-                kind=kind,
+                verdict_if_amended=verdict,
                 amendment=text,
                 finding=finding,
                 cites=cites,
@@ -238,10 +238,10 @@ def _residuals(
         return max(residual(check(point, *amended)) for point in places)
 
     beyond = [point.off for point in points]
-    printed = [False] if claim.kind else []
+    printed = [False] if claim.verdict_if_amended else []
     on, off = largest(points, *printed), largest(beyond, *printed)
     claimed = [*points, *beyond] if claim.everywhere else points
-    return on, off, largest(claimed, True) if claim.kind else None
+    return on, off, largest(claimed, True) if claim.verdict_if_amended else None
 
 
 def _verdict(claim: Claim, on: float, off: float, amended: float | None) -> str:
@@ -250,9 +250,9 @@ def _verdict(claim: Claim, on: float, off: float, amended: float | None) -> str:
     explained = amended is None or amended <= HOLDS
     if on <= HOLDS:
         if off <= HOLDS or not claim.everywhere:
-            return TRUE if claim.kind is None else UNEXPLAINED
-        fits = off >= FAILS and explained and claim.kind in (None, ON_MANIFOLD)
+            return TRUE if claim.verdict_if_amended is None else UNEXPLAINED
+        fits = off >= FAILS and explained and claim.verdict_if_amended in (None, ON_MANIFOLD)
         return ON_MANIFOLD if fits else UNEXPLAINED
-    if on >= FAILS and claim.kind in (MISPRINT, RESTRICTED, STRONGER) and explained:
-        return str(claim.kind)
+    if on >= FAILS and claim.verdict_if_amended in (MISPRINT, RESTRICTED, STRONGER) and explained:
+        return str(claim.verdict_if_amended)
     return UNEXPLAINED

@@ -1,4 +1,4 @@
-"""The truth: motions of nonholonomic systems by d'Alembert's principle, and by nothing else.
+"""The actual motions of nonholonomic systems by d'Alembert's principle, and by nothing else.
 
 `accelerations` takes a kinetic energy and constraint one-forms in any coordinates. On SO(n) the
 coordinates are those of Cayley around the state, g(X) = g (1 − X/2)⁻¹(1 + X/2), X ∈ so(n): then

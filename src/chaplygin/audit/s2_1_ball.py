@@ -102,8 +102,8 @@ def reduced_lagrangian(point: Point) -> Sides:
     spinning = 0.5 * inner(apply(point.general, point.omega), point.omega)
     printed = spinning + 0.5 * point.D * np.sum((Omega @ point.Gamma) ** 2)
     kappa = apply(point.metric(point.general, point.gamma), point.omega)
-    truth = lagrangian_on_constraints(point, point.general, point.omega)
-    return [printed, printed], [truth, 0.5 * inner(kappa, point.omega)]
+    actual = lagrangian_on_constraints(point, point.general, point.omega)
+    return [printed, printed], [actual, 0.5 * inner(kappa, point.omega)]
 
 
 @claim(

@@ -140,8 +140,8 @@ claim.unchecked(
     "T1", "Theorem 2: the reduced problem on T*S^(n−1) = Φ⁻¹(0)/SO(n−1) is (r1), (r2)", "596–604"
 )
 def theorem_t1(point: Point) -> Sides:
-    truth = np.concatenate(true_rates(point, point.general))
-    return extended_field(point, point.general, point.state), truth
+    actual = np.concatenate(true_rates(point, point.general))
+    return extended_field(point, point.general, point.state), actual
 
 
 @claim("r1", "γ̇ = −ωγ = −I⁻¹(γ∧ξ)γ", "600")
@@ -184,8 +184,8 @@ def proof_t1_lambda(point: Point) -> Sides:
 def reduced_energy(point: Point) -> Sides:
     omega = zero_momentum_motion(point).omega
     V = point.rho * (point.g @ omega @ point.gamma)
-    truth = 0.5 * inner(apply(point.general, omega), omega) + 0.5 * point.m * (V @ V)
-    return extended_energy(point, point.general, point.state), truth
+    actual = 0.5 * inner(apply(point.general, omega), omega) + 0.5 * point.m * (V @ V)
+    return extended_energy(point, point.general, point.state), actual
 
 
 claim.unchecked("hat", "R̂²ⁿ = R²ⁿ ∖ {γ = 0}", "636–639", "definition")
@@ -328,11 +328,11 @@ def nova(point: Point) -> Sides:
         return canonical(z, Y, Z) + extra
 
     omega = point.omega_of(point.special, wedge(point.gamma, point.p), point.gamma)
-    truth = reduced_form(point.D, y, omega, basis[0], basis[1])
+    actual = reduced_form(point.D, y, omega, basis[0], basis[1])
     value, size = exterior_derivative(
         lambda z, Y, Z: multiplier(point, z[:n]) * printed(z, Y, Z), y, *basis
     )
-    return [printed(y, basis[0], basis[1]), value], [truth, 0.0], size
+    return [printed(y, basis[0], basis[1]), value], [actual, 0.0], size
 
 
 def homogeneous(point: Point) -> tuple[float, Array]:
@@ -356,11 +356,11 @@ def sphere(point: Point) -> Sides:
     s, inertia = homogeneous(point)
     p, total = point.p, s + point.D
     printed = np.concatenate([p / total, -(p @ p) / total * point.gamma])
-    truth = np.concatenate(true_rates(point, inertia))
+    actual = np.concatenate(true_rates(point, inertia))
     # The metric (s + D)(γ̇, γ̇) has the momenta (s + D)γ̇ and the energy (p, p)/(2(s + D)).
     energy = extended_energy(point, inertia, point.state)
-    left = [*printed, p @ p / (2 * total), *(total * truth[: point.n])]
-    return left, [*truth, energy, *p]
+    left = [*printed, p @ p / (2 * total), *(total * actual[: point.n])]
+    return left, [*actual, energy, *p]
 
 
 @claim("text:homogeneous-omega", "I = s: ω = (γ∧ξ)/s = (γ∧p)/(s + D), constant", "726–731")

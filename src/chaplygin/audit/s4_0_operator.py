@@ -224,6 +224,6 @@ def xi(point: Point) -> Sides:
 def proof_ro(point: Point) -> Sides:
     y = point.state
     omega = special_omega(point, y)
-    truth = apply(np.linalg.inv(point.special), wedge(point.gamma, printed_xi(point, y)))
+    actual = apply(np.linalg.inv(point.special), wedge(point.gamma, printed_xi(point, y)))
     left = [*np.ravel(omega), *(-omega @ point.gamma), *(-omega @ point.p)]
-    return left, [*np.ravel(truth), *ro(point, y)]
+    return left, [*np.ravel(actual), *ro(point, y)]

@@ -29,7 +29,7 @@ from .integrals import ball_integrals
 from .rolling_forms import (
     contact_observables,
     rolled,
-    rolling_kind,
+    rolling_dynamics,
     rolling_parameters,
     rolling_work,
 )
@@ -156,7 +156,7 @@ def contact_problem(
         invariants={"energy": ball_forms(omega, n).energy, **kept.invariants},
         constraints=constraints,
         measure=on_sphere(ball_forms(omega, n).log_density, size, n, True),
-        observables=contact_observables(rolling_kind(omega, n, at), n, at, forms["locate"]),
+        observables=contact_observables(rolling_dynamics(omega, n, at), n, at, forms["locate"]),
         make_state=make_state,
         make_random=make_random,
         admit=admit,

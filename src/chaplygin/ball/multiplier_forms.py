@@ -1,6 +1,6 @@
 """The rolling ball with multipliers, whatever decides its acceleration: functions of (g, r, ω, v).
 
-See `rolling` for the equations; a `RollingKind` has the acceleration.
+See `rolling` for the equations; a `RollingDynamics` has the acceleration.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from geomint import part, sqrt
 
 from ..measures import haar_conditions
 from .angular_velocity import apply_to_gamma
-from .rolling_forms import RollingKind, rolled
+from .rolling_forms import RollingDynamics, rolled
 
 __all__ = ["multiplier_forms", "rolling_conditions"]
 
 
 @functools.cache
-def multiplier_forms(kind: RollingKind, n: int, at: int) -> dict[str, Any]:
+def multiplier_forms(dynamics: RollingDynamics, n: int, at: int) -> dict[str, Any]:
     """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
     turning, moving = square + n - 1, square + n - 1 + size  # where ω and v begin
-    accelerate, apply_inertia = kind
+    accelerate, apply_inertia = dynamics
 
     def locate(params: Any, y: Any, work: Any) -> Any:
         """Return blocks (γ, g, ω, r, scratch)."""

@@ -38,7 +38,7 @@ from .integrals import ball_integrals, frame_orthogonality
 from .multiplier_forms import multiplier_forms, rolling_conditions
 from .rolling_forms import (
     contact_observables,
-    rolling_kind,
+    rolling_dynamics,
     rolling_parameters,
     rolling_work,
 )
@@ -129,8 +129,8 @@ def rolling_problem(
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
-    kind = rolling_kind(omega, n, at)
-    forms = multiplier_forms(kind, n, at)
+    dynamics = rolling_dynamics(omega, n, at)
+    forms = multiplier_forms(dynamics, n, at)
 
     def reused(observable: Any) -> Any:
         return through_momentum(observable, omega is full_omega, n, at)
@@ -180,7 +180,7 @@ def rolling_problem(
             rolling_conditions(n, at, False),
             n * (n + 1) // 2 + n - 1,
         ),
-        observables=contact_observables(kind, n, at, forms["locate"]),
+        observables=contact_observables(dynamics, n, at, forms["locate"]),
         make_state=make_state,
         make_random=make_random,
         admit=admit,

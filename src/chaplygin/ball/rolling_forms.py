@@ -33,10 +33,10 @@ from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_
 from .fields import turn
 
 __all__ = [
-    "RollingKind",
+    "RollingDynamics",
     "contact_observables",
     "rolled",
-    "rolling_kind",
+    "rolling_dynamics",
     "rolling_parameters",
     "rolling_work",
 ]
@@ -69,7 +69,7 @@ def rolled(n: int, rho: Any, g: Any, gamma: Any, w: Any, out: Any, work: Any) ->
         out[i] = rho * total
 
 
-class RollingKind(NamedTuple):
+class RollingDynamics(NamedTuple):
     """What a ball's way of rolling decides.
 
     accelerate : recorded ``f(params, gamma, w, out, work)``
@@ -83,7 +83,7 @@ class RollingKind(NamedTuple):
 
 
 @functools.cache
-def rolling_kind(omega: Any, n: int, at: int) -> RollingKind:
+def rolling_dynamics(omega: Any, n: int, at: int) -> RollingDynamics:
     """Return those of the ball that may turn about the vertical; see the module's docstring."""
     size = n * (n - 1) // 2
     apply_inertia = operator_applied(omega is full_omega, n, at + 2)
@@ -95,11 +95,11 @@ def rolling_kind(omega: Any, n: int, at: int) -> RollingKind:
         turn(n, w, momentum, torque, rest)
         omega(n, params, torque, gamma, out, rest)
 
-    return RollingKind(gi.helper(accelerate), apply_inertia)
+    return RollingDynamics(gi.helper(accelerate), apply_inertia)
 
 
 @functools.cache
-def contact_observables(kind: RollingKind, n: int, at: int, locate: Any) -> dict[str, Any]:
+def contact_observables(dynamics: RollingDynamics, n: int, at: int, locate: Any) -> dict[str, Any]:
     r"""Return the observables that both forms have, by name.
 
     * ``contact-i``, i = 1 … n−1: the component r_i of the contact point;
@@ -111,14 +111,14 @@ def contact_observables(kind: RollingKind, n: int, at: int, locate: Any) -> dict
 
     Parameters
     ----------
-    kind
+    dynamics
     n, at
         See `rolling_parameters`.
     locate : recorded ``f(params, y, work) -> (gamma, g, w, r, rest)``
         Where these lie, w being ω and `rest` what is left of the scratch.
     """
     size = n * (n - 1) // 2
-    accelerate = kind.accelerate
+    accelerate = dynamics.accelerate
 
     def react(params: Any, y: Any, work: Any) -> Any:
         gamma, g, w, _, rest = locate(params, y, work)

@@ -27,7 +27,7 @@ from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
 from ..ball.integrals import frame_orthogonality
 from ..ball.multiplier_forms import multiplier_forms, rolling_conditions
-from ..ball.rolling_forms import RollingKind, contact_observables
+from ..ball.rolling_forms import RollingDynamics, contact_observables
 from ..ball.rolling_states import (
     admit_velocity,
     initial_attitude,
@@ -47,7 +47,7 @@ BASE = 2  # the parameters of `bound_velocity` come after n and D
 
 
 @functools.cache
-def rubber_kind(full: bool, n: int, at: int) -> RollingKind:
+def rubber_dynamics(full: bool, n: int, at: int) -> RollingDynamics:
     """Return acceleration and inertia; the parameters are [n, D, c, I + D…, ρ, m, I…], ρ at `at`."""
     size = n * (n - 1) // 2
     apply_inertia = operator_applied(full, n, at + 2)
@@ -60,7 +60,7 @@ def rubber_kind(full: bool, n: int, at: int) -> RollingKind:
         turn(n, w, momentum, torque, rest)
         solve(params, torque, gamma, out, rest)
 
-    return RollingKind(gi.helper(accelerate), apply_inertia)
+    return RollingDynamics(gi.helper(accelerate), apply_inertia)
 
 
 @functools.cache
@@ -68,7 +68,7 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
     """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
     turning = square + n - 1
-    kind = rubber_kind(full, n, at)
+    dynamics = rubber_dynamics(full, n, at)
     apply = operator_applied(full, n, BASE + 1)
 
     def rubber_k(params: Any, t: Any, y: Any, work: Any) -> Any:
@@ -90,8 +90,8 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
         rate, left = part(work, 0, size), part(work, size, size)
         torque, rest = part(work, 2 * size, size), part(work, 3 * size, len(work) - 3 * size)
         w = part(y, turning, size)
-        kind.accelerate(params, part(y, square - n, n), w, rate, rest)
-        kind.apply_inertia(params, w, left)
+        dynamics.accelerate(params, part(y, square - n, n), w, rate, rest)
+        dynamics.apply_inertia(params, w, left)
         turn(n, w, left, torque, rest)
         apply(params, rate, left)
         for i in range(size):
@@ -102,7 +102,7 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
         """Return ½ log det(pr (I + D)|_{R^n∧γ})."""
         rate, rest = part(work, 0, size), part(work, 2 * size, len(work) - 2 * size)
         w = part(y, turning, size)
-        kind.accelerate(params, part(y, square - n, n), w, rate, rest)
+        dynamics.accelerate(params, part(y, square - n, n), w, rate, rest)
         return 0.5 * log_determinant(n, part(rest, 2 * size, len(rest) - 2 * size))
 
     return {
@@ -147,8 +147,8 @@ def rubber_rolling_problem(
         entries = np.diag(entries).reshape(-1)
     params = np.concatenate([[n, m * rho * rho], bound, [rho, m], entries])
     at = BASE + len(bound)
-    kind, own = rubber_kind(full, n, at), rubber_forms(full, n, at)
-    forms = multiplier_forms(kind, n, at)
+    dynamics, own = rubber_dynamics(full, n, at), rubber_forms(full, n, at)
+    forms = multiplier_forms(dynamics, n, at)
 
     def make_state(
         gamma: Any = None, g: Any = None, r: Any = None, v: Any = None, **components: Any
@@ -178,7 +178,7 @@ def rubber_rolling_problem(
     constraints = {"rolling": forms["rolling"], "orthogonality": frame_orthogonality(n, 0)}
     if n > 2:
         constraints["twist"] = own["twist"]
-    observables = contact_observables(kind, n, at, forms["locate"])
+    observables = contact_observables(dynamics, n, at, forms["locate"])
     observables.pop("pivoting", None)  # which is the twist
     return gi.Problem(
         name="rubber-ball-rolling",

@@ -36,7 +36,7 @@ __all__ = ["command"]
 @click.option(
     "--reference",
     type=click.Choice(["auto", "extended", "exact"]),
-    help="The truth: double-double arithmetic, or the exact flow; default: auto, what is faster.",
+    help="The reference: double-double arithmetic, or the exact flow; default: auto, what is faster.",
 )
 @click.option("--t-end", type=float, help="End in physical time.")
 @click.option(

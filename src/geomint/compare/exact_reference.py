@@ -1,4 +1,4 @@
-"""Exact motions: what problems offer that can be solved without stepping, and their use as truth.
+"""Exact motions: what problems offer that can be solved without stepping, and their use as references.
 
 A problem with `Problem.make_exact` gives an `ExactMotion` through every state. Its error does not
 come from steps: what grows with time is the phase that the rounding of the initial state costs.
@@ -58,7 +58,7 @@ def exact_reference(
         If the problem has no exact motion.
     DomainError
         If there is none through this state.
-    TruthError
+    UnknownReferenceError
         If its estimated error, or the second method, leaves more than a tenth of `judges`
         uncertain.
     """

@@ -65,7 +65,7 @@ def reference_solution(
         If a function of the problem does not fit what it declares.
     ConvergenceError, NonFiniteError
         If the solution cannot be followed.
-    TruthError
+    UnknownReferenceError
         If the two steps, or the second method, leave more than a tenth of `judges` uncertain.
     """
     if problem.field is None:
@@ -146,13 +146,13 @@ def _advance(
     t0: float = 0.0,
 ) -> tuple[Array, Array]:
     from ..kernels.compiling import signatures
-    from ..kernels.compiling.compile import extended_kind
+    from ..kernels.compiling.compile import extended_type
 
     with_clock = problem.clock is not None
     start = Start(problem, hi, t0, h, clock=with_clock)
     field, rows, _, work = field_of(start)
     groups = 2
-    kind = extended_kind()
+    kind = extended_type()
     field_signature = signatures.field(kind)
     memory = _blank(gauss_memory_size(rows, groups))
     memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..errors import TruthError
+from ..errors import UnknownReferenceError
 from ..files.outputs import whole_file
 from ..problems.problem import Problem
 from .confirmation import Confirmation
@@ -86,13 +86,13 @@ class Reference:
 
         Raises
         ------
-        TruthError
+        UnknownReferenceError
             If it is not known to a tenth of that.
         """
         known = self.known
         if MARGIN * known <= judges:
             return self
-        raise TruthError(
+        raise UnknownReferenceError(
             self._doubt(),
             known,
             judges,
@@ -147,7 +147,7 @@ def stored(path: Path | None) -> Reference | None:
     from ..kernels.compiling.private import private_folder
 
     try:
-        private_folder(path.parent)  # nobody else may have put a truth there
+        private_folder(path.parent)  # nobody else may have put a reference there
         data = json.loads(path.read_text(encoding="utf-8"))
         second = data.pop("confirmation")
         data.update(y=np.array(data["y"]), steps=tuple(data["steps"]))
@@ -177,7 +177,7 @@ def place_of(problem: Problem, y0: Array, end: float) -> Path | None:
 
 @functools.cache
 def _stamp() -> str:
-    """Return a hash of geomint's sources: what they got wrong once must not be a truth for ever."""
+    """Return a hash of geomint's sources: what they got wrong once must not stay for ever."""
     from ..kernels.compiling.cache import kernel_stamp
 
     digest = hashlib.sha256(kernel_stamp().encode())

@@ -22,8 +22,8 @@ from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.solve import solve
 from ..watch.drift import Drift
+from .endpoint import Endpoint, endpoint_of
 from .ladder import check_representation, checked_steps, ladder, representation_for
-from .truth import Goal, goal_of
 
 __all__ = ["Comparison", "Point", "compare"]
 
@@ -137,7 +137,7 @@ def compare(
     observe : bool
         Whether to measure, in an extra run at each method's finest step, the drifts.
     reference : {"auto", "extended", "exact"}
-        What the truth is: an integration in double-double arithmetic; the exact flow, where the
+        What the reference is: an integration in double-double arithmetic; the exact flow, where the
         system has one; or the first, and the second where the first would take minutes.
     report : callable
         Told what is being done.
@@ -147,18 +147,18 @@ def compare(
     FormError, DomainError
         If there is no exact flow and it is asked for; for a representation that the system does not
         have; for no methods, no steps, or steps where all methods are adaptive.
-    TruthError
+    UnknownReferenceError
         If the reference is not known, or not confirmed, well enough to judge errors of 1e-5.
     """
     chosen = [find_method(m) for m in methods]
     steps = checked_steps(chosen, steps)
     check_representation(model, representation)
-    goal, truth = goal_of(model, end, reference, report)
-    result = Comparison([], truth)
+    endpoint, known = endpoint_of(model, end, reference, report)
+    result = Comparison([], known)
     asked = _Asked(end, steps, first_steps or {}, representation, repeats, observe, report)
     try:
         for method in chosen:
-            _run_ladder(result, goal, model, method, asked)
+            _run_ladder(result, endpoint, model, method, asked)
     except KeyboardInterrupt:
         result.status = "interrupted"
     return result
@@ -177,7 +177,7 @@ class _Asked(NamedTuple):
 
 
 def _run_ladder(
-    result: Comparison, goal: Goal, model: Model, method: Method, asked: _Asked
+    result: Comparison, endpoint: Endpoint, model: Model, method: Method, asked: _Asked
 ) -> None:
     """Add the points of one method, and its drifts at the finest."""
     best: tuple[Method, Problem, Array, float | None] | None = None
@@ -198,12 +198,12 @@ def _run_ladder(
             status = f"not run: would take about {expected:.0f} s"
             result.points.append(replace(_point(variant, name, step), status=status))
             continue
-        point = _measure(goal, variant, name, problem, y0, step, asked.repeats, result)
+        point = _measure(endpoint, variant, name, problem, y0, step, asked.repeats, result)
         result.points.append(point)
         if point.bound is not None:
             best, last = (variant, problem, y0, step), point
     if asked.observe and best is not None:
-        result.drifts.append((method.name, _drifts(goal, *best)))
+        result.drifts.append((method.name, _drifts(endpoint, *best)))
 
 
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
@@ -229,7 +229,7 @@ def _point(method: Method, representation: str, step: float | None) -> Point:
 
 
 def _measure(
-    goal: Goal,
+    endpoint: Endpoint,
     method: Method,
     representation: str,
     problem: Problem,
@@ -240,7 +240,7 @@ def _measure(
 ) -> Point:
     point = _point(method, representation, step)
     arguments: dict[str, Any] = {
-        **goal.end_for(problem),
+        **endpoint.end_for(problem),
         "method": method,
         "step": step,
         "progress": False,
@@ -266,7 +266,7 @@ def _measure(
         **{
             **asdict(point),
             "step": abs(solution.step) if method.adaptive else step,
-            **goal.judged(problem, solution.y[-1]),
+            **endpoint.judged(problem, solution.y[-1]),
             "seconds": statistics.median(seconds),
             "steps": solution.steps,
             "evaluations": solution.evaluations,
@@ -276,13 +276,13 @@ def _measure(
 
 
 def _drifts(
-    goal: Goal, method: Method, problem: Problem, y0: Array, step: float | None
+    endpoint: Endpoint, method: Method, problem: Problem, y0: Array, step: float | None
 ) -> dict[str, Drift]:
     """Return the drifts over physical time, so that all methods share an axis."""
     solution = solve(
         problem,
         y0,
-        t_end=goal.physical_end,
+        t_end=endpoint.physical_end,
         method=method,
         step=step,
         observe=[*problem.invariants, *problem.constraints],

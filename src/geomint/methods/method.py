@@ -121,7 +121,7 @@ class Method:
             if option not in self.options or remake is None:
                 hint = nearest(option, self.options)
                 raise MethodError(f"method {self.name!r} has no option {quoted(option)}.{hint}")
-            _check_kind(option, changes[option], self.options[option])
+            _check_type(option, changes[option], self.options[option])
         assert remake is not None
         return replace(remake(**{**self.options, **changes}), name=self.name)
 
@@ -144,7 +144,7 @@ class Method:
             )
 
 
-def _check_kind(name: str, value: Any, like: Any) -> None:
+def _check_type(name: str, value: Any, like: Any) -> None:
     """Raise `DomainError` unless `value` is of the kind of the option's present value."""
     kinds = {bool: "true or false", int: "a whole number", float: "a number"}
     accepted = (int, float) if isinstance(like, float) else type(like)

@@ -14,8 +14,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from ..compare.endpoint import MOST_EXTENDED_STEPS
 from ..compare.ladder import STEP_FACTORS
-from ..compare.truth import MOST_EXTENDED_STEPS
 from ..errors import GeomintError, GeomintWarning, StepError
 from ..problems.evaluate import value
 from ..run.progress import HOUR, time_in_words

@@ -122,12 +122,12 @@ def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
             say(axes, "exactly 0 throughout")
             axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
         axes.plot(times[shown], means[shown], label=label, **line_style(i, len(times), len(runs)))
-        if drift.kind == "linear" and _clear(drift):
+        if drift.drift_class == "linear" and _clear(drift):
             trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
             axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
             axes.legend(loc="best")
         for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
-            if when is not None and drift.kind == what:
+            if when is not None and drift.drift_class == what:
                 axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
                 axes.legend(loc="best")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))

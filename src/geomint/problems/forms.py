@@ -24,7 +24,7 @@ def check_recorded(owner: Any, *names: str, optional: tuple[str, ...] = ()) -> N
             raise DomainError(name, f, expected + (", or None" if name in optional else ""))
 
 
-def check_kind(owner: Any, kinds: dict[str, type]) -> None:
+def check_types(owner: Any, kinds: dict[str, type]) -> None:
     """Raise `DomainError` unless those attributes are of those kinds."""
     for name, kind in kinds.items():
         if not isinstance(getattr(owner, name), kind):
@@ -81,7 +81,7 @@ class Group:
     extent: Recorded | None = None
 
     def __post_init__(self) -> None:
-        check_kind(self, {"name": str, "inline": bool})
+        check_types(self, {"name": str, "inline": bool})
         check_recorded(self, "act", "bracket", optional=_OPTIONAL_MAPS)
         object.__setattr__(self, "algebra_rows", whole("algebra_rows", self.algebra_rows, 1))
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
@@ -103,7 +103,7 @@ class GroupAction:
 
     def __post_init__(self) -> None:
         check_recorded(self, "generator")
-        check_kind(self, {"group": Group})
+        check_types(self, {"group": Group})
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class Hamiltonian:
 
     def __post_init__(self) -> None:
         check_recorded(self, "gradients", "constraint")
-        check_kind(self, {"separable": bool})
+        check_types(self, {"separable": bool})
         object.__setattr__(self, "constraints", whole("constraints", self.constraints, 1))
 
 
@@ -157,7 +157,7 @@ class Splitting:
 
     def __post_init__(self) -> None:
         check_recorded(self, "flow")
-        check_kind(self, {"symplectic": bool})
+        check_types(self, {"symplectic": bool})
         object.__setattr__(self, "parts", whole("parts", self.parts, 2))
 
 

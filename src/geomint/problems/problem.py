@@ -26,8 +26,8 @@ from .forms import (
     Hamiltonian,
     Measure,
     Splitting,
-    check_kind,
     check_recorded,
+    check_types,
 )
 
 __all__ = ["Problem"]
@@ -99,7 +99,7 @@ class Problem:
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        check_kind(self, {"name": str, "parameters": Mapping})
+        check_types(self, {"name": str, "parameters": Mapping})
         object.__setattr__(self, "params", flat("params", self.params))
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
         object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
@@ -121,7 +121,7 @@ class Problem:
         seen: set[str] = set()
         for group in _GROUPS:
             quantities = getattr(self, group)
-            check_kind(self, {group: Mapping})
+            check_types(self, {group: Mapping})
             for name, f in quantities.items():
                 check_name(group, name)
                 if name in seen or name in _RESERVED:
@@ -142,7 +142,7 @@ class Problem:
             "measure": Measure,
         }
         given = {name: kind for name, kind in kinds.items() if getattr(self, name) is not None}
-        check_kind(self, given)
+        check_types(self, given)
         if self.hamiltonian is not None:
             if self.rows % 2:
                 raise DomainError("pieces", self.pieces, "as many rows of q as of p")

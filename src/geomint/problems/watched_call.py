@@ -51,7 +51,7 @@ def watched_call(
     except (ArithmeticError, ValueError):
         return False
     except (TypeError, NameError, AttributeError, LookupError, RecursionError) as error:
-        what = f"raises {type(error).__name__}: {_told(error)} {_place(f, error)}"
+        what = f"raises {type(error).__name__}: {_one_line(error)} {_place(f, error)}"
         raise DeclarationError(problem, role, what) from error
     if number:
         real = isinstance(result, int | float | np.number | np.bool_)
@@ -93,7 +93,7 @@ def _at(function: Any, line: int | None) -> str:
     return f"({function.__name__}, {file if line is None else f'{file}:{line}'})"
 
 
-def _told(error: Exception) -> str:
+def _one_line(error: Exception) -> str:
     """Return what an error says, and what blocks are where arithmetic of arrays was meant."""
     text = (
         str(error).replace(f"'{Fresh.__name__}'", "block").replace(f"'{Given.__name__}'", "block")

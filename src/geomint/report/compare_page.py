@@ -96,7 +96,7 @@ def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def reference_text(reference: dict[str, Any]) -> list[str]:
-    """Return in sentences what the truth is, what confirms it, and what it can judge."""
+    """Return in sentences what the reference is, what confirms it, and what it can judge."""
     second, known = reference["confirmation"], reference["known"]
     own = f"{max(reference['error_estimate'], 1e-19):.2g}"
     if reference["steps"]:

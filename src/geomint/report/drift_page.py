@@ -136,7 +136,9 @@ def drift_page(solution: Solution, scene: Scene, plan: Plan, provenance: Mapping
         rows=_rows(solution),
         rule=RULE,
         rule_details=rule_details(),
-        kinds=[kind for kind in RULE if any(d.kind == kind for d in solution.drift.values())],
+        kinds=[
+            kind for kind in RULE if any(d.drift_class == kind for d in solution.drift.values())
+        ],
         panels=_panels(solution),
         unit="τ" if solution.drift_time == "tau" else "t",
         choices=plan.choices,
@@ -200,7 +202,7 @@ def _rows(solution: Solution) -> list[dict[str, str]]:
                 "final": number(drift.final_error),
                 "slope": with_error(drift.slope, drift.slope_stderr),
                 "bound": number(drift.trend_bound, 2),
-                "kind": drift.kind,
+                "kind": drift.drift_class,
                 "event": what_happened(drift, solution.drift_time),
             }
         )
@@ -217,7 +219,7 @@ def _panels(solution: Solution) -> list[dict[str, str]]:
         )
         alt = (
             f"{name}: largest deviation {number(drift.max_abs_error)}, "
-            f"final {number(drift.final_error)}, {drift.kind} "
+            f"final {number(drift.final_error)}, {drift.drift_class} "
             f"{what_happened(drift, solution.drift_time)}".rstrip()
         )
         panels.append({"name": name, "sizes": sizes, "means": means, "alt": alt})

@@ -33,7 +33,7 @@ def kinds_in_words(result: SeveralRuns) -> list[tuple[str, str]]:
         for run in result:
             drifts = [run.drift[name] for name in names if name in run.drift]
             if drifts:
-                worst = min((drift.kind for drift in drifts), key=list(OUTCOMES).index)
+                worst = min((drift.drift_class for drift in drifts), key=list(OUTCOMES).index)
                 small = all(drift.within_roundoff for drift in drifts)
                 if small and worst in ("sqrt", "undetermined"):
                     worst = SMALL

@@ -46,7 +46,7 @@ def write_several_report(result: SeveralRuns, folder: Path, command: str | None 
 def several_page(result: SeveralRuns, provenance: Mapping[str, Any]) -> str:
     """Return the page as one self-contained HTML text."""
     scene, kinds = result.scene, names_by_kind(result)
-    found = {drift.kind for run in result for drift in run.drift.values()}
+    found = {drift.drift_class for run in result for drift in run.drift.values()}
     names = [name for group in kinds.values() for name in group]
     return render(
         "drift_methods.html.j2",
@@ -116,7 +116,7 @@ def _cell(run: MethodRun, name: str) -> dict[str, str]:
         slope = short_slope(drift.slope, drift.slope_stderr)
         return {
             "name": name,
-            "kind": drift.kind,
+            "kind": drift.drift_class,
             "event": "" if run.solution is None else what_happened(drift, run.solution.drift_time),
             "bound": number(drift.trend_bound, 2),
             "error": number(drift.max_abs_error),

@@ -86,7 +86,9 @@ def _times(run: MethodRun) -> tuple[str, str]:
 def _cell(drift: Drift | None) -> Text:
     if drift is None:
         return Text("–")
-    return Text(f"{number(drift.max_abs_error, 2)} {drift.kind}", style=_COLOURS[drift.kind])
+    return Text(
+        f"{number(drift.max_abs_error, 2)} {drift.drift_class}", style=_COLOURS[drift.drift_class]
+    )
 
 
 def print_summary(solution: Solution, scene: Scene) -> None:
@@ -126,7 +128,7 @@ def _drifts(solution: Solution, wide: bool) -> Table:
             number(drift.final_error),
             slope,
             number(drift.trend_bound, 2),
-            Text(drift.kind, style=_COLOURS[drift.kind]),
+            Text(drift.drift_class, style=_COLOURS[drift.drift_class]),
         )
     return table
 

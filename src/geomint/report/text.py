@@ -115,17 +115,17 @@ def verdict(solution: Solution) -> str:
     named: dict[str, list[str]] = {kind: [] for kind in OUTCOMES}
     for name, drift in solution.drift.items():
         event = what_happened(drift, solution.drift_time)
-        named[drift.kind].append(f"{name} ({event})" if event else name)
+        named[drift.drift_class].append(f"{name} ({event})" if event else name)
     words = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
     if not words:
         return "No quantity was watched."
     outcome = _sentence("; ".join(words))
-    if all(drift.kind in ("roundoff", "bounded") for drift in solution.drift.values()):
+    if all(drift.drift_class in ("roundoff", "bounded") for drift in solution.drift.values()):
         return f"Nothing drifts. {outcome}"
     small = [
         name
         for name, drift in solution.drift.items()
-        if drift.within_roundoff and drift.kind != "roundoff"
+        if drift.within_roundoff and drift.drift_class != "roundoff"
     ]
     return f"{outcome} No larger than 32 ε × scale: {', '.join(small)}." if small else outcome
 
@@ -135,7 +135,7 @@ def what_happened(drift: Drift, time: str) -> str:
     unit = "τ" if time == "tau" else "t"
     if drift.not_finite_from is not None:
         return f"from {unit} = {number(drift.not_finite_from, 4)} on"
-    if drift.kind != "jump" or drift.jump_time is None:
+    if drift.drift_class != "jump" or drift.jump_time is None:
         return ""
     when = "in the first step" if drift.jump_time == 0.0 else f"at {unit} = {drift.jump_time:.4g}"
     return f"by {number(drift.jump_size)} {when}"

@@ -306,7 +306,7 @@ def _read_drift(variables: Any, name: str) -> Drift:
             [_array(variables[f"{name}.{part}"]) for part in ("time", "mean", "maximum")]
         ),
     )
-    return Drift(name=_unpacked(name), kind=numbers.pop("class"), windows=windows, **numbers)
+    return Drift(name=_unpacked(name), drift_class=numbers.pop("class"), windows=windows, **numbers)
 
 
 def _array(variable: Any) -> Array:

@@ -27,13 +27,13 @@ class Outcome:
 
     Attributes
     ----------
-    kind : str
+    ending : str
         ``"done"`` with the function's `value`, ``"raised"`` or ``"died"`` with a `message`,
         ``"hung"``.
     """
 
     item: Any
-    kind: str
+    ending: str
     value: Any = None
     message: str = ""
     seconds: float = 0.0
@@ -123,13 +123,13 @@ class _Worker:
             self._process.kill()
             yield from self._lost("hung", f"still {what} after {now - self._begun:.3g} s: ended")
 
-    def _heard(self, kind: str, value: Any) -> Iterator[Outcome]:
+    def _heard(self, ending: str, value: Any) -> Iterator[Outcome]:
         now = time.monotonic()
-        if kind == "ready":
+        if ending == "ready":
             self._ready, self._begun = True, now
-        elif kind == "compiling":
+        elif ending == "compiling":
             self._compiling = self._compiling or now
-        elif kind == "compiled":
+        elif ending == "compiled":
             self._begun += now - (self._compiling or now)
             self._compiling = None
         else:
@@ -137,17 +137,17 @@ class _Worker:
             self._compiling = None
             if self.items:
                 self._send()
-            if kind == "done":
+            if ending == "done":
                 yield Outcome(item, "done", value, seconds=seconds)
             else:
                 yield Outcome(item, "raised", message=value, seconds=seconds)
 
-    def _lost(self, kind: str, message: str) -> Iterator[Outcome]:
+    def _lost(self, ending: str, message: str) -> Iterator[Outcome]:
         self.ended = True
         self.pipe.close()
         if self.items:
             seconds = time.monotonic() - self._begun
-            yield Outcome(self.items.popleft(), kind, message=message, seconds=seconds)
+            yield Outcome(self.items.popleft(), ending, message=message, seconds=seconds)
 
     def end(self) -> None:
         """Let the process go: at once if it is at rest, by force if not."""

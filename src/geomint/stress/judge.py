@@ -22,7 +22,7 @@ from ..errors import (
     GeomintWarning,
     StepError,
     StepLimitError,
-    TruthError,
+    UnknownReferenceError,
 )
 from ..methods import Method
 from ..problems.deviation import pieces_of, relative_error
@@ -31,8 +31,8 @@ from ..problems.time_scale import characteristic_time
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import ROUNDOFF
+from .known_end import KnownEnd, condition_of, field_rounding, known_end, separation_time
 from .preserved import Quantities
-from .truth import Truth, condition_of, field_rounding, separation_time, truth_of
 
 __all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "judge"]
 
@@ -102,8 +102,8 @@ class Trial:
     y0 : array
     span, fraction, step, steps, steady
         See `geomint.StressCase`.
-    truth : callable, optional
-        ``truth(end) -> Truth or None``, or a typed error that says why there is none; by default
+    reference : callable, optional
+        ``reference(end) -> KnownEnd or None``, or a typed error that says why there is none; by default
         that of the problem itself.
     physical : bool
         Whether that is in physical quantities.
@@ -119,7 +119,7 @@ class Trial:
         step: float | None = None,
         steps: int = 1,
         steady: bool = False,
-        truth: Callable[[float], Truth | None] | None = None,
+        reference: Callable[[float], KnownEnd | None] | None = None,
         physical: bool = False,
     ) -> None:
         self.problem, self.y0, self.steady, self.physical = problem, y0, steady, physical
@@ -127,8 +127,8 @@ class Trial:
         self.time = characteristic_time(problem, y0)
         self._span, self._steps = span, steps
         self._step = fraction * self.time if fraction is not None else step
-        self._truth = truth or (lambda end: truth_of(problem, y0, end))
-        self._truths: dict[float, tuple[Truth | None, str]] = {}
+        self._reference = reference or (lambda end: known_end(problem, y0, end))
+        self._known_ends: dict[float, tuple[KnownEnd | None, str]] = {}
         self._scales: dict[tuple[str, bool], float] = {}
 
     def plan(self, method: Method) -> tuple[float, int]:
@@ -139,16 +139,16 @@ class Trial:
             end, steps = self._step * self._steps, self._steps
         return end, steps
 
-    def truth(self, end: float, steps: int) -> tuple[Truth | None, str]:
-        """Return the truth at `end`, or None and the reason why it is not known."""
+    def known_end(self, end: float, steps: int) -> tuple[KnownEnd | None, str]:
+        """Return the reference at `end`, or None and the reason why it is not known."""
         if abs(end) / steps > LONGEST * self.time:
             return None, "no reference for steps this long"
-        if end not in self._truths:
+        if end not in self._known_ends:
             try:
-                self._truths[end] = self._truth(end), "no reference"
-            except (StepError, FormError, TruthError) as error:
-                self._truths[end] = None, f"no reference ({type(error).__name__}: {error})"
-        return self._truths[end]
+                self._known_ends[end] = self._reference(end), "no reference"
+            except (StepError, FormError, UnknownReferenceError) as error:
+                self._known_ends[end] = None, f"no reference ({type(error).__name__}: {error})"
+        return self._known_ends[end]
 
     def run(
         self,
@@ -203,12 +203,12 @@ class Trial:
 
     @functools.cached_property
     def separation_time(self) -> float:
-        """What `geomint.stress.truth.separation_time` is at the initial state."""
+        """What `geomint.stress.known_end.separation_time` is at the initial state."""
         return separation_time(self.problem, self.y0)
 
     @functools.cached_property
     def field_rounding(self) -> float:
-        """What `geomint.stress.truth.field_rounding` is at the initial state."""
+        """What `geomint.stress.known_end.field_rounding` is at the initial state."""
         return field_rounding(self.problem, self.y0)
 
     def named(self, y: Array) -> dict[str, Array]:
@@ -239,15 +239,15 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
         end, steps = trial.plan(method)
         common = {"h": abs(end) / steps / trial.time, "steps": steps}
     except Exception as error:
-        return _told("untyped", error)
+        return _verdict("untyped", error)
     try:
         solution = trial.run(end, method, steps)
     except StepError as error:
         return {**common, **_failed(error)}
     except GeomintError as error:
-        return {**common, **_told("refused", error)}
+        return {**common, **_verdict("refused", error)}
     except Exception as error:
-        return {**common, **_told("untyped", error)}
+        return {**common, **_verdict("untyped", error)}
     if method.adaptive:
         common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
     if not np.isfinite(solution.y).all() or not np.isfinite(solution.tau).all():
@@ -262,13 +262,13 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
     return {**common, **_accuracy(trial, method, solution, end, steps)}
 
 
-def _told(verdict: str, error: Exception) -> dict[str, Any]:
+def _verdict(verdict: str, error: Exception) -> dict[str, Any]:
     return {"verdict": verdict, "message": f"{type(error).__name__}: {error}"[:500]}
 
 
 def _failed(error: StepError) -> dict[str, Any]:
     """Hold a typed error of a step to what it is to carry: where, what is left, a finite partial."""
-    found = {**_told("failed", error), "quantity": "residual", "error": error.residual}
+    found = {**_verdict("failed", error), "quantity": "residual", "error": error.residual}
     partial = error.partial
     if not (np.isfinite(error.t) and error.step >= 0) or partial is None:
         return {**found, "verdict": "wrong", "message": f"an error without its place: {error!r}"}
@@ -327,19 +327,19 @@ def _accuracy(
     trial: Trial, method: Method, solution: Solution, end: float, steps: int
 ) -> dict[str, Any]:
     """Return the verdict on the state at the end."""
-    truth, why_not = trial.truth(end, steps)
-    notes = [] if truth else [f"{why_not}: compared with a finer run"]
+    known, why_not = trial.known_end(end, steps)
+    notes = [] if known else [f"{why_not}: compared with a finer run"]
 
     def error_of(y: Array, finer: tuple[Method, int]) -> float:
-        right = truth.pieces if truth else trial.named(trial.end_state(end, *finer))
+        right = known.pieces if known else trial.named(trial.end_state(end, *finer))
         return relative_error(trial.named(y), right)
 
-    sure = {"known": truth.known, "confirmed": truth.confirmed} if truth else {}
+    sure = {"known": known.known, "confirmed": known.confirmed} if known else {}
     found: dict[str, Any] = {**sure}
     exact = trial.steady and "steady motions" in method.keeps
     hopeless = False
     try:
-        condition = truth.condition if truth else trial.own_condition(method, end, steps)
+        condition = known.condition if known else trial.own_condition(method, end, steps)
         turns = max(1.0, abs(end) / trial.time)
         floor = condition * (ROUNDOFF * turns + trial.field_rounding * abs(end))
         if method.adaptive:

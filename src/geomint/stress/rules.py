@@ -32,7 +32,7 @@ the cell says why. Where there is none the error is the difference from the same
 step, or with a sixteenth of the tolerance. The shortest time of the motion is the shortest
 characteristic time of the states of the run, or ten times that in which neighbouring states part by
 a factor e, whichever is shorter. Scales of what an iteration keeps count numbers with the size of
-their piece. How `condition` is measured: `geomint.stress.truth`. A steady motion is never unresolved
-by a method that follows it. Adaptive methods may take 200 000 steps. φ is seen where
+their piece. How `condition` is measured: `geomint.stress.known_end`. A steady motion is never
+unresolved by a method that follows it. Adaptive methods may take 200 000 steps. φ is seen where
 the field in double precision differs from that in extended precision, at states next to the first.
 """

@@ -16,7 +16,7 @@ from ..problems.systems import Model
 from .case import StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
 from .judge import Cell, Trial, judge
-from .truth import Truth, truth_of
+from .known_end import KnownEnd, known_end
 
 __all__ = [
     "Item",
@@ -166,7 +166,7 @@ def _trial(number: int, representation: str) -> Trial:
     case = _cases()[number]
     model = _built(case.build)
     problem, y0 = model.problems[representation], model.states[representation]
-    truth, physical = _truth(case, model, representation)
+    reference, physical = _reference(case, model, representation)
     return Trial(
         problem,
         y0,
@@ -175,29 +175,29 @@ def _trial(number: int, representation: str) -> Trial:
         step=case.step,
         steps=case.steps,
         steady=case.steady,
-        truth=truth,
+        reference=reference,
         physical=physical,
     )
 
 
-def _truth(
+def _reference(
     case: StressCase, model: Model, representation: str
-) -> tuple[Callable[[float], Truth] | None, bool]:
+) -> tuple[Callable[[float], KnownEnd] | None, bool]:
     """Return what the reference solution comes from, if not from the problem itself."""
     units = case.rescaled
     if units is not None:
         other = _built(units.build)
         problem, y0 = other.problems[representation], other.states[representation]
 
-        def in_units(end: float) -> Truth:
-            return truth_of(problem, y0, end / units.time).scaled(units.pieces)
+        def in_units(end: float) -> KnownEnd:
+            return known_end(problem, y0, end / units.time).scaled(units.pieces)
 
         return in_units, False
     name = case.reference
     if name is None or model.problems[name].time != model.problems[representation].time:
         return None, False
     source, start = model.problems[name], model.states[name]
-    return (lambda end: truth_of(source, start, end, physical=True)), True
+    return (lambda end: known_end(source, start, end, physical=True)), True
 
 
 def run_item(item: Item) -> Cell:
@@ -212,11 +212,11 @@ def run_item(item: Item) -> Cell:
 
 def cell_of(outcome: Outcome) -> Cell:
     """Return the cell of an item, also of one that hung or whose process died."""
-    if outcome.kind == "done":
+    if outcome.ending == "done":
         cell: Cell = outcome.value
         return cell
     item: Item = outcome.item
-    verdict = "hung" if outcome.kind == "hung" else "untyped"
+    verdict = "hung" if outcome.ending == "hung" else "untyped"
     found = {"verdict": verdict, "message": outcome.message, "seconds": outcome.seconds}
     return _cell(_cases()[item.case], item.representation, item.method, found)
 

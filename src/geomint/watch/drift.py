@@ -1,4 +1,4 @@
-"""How a quantity drifts: size, slope, and the kind of its growth, see `geomint.watch.growth`."""
+"""How a quantity drifts: size, slope, and the class of its growth, see `geomint.watch.growth`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Drift:
         Drift of v per unit of the scene's time, by least squares through the window means without
         their jumps and oscillations, and its standard error; see `geomint.watch.growth`. None for
         fewer than 32 windows, and where it is too large for a float.
-    kind : str
+    drift_class : str
         One of `CLASSES`.
     windows : Windows
         The reduced series.
@@ -67,7 +67,7 @@ class Drift:
     final_error: float
     slope: float | None
     slope_stderr: float | None
-    kind: str
+    drift_class: str
     windows: Windows
     trend_bound: float | None = None
     jump_size: float | None = None
@@ -84,7 +84,7 @@ class Drift:
         numbers = asdict(self)
         for key in ("name", "windows"):
             del numbers[key]
-        numbers["class"] = numbers.pop("kind")
+        numbers["class"] = numbers.pop("drift_class")
         numbers["samples"], numbers["until"] = self.windows.samples, self.windows.last_time
         return numbers
 

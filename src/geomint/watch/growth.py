@@ -120,7 +120,7 @@ class Growth(NamedTuple):
         Of the largest jump.
     """
 
-    kind: str
+    drift_class: str
     slope: float | None = None
     slope_stderr: float | None = None
     trend_bound: float | None = None
@@ -157,7 +157,7 @@ def growth_of(
     if not jumps and (start := first_step(part.series, sizes)) is not None:
         jumps = [start]
     flip = FLIP * level / largest
-    kind = _class(part, sizes, jumps, largest <= level, largest <= explained, flip)
+    found_class = _class(part, sizes, jumps, largest <= level, largest <= explained, flip)
     span = float(times[-1] - times[0])
     numbers = (
         _finite(part.trend.rise * largest / span),
@@ -165,10 +165,10 @@ def growth_of(
         _finite(part.bound * largest * abs(last_time / span)),
     )
     if len(means) < MIN_WINDOWS or not jumps:
-        return Growth("undetermined" if len(means) < MIN_WINDOWS else kind, *numbers)
+        return Growth("undetermined" if len(means) < MIN_WINDOWS else found_class, *numbers)
     jump = jumps[0]
     time = 0.0 if jump.at < 0 else float(times[jump.at])
-    return Growth(kind, *numbers, _finite(jump.size * largest), time)
+    return Growth(found_class, *numbers, _finite(jump.size * largest), time)
 
 
 def _finite(number: float) -> float | None:
@@ -183,37 +183,37 @@ def _class(
 
     A net change of level by less than `flip` may be between two neighbouring values.
     """
-    kind = _trend_class(part)
-    if kind in ("linear", "faster"):
-        return kind
+    found_class = _trend_class(part)
+    if found_class in ("linear", "faster"):
+        return found_class
     excluded = part.bound <= EXCLUDED
     if sum(abs(jump.size) for jump in jumps) >= EXCLUDED:
         net = abs(sum(jump.size for jump in jumps if jump.at >= 0))
         return "roundoff" if rounding and excluded and net < max(EXCLUDED, flip) else "jump"
     if not excluded:
-        return "sqrt" if kind is None and explained and _is_walk(part) else "undetermined"
+        return "sqrt" if found_class is None and explained and _is_walk(part) else "undetermined"
     if LATE * sizes[: -max(1, len(sizes) // LAST)].max() < 1.0:
         return "undetermined"
-    kind = _amplitude_class(part, sizes)
-    return "roundoff" if rounding and kind in ("bounded", "undetermined") else kind
+    found_class = _amplitude_class(part, sizes)
+    return "roundoff" if rounding and found_class in ("bounded", "undetermined") else found_class
 
 
 def _trend_class(part: Part) -> str | None:
     """Return the class of the trend, ``"undetermined"`` if it has none, or None without a trend."""
     trend, doubt = part.trend, part.doubt
     blocks = block_means(part.rest)
-    kind = None
+    found_class = None
     error = float(np.sqrt(trend.covariance.sum() + doubt**2))
     line, parabola = abs(trend.rise), abs(float(trend.halves.sum()))
     by_line = trend.by_line > LINE and line > max(CLEAR * part.error, LEAST)
     by_parabola = trend.by_parabola > PARABOLA and parabola > max(CLEAR * error, LEAST)
     if by_line or by_parabola:
-        kind = "undetermined"
+        found_class = "undetermined"
         if abs(blocks[-1] - blocks[0]) >= RISEN * np.ptp(blocks):
-            kind = _curve(trend.halves, trend.covariance + 0.25 * doubt**2 * np.eye(2))
-    if kind in ("linear", "faster"):
-        return kind
-    return _monotone(part.series, doubt) or _monotone(part.rest, doubt) or kind
+            found_class = _curve(trend.halves, trend.covariance + 0.25 * doubt**2 * np.eye(2))
+    if found_class in ("linear", "faster"):
+        return found_class
+    return _monotone(part.series, doubt) or _monotone(part.rest, doubt) or found_class
 
 
 def _monotone(series: Array, doubt: float) -> str | None:
@@ -263,9 +263,9 @@ def _amplitude_class(part: Part, sizes: Array) -> str:
             return "bounded"
         found = taken_apart(np.linspace(0.0, 1.0, len(amplitudes)), amplitudes, [])
         bounds.append(found.bound)
-        kind = _trend_class(found)
-        if kind is not None and found.bound > AMPLITUDE_LEAST:
-            return kind
+        found_class = _trend_class(found)
+        if found_class is not None and found.bound > AMPLITUDE_LEAST:
+            return found_class
     return "bounded" if min(bounds) <= AMPLITUDE_EXCLUDED else "undetermined"
 
 

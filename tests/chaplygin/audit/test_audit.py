@@ -64,7 +64,7 @@ def test_claims_are_complete_records():
         assert claim.statement
         assert claim.lines
         assert (claim.check is None) == bool(claim.reason)
-        assert (claim.kind is None) == (not claim.amendment)
+        assert (claim.verdict_if_amended is None) == (not claim.amendment)
 
 
 def test_everything_is_explained(found):
@@ -145,7 +145,9 @@ def planted(label, change):
         left, right, *size = claim.check(point)
         return left, right if amended else change(right), *size
 
-    return dataclasses.replace(claim, check=check, kind="misprint", amendment="as it was")
+    return dataclasses.replace(
+        claim, check=check, verdict_if_amended="misprint", amendment="as it was"
+    )
 
 
 @pytest.mark.parametrize("label", ["r2", "c1", "ham_q", "la", "sphere", "DENSITY", "kk"])
@@ -155,7 +157,7 @@ def test_a_planted_misprint_is_caught(label):
     points = [sample(3, i) for i in range(2)]
     misprinted = planted(label, lambda right: -np.asarray(right))
     assert evaluate(misprinted, points).verdict == "misprint"
-    uncorrected = dataclasses.replace(misprinted, kind=None, amendment="")
+    uncorrected = dataclasses.replace(misprinted, verdict_if_amended=None, amendment="")
     broken = dataclasses.replace(
         uncorrected, check=functools.partial(misprinted.check, amended=False)
     )

@@ -50,21 +50,21 @@ def framed(*pieces: bytes) -> bytes:
 
 def constant(value: Any) -> bytes:
     """Return a constant of code as bytes: the same in every process, others for another type or bit."""
-    kind = type(value)
-    name = kind.__name__.encode()
-    if kind is float:
+    cls = type(value)
+    name = cls.__name__.encode()
+    if cls is float:
         return framed(name, struct.pack("<d", value))
-    if kind is complex:
+    if cls is complex:
         return framed(name, struct.pack("<dd", value.real, value.imag))
-    if kind is int:
+    if cls is int:
         return framed(name, hex(value).encode())
-    if kind is str:
+    if cls is str:
         return framed(name, value.encode("utf-8", "surrogatepass"))
-    if kind is tuple:
+    if cls is tuple:
         return framed(name, *map(constant, value))
-    if kind is frozenset:  # in the order of the bytes: its own depends on the process
+    if cls is frozenset:  # in the order of the bytes: its own depends on the process
         return framed(name, *sorted(map(constant, value)))
-    if kind is types.CodeType:
+    if cls is types.CodeType:
         return framed(name, described(value).digest)
     return framed(name, repr(value).encode())
 

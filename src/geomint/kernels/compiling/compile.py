@@ -1,6 +1,6 @@
 """Compilation at need: options, signatures, specialisations, and the account of time spent.
 
-Compiled code is asked for by *kind* of number (`SCALAR` or `LANE`) and, for fields, by row count:
+Compiled code is asked for by *type* of number (`SCALAR` or `LANE`) and, for fields, by row count:
 a field whose row count is a constant is unrolled by LLVM (measured: 1.6 times faster at n = 3),
 while its signature stays the same for every stepper.
 """
@@ -31,7 +31,7 @@ from .cache import UnkeptCache, make_cache, sources_edited
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .recorded import Recorded
 
-__all__ = ["LANE", "SCALAR", "compile_function", "extended_kind", "listen", "make_dispatcher"]
+__all__ = ["LANE", "SCALAR", "compile_function", "extended_type", "listen", "make_dispatcher"]
 
 _njit: Any = numba.njit
 _OPTIONS = {"error_model": "numpy", "nogil": True}
@@ -58,8 +58,8 @@ if hasattr(os, "register_at_fork"):
     )
 
 
-class Kind:
-    """One kind of number: the numba types of a number and of a block of them."""
+class NumberType:
+    """A type of number: the numba types of a number and of a block of them."""
 
     def __init__(self, name: str, number: Any, block: Any, memory: Any = None) -> None:
         self.name, self.number, self.block = name, number, block
@@ -69,16 +69,16 @@ class Kind:
         return self.name
 
 
-SCALAR = Kind("SCALAR", types.float64, SCALAR_BLOCK)
-LANE = Kind("LANE", LANE_VALUE, LANE_BLOCK)
+SCALAR = NumberType("SCALAR", types.float64, SCALAR_BLOCK)
+LANE = NumberType("LANE", LANE_VALUE, LANE_BLOCK)
 
 
 @functools.cache
-def extended_kind() -> Kind:
-    """Return the kind of eight double-double numbers, whose memory holds double-double numbers."""
+def extended_type() -> NumberType:
+    """Return the type of eight double-double numbers, whose memory holds double-double numbers."""
     from ..numbers.typing_double_double import DD_BLOCK, DD_LANE_BLOCK, DD_LANE_VALUE
 
-    return Kind("EXTENDED", DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK)
+    return NumberType("EXTENDED", DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK)
 
 
 @typeof_impl.register(Recorded)

@@ -6,7 +6,7 @@ from typing import Any
 
 from numba.core import types
 
-from .compile import SCALAR, Kind
+from .compile import SCALAR, NumberType
 
 __all__ = [
     "action",
@@ -20,50 +20,52 @@ __all__ = [
 ]
 
 
-def field(kind: Kind) -> Any:
+def field(number_type: NumberType) -> Any:
     """``f(params, t, y, out, work)``: vector fields and generators."""
-    block = kind.block
-    return types.void(SCALAR.block, kind.number, block, block, block)
+    block = number_type.block
+    return types.void(SCALAR.block, number_type.number, block, block, block)
 
 
-def value(kind: Kind) -> Any:
+def value(number_type: NumberType) -> Any:
     """``f(params, t, y, work) -> number``: invariants, observables, clocks."""
-    return kind.number(SCALAR.block, kind.number, kind.block, kind.block)
+    return number_type.number(
+        SCALAR.block, number_type.number, number_type.block, number_type.block
+    )
 
 
-def action(kind: Kind) -> Any:
+def action(number_type: NumberType) -> Any:
     """``f(layout, x, y, out, work)``: a group acting, or a Lie bracket."""
-    block = kind.block
+    block = number_type.block
     return types.void(SCALAR.block, block, block, block, block)
 
 
-def gradients(kind: Kind) -> Any:
+def gradients(number_type: NumberType) -> Any:
     """``f(params, t, q, p, dq, dp, work)``: both gradients of a Hamiltonian."""
-    block = kind.block
-    return types.void(SCALAR.block, kind.number, block, block, block, block, block)
+    block = number_type.block
+    return types.void(SCALAR.block, number_type.number, block, block, block, block, block)
 
 
-def constraint(kind: Kind) -> Any:
+def constraint(number_type: NumberType) -> Any:
     """``f(params, q, g, G, work)``: constraints and their Jacobian, row after row."""
-    block = kind.block
+    block = number_type.block
     return types.void(SCALAR.block, block, block, block, block)
 
 
-def flow(kind: Kind) -> Any:
+def flow(number_type: NumberType) -> Any:
     """``f(k, params, t, h, y, out, work)``: the increment of the flow of part k over h."""
-    block, number = kind.block, kind.number
+    block, number = number_type.block, number_type.number
     return types.void(types.int64, SCALAR.block, number, number, block, block, block)
 
 
-def advance_signature(functions: list[Any], kind: Kind = SCALAR) -> Any:
+def advance_signature(functions: list[Any], number_type: NumberType = SCALAR) -> Any:
     """Return the signature of a stepper that takes functions of the given signatures.
 
-    Its memory holds numbers of `kind`; a kind with a memory type of its own has its coefficients in
+    Its memory holds numbers of that type; one with a memory type of its own has its coefficients in
     that type too.
     """
     result = types.Tuple([types.int64, types.int64, types.int64, types.float64])
-    block = kind.memory
-    coefficients = SCALAR.block if kind.memory is kind.block else kind.memory
+    block = number_type.memory
+    coefficients = SCALAR.block if number_type.memory is number_type.block else number_type.memory
     numbers = [types.int64, types.float64, types.float64, types.int64, types.int64, types.int64]
     return result(
         *(types.FunctionType(f) for f in functions),

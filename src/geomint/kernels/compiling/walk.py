@@ -72,8 +72,8 @@ class Walk:
 
     def value(self, value: Any) -> None:
         """Count a value with its content."""
-        kind = type(value)
-        if kind in CONSTANTS:
+        cls = type(value)
+        if cls in CONSTANTS:
             self.put(constant(value))
         elif isinstance(value, Wrapped):
             self._watch(vars(value), "function", value.function)
@@ -89,13 +89,13 @@ class Walk:
             self._class(value)
         elif isinstance(value, enum.Enum):
             self._watch(vars(value), "_value_", value._value_)
-            self.put("member", _name(kind), value._name_)
+            self.put("member", _name(cls), value._name_)
             self.value(value._value_)
         elif isinstance(value, np.generic | np.ndarray):
             self._array(value)
         elif isinstance(value, np.dtype):
             self.put("dtype", repr(value))
-        elif kind.__module__.partition(".")[0] == "numba":
+        elif cls.__module__.partition(".")[0] == "numba":
             self._numba(value)
         elif isinstance(value, tuple | list | dict | set | frozenset | slice | range):
             self._container(value)
@@ -203,8 +203,8 @@ class Walk:
         return False
 
     def _container(self, value: Any) -> None:
-        kind = type(value)
-        self.put("container", _name(kind), getattr(value, "_fields", ""))
+        cls = type(value)
+        self.put("container", _name(cls), getattr(value, "_fields", ""))
         if isinstance(value, list | dict | set):
             if self._met(value):
                 return
@@ -233,7 +233,7 @@ class Walk:
         self.put("set", *sorted(found))
 
     def _array(self, value: Any) -> None:
-        kind = type(value)
+        cls = type(value)
         if (
             value.dtype.hasobject
             or value.dtype.char in "gG"
@@ -243,7 +243,7 @@ class Walk:
             return
         flags = value.flags
         layout = (flags.c_contiguous, flags.f_contiguous, flags.writeable, flags.aligned)
-        self.put(_name(kind), repr(value.dtype), value.shape, layout, value.tobytes())
+        self.put(_name(cls), repr(value.dtype), value.shape, layout, value.tobytes())
         if isinstance(value, np.ndarray | np.void):
             before = _array_state(value)
             self.tests.append(lambda: _array_state(value) == before)
@@ -304,8 +304,8 @@ def home_of(function: types.FunctionType) -> str:
     return str(function.__globals__.get("__name__"))
 
 
-def _name(kind: type) -> str:
-    return f"{kind.__module__}.{kind.__qualname__}"
+def _name(cls: type) -> str:
+    return f"{cls.__module__}.{cls.__qualname__}"
 
 
 def _read(module: types.ModuleType, word: str) -> Any:

@@ -1,4 +1,4 @@
-"""Elementary functions that take a number of any kind: float64, lane values, extended precision.
+"""Elementary functions that take a number of any cls: float64, lane values, extended precision.
 
 Fields and kernels use these where ``+ - * /`` are not enough. Compiled, they become machine code
 for float64 and for lane values (`geomint.kernels.numbers.typing_lanes`); in plain Python they act
@@ -83,8 +83,8 @@ def fma(x: Any, y: Any, z: Any) -> Any:
         return x * y + z
     if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) or isinstance(z, np.ndarray):
         result = _fma_array(x, y, z).astype(np.float64)
-        kind = next(type(v) for v in (x, y, z) if isinstance(v, np.ndarray))
-        return result.view(kind)
+        cls = next(type(v) for v in (x, y, z) if isinstance(v, np.ndarray))
+        return result.view(cls)
     return np.float64(_fma_float(float(x), float(y), float(z)))
 
 
@@ -146,7 +146,7 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 
 def like(value: Any, example: Any) -> Any:
-    """Return `value` as a number of the same kind as `example`: in every lane of a lane value."""
+    """Return `value` as a number of the same cls as `example`: in every lane of a lane value."""
     if isinstance(example, np.ndarray):
         return np.full(example.shape, value, dtype=example.dtype).view(type(example))
     return type(example)(value) if isinstance(example, np.floating) else value
@@ -177,7 +177,7 @@ def total(x: Any) -> Any:
 
 
 def epsilon(x: Any) -> float:
-    """Return the relative spacing of numbers of the kind of `x`; 2⁻⁵² for float64 and lanes."""
+    """Return the relative spacing of numbers of the cls of `x`; 2⁻⁵² for float64 and lanes."""
     dtype = getattr(x, "dtype", None)
     if dtype is not None and dtype != np.object_:
         return float(np.finfo(dtype).eps)

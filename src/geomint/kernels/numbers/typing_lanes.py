@@ -66,10 +66,10 @@ def broadcast(builder: Any, scalar: Any) -> Any:
     return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
 
-def _as_vector(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    if kind == LANE_VALUE:
+def _as_vector(context: Any, builder: Any, value_type: Any, value: Any) -> Any:
+    if value_type == LANE_VALUE:
         return value
-    return broadcast(builder, context.cast(builder, value, kind, types.float64))
+    return broadcast(builder, context.cast(builder, value, value_type, types.float64))
 
 
 @lower_cast(types.Number, LANE_VALUE)
@@ -95,8 +95,8 @@ def _register_binary(functions: list[Any], emit: Any, result: Any) -> None:
 
         def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             x, y = (
-                _as_vector(context, builder, kind, value)
-                for kind, value in zip(sig.args, args, strict=True)
+                _as_vector(context, builder, value_type, value)
+                for value_type, value in zip(sig.args, args, strict=True)
             )
             return emit(builder, x, y)
 
@@ -123,15 +123,15 @@ for _sign, _function in (
 _register_binary([operator.ne], lambda b, x, y: b.fcmp_unordered("!=", x, y), LANE_MASK)
 
 
-def _register_on(kind: Any, function: Any, arity: int, emit: Any) -> None:
-    """Let an operator take `arity` values of a kind and give one."""
+def _register_on(value_type: Any, function: Any, arity: int, emit: Any) -> None:
+    """Let an operator take `arity` values of a value_type and give one."""
 
     @infer_global(function)
     class Template(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
-            return signature(kind, *args) if args == (kind,) * arity else None
+            return signature(value_type, *args) if args == (value_type,) * arity else None
 
-    @lower_builtin(function, *(kind,) * arity)
+    @lower_builtin(function, *(value_type,) * arity)
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return emit(builder, *args)
 
@@ -195,10 +195,10 @@ def _choice(chosen: Any) -> Any:
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         pair = [
-            _as_vector(context, builder, kind, value)
+            _as_vector(context, builder, value_type, value)
             if sig.return_type == LANE_VALUE
-            else context.cast(builder, value, kind, sig.return_type)
-            for kind, value in zip(sig.args[-2:], args[-2:], strict=True)
+            else context.cast(builder, value, value_type, sig.return_type)
+            for value_type, value in zip(sig.args[-2:], args[-2:], strict=True)
         ]
         return chosen(builder, *args[:-2], *pair)
 

@@ -29,11 +29,11 @@ from ..run.timeline import default_step
 from ..watch.drift import ROUNDOFF
 
 __all__ = [
-    "Truth",
+    "KnownEnd",
     "condition_of",
     "field_rounding",
+    "known_end",
     "separation_time",
-    "truth_of",
 ]
 
 Named = dict[str, Array]
@@ -44,7 +44,7 @@ MANY = 60  # numbers in a state up to which all of them are shifted, one by one
 
 
 @dataclasses.dataclass(frozen=True)
-class Truth:
+class KnownEnd:
     """The end of a run.
 
     Attributes
@@ -62,14 +62,14 @@ class Truth:
     known: float | None = None
     confirmed: float | None = None
 
-    def scaled(self, factors: Mapping[str, float]) -> Truth:
+    def scaled(self, factors: Mapping[str, float]) -> KnownEnd:
         """Return the same in other units."""
         pieces = {name: factors.get(name, 1.0) * v for name, v in self.pieces.items()}
         return dataclasses.replace(self, pieces=pieces)
 
 
-def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) -> Truth:
-    """Return the truth at the problem's own time `end`.
+def known_end(problem: Problem, y0: Array, end: float, physical: bool = False) -> KnownEnd:
+    """Return the reference at the problem's own time `end`.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) ->
     ------
     ConvergenceError, NonFiniteError, FormError
         If it cannot be computed.
-    TruthError
+    UnknownReferenceError
         If it is not known, or not confirmed, well enough to judge the rounding errors of a run.
     """
 
@@ -96,7 +96,7 @@ def truth_of(problem: Problem, y0: Array, end: float, physical: bool = False) ->
         return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)
 
     condition = condition_of(problem, y0, from_other, named)
-    return Truth(named(reference.y), condition, reference.known, second.accuracy)
+    return KnownEnd(named(reference.y), condition, reference.known, second.accuracy)
 
 
 def condition_of(

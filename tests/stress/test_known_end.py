@@ -6,10 +6,10 @@ import pytest
 import geomint as gi
 from geomint.compare import reference
 from geomint.compare.reference_record import place_of
-from geomint.stress import truth as stress_truth
+from geomint.stress import known_end as ends
 from geomint.stress.judge import Cell, Trial, judge
+from geomint.stress.known_end import field_rounding, known_end
 from geomint.stress.references import references_in_words, references_of
-from geomint.stress.truth import field_rounding, truth_of
 
 
 @gi.field
@@ -33,15 +33,15 @@ def planted(monkeypatch, tmp_path):
             return np.array([c * y[0] - s * y[1], s * y[0] + c * y[1]]) * (1.0 + off)
 
         monkeypatch.setattr(reference, "integrate_extended", turned)
-        monkeypatch.setattr(stress_truth, "integrate_extended", turned)
+        monkeypatch.setattr(ends, "integrate_extended", turned)
         monkeypatch.setattr(reference, "place_of", lambda *a: tmp_path / place_of(*a).name)
 
     return plant
 
 
-def test_a_truth_says_how_sure_it_is(planted):
+def test_a_reference_says_how_sure_it_is(planted):
     planted(0.0)
-    found = truth_of(PROBLEM, EAST, 2.0)
+    found = known_end(PROBLEM, EAST, 2.0)
     assert found.known == 0.0
     assert 1e-16 < found.confirmed < 1e-11
     assert found.scaled({"x": 2.0}).confirmed == found.confirmed
@@ -63,14 +63,14 @@ def test_digits_that_a_field_loses_are_seen():
 
 
 @pytest.mark.parametrize("off", [4.5e-3, 1e-9])
-def test_a_wrong_truth_is_refused(planted, off):
+def test_a_wrong_reference_is_refused(planted, off):
     planted(off)
-    with pytest.raises(gi.TruthError, match="SciPy"):
-        truth_of(PROBLEM, EAST, 2.0)
+    with pytest.raises(gi.UnknownReferenceError, match="SciPy"):
+        known_end(PROBLEM, EAST, 2.0)
 
 
 @pytest.mark.parametrize("off", [0.0, 4.5e-3, 1e-9])
-def test_no_right_method_is_called_wrong_by_a_wrong_truth(planted, monkeypatch, off):
+def test_no_right_method_is_called_wrong_by_a_wrong_reference(planted, monkeypatch, off):
     def uncompiled(*arguments, **options):
         return gi.solve(*arguments, **options, compiled=False)
 
@@ -80,7 +80,7 @@ def test_no_right_method_is_called_wrong_by_a_wrong_truth(planted, monkeypatch, 
     for name in ("rk-4", "dop853"):
         found = judge(trial, gi.find_method(name))
         assert found["verdict"] == "ok"
-        assert ("no reference (TruthError" in found["message"]) == (off > 0.0)
+        assert ("no reference (UnknownReferenceError" in found["message"]) == (off > 0.0)
         assert (found.get("confirmed") is None) == (off > 0.0)
 
 
@@ -92,7 +92,7 @@ def test_the_report_counts_references():
         cell(known=1e-25, confirmed=1e-13),
         cell(known=2e-20, confirmed=1e-12),
         cell(known=0.0, confirmed=1e-14),
-        cell(message="no reference (TruthError: …): compared with a finer run"),
+        cell(message="no reference (UnknownReferenceError: …): compared with a finer run"),
         cell(),
     ]
     found = references_of(cells)

@@ -1,6 +1,6 @@
 """Where all runs of a comparison end, and what they should find there.
 
-The truth is an integration in double-double arithmetic (`reference`), or the exact flow where the
+The reference is an integration in double-double arithmetic (`reference`), or the exact flow where the
 system has one (`exact`).
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..arguments import Array
-from ..errors import DomainError, FormError, GeomintError, TruthError
+from ..errors import DomainError, FormError, GeomintError, UnknownReferenceError
 from ..methods.gauss import Gauss
 from ..problems.deviation import relative_error, shifted
 from ..problems.problem import Problem
@@ -21,7 +21,7 @@ from .exact_reference import exact_reference
 from .reference import reference_solution
 from .reference_record import MARGIN, RESOLUTION, SMALL, Reference
 
-__all__ = ["Goal", "goal_of"]
+__all__ = ["Endpoint", "endpoint_of"]
 
 REFERENCES = ("auto", "extended", "exact")
 NEAR, SAMPLES = 2.0**-26, 3
@@ -29,14 +29,14 @@ MOST_EXTENDED_STEPS = 100_000  # of gauss-8's default size: some minutes in doub
 
 
 @dataclass(frozen=True)
-class Goal:
+class Endpoint:
     """Where all runs end, and what they should find there.
 
     Attributes
     ----------
     own : Problem
         The representation in whose time `end` is.
-    truth : dict of name to array
+    expected : dict of name to array
         Physical quantities.
     known : float
         To what those are known, relative to each.
@@ -45,7 +45,7 @@ class Goal:
     own: Problem
     end: dict[str, float]
     physical_end: float
-    truth: dict[str, Array]
+    expected: dict[str, Array]
     known: float = 0.0
 
     def end_for(self, problem: Problem) -> dict[str, Any]:
@@ -57,12 +57,12 @@ class Goal:
     def error(self, problem: Problem, y: Array) -> float:
         """Return the largest relative deviation of a physical quantity."""
         found = problem.physical_state(y)
-        return relative_error(found, {n: v for n, v in self.truth.items() if n in found})
+        return relative_error(found, {n: v for n, v in self.expected.items() if n in found})
 
     def judged(self, problem: Problem, y: Array) -> dict[str, Any]:
         """Return `error`, `bound` and `status` of a run that ended at y.
 
-        An error is given only where the truth is known to a tenth of it, or to a tenth of what
+        An error is given only where the reference is known to a tenth of it, or to a tenth of what
         float64 can show; else what it is at most.
         """
         off = self.error(problem, y)
@@ -72,10 +72,10 @@ class Goal:
         return {"error": None, "bound": off + self.known, "status": status}
 
 
-def goal_of(
+def endpoint_of(
     model: Model, end: dict[str, float], reference: str, report: Callable[[str], None]
-) -> tuple[Goal, dict[str, Any]]:
-    """Return where the runs of a model end, and the truth there with its numbers for reports.
+) -> tuple[Endpoint, dict[str, Any]]:
+    """Return where the runs of a model end, and the reference there with its numbers for reports.
 
     See `geomint.compare.runs.compare` for `reference` and `report`.
 
@@ -83,8 +83,8 @@ def goal_of(
     ------
     FormError, DomainError
         If there is no exact flow and it is asked for.
-    TruthError
-        If the truth cannot judge even errors of 1e-5.
+    UnknownReferenceError
+        If the reference cannot judge even errors of 1e-5.
     """
     own = next(iter(model.problems.values()))
     if reference not in REFERENCES:
@@ -95,19 +95,19 @@ def goal_of(
         try:
             found = _exact(model, end)
         except GeomintError as error:
-            if reference == "exact" or isinstance(error, TruthError):
+            if reference == "exact" or isinstance(error, UnknownReferenceError):
                 raise
     if found is None:
         report("reference solution in double-double arithmetic")
         found = _extended(model, end)
-    name, problem, truth = found
-    known = truth.known * _magnified(problem, truth.y)
-    quantities = problem.physical_state(truth.y)
-    goal = Goal(own, end, float(truth.physical_end or 0.0), quantities, known)
-    numbers = {**truth.as_json(), "representation": name, "physical_end": goal.physical_end}
+    name, problem, solution = found
+    known = solution.known * _magnified(problem, solution.y)
+    quantities = problem.physical_state(solution.y)
+    endpoint = Endpoint(own, end, float(solution.physical_end or 0.0), quantities, known)
+    numbers = {**solution.as_json(), "representation": name, "physical_end": endpoint.physical_end}
     numbers["known"] = known
-    numbers["quantities"] = {key: list(map(float, v)) for key, v in goal.truth.items()}
-    return goal, numbers
+    numbers["quantities"] = {key: list(map(float, v)) for key, v in endpoint.expected.items()}
+    return endpoint, numbers
 
 
 def _magnified(problem: Problem, y: Array) -> float:
@@ -137,14 +137,14 @@ def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
 def _extended(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
     name, problem = _extended_problem(model, end)
     own_end = next(iter(end.values()))
-    truth = reference_solution(problem, model.states[name], own_end, judges=SMALL)
+    found = reference_solution(problem, model.states[name], own_end, judges=SMALL)
     if problem.time != "tau":
-        truth = replace(truth, physical_end=truth.own_end)
-    return name, problem, truth
+        found = replace(found, physical_end=found.own_end)
+    return name, problem, found
 
 
 def _exact(model: Model, end: dict[str, float]) -> tuple[str, Problem, Reference]:
-    """Return the truth by the first representation that has an exact flow."""
+    """Return the reference by the first representation that has an exact flow."""
     own = next(iter(model.problems.values()))
     offered = [(n, p) for n, p in model.problems.items() if p.make_exact is not None]
     if "tau_end" in end:  # whose τ is meant
