@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geomint.watch.drift import Drift, measure_drift
+from geomint.watch.drift import Drift, drift_from_windows
 from geomint.watch.windows import Windows
 
 HERE = Path(__file__).parent
@@ -183,7 +183,7 @@ def drawn(family: Family, samples: int, size: str, seed: int) -> tuple[Drift, fl
     windows = Windows(0.0)
     windows.add(100.0 * t, EPSILON * np.round(series * factor / EPSILON))
     true = None if family.trend is None else abs(family.trend) * factor
-    return measure_drift("v", windows, 1.0), true
+    return drift_from_windows("v", windows, 1.0), true
 
 
 def rates(name: str, samples: int, size: str, seeds: int) -> dict[str, Any]:

@@ -19,8 +19,8 @@ from support import (
 
 import chaplygin as ch
 import geomint as gi
+from chaplygin.initial_states import multiplier
 from chaplygin.manifold import length, skew_matrix, triangle_of_vector, vector_of_triangle, wedge
-from chaplygin.states import multiplier
 
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
 ON_SPHERE = (SPHERE.reduced(), SPHERE.hamiltonized())

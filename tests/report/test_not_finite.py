@@ -124,7 +124,7 @@ def _vanishing(monkeypatch):
             scale = solution.drift["energy"].scale
             windows = Windows(0.0)
             windows.add(np.arange(1.0, 101.0), np.where(np.arange(100) < 50, 1e-9, np.nan))
-            solution.drift["energy"] = drift.measure_drift("energy", windows, scale)
+            solution.drift["energy"] = drift.drift_from_windows("energy", windows, scale)
             solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
         return solution
 

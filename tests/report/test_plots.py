@@ -5,7 +5,7 @@ import pytest
 
 from geomint.plots.drift_plots import drift_figure, panel_figure
 from geomint.plots.style import COLOURS, data_uri, save_figure, series_style
-from geomint.watch.drift import measure_drift
+from geomint.watch.drift import drift_from_windows
 from geomint.watch.windows import Windows
 
 N = 4000
@@ -25,7 +25,7 @@ SERIES = {
 def drift(name):
     windows = Windows(1.0)
     windows.add(np.arange(1.0, len(SERIES[name]) + 1.0), 1.0 + SERIES[name])
-    return measure_drift(name, windows, 1.0)
+    return drift_from_windows(name, windows, 1.0)
 
 
 def texts(figure):

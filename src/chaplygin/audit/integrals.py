@@ -7,8 +7,8 @@ import numpy as np
 from .algebra import Array, wedge
 from .calculus import Function, gradient
 from .equations import split
-from .forms import dirac_brackets, tangent_basis
 from .points import Point
+from .two_forms import dirac_brackets, tangent_basis
 
 __all__ = ["integral_polynomial", "relative_brackets", "slopes_on_tangents"]
 

@@ -18,10 +18,10 @@ import numpy as np
 from .algebra import Array, bracket, inner, project
 from .calculus import derivative, gradient
 from .equations import extended_energy
-from .forms import canonical, tangent_basis
 from .momenta import true_rates
 from .motion import zero_momentum_motion
 from .points import Point
+from .two_forms import canonical, tangent_basis
 
 __all__ = [
     "CONVENTION",

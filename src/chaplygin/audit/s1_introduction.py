@@ -10,7 +10,6 @@ from .algebra import Array, apply, bracket, coordinates, inner, project, rank, s
 from .calculus import derivative, gradient
 from .claim import Section, Sides
 from .equations import multiplier, ro
-from .forms import canonical, exterior_derivative, symplectic_divergence, tangent_basis
 from .momenta import contact_momentum, space_momentum
 from .motion import ball_motion, general_motion
 from .particles import Particles
@@ -27,6 +26,7 @@ from .reduction import (
     reduced_form,
     truncated_form,
 )
+from .two_forms import canonical, exterior_derivative, symplectic_divergence, tangent_basis
 
 __all__ = ["claim"]
 

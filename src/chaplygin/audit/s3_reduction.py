@@ -10,17 +10,17 @@ from .algebra import Array, apply, bracket, coordinates, inner, null_space, proj
 from .calculus import derivative, gradient
 from .claim import Section, Sides
 from .equations import extended_energy, extended_field, extended_xi, multiplier, ro, split
-from .forms import (
+from .momenta import contact_momentum, space_momentum, true_rates
+from .motion import ball_motion, general_motion, zero_momentum_motion
+from .points import Point
+from .reduction import CONVENTION, almost_hamiltonian_on_bundle, reduced_form
+from .two_forms import (
     canonical,
     exterior_derivative,
     lie_derivative,
     symplectic_divergence,
     tangent_basis,
 )
-from .momenta import contact_momentum, space_momentum, true_rates
-from .motion import ball_motion, general_motion, zero_momentum_motion
-from .points import Point
-from .reduction import CONVENTION, almost_hamiltonian_on_bundle, reduced_form
 
 __all__ = ["claim"]
 

@@ -11,9 +11,9 @@ from .calculus import gradient
 from .claim import Section, Sides
 from .classical import iop1, tensor_of, three_moments
 from .equations import extended_field, extended_xi, ro, special_omega, split, u_of
-from .forms import lie_derivative
 from .momenta import true_rates
 from .points import Point, lagrange_case
+from .two_forms import lie_derivative
 
 __all__ = ["claim"]
 

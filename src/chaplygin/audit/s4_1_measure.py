@@ -9,8 +9,8 @@ from .calculus import derivative, gradient, nested
 from .claim import Section, Sides
 from .classical import iop1, three_moments
 from .equations import log_mu, log_rho, ro, split, u_of
-from .forms import canonical, divergence, symplectic_divergence
 from .points import Point
+from .two_forms import canonical, divergence, symplectic_divergence
 
 __all__ = ["claim"]
 

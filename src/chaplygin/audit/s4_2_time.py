@@ -21,15 +21,9 @@ from .equations import (
     to_tau,
     u_of,
 )
-from .forms import (
-    canonical,
-    dirac_bracket,
-    dirac_brackets,
-    dirac_field,
-    tangent_basis,
-)
 from .momenta import true_rates
 from .points import Point
+from .two_forms import canonical, dirac_bracket, dirac_brackets, dirac_field, tangent_basis
 
 __all__ = ["claim"]
 

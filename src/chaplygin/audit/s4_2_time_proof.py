@@ -20,8 +20,8 @@ from .equations import (
     to_tau,
     u_of,
 )
-from .forms import canonical, canonical_bracket, on_tangents
 from .points import Point
+from .two_forms import canonical, canonical_bracket, on_tangents
 
 __all__ = ["claim"]
 

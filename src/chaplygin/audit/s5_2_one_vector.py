@@ -10,10 +10,10 @@ from .algebra import Array, null_space, wedge
 from .calculus import derivative, gradient
 from .claim import Section, Sides
 from .equations import flow_in_tau, split, to_tau, u_of, veselova, veselova_hamiltonian
-from .forms import canonical, tangent_basis
 from .momenta import veselova_rates
 from .points import Point
 from .stiefel import stiefel_rates
+from .two_forms import canonical, tangent_basis
 
 __all__ = ["claim"]
 

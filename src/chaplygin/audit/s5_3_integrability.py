@@ -20,9 +20,9 @@ from .equations import (
     veselova,
     veselova_hamiltonian,
 )
-from .forms import canonical, dirac_field, tangent_basis
 from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
 from .points import Point
+from .two_forms import canonical, dirac_field, tangent_basis
 
 __all__ = ["claim"]
 

@@ -13,9 +13,9 @@ from .calculus import Function, derivative, gradient
 from .claim import Section, Sides
 from .classical import classical_field, classical_omega, tensor_of
 from .equations import ham_flow, hamiltonian, hamiltonian_tau, ro, to_tau, u_of
-from .forms import lie_derivative, symplectic_divergence
 from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
 from .points import Point, lagrange_case
+from .two_forms import lie_derivative, symplectic_divergence
 
 __all__ = ["claim"]
 

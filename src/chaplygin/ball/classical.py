@@ -26,6 +26,7 @@ from geomint.arguments import switch
 
 from ..exact.motions import exact_ball
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..initial_states import initial_momentum
 from ..manifold import (
     Array,
     admit_frame,
@@ -37,7 +38,6 @@ from ..manifold import (
 )
 from ..measures import on_sphere
 from ..random_states import random_rotation
-from ..states import initial_momentum
 
 __all__ = ["classical_problem"]
 

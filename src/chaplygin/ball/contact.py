@@ -2,7 +2,7 @@
 
 k̇ = [k, ω], γ̇ = −ωγ, ġ = gω as in `momentum`, and ṙ = ρ gωγ, eq. (ch-constr): the constraint holds by
 construction, and no multiplier is integrated. The reaction Λ = mρ gω̇γ follows from (k, γ, g) in
-closed form; see `rolling_forms`. As an action of SO(n) × R^(n−1), with ξ = (−ω, ρ gωγ): rotations
+closed form; see `rolling_dynamics`. As an action of SO(n) × R^(n−1), with ξ = (−ω, ρ gωγ): rotations
 act on k, γ and g, and r is moved by translations, so that group methods keep the momentum in space.
 
 E_n is the vertical in space, from the plane to the centre of the ball, so γ is the last row of g as
@@ -26,7 +26,7 @@ from ..measures import on_sphere
 from ..random_states import random_rotation
 from .fields import ball_forms, turn
 from .integrals import ball_integrals
-from .rolling_forms import (
+from .rolling_dynamics import (
     contact_observables,
     rolled,
     rolling_dynamics,

@@ -16,10 +16,10 @@ import numpy as np
 import geomint as gi
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..initial_states import initial_momentum
 from ..manifold import Array, admit_frame, skew_components
 from ..measures import on_rotations
 from ..random_states import random_rotation
-from ..states import initial_momentum
 from .angular_velocity import omega_for
 from .fields import ball_forms, ball_work
 from .integrals import ball_integrals

@@ -24,6 +24,7 @@ from geomint import fma, sqrt
 
 from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
+from ..initial_states import initial_tangent, multiplier
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import (
@@ -34,7 +35,6 @@ from ..measures import (
     tangency,
 )
 from ..random_states import random_tangent_state
-from ..states import initial_tangent, multiplier
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 
 __all__ = ["hamiltonized_problem"]

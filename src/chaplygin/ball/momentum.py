@@ -15,10 +15,10 @@ import geomint as gi
 from geomint.arguments import switch
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..initial_states import initial_momentum
 from ..manifold import Array, admit_frame, admit_unit, frame, skew_components
 from ..measures import on_sphere
 from ..random_states import random_direction, random_rotation
-from ..states import initial_momentum
 from .angular_velocity import omega_for
 from .fields import ball_forms, ball_work
 from .integrals import ball_integrals

@@ -31,11 +31,11 @@ from geomint import log, part
 from ..actions import action_on_vectors
 from ..exact.motions import exact_sphere
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..initial_states import initial_tangent
 from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
 from ..random_states import random_tangent_state
-from ..states import initial_tangent
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 
 __all__ = ["reduced_problem"]

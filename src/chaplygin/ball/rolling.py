@@ -1,6 +1,6 @@
 """The rolling ball on SO(n) × R^(n−1) with the reaction of the plane: the nonholonomic system.
 
-Newton's and Euler's equations with the multipliers Λ, eqs. (c1)–(c4), as in `rolling_forms`. The
+Newton's and Euler's equations with the multipliers Λ, eqs. (c1)–(c4), as in `rolling_dynamics`. The
 acceleration follows from the *differentiated* constraint (index 1), so v is a state of its own and
 the slip
 
@@ -35,8 +35,8 @@ from ..operators import operator_applied
 from ..random_states import random_rotation
 from .angular_velocity import apply_to_gamma, full_omega, log_density_after
 from .integrals import ball_integrals, frame_orthogonality
-from .multiplier_forms import multiplier_forms, rolling_conditions
-from .rolling_forms import (
+from .multiplier_fields import multiplier_fields, rolling_conditions
+from .rolling_dynamics import (
     contact_observables,
     rolling_dynamics,
     rolling_parameters,
@@ -130,7 +130,7 @@ def rolling_problem(
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
     dynamics = rolling_dynamics(omega, n, at)
-    forms = multiplier_forms(dynamics, n, at)
+    forms = multiplier_fields(dynamics, n, at)
 
     def reused(observable: Any) -> Any:
         return through_momentum(observable, omega is full_omega, n, at)

@@ -10,6 +10,7 @@ import geomint as gi
 from geomint import as_vector
 
 from ..inertia import GeneralInertia, SpecialInertia, positive_number
+from ..initial_states import initial_momentum
 from ..manifold import (
     REPAIRED,
     SILENT,
@@ -24,7 +25,6 @@ from ..manifold import (
     warn,
     wedge,
 )
-from ..states import initial_momentum
 
 __all__ = [
     "admit_velocity",

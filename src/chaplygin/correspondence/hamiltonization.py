@@ -10,8 +10,8 @@ import geomint as gi
 from geomint import sqrt
 
 from ..ball.sphere import ChaplyginSphere
+from ..initial_states import multiplier
 from ..manifold import Array
-from ..states import multiplier
 from ..veselova.body import Veselova
 from .correspondence import Correspondence
 

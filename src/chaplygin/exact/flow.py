@@ -18,8 +18,8 @@ import numpy as np
 import geomint as gi
 from geomint.arguments import as_array
 
+from ..initial_states import multiplier
 from ..manifold import Array, length
-from ..states import multiplier
 from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
 from .clock import Clock, packed_clock, sampled_clock

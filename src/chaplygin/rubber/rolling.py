@@ -26,8 +26,8 @@ from geomint import as_vector, part, sqrt
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
 from ..ball.integrals import frame_orthogonality
-from ..ball.multiplier_forms import multiplier_forms, rolling_conditions
-from ..ball.rolling_forms import RollingDynamics, contact_observables
+from ..ball.multiplier_fields import multiplier_fields, rolling_conditions
+from ..ball.rolling_dynamics import RollingDynamics, contact_observables
 from ..ball.rolling_states import (
     admit_velocity,
     initial_attitude,
@@ -148,7 +148,7 @@ def rubber_rolling_problem(
     params = np.concatenate([[n, m * rho * rho], bound, [rho, m], entries])
     at = BASE + len(bound)
     dynamics, own = rubber_dynamics(full, n, at), rubber_forms(full, n, at)
-    forms = multiplier_forms(dynamics, n, at)
+    forms = multiplier_fields(dynamics, n, at)
 
     def make_state(
         gamma: Any = None, g: Any = None, r: Any = None, v: Any = None, **components: Any

@@ -9,7 +9,7 @@ __all__ = ["cases"]
 
 def cases() -> list[gi.StressCase]:
     """Return all cases of this package."""
-    from . import dimensions, equilibria, parameters, rotations, states
+    from . import dimensions, edge_states as states, equilibria, parameters, rotations
 
     parts = (parameters, states, equilibria, rotations, dimensions)
     return [case for part in parts for case in part.cases()]

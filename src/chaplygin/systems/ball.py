@@ -6,8 +6,8 @@ import geomint as gi
 
 from ..ball.rolling_states import initial_attitude
 from ..ball.sphere import ChaplyginSphere
+from ..initial_states import initial_momentum
 from ..manifold import vector_of_triangle
-from ..states import initial_momentum
 from .models import ball_model, spatial_momentum
 from .parameters import (
     Dimension,

@@ -9,8 +9,8 @@ import numpy as np
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
+from ..initial_states import initial_momentum, initial_tangent, momentum_free
 from ..manifold import Array, flat_triangle, skew_matrix, vector_of_triangle, wedge
-from ..states import initial_momentum, initial_tangent, momentum_free
 
 __all__ = ["ball_model", "spatial_momentum", "sphere_model"]
 

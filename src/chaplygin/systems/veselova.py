@@ -6,7 +6,7 @@ import geomint as gi
 
 from ..manifold import triangle_of_vector
 from ..veselova.body import Veselova
-from ..veselova.states import veselova_tangent
+from ..veselova.initial_states import veselova_tangent
 from .parameters import Direction, Matrix, Number, Numbers, Strict
 
 __all__ = ["VESELOVA"]

@@ -31,6 +31,7 @@ from geomint import log
 
 from ..ball.classical import classical_area, classical_k, classical_norm, turn
 from ..exact.motions import exact_body
+from ..initial_states import one_of
 from ..manifold import (
     Array,
     admit_unit,
@@ -40,8 +41,7 @@ from ..manifold import (
     vector_of_triangle,
 )
 from ..random_states import random_direction, random_tangent
-from ..states import one_of
-from .states import KEYS, admit_on_level, on_level, veselova_tangent
+from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
 __all__ = ["veselova_classical_problem"]
 

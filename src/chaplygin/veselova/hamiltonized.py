@@ -24,6 +24,7 @@ from geomint import fma
 
 from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..exact.motions import exact_veselova
+from ..initial_states import multiplier
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import (
     constant_density,
@@ -33,9 +34,8 @@ from ..measures import (
     tangency,
 )
 from ..random_states import random_tangent_state
-from ..states import multiplier
+from .initial_states import veselova_tangent
 from .reduced import veselova_parameters
-from .states import veselova_tangent
 
 __all__ = ["veselova_hamiltonized_problem"]
 

@@ -32,11 +32,11 @@ from ..ball.angular_velocity import apply_to_gamma
 from ..ball.fields import turn
 from ..ball.integrals import frame_orthogonality
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..initial_states import one_of
 from ..manifold import Array, admit_frame, frame, skew_components
 from ..measures import haar_conditions
 from ..operators import operator_applied
 from ..random_states import random_rotation
-from ..states import one_of
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel import frame_count
 from .stiefel_states import allowed_part, bound_solution, only_allowed

@@ -32,7 +32,7 @@ from ..integrable import shared_integrals
 from ..manifold import Array, admit_tangent, admit_unit, wedge
 from ..measures import norm, on_tangent_bundle, tangency
 from ..random_states import random_tangent_state
-from .states import veselova_tangent
+from .initial_states import veselova_tangent
 
 __all__ = ["veselova_parameters", "veselova_reduced_problem"]
 

@@ -10,6 +10,7 @@ import geomint as gi
 from geomint import as_vector
 
 from ..inertia import GeneralInertia, SpecialInertia
+from ..initial_states import one_of
 from ..manifold import (
     PARALLEL,
     REPAIRED,
@@ -24,7 +25,6 @@ from ..manifold import (
     warn,
     wedge,
 )
-from ..states import one_of
 
 __all__ = [
     "admit_stiefel",

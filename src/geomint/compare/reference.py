@@ -22,7 +22,7 @@ from ..kernels.numbers.double_double import DoubleDoubleBlock, double_double_blo
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from ..kernels.solve.status import NOT_CONVERGED, OK
-from ..methods.forms import field_of, piece_numbers
+from ..methods.bound_forms import field_of, piece_numbers
 from ..methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
 from ..methods.method import Start
 from ..methods.stepper import filled_block

@@ -20,13 +20,13 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.adaptive import END, LARGEST, NEXT, REMEMBERED, SMALLEST
 from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
-from .forms import piece_numbers
+from .bound_forms import piece_numbers
 from .lane_stepper import LaneStepper
 from .method import Method, Start
 from .stepper import Advance, Stepper, filled_block
 from .tolerances import Tolerances
 
-__all__ = ["AdaptiveStepper", "adaptive_stepper", "made_adaptive"]
+__all__ = ["AdaptiveStepper", "controlled_stepper", "made_adaptive"]
 
 
 @dataclass
@@ -127,7 +127,7 @@ class AdaptiveStepper(Stepper):
         return StepSizeError(*numbers, hint, h=h)
 
 
-def adaptive_stepper(
+def controlled_stepper(
     s: Start,
     table: Tableau,
     allowed: Tolerances,

@@ -7,8 +7,8 @@ import numpy as np
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.commutator_free import commutator_free_stepper, commutator_free_work_size
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
+from .bound_forms import action_of, maps_of, substeps, unrolled
 from .explicit import step_fraction, tableau_of
-from .forms import action_of, maps_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 

@@ -15,8 +15,8 @@ from ..kernels.solve.runge_kutta import (
     runge_kutta_work_size,
 )
 from ..tableaux import RUNGE_KUTTA, Tableau
-from .adaptive import adaptive_stepper, made_adaptive
-from .forms import field_of, substeps, unrolled
+from .adaptive import controlled_stepper, made_adaptive
+from .bound_forms import field_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 from .tolerances import tolerances
@@ -132,7 +132,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
     def start_adaptive(s: Start) -> Stepper:
         assert allowed is not None
         _, rows, y0, work = field_of(s)
-        return adaptive_stepper(
+        return controlled_stepper(
             s,
             table,
             allowed,

@@ -20,7 +20,7 @@ from ..kernels.solve.gauss_trajectories import (
 )
 from ..tableaux import gauss_legendre
 from . import binding
-from .forms import field_of, piece_numbers, substeps, unrolled
+from .bound_forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
 from .method import Method, Start
 from .stepper import Stepper, filled_block

@@ -14,7 +14,7 @@ from ..kernels.solve.rattle_separable import (
     separable_rattle_stepper,
     separable_rattle_work_size,
 )
-from .forms import hamiltonian_of, substeps
+from .bound_forms import hamiltonian_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 

@@ -13,9 +13,9 @@ from ..kernels.solve.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
 from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
 from ..problems.forms import Group
 from ..tableaux import Tableau
-from .adaptive import adaptive_stepper, made_adaptive
+from .adaptive import controlled_stepper, made_adaptive
+from .bound_forms import action_of, maps_of, substeps, unrolled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
-from .forms import action_of, maps_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 from .tolerances import tolerances
@@ -134,7 +134,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
         *chart, group_work = coordinates_of(group, coordinates, table.order)
         maps = maps_of(group, *chart)
         rows, m, work = s.problem.rows, group.algebra_rows, s.problem.work
-        return adaptive_stepper(
+        return controlled_stepper(
             s,
             table,
             allowed,

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.splitting import splitting_stepper, splitting_work_size
-from .forms import splitting_of, substeps
+from .bound_forms import splitting_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
 

@@ -17,8 +17,8 @@ __all__ = [
     "NOT_FINITE",
     "ROUNDOFF",
     "Drift",
+    "drift_from_windows",
     "drift_of_run",
-    "measure_drift",
     "not_finite",
     "walk_level",
 ]
@@ -129,7 +129,7 @@ def not_finite(drifts: Mapping[str, Drift]) -> str:
     return "; ".join(words)
 
 
-def measure_drift(
+def drift_from_windows(
     name: str, windows: Windows, scale: float, explained: float | None = None
 ) -> Drift:
     """Return the drift of a series, by the rule of `geomint.watch.growth`.
@@ -154,7 +154,7 @@ def measure_drift(
 
 
 def drift_of_run(name: str, windows: Windows, scale: float, explained: float) -> Drift:
-    """Return the drift as `measure_drift` does; undetermined where times are not in order.
+    """Return the drift as `drift_from_windows` does; undetermined where times are not in order.
 
     So no run is lost in which a clock has stood still.
     """

@@ -7,10 +7,10 @@ import pytest
 
 from chaplygin.audit.algebra import apply, bracket, inner, wedge
 from chaplygin.audit.calculus import derivative, gradient, nested, nested_gradient
-from chaplygin.audit.forms import canonical, dirac_brackets, divergence, symplectic_divergence
 from chaplygin.audit.motion import ball_motion, constrained_rotation, general_motion
 from chaplygin.audit.particles import Particles
 from chaplygin.audit.points import sample
+from chaplygin.audit.two_forms import canonical, dirac_brackets, divergence, symplectic_divergence
 
 DIMENSIONS = (2, 3, 5, 7)
 

@@ -8,8 +8,8 @@ import numpy as np
 
 import geomint as gi
 
+from ..initial_states import multiplier, one_of, tangent_of_momentum
 from ..manifold import REPAIRED, SILENT, Array, length, skew_components, tangent, unit, warn
-from ..states import multiplier, one_of, tangent_of_momentum
 
 __all__ = ["KEYS", "admit_on_level", "on_level", "veselova_tangent"]
 

@@ -13,13 +13,13 @@ from geomint import part, sqrt
 
 from ..measures import haar_conditions
 from .angular_velocity import apply_to_gamma
-from .rolling_forms import RollingDynamics, rolled
+from .rolling_dynamics import RollingDynamics, rolled
 
-__all__ = ["multiplier_forms", "rolling_conditions"]
+__all__ = ["multiplier_fields", "rolling_conditions"]
 
 
 @functools.cache
-def multiplier_forms(dynamics: RollingDynamics, n: int, at: int) -> dict[str, Any]:
+def multiplier_fields(dynamics: RollingDynamics, n: int, at: int) -> dict[str, Any]:
     """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
     turning, moving = square + n - 1, square + n - 1 + size  # where ω and v begin
