@@ -452,7 +452,14 @@ def test_the_wrong_side_is_noticed(coordinates: str) -> None:
     wrong = replace(problem, action=replace(problem.action, group=group))
     exact = reference(0, "action")
     ends = [
-        gi.solve(wrong, y0, t_end=T_END, step=T_END / n, method=gi.RKMK(coordinates=coordinates))
+        gi.solve(
+            wrong,
+            y0,
+            t_end=T_END,
+            step=T_END / n,
+            method=gi.RKMK(coordinates=coordinates),
+            compiled=False,
+        )
         for n in (64, 128)
     ]
     errors = [np.max(np.abs(end.y[-1] - exact)) for end in ends]
