@@ -37,6 +37,7 @@ LABELS = [
 LATER = {
     "reduced-full-n4",
     "ball-special-n4",
+    "ball-attitude-diagonal-n3",
     "classical-special-n3",
     "veselova-reduced-n4",
     "veselova-hamiltonized-n4",
@@ -47,7 +48,6 @@ LATER = {
 # Of which lanes alone are compiled: what Python means otherwise than numba does, it does in both.
 LANES_FIRST = {
     "ball-full-n4",
-    "ball-attitude-diagonal-n3",
     "group-full-n3",
     "lr-1-full-n3",
     "stiefel-2-diagonal-n4",
