@@ -134,7 +134,11 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "h"),
-    [pytest.param("rattle-2", 0.02, marks=pytest.mark.slow), ("rattle-4", 0.05), ("rattle-6", 0.1)],
+    [
+        pytest.param("rattle-2", 0.02, marks=pytest.mark.slow),
+        ("rattle-4", 0.05),
+        pytest.param("rattle-6", 0.1, marks=pytest.mark.slow),
+    ],
 )
 def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     """Constraints to a few roundings over 10⁵ steps; a quadratic momentum map as a random walk."""
