@@ -6,7 +6,6 @@ the sources: a second run compiles nothing.
 
 from __future__ import annotations
 
-import gc
 import os
 
 from hypothesis import settings
@@ -15,11 +14,3 @@ from hypothesis import settings
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
-
-
-def pytest_collection_finish() -> None:
-    """Look through all objects seldom: thousands of tests and what was compiled stay to the end."""
-    gc.collect()
-    gc.freeze()
-    young, middle, _ = gc.get_threshold()
-    gc.set_threshold(young, middle, 100)
