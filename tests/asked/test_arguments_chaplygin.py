@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import math
 from collections.abc import Callable
@@ -28,27 +29,52 @@ BODY, OTHER_BODY = ch.Veselova(A), ch.Veselova(OTHER_A)
 FLOWS = [sphere.hamiltonized() for sphere in (BALL, OTHER_BALL)]
 START = FLOWS[0].random_state(2)
 CLASSICAL = BALL.classical()
-MOTION, OTHER_MOTION = (CLASSICAL.exact(CLASSICAL.random_state(seed)) for seed in (1, 2))
-FLOW, OTHER_FLOW = (FLOWS[0].exact(FLOWS[0].random_state(seed)) for seed in (1, 2))
 CHART = ch.Spheroconical(A)
 POINT, OTHER_POINT = (CHART.point(g, np.cross(g, [1.0, 2.0, 3.0])) for g in (GAMMA, OTHER_GAMMA))
 TIMES = np.linspace(0.0, 1.0, 12)
 CONTACT = BALL.contact(rho=1.0)
 REDUCED = BALL.reduced()
-MOVE = REDUCED.exact(REDUCED.random_state(1))(TIMES)
-OTHER_MOVE = REDUCED.exact(REDUCED.random_state(2))(TIMES)
-NEAR = ch.rolled_path(CONTACT, REDUCED, TIMES, MOVE)
-BASE_G = NEAR.attitude[0]
 
 
-def bent(path: ch.RolledPath, angle: float) -> ch.RolledPath:
+class Later:
+    """A value that is made when a test asks for it: to collect the tests compiles nothing."""
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self.value = functools.cache(make)
+
+
+def now(x: Any) -> Any:
+    return x.value() if isinstance(x, Later) else x
+
+
+def motion(problem: gi.Problem, seed: int) -> Later:
+    return Later(lambda: problem.exact(problem.random_state(seed)))
+
+
+def at_tau(flow: Later, tau: Any) -> Later:
+    return Later(lambda: now(flow).at_tau(tau))
+
+
+def inward(flow: Later, tau: Any) -> Later:
+    return Later(lambda: now(flow).inward(now(flow).at_tau(tau)))
+
+
+MOTION, OTHER_MOTION = (motion(CLASSICAL, seed) for seed in (1, 2))
+FLOW, OTHER_FLOW = (motion(FLOWS[0], seed) for seed in (1, 2))
+MOVE, OTHER_MOVE = (Later(lambda seed=seed: now(motion(REDUCED, seed))(TIMES)) for seed in (1, 2))
+NEAR = Later(lambda: ch.rolled_path(CONTACT, REDUCED, TIMES, now(MOVE)))
+
+
+def bent(angle: float) -> ch.RolledPath:
     """Return a path whose last attitude has come back, and has turned about the vertical."""
+    path = now(NEAR)
     c, s = math.cos(angle), math.sin(angle)
     turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ path.attitude[0]
     return dataclasses.replace(path, attitude=np.array([path.attitude[0], turned]))
 
 
-NOT_BACK = dataclasses.replace(NEAR, attitude=NEAR.attitude[[0, -1]])
+def not_back() -> ch.RolledPath:
+    return dataclasses.replace(now(NEAR), attitude=now(NEAR).attitude[[0, -1]])
 
 
 # function: (arguments, another value of each)
@@ -109,11 +135,11 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "gauss_map": ({"a": A, "D": 1.0}, {"a": OTHER_A, "D": 2.0}),
     "geometric_phase": (
-        {"path": bent(NEAR, 0.3), "tolerance": 1e-6},
-        {"path": bent(NEAR, 0.4)},
+        {"path": Later(lambda: bent(0.3)), "tolerance": 1e-6},
+        {"path": Later(lambda: bent(0.4))},
     ),
     "geometric_phase of a path that is not closed": (
-        {"path": NOT_BACK, "tolerance": 1e-6},
+        {"path": Later(not_back), "tolerance": 1e-6},
         {"tolerance": 10.0},
     ),
     "hamiltonization": ({"system": BALL}, {"system": BODY}),
@@ -141,7 +167,7 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "source": OTHER_BALL.hamiltonized(),
             "t": 2.0 * TIMES,
             "states": OTHER_MOVE,
-            "g0": TURN @ BASE_G,
+            "g0": Later(lambda: TURN @ now(NEAR).attitude[0]),
             "r0": [1.0, 2.0],
         },
     ),
@@ -242,7 +268,7 @@ def other_of_phi(phi: Any) -> Any:
 
 CHANGE = ch.hamiltonization(BALL)
 REDUCED_Y = REDUCED.random_state(4)
-PATH = ch.ContactPath(MOTION, 1.0)
+PATH = Later(lambda: ch.ContactPath(now(MOTION), 1.0))
 P = np.cross(GAMMA, [1.0, 2.0, 3.0])
 
 # Methods of the classes: (object, method, arguments, another value of each)
@@ -271,7 +297,7 @@ METHODS: list[tuple[Any, str, dict[str, Any], dict[str, Any]]] = [
     (PATH, "state", {"t": 0.5}, {"t": 0.6}),
     *[
         (flow, name, {argument: one}, {argument: other})
-        for flow, other_y in ((FLOW, OTHER_FLOW.at_tau(0.3)), (MOTION, OTHER_MOTION.at_tau(0.3)))
+        for flow in (FLOW, MOTION)
         for name, argument, one, other in (
             ("at_angles", "phi", [0.1, 0.2], [0.2, 0.2]),
             ("at_tau", "tau", 0.1, 0.2),
@@ -285,16 +311,16 @@ METHODS: list[tuple[Any, str, dict[str, Any], dict[str, Any]]] = [
         (flow, name, {argument: one}, {argument: other})
         for flow in (FLOW, MOTION)
         for name, argument, one, other in (
-            ("angles", "y", flow.at_tau(0.1), flow.at_tau(0.2)),
-            ("theta", "y", flow.at_tau(0.1), flow.at_tau(0.2)),
-            ("inward", "y", flow.at_tau(0.1), flow.at_tau(0.2)),
-            ("outward", "y", flow.inward(flow.at_tau(0.1)), flow.inward(flow.at_tau(0.2))),
+            ("angles", "y", at_tau(flow, 0.1), at_tau(flow, 0.2)),
+            ("theta", "y", at_tau(flow, 0.1), at_tau(flow, 0.2)),
+            ("inward", "y", at_tau(flow, 0.1), at_tau(flow, 0.2)),
+            ("outward", "y", inward(flow, 0.1), inward(flow, 0.2)),
             ("lam", "theta", [0.1, 0.2], [0.2, 0.2]),
-            ("rate", "states", flow.inward(flow.at_tau([0.1])), flow.inward(flow.at_tau([0.2]))),
+            ("rate", "states", inward(flow, [0.1]), inward(flow, [0.2])),
             ("quadrature", "rate", one_of_phi, other_of_phi),
         )
     ],
-    (MOTION, "angular_velocity", {"y": MOTION.at_tau(0.1)}, {"y": MOTION.at_tau(0.2)}),
+    (MOTION, "angular_velocity", {"y": at_tau(MOTION, 0.1)}, {"y": at_tau(MOTION, 0.2)}),
     *[
         (inertia, "apply", {"omega": np.array(K0)}, {"omega": np.array(OTHER_K0)})
         for inertia in (GENERAL, SPECIAL)
@@ -379,7 +405,7 @@ def test_every_argument_is_in_the_table() -> None:
 def test_every_method_is_in_the_table() -> None:
     for name, kind in public().items():
         if inspect.isclass(kind):
-            mine = [entry for entry in METHODS if owner(entry[0]) is kind]
+            mine = [entry for entry in METHODS if owner(now(entry[0])) is kind]
             assert {entry[1] for entry in mine} == methods_of(kind), name
             for method in methods_of(kind):
                 known = {a for entry in mine if entry[1] == method for a in entry[3]}
@@ -399,7 +425,10 @@ def test_an_argument_does_something(name: str, argument: str) -> None:
     given, others = CALLS[name]
     function = name.split(" ")[0]
     look = LOOK.get(function) or getattr(ch, function)
-    one, other = (called(look, {**given, **more}) for more in ({}, {argument: others[argument]}))
+    one, other = (
+        called(look, {key: now(x) for key, x in {**given, **more}.items()})
+        for more in ({}, {argument: others[argument]})
+    )
     assert one != other
     assert not failed(one) or name.endswith("not closed")
 
@@ -414,7 +443,8 @@ def test_an_argument_of_a_method_does_something(
     thing: Any, method: str, given: dict, argument: str, value: Any
 ) -> None:
     def look(**arguments: Any) -> Any:
-        return visible(getattr(thing, method)(**arguments))
+        taken = {key: now(x) for key, x in arguments.items()}
+        return visible(getattr(now(thing), method)(**taken))
 
     one, other = (called(look, {**given, **more}) for more in ({}, {argument: value}))
     assert one != other

@@ -133,17 +133,27 @@ def conditions_jacobian(problem: gi.Problem, y: Any) -> Any:
 
 
 def tangent_basis(jacobian: Any) -> list[Any]:
-    """Return an orthonormal basis of the vectors that c_y takes to 0, by Gram–Schmidt."""
-    found: list[Any] = []
-    candidates = [*jacobian, *(extended(e) for e in np.eye(jacobian.shape[1]))]
-    for vector in candidates:
-        for _ in range(2):
-            for other in found:
-                vector = vector - (other @ vector) * other
+    """Return an orthonormal basis of the vectors that c_y takes to 0, by Householder's reflections.
+
+    A row that depends on those before it counts for nothing.
+    """
+    normals: list[Any] = []
+    for row in jacobian:
+        vector = row.copy()
+        for normal in normals:
+            vector = vector - 2 * (normal @ vector) * normal
+        at = len(normals)
+        vector[:at] = 0 * vector[:at]
         size = mp.sqrt(vector @ vector)
         if size > 1e-6:
-            found.append(vector / size)
-    return found[len(jacobian) :]
+            vector[at] += size if vector[at] > 0 else -size
+            normals.append(vector / mp.sqrt(vector @ vector))
+    found = []
+    for vector in [extended(e) for e in np.eye(jacobian.shape[1])[len(normals) :]]:
+        for normal in reversed(normals):
+            vector = vector - 2 * (normal @ vector) * normal
+        found.append(vector)
+    return found
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ def nearly_equal(gap, group, n):
 def test_nearly_equal_parameters(group, n):
     """To rounding at any gap: the start, a flow, and what is there without a gap."""
     for problems in (lambda a: ch.ChaplyginSphere(a, 4.0), lambda a: ch.Veselova(a, 1.3)):
-        for seed in range(3):
+        for seed in range(2):
             last = None
             for gap in GAPS:
                 problem = problems(nearly_equal(gap, group, n)).hamiltonized()
@@ -54,7 +54,7 @@ def relative(found, y):
 def test_many_nearly_equal_parameters(n, near):
     """Roots of a polynomial that are all within a gap take digits in proportion to their number."""
     rng = np.random.default_rng(n + near)
-    for gap in (1e-3, 1e-7, 1e-9, 1e-11, 1e-13, ULP) if n < 10 else (1e-7, 1e-12, 1e-14):
+    for gap in (1e-3, 1e-7, 1e-11, ULP) if n < 10 else (1e-7, 1e-14):
         a = rng.uniform(0.6, 1.6, n)
         a[:near] = 1.0 + gap * rng.permutation(near)
         for problem in (ch.ChaplyginSphere(a, 4.0).hamiltonized(), ch.Veselova(a, 1.3).reduced()):
@@ -156,7 +156,7 @@ def test_states_that_are_off_by_roundings(form):
     problem = FORMS[form](np.array([0.8, 1.1, 1.5]))
     vertical = slice(3, 6) if problem.pieces[0][0] == "k" else slice(0, 3)
     other = slice(3 - vertical.start, 6 - vertical.start)
-    for seed in range(20):
+    for seed in range(8):
         for off in (1e-15, -1e-14, 4e-14):
             y = problem.random_state(seed)
             if vertical.start and np.linalg.norm(np.cross(y[:3], y[3:])) < 0.15:
@@ -174,7 +174,7 @@ def test_states_that_are_off_by_roundings(form):
 def test_balls_that_start_where_others_have_come_to():
     """Restarts, whose |γ| is 1 up to some roundings, at any angle of k and γ."""
     worst = 0.0
-    for seed in range(100):
+    for seed in range(50):
         rng = np.random.default_rng(seed)
         ball = ch.ChaplyginSphere(inertia=rng.uniform(0.6, 1.6, 3), D=rng.uniform(0.2, 2.0))
         problem = ball.classical()
@@ -333,7 +333,7 @@ def test_balls_of_any_momentum_and_nearly_parallel_vectors():
 def test_nearly_parallel_vectors_against_integration(form):
     """The start to rounding over the angle, and no error beyond the estimate."""
     for angle in (0.1, 0.01, 1e-3):
-        for seed in range(4):
+        for seed in range(2):
             rng = np.random.default_rng(seed)
             inertia = rng.uniform(0.6, 1.6, 3)
             gamma, across = np.linalg.qr(rng.normal(size=(3, 2)))[0].T

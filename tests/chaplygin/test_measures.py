@@ -29,8 +29,7 @@ ROUNDING = 4e-15
 
 def cheap(case):
     """Rotations are n² numbers: derivatives by all of them take a second from n = 5 on."""
-    n = case.problem.rows
-    return n <= (30 if "attitude" in case.label else 40)
+    return case.problem.rows <= 30
 
 
 @pytest.mark.parametrize("case", [c for c in CASES if cheap(c)], ids=str)

@@ -28,7 +28,7 @@ def test_along_the_exact_flow(n):
     np.testing.assert_allclose(eye, np.broadcast_to(np.eye(n), eye.shape), atol=1e-14)
 
 
-@pytest.mark.parametrize("n", [3, 4])
+@pytest.mark.parametrize("n", [3, pytest.param(4, marks=pytest.mark.slow)])
 def test_along_a_trajectory_with_momentum(n):
     """From (k, γ) by an integrator, momentum about the vertical and all; a given attitude."""
     sphere = ch.ChaplyginSphere(inertia=random_special(n, 3))

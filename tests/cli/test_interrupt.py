@@ -89,7 +89,7 @@ def test_interrupted_methods_leave_a_report(warm, tmp_path):
 @pytest.mark.parametrize(
     ("number", "expected"),
     [
-        (signal.SIGINT, 130),
+        pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow),
         pytest.param(signal.SIGTERM, 143, marks=pytest.mark.slow),
         (signal.SIGHUP, 129),
     ],

@@ -18,14 +18,14 @@ SECONDS = 10.0
 RANDOM = st.randoms(use_true_random=False)
 
 
-@settings(max_examples=120)
+@settings(max_examples=80)
 @given(RANDOM)
 def test_scenes_are_checked(rng: Random) -> None:
     found = check_scene(scenes.mutated_text(rng), [])
     assert not found.bad, found
 
 
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(RANDOM)
 def test_calls_are_answered(rng: Random) -> None:
     found = call_verdict(rng, SECONDS)

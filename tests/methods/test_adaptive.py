@@ -201,9 +201,10 @@ def test_nothing_is_evaluated_beyond_the_end() -> None:
     @gi.field
     def until(params, t, y, out, work):
         out[0] = gi.sqrt(2.0 - t) + 0.0 * y[0]
+        out[1] = 0.0 * y[1]
 
-    problem = gi.Problem("until", (("y", 1),), field=until)
-    sol = gi.solve(problem, [0.0], t_end=2.0, method="dormand-prince-5-adaptive")
+    problem = gi.Problem("until", (("y", 2),), field=until)
+    sol = gi.solve(problem, [0.0, 0.0], t_end=2.0, method="dormand-prince-5-adaptive")
     assert sol.y[-1, 0] == pytest.approx(2.0**1.5 / 1.5, abs=1e-6)
 
 
@@ -337,9 +338,10 @@ def test_a_run_is_saved_and_read(tmp_path) -> None:
 @gi.field
 def explosion(params, t, y, out, work):
     out[0] = y[0] * y[0]
+    out[1] = 0.0 * y[1]
 
 
-EXPLOSION = gi.Problem("explosion", (("y", 1),), field=explosion)
+EXPLOSION = gi.Problem("explosion", (("y", 2),), field=explosion)
 
 
 @pytest.mark.parametrize("compiled", [True, False])
@@ -349,7 +351,7 @@ def test_a_solution_that_ends(name: str, compiled: bool) -> None:
     if "bogacki" in name and not compiled:
         pytest.skip("too many steps for plain Python")
     with pytest.raises(gi.StepSizeError, match=r"rtol = 1e-08 and .* ask for a step of") as caught:
-        gi.solve(EXPLOSION, [1.0], t_end=2.0, method=name, save_every=10, compiled=compiled)
+        gi.solve(EXPLOSION, [1.0, 0.0], t_end=2.0, method=name, save_every=10, compiled=compiled)
     failure = caught.value
     assert failure.t == pytest.approx(1.0, abs=1e-6)
     assert 0.0 < failure.h < 1e-14
@@ -371,7 +373,7 @@ def test_a_failure_does_not_depend_on_chunks(monkeypatch: pytest.MonkeyPatch) ->
     for size in (1, 7, 1000):
         monkeypatch.setattr(driver, "FIRST_CHUNK", size)
         with pytest.raises(gi.StepSizeError) as caught:
-            gi.solve(EXPLOSION, [1.0], t_end=2.0, method="dop853-adaptive", save_every=5)
+            gi.solve(EXPLOSION, [1.0, 0.0], t_end=2.0, method="dop853-adaptive", save_every=5)
         e = caught.value
         found.add((e.t, e.step, e.residual, e.h, e.iterations, e.partial.steps, len(e.partial.t)))
     assert len(found) == 1
@@ -383,10 +385,11 @@ def test_a_field_that_ends() -> None:
     @gi.field
     def until(params, t, y, out, work):
         out[0] = gi.sqrt(1.0 - t) + 0.0 * y[0]
+        out[1] = 0.0 * y[1]
 
-    problem = gi.Problem("until", (("y", 1),), field=until)
+    problem = gi.Problem("until", (("y", 2),), field=until)
     with pytest.raises(gi.NonFiniteError, match=r"even with h = ") as caught:
-        gi.solve(problem, [0.0], t_end=2.0, method="dormand-prince-5-adaptive")
+        gi.solve(problem, [0.0, 0.0], t_end=2.0, method="dormand-prince-5-adaptive")
     assert caught.value.t == pytest.approx(1.0, abs=1e-8)
     assert caught.value.partial.y[-1, 0] == pytest.approx(2.0 / 3.0, abs=1e-7)
 
@@ -397,10 +400,11 @@ def test_a_nan_from_the_start() -> None:
     @gi.field
     def never(params, t, y, out, work):
         out[0] = gi.sqrt(-1.0 - t * t) + 0.0 * y[0]
+        out[1] = 0.0 * y[1]
 
-    problem = gi.Problem("never", (("y", 1),), field=never)
+    problem = gi.Problem("never", (("y", 2),), field=never)
     with pytest.raises(gi.NonFiniteError) as caught:
-        gi.solve(problem, [0.0], t_end=2.0, method="dormand-prince-5-adaptive")
+        gi.solve(problem, [0.0, 0.0], t_end=2.0, method="dormand-prince-5-adaptive")
     assert (caught.value.t, caught.value.step) == (0.0, 0)
 
 

@@ -48,6 +48,7 @@ LATER = {  # pairs whose kernel or problem is another pair's too
     *(("gauss-1-suzuki-4", "henon-heiles"), ("rkmk-dormand-prince-5", "so-4")),
     *(("rkmk-cayley-4", "so-3-frame"), ("dop853-adaptive", "sphere-metric")),
     *(("rattle-2", "frame-in-field"), ("rkmk-dop853", "so-4"), ("rattle-6", "spherical-pendulum")),
+    ("rattle-2", "neumann"),
 }
 FAMILIES = [
     ("rk-4", "lotka-volterra"),

@@ -111,15 +111,16 @@ def test_a_generator_that_fails(method: str) -> None:
 
 @gi.field
 def overflowing(params, t, y, out, work):
-    """Generator of SO(2) × R: no turn, and a push that is still finite while h times it is not."""
-    out[0] = 0.0 * y[0]
-    out[1] = 9e299 + 0.0 * y[0]
+    """Generator of SO(2) × R⁷: no turn, and a push that is still finite while h times it is not."""
+    for i in range(8):
+        out[i] = 0.0 * y[0]
+    out[1] += 9e299
 
 
 OVERFLOWING = gi.Problem(
     "overflowing",
-    (("v", 2), ("r", 1)),
-    action=gi.GroupAction(overflowing, gi.so_n(2, "vector", translations=1)),
+    (("v", 2), ("r", 7)),  # more than 8 rows: the stepper of all groups SO(n)
+    action=gi.GroupAction(overflowing, gi.so_n(2, "vector", translations=7)),
 )
 
 
@@ -127,7 +128,7 @@ OVERFLOWING = gi.Problem(
 def test_a_move_that_overflows(method: str) -> None:
     """Every stage is finite, only their sum is not."""
     with pytest.raises((gi.NonFiniteError, gi.StepSizeError)) as caught:
-        gi.solve(OVERFLOWING, [1.0, 0.0, 0.0], t_end=4e9, step=1e9, method=method, save_every=1)
+        gi.solve(OVERFLOWING, [1.0, *[0.0] * 8], t_end=4e9, step=1e9, method=method, save_every=1)
     assert caught.value.step == 0
     assert np.isfinite(caught.value.partial.y).all()
 
@@ -139,22 +140,25 @@ def spinning(params, t, y, out, work):
     out[2] = 0.1 * y[2]
 
 
-SPINNING = gi.Problem("spinning", (("v", 3),), action=gi.GroupAction(spinning, gi.so3(1)))
+# As many rows as other problems here, whose steppers they share.
+SPINNING = gi.Problem("spinning", (("v", 6),), action=gi.GroupAction(spinning, gi.so3(2)))
 SPINNING_4 = gi.Problem(
-    "spinning-4", (("v", 3),), action=gi.GroupAction(spinning, gi.so_n(3, "vector"))
+    "spinning-4", (("v", 9),), action=gi.GroupAction(spinning, gi.so_n(3, *["vector"] * 3))
 )
 
 
 @pytest.mark.parametrize("problem", [SPINNING, SPINNING_4], ids=["so3", "so_n"])
 def test_a_step_that_turns_too_far(problem: gi.Problem) -> None:
     """Near a full turn dexp is singular: a typed error with the step, not a number."""
+    y0 = np.tile([0.6, 0.0, 0.8], problem.rows // 3)
     for h, fine in ((5.5, True), (6.2, False), (2 * math.pi, False), (50.0, False)):
         if fine:
-            sol = gi.solve(problem, [0.6, 0.0, 0.8], t_end=h, step=h, method="rkmk-4")
-            assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-15
+            sol = gi.solve(problem, y0, t_end=h, step=h, method="rkmk-4")
+            lengths = np.linalg.norm(sol.y[-1].reshape(-1, 3), axis=1)
+            np.testing.assert_allclose(lengths, 1.0, rtol=0, atol=1e-15)
             continue
         with pytest.raises(gi.StepSizeError, match="coordinates end") as caught:
-            gi.solve(problem, [0.6, 0.0, 0.8], t_end=h, step=h, method="rkmk-4")
+            gi.solve(problem, y0, t_end=h, step=h, method="rkmk-4")
         assert (caught.value.t, caught.value.step, caught.value.h) == (0.0, 0, h)
 
 
@@ -162,9 +166,9 @@ def test_a_cayley_step_that_turns_too_far() -> None:
     """SO(n) refuses coordinates in which its elimination would lose digits."""
     kwargs = {"t_end": 50.0, "step": 50.0, "method": "rkmk-cayley-4"}
     with pytest.raises(gi.StepSizeError, match="h = 50 turns so far"):
-        gi.solve(SPINNING_4, [0.6, 0.0, 0.8], **kwargs)
-    sol = gi.solve(SPINNING, [0.6, 0.0, 0.8], **kwargs)
-    assert abs(np.linalg.norm(sol.y[-1]) - 1.0) < 1e-15
+        gi.solve(SPINNING_4, [0.6, 0.0, 0.8] * 3, **kwargs)
+    sol = gi.solve(SPINNING, [0.6, 0.0, 0.8] * 2, **kwargs)
+    assert abs(np.linalg.norm(sol.y[-1][:3]) - 1.0) < 1e-15
 
 
 def test_an_exponential_step_beyond_the_chart() -> None:

@@ -25,7 +25,9 @@ CASES = {
     "three": (FRAME, frame_in_field.initial(FRAME)),
     "depending on time": (neumann.problem(season=0.4), neumann.initial()),
 }
-each_case = pytest.mark.parametrize("case", CASES)
+each_case = pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.slow] * (case == "two")) for case in CASES]
+)
 
 
 def flagged(problem: gi.Problem, separable: bool) -> gi.Problem:

@@ -70,9 +70,10 @@ def test_every_method_in_what_suits_it(result):
     assert result["rk-4:0.04"].solution.step == 0.04
 
 
-def test_a_single_run_gives_the_same_numbers(result, tmp_path):
+def test_a_single_run_gives_the_same_numbers(result):
     for label, method in (("gauss-8", None), ("rattle-4", "rattle-4")):
-        alone = gi.drift_report(SCENE.changed_integration(method), tmp_path, progress=False)
+        plan = gi.make_plan(SCENE.changed_integration(method), "drift")
+        alone = plan.solve(progress=False)
         for name, drift in alone.drift.items():
             assert result[label].drift[name].as_json() == drift.as_json()
 

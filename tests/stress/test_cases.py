@@ -1,13 +1,12 @@
 """What is there to stress: cases of all packages, cells for every method."""
 
 import pytest
+from stress_support import CASES
 
 import geomint as gi
 from geomint.stress import sweep
-from geomint.stress.case import stress_cases
 from geomint.stress.sweep import Selection, items_of, selected
 
-CASES = stress_cases()
 LARGE = 16  # larger ones take a second to build
 
 

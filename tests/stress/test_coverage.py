@@ -5,14 +5,14 @@ import warnings
 from functools import cache
 from pathlib import Path
 
+from stress_support import CASES
+
 import geomint as gi
 from geomint.problems.systems import find_system, system_names
 from geomint.stress import sweep
-from geomint.stress.case import stress_cases
 from geomint.stress.special_states import is_steady
 from geomint.stress.sweep import Selection, family_of, items_of, selected
 
-CASES = stress_cases()
 AXES = list(dict.fromkeys(case.axis.name for case in CASES))
 PAGE = (Path(__file__).parents[2] / "docs" / "stress.md").read_text(encoding="utf-8")
 # What cases of chaplygin call the motions of a system; sizes and places follow in their names.

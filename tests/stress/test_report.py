@@ -5,16 +5,16 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from stress_support import CASES
 
 import geomint as gi
 from geomint.cli import main
 from geomint.stress import sweep
-from geomint.stress.case import stress_cases
 from geomint.stress.judge import VERDICTS, Cell
 from geomint.stress.page import stress_record, write_stress_report
 
 FILES = {"stress.html", "stress.json", "stress.png", "stress.svg"}
-AXES = list(dict.fromkeys(case.axis for case in stress_cases()))
+AXES = list(dict.fromkeys(case.axis for case in CASES))
 
 
 def cells(*verdicts):
@@ -73,7 +73,7 @@ def test_the_picture_of_all_axes_is_not_clipped():
     methods = gi.method_names()
     made = [
         dataclasses.asdict(Cell(c.system, c.axis.name, c.value, c.text, c.n, m, "ok", error=0.0))
-        for c in stress_cases()
+        for c in CASES
         for m in (methods[0], methods[-1])
     ]
     figure = stress_figure(
