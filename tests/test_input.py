@@ -88,7 +88,7 @@ REFUSED = {
     "True iterations of RATTLE": (lambda: gi.Rattle(max_iterations=True), "max_iterations = True"),
     "10^400 iterations": (lambda: gi.Rattle(max_iterations=10**400), "max_iterations = 1000"),
     "10^400 steps": (
-        lambda: gi.RungeKutta("dop853", adaptive=True, max_steps=10**400),
+        lambda: gi.Adaptive(gi.RungeKutta("dop853"), max_steps=10**400),
         "max_steps = 1000",
     ),
     "n of 2^53": (lambda: ch.ChaplyginSphere.homogeneous(2**53, 1.0, 1.0), "n = 9007.*2 to 1000"),

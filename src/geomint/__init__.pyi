@@ -40,6 +40,7 @@ from .kernels.numbers.arithmetic import (
     top as top,
 )
 from .kernels.numbers.blocks import part as part
+from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
 from .methods.composition import Compose as Compose
 from .methods.explicit import RungeKutta as RungeKutta
@@ -93,6 +94,7 @@ __version__: str
 
 __all__ = [
     "RKMK",
+    "Adaptive",
     "ArgumentError",
     "ClockError",
     "CommutatorFree",

@@ -176,7 +176,7 @@ def test_a_clock_does_not_count() -> None:
 def test_adaptive_steps_are_taken_as_they_are() -> None:
     """The map of each step at its length: the same sum as of single steps of those lengths."""
     p, y0 = PROBLEMS["henon-heiles"]
-    method = gi.RungeKutta("dormand-prince-5", adaptive=True, rtol=1e-5)
+    method = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), rtol=1e-5)
     sol = gi.solve(p, y0, t_end=10.0, method=method, observe=["measure"], save_every=1)
     lengths = np.diff(sol.t)
     assert np.ptp(lengths) > 0.01

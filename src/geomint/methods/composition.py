@@ -2,50 +2,139 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any, Self
 
 from ..errors import MethodError, nearest, quoted
-from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION
-from .method import Method
+from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION, Composition, default_composition
+from .method import Form, Method, Start, set_fields
+from .stepper import Stepper
 
 __all__ = ["Compose"]
 
+_SHORT = {"rattle-2": "rattle", "verlet-2": "verlet"}  # families named by their order
 
-def Compose(base: Method, scheme: str | int) -> Method:  # noqa: N802 - reads as the method it is
+
+@dataclass(frozen=True, repr=False)
+class Compose(Method):
     """Raise the order of a symmetric method by a palindromic composition of its steps.
 
     Parameters
     ----------
     base : Method
-        A symmetric method of even order, such as ``Rattle()`` or ``Gauss(1)``.
-    scheme : str or int
-        A name from `geomint.tableaux.COMPOSITIONS`, or an order: the best known scheme of it.
+        A symmetric method of even order, such as ``Rattle()``, ``Gauss(2)`` or a composition.
+    scheme : str, int or Composition
+        A name from `geomint.tableaux.COMPOSITIONS`, or an order: the scheme that is best for it.
+
+    Raises
+    ------
+    MethodError
+        If the base is not symmetric, or the scheme does not raise its order.
+
+    Notes
+    -----
+    A scheme that is made for a base of order q raises bases of higher order too, as it is a solution
+    of all their order conditions (E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical
+    Integration*, Section V.3). The options are those of the base.
     """
-    if not isinstance(base, Method):
-        raise MethodError(f"base = {quoted(base)}: expected a geomint method")
-    if base.compose is None:
-        raise MethodError(
-            f"method {base.name!r} is composed already, or not symmetric, and cannot be composed; "
-            "symmetric are: gauss-1 … gauss-16, rattle-2, verlet-2"
+
+    base: Method
+    scheme: str | int | Composition
+
+    symmetric = True
+
+    def __post_init__(self) -> None:
+        base = self.base
+        if not isinstance(base, Method):
+            raise MethodError(f"base = {quoted(base)}: expected a geomint method")
+        if not base.symmetric:
+            raise MethodError(
+                f"method {base.name!r} is not symmetric, and cannot be composed; symmetric are: "
+                "gauss-1 … gauss-16, rattle-2, verlet-2, and their compositions"
+            )
+        set_fields(self, scheme=_scheme(self.scheme, base))
+        table = self.table
+        if not table.base_order <= base.order < table.order:
+            raise MethodError(
+                f"composition {table.name!r} raises bases of order {table.base_order} or more to "
+                f"{table.order}, but {base.name!r} has order {base.order}"
+            )
+
+    @property
+    def table(self) -> Composition:
+        """The scheme."""
+        assert isinstance(self.scheme, Composition)
+        return self.scheme
+
+    @property
+    def name(self) -> str:
+        short, order = _SHORT.get(self.base.name), self.order
+        if short is not None and DEFAULT_COMPOSITION.get(order) == self.table.name:
+            return f"{short}-{order}"
+        return f"{self.base.name}-{self.table.name}"
+
+    @property
+    def order(self) -> int:
+        return self.table.order
+
+    @property
+    def needs(self) -> Form:
+        return self.base.needs
+
+    @property
+    def step_fraction(self) -> float:
+        return min(0.25, self.base.step_fraction * self.table.stages / 2)
+
+    @property
+    def symplectic(self) -> bool:  # type: ignore[override]
+        return self.base.symplectic
+
+    @property
+    def keeps(self) -> tuple[str, ...]:
+        return self.base.keeps
+
+    @property
+    def family(self) -> str:
+        return self.base.family
+
+    @property
+    def summary(self) -> str:
+        return f"{self.base.summary}; {self.table.stages} substeps"
+
+    @property
+    def reference(self) -> str:
+        return "; ".join(filter(None, (self.base.reference, self.table.reference)))
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return self.base.options
+
+    def _with(self, options: dict[str, Any]) -> Self:
+        return replace(self, base=self.base.with_options(**options))
+
+    def start(self, s: Start) -> Stepper:
+        gamma, starts = self.table.gamma.tolist(), self.table.starts.tolist()
+        within = list(zip(s.starts, s.lengths, strict=True))
+        substeps = replace(
+            s,
+            lengths=tuple(length * g for _, length in within for g in gamma),
+            starts=tuple(first + length * c for first, length in within for c in starts),
         )
-    name = DEFAULT_COMPOSITION.get(scheme) if isinstance(scheme, int) else scheme
-    if not (isinstance(name, str) and name in COMPOSITIONS):
+        stepper = self.base.start(substeps)
+        if len(stepper.fractions) != 2 * len(substeps.lengths):
+            raise MethodError(f"method {self.base.name!r} is symmetric, but takes no substeps")
+        return stepper
+
+
+def _scheme(scheme: Any, base: Method) -> Composition:
+    if isinstance(scheme, Composition):
+        return scheme
+    if isinstance(scheme, str):
+        found = COMPOSITIONS.get(scheme)
+    else:
+        whole = isinstance(scheme, int) and not isinstance(scheme, bool)
+        found = default_composition(base.order, scheme) if whole else None
+    if found is None:
         hint = nearest(scheme if isinstance(scheme, str) else "", COMPOSITIONS)
         raise MethodError(f"no composition {quoted(scheme)}.{hint}")
-    table = COMPOSITIONS[name]
-    if base.order != table.base_order:
-        raise MethodError(
-            f"composition {name!r} is made for a base of order {table.base_order}, "
-            f"but {base.name!r} has order {base.order}"
-        )
-    return replace(
-        base,
-        name=f"{base.name}-{name}",
-        order=table.order,
-        start=base.compose(tuple(table.gamma), tuple(table.starts)),
-        compose=None,
-        remake=lambda **options: Compose(base.with_options(**options), scheme),
-        step_fraction=min(0.25, base.step_fraction * table.stages / 2),
-        summary=f"{base.summary}; {table.stages} substeps",
-        reference="; ".join(filter(None, (base.reference, table.reference))),
-    )
+    return found

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..arguments import Array, number, switch, whole
+from ..arguments import Array, switch, whole
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
@@ -22,7 +21,7 @@ from ..tableaux import gauss_legendre
 from . import binding
 from .bound_forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
-from .method import Method, Start
+from .method import Method, Start, iteration_tolerance, set_fields
 from .stepper import Stepper, filled_block
 
 __all__ = ["Gauss"]
@@ -31,13 +30,8 @@ MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit st
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 
 
-def Gauss(  # noqa: N802 - reads as the method it is
-    stages: int = 8,
-    *,
-    tolerance: float = 0.0,
-    max_iterations: int = 100,
-    fused: bool = False,
-) -> Method:
+@dataclass(frozen=True, repr=False)
+class Gauss(Method):
     """Gauss collocation with 1 to 16 stages.
 
     Parameters
@@ -61,50 +55,58 @@ def Gauss(  # noqa: N802 - reads as the method it is
     space. On a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect
     of order h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
     """
-    stages, fused = whole("stages", stages, 1, 16), switch("fused", fused)
-    tolerance = number("tolerance", tolerance, 0.0, 1e-2, "a number in [0, 0.01)")
-    max_iterations = whole("max_iterations", max_iterations, 1)
 
-    def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
-        return functools.partial(_start, stages, tolerance, max_iterations, fused, lengths, starts)
+    stages: int = 8
+    _: KW_ONLY
+    tolerance: float = 0.0
+    max_iterations: int = 100
+    fused: bool = False
 
-    return Method(
-        name=f"gauss-{stages}",
-        order=2 * stages,
-        needs="field",
-        family="Gauss collocation",
-        start=compose((1.0,), (0.0,)),
-        compose=compose,
-        step_fraction=_step_fraction(stages),
-        symmetric=True,
-        symplectic=True,
-        keeps=("quadratic invariants",),
-        summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
-        reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3",
-        options={"tolerance": tolerance, "max_iterations": max_iterations, "fused": fused},
-        remake=functools.partial(Gauss, stages),
-    )
+    needs = "field"
+    family = "Gauss collocation"
+    symmetric = True
+    symplectic = True
+    keeps = ("quadratic invariants",)
+    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3"
+
+    def __post_init__(self) -> None:
+        set_fields(
+            self,
+            stages=whole("stages", self.stages, 1, 16),
+            tolerance=iteration_tolerance(self.tolerance),
+            max_iterations=whole("max_iterations", self.max_iterations, 1),
+            fused=switch("fused", self.fused),
+        )
+
+    @property
+    def name(self) -> str:
+        return f"gauss-{self.stages}"
+
+    @property
+    def order(self) -> int:
+        return 2 * self.stages
+
+    @property
+    def step_fraction(self) -> float:
+        return min(0.02 * 1.65 ** (self.stages - 1), 0.6)
+
+    @property
+    def summary(self) -> str:
+        return f"Gauss collocation, {self.stages} stage{'s' if self.stages > 1 else ''}, implicit"
+
+    def start(self, s: Start) -> Stepper:
+        return _start(self, s)
 
 
-def _step_fraction(stages: int) -> float:
-    return min(0.02 * 1.65 ** (stages - 1), 0.6)
-
-
-def _start(
-    stages: int,
-    tolerance: float,
-    cap: int,
-    fused: bool,
-    lengths: Any,
-    starts: Any,
-    s: Start,
-) -> Stepper:
+def _start(method: Gauss, s: Start) -> Stepper:
     field, rows, y0, work = field_of(s)
+    stages, cap, tolerance = method.stages, method.max_iterations, method.tolerance
+    fused, lengths = method.fused, s.lengths
     groups = 1 if stages <= LANES else 2
     function, signature, scratch = _lane_field(s, field, rows, work)
     memory = scalar_block(gauss_memory_size(rows, groups))
     memory.data[:rows] = y0
-    numbers = _lane_coefficients(stages, groups, tuple(lengths))
+    numbers = _lane_coefficients(stages, groups, lengths)
     table = gauss_legendre(stages)
     return Stepper(
         kernel=gauss_stepper(
@@ -114,7 +116,7 @@ def _start(
         functions=() if fused else (function,),
         params=filled_block(s.problem.params),
         coefficients=filled_block(gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers),
-        fractions=substeps(lengths, starts),
+        fractions=substeps(s),
         memory=memory,
         work=scalar_block(gauss_work_size(rows, groups, scratch)),
         rows=rows,

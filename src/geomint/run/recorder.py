@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import GeomintWarning, StepError
-from ..methods.adaptive import AdaptiveStepper
+from ..methods.adaptive_stepper import AdaptiveStepper
 from ..methods.method import Method
 from ..methods.stepper import Stepper
 from ..problems.evaluate import value

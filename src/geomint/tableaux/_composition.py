@@ -13,13 +13,13 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate
 
-from ._exact import Array, Row, nearest, remainder
+from ._exact import Array, Exact, Row, nearest, remainder
 
 __all__ = ["Composition"]
 
 
 @dataclass(frozen=True)
-class Composition:
+class Composition(Exact):
     r"""A palindromic composition of steps of a symmetric method.
 
     .. math::
