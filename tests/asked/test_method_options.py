@@ -10,7 +10,7 @@ from asked_support import arguments_of
 
 import geomint as gi
 from geomint.methods import Start
-from geomint.methods.adaptive import AdaptiveStepper
+from geomint.methods.adaptive_stepper import AdaptiveStepper
 from geomint.problems.testproblems import pulsating_body, sphere_metric
 
 BOTH = {  # two values of every option

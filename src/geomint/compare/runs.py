@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 from ..arguments import Array
 from ..errors import FormError, GeomintError
+from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
 from ..problems.problem import Problem
 from ..problems.systems import Model
@@ -67,8 +68,8 @@ class Point:
     bound: float | None = None
 
 
-@dataclass
-class Comparison:
+@dataclass(eq=False)
+class Comparison(Compared):
     """All points, the reference, and the drifts of each method's best run.
 
     `status` is ``"interrupted"`` if Ctrl-C ended it before the last point.

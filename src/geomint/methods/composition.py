@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 from ..errors import MethodError, nearest, quoted
-from ..tableaux import COMPOSITIONS, DEFAULT_COMPOSITION, Composition, default_composition
+from ..tableaux import (
+    COMPOSITIONS,
+    DEFAULT_COMPOSITION,
+    Composition,
+    default_composition,
+    substeps,
+)
 from .method import Form, Method, Start, set_fields
 from .stepper import Stepper
 
@@ -113,16 +119,14 @@ class Compose(Method):
         return replace(self, base=self.base.with_options(**options))
 
     def start(self, s: Start) -> Stepper:
-        gamma, starts = self.table.gamma.tolist(), self.table.starts.tolist()
-        within = list(zip(s.starts, s.lengths, strict=True))
-        substeps = replace(
-            s,
-            lengths=tuple(length * g for _, length in within for g in gamma),
-            starts=tuple(first + length * c for first, length in within for c in starts),
-        )
-        stepper = self.base.start(substeps)
-        if len(stepper.fractions) != 2 * len(substeps.lengths):
-            raise MethodError(f"method {self.base.name!r} is symmetric, but takes no substeps")
+        base, schemes = self.base, [self.table]
+        while isinstance(base, Compose):
+            schemes.append(base.table)
+            base = base.base
+        lengths, starts = substeps(*schemes)
+        stepper = base.start(replace(s, lengths=lengths, starts=starts))
+        if len(stepper.fractions) != 2 * len(lengths):
+            raise MethodError(f"method {base.name!r} is symmetric, but takes no substeps")
         return stepper
 
 

@@ -50,10 +50,12 @@ class Gauss(Method):
         Compile the field into the stepper: the same bits, in 0.85 of the time where fields are
         small, for some seconds of compilation for each problem in each process.
 
-    Notes ----- Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
-    (how: `geomint.kernels.solve.gauss`). The map is symplectic for Hamiltonian fields on flat
-    space. On a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect
-    of order h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
+    Notes
+    -----
+    Quadratic invariants are kept to rounding; energy errors of long runs grow like √t (how:
+    `geomint.kernels.solve.gauss`). The map is symplectic for Hamiltonian fields on flat space. On a
+    manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect of order
+    h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
     """
 
     stages: int = 8
@@ -95,46 +97,43 @@ class Gauss(Method):
         return f"Gauss collocation, {self.stages} stage{'s' if self.stages > 1 else ''}, implicit"
 
     def start(self, s: Start) -> Stepper:
-        return _start(self, s)
-
-
-def _start(method: Gauss, s: Start) -> Stepper:
-    field, rows, y0, work = field_of(s)
-    stages, cap, tolerance = method.stages, method.max_iterations, method.tolerance
-    fused, lengths = method.fused, s.lengths
-    groups = 1 if stages <= LANES else 2
-    function, signature, scratch = _lane_field(s, field, rows, work)
-    memory = scalar_block(gauss_memory_size(rows, groups))
-    memory.data[:rows] = y0
-    numbers = _lane_coefficients(stages, groups, lengths)
-    table = gauss_legendre(stages)
-    return Stepper(
-        kernel=gauss_stepper(
-            groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if fused else None
-        ),
-        signatures=() if fused else (signature,),
-        functions=() if fused else (function,),
-        params=filled_block(s.problem.params),
-        coefficients=filled_block(gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers),
-        fractions=substeps(s),
-        memory=memory,
-        work=scalar_block(gauss_work_size(rows, groups, scratch)),
-        rows=rows,
-        t0=s.t0,
-        h=s.h,
-        evaluations=stages,
-        compiled=s.compiled,
-        lane_stepper=LaneStepper(
-            kernel=gauss_trajectories_stepper(),
-            signatures=(signature,),
-            functions=(function,),
-            coefficients=filled_block(
-                rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+        field, rows, y0, work = field_of(s)
+        stages, cap, tolerance = self.stages, self.max_iterations, self.tolerance
+        groups = 1 if stages <= LANES else 2
+        function, signature, scratch = _lane_field(s, field, rows, work)
+        memory = scalar_block(gauss_memory_size(rows, groups))
+        memory.data[:rows] = y0
+        numbers = _lane_coefficients(stages, groups, s.lengths)
+        table = gauss_legendre(stages)
+        return Stepper(
+            kernel=gauss_stepper(
+                groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if self.fused else None
             ),
-            memory_rows=gauss_trajectories_memory_size(rows, stages, len(lengths)),
-            work_rows=gauss_trajectories_work_size(rows, scratch),
-        ),
-    )
+            signatures=() if self.fused else (signature,),
+            functions=() if self.fused else (function,),
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(
+                gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers
+            ),
+            fractions=substeps(s),
+            memory=memory,
+            work=scalar_block(gauss_work_size(rows, groups, scratch)),
+            rows=rows,
+            t0=s.t0,
+            h=s.h,
+            evaluations=stages,
+            compiled=s.compiled,
+            lane_stepper=LaneStepper(
+                kernel=gauss_trajectories_stepper(),
+                signatures=(signature,),
+                functions=(function,),
+                coefficients=filled_block(
+                    rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+                ),
+                memory_rows=gauss_trajectories_memory_size(rows, stages, len(s.lengths)),
+                work_rows=gauss_trajectories_work_size(rows, scratch),
+            ),
+        )
 
 
 def _lane_field(s: Start, field: Recorded, rows: int, work: int) -> tuple[Recorded, str, int]:

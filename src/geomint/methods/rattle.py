@@ -60,32 +60,28 @@ class Rattle(Method):
         )
 
     def start(self, s: Start) -> Stepper:
-        return _start(self, s)
-
-
-def _start(method: Rattle, s: Start) -> Stepper:
-    assert s.problem.hamiltonian is not None
-    separable = s.problem.hamiltonian.separable
-    functions, n, m = hamiltonian_of(s)
-    rows = 2 * n + s.clock
-    sizes = separable_rattle_memory_size if separable else rattle_memory_size
-    scratch = separable_rattle_work_size if separable else rattle_work_size
-    stepper = separable_rattle_stepper if separable else rattle_stepper
-    unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
-    memory = scalar_block(sizes(n, m, s.clock))
-    memory.data[: 2 * n] = s.y0
-    return Stepper(
-        kernel=stepper(*unrolled),
-        signatures=("gradients", "constraint", "value"),
-        functions=functions,
-        params=filled_block(s.problem.params),
-        coefficients=filled_block(n, m, method.max_iterations, method.tolerance, float(s.clock)),
-        fractions=substeps(s),
-        memory=memory,
-        work=scalar_block(scratch(n, m, s.problem.work)),
-        rows=rows,
-        t0=s.t0,
-        h=s.h,
-        evaluations=2,
-        compiled=s.compiled,
-    )
+        assert s.problem.hamiltonian is not None
+        separable = s.problem.hamiltonian.separable
+        functions, n, m = hamiltonian_of(s)
+        rows = 2 * n + s.clock
+        sizes = separable_rattle_memory_size if separable else rattle_memory_size
+        scratch = separable_rattle_work_size if separable else rattle_work_size
+        stepper = separable_rattle_stepper if separable else rattle_stepper
+        unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
+        memory = scalar_block(sizes(n, m, s.clock))
+        memory.data[: 2 * n] = s.y0
+        return Stepper(
+            kernel=stepper(*unrolled),
+            signatures=("gradients", "constraint", "value"),
+            functions=functions,
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(n, m, self.max_iterations, self.tolerance, float(s.clock)),
+            fractions=substeps(s),
+            memory=memory,
+            work=scalar_block(scratch(n, m, s.problem.work)),
+            rows=rows,
+            t0=s.t0,
+            h=s.h,
+            evaluations=2,
+            compiled=s.compiled,
+        )

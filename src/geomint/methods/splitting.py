@@ -38,26 +38,22 @@ class Verlet(Method):
     reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.5"
 
     def start(self, s: Start) -> Stepper:
-        return _start(s)
-
-
-def _start(s: Start) -> Stepper:
-    functions, parts = splitting_of(s)
-    rows = s.problem.rows
-    memory = scalar_block(2 * (rows + s.clock))
-    memory.data[:rows] = s.y0
-    return Stepper(
-        kernel=splitting_stepper(),
-        signatures=("flow", "value"),
-        functions=functions,
-        params=filled_block(s.problem.params),
-        coefficients=filled_block(rows, parts, float(s.clock)),
-        fractions=substeps(s),
-        memory=memory,
-        work=scalar_block(splitting_work_size(rows, s.problem.work)),
-        rows=rows + s.clock,
-        t0=s.t0,
-        h=s.h,
-        evaluations=2 * parts - 1,
-        compiled=s.compiled,
-    )
+        functions, parts = splitting_of(s)
+        rows = s.problem.rows
+        memory = scalar_block(2 * (rows + s.clock))
+        memory.data[:rows] = s.y0
+        return Stepper(
+            kernel=splitting_stepper(),
+            signatures=("flow", "value"),
+            functions=functions,
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(rows, parts, float(s.clock)),
+            fractions=substeps(s),
+            memory=memory,
+            work=scalar_block(splitting_work_size(rows, s.problem.work)),
+            rows=rows + s.clock,
+            t0=s.t0,
+            h=s.h,
+            evaluations=2 * parts - 1,
+            compiled=s.compiled,
+        )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from ..errors import FormError, GeomintError, StepError
+from ..kernels.compiling.sameness import Compared
 from ..problems.evaluate import value
 from ..run.solution import Solution
 from ..run.solve import solve
@@ -61,8 +62,8 @@ class MethodRun:
         return {n: c.reason for c in choices if c.what == "not watched" for n in c.detail}
 
 
-@dataclass
-class SeveralRuns:
+@dataclass(eq=False)
+class SeveralRuns(Compared):
     """All runs of a scene by several methods, in the order asked for.
 
     Attributes

@@ -20,6 +20,7 @@ import numpy as np
 from ..arguments import MOST_NUMBERS, Array, as_array, check_name, flat, whole
 from ..errors import DomainError, FormError, nearest
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.sending import Sendable
 from .forms import (
     FORMS,
     GroupAction,
@@ -37,8 +38,8 @@ _GROUPS = ("invariants", "constraints", "observables")
 _RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
 
 
-@dataclass(frozen=True)
-class Problem:
+@dataclass(frozen=True, eq=False)
+class Problem(Sendable):
     """Something to integrate.
 
     Parameters

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..arguments import Array
 from ..errors import DomainError
+from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..watch.drift import Drift
@@ -31,8 +32,8 @@ class StepSizes(NamedTuple):
     max: float
 
 
-@dataclass(repr=False)
-class Solution:
+@dataclass(repr=False, eq=False)
+class Solution(Compared):
     """The result of `geomint.solve`.
 
     Attributes
@@ -74,9 +75,9 @@ class Solution:
     rejected: int
     iterations: int
     evaluations: int
-    run_seconds: float
-    watching_seconds: float
-    compile_seconds: float
+    run_seconds: float = field(compare=False)
+    watching_seconds: float = field(compare=False)
+    compile_seconds: float = field(compare=False)
     status: str
     message: str
     drift_time: str = "t"

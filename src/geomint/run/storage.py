@@ -38,6 +38,7 @@ from .. import __version__
 from ..arguments import Array
 from ..errors import DomainError, GeomintError, quoted
 from ..files.outputs import whole_file
+from ..kernels.compiling.sameness import Compared
 from ..watch.drift import Drift
 from ..watch.windows import Windows
 
@@ -55,8 +56,8 @@ _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _open: Any = netcdf_file
 
 
-@dataclass(frozen=True, repr=False)
-class SavedSolution:
+@dataclass(frozen=True, repr=False, eq=False)
+class SavedSolution(Compared):
     """A run that was read from a file.
 
     Attributes

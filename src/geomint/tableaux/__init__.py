@@ -5,7 +5,7 @@ The registries `RUNGE_KUTTA`, `COMMUTATOR_FREE` and `COMPOSITIONS` map names to 
 """
 
 from ._commutator_free import CommutatorFreeTableau, Flow, flow
-from ._composition import Composition
+from ._composition import Composition, substeps
 from ._exact import row, rows
 from ._gauss_tableau import GaussTableau
 from ._tableau import Tableau
@@ -34,4 +34,5 @@ __all__ = [
     "row",
     "rows",
     "runge_kutta_defect",
+    "substeps",
 ]
