@@ -25,7 +25,7 @@ from .code import described
 from .sameness import Compared
 from .walk import Wrapped
 
-__all__ = ["Sendable", "received", "sent"]
+__all__ = ["Sendable", "cloudpickle", "received", "sent"]
 
 
 class Sendable(Compared):
@@ -98,7 +98,7 @@ def _importable(function: types.FunctionType) -> bool:
 
 def _is_script(main: Any) -> bool:
     """Tell whether spawned processes import it too, as multiprocessing does with scripts."""
-    return getattr(main, "__file__", None) is not None and not _cloudpickle()
+    return getattr(main, "__file__", None) is not None and not cloudpickle()
 
 
 def _reduced_recorded(recorded: Wrapped) -> Any:
@@ -135,7 +135,7 @@ def _reduced(function: types.FunctionType) -> Any:
             cells = len(function.__closure__ or ())
             digest = described(function.__code__).digest
             return _made, (module, *place, digest, cells), _state(function), None, None, _fill
-    if (library := _cloudpickle()) is not None:
+    if (library := cloudpickle()) is not None:
         return library.loads, (library.dumps(function),)
     raise SendingError(function.__qualname__, function.__module__)
 
@@ -202,7 +202,8 @@ def _fill(function: types.FunctionType, state: tuple[Any, ...]) -> None:
 
 
 @functools.cache
-def _cloudpickle() -> Any:
+def cloudpickle() -> Any:
+    """Return the module cloudpickle, or None where it is not installed."""
     try:
         return importlib.import_module("cloudpickle")
     except ImportError:
