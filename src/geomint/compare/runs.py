@@ -23,7 +23,7 @@ from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.solve import solve
 from ..watch.drift import Drift
-from .endpoint import Endpoint, endpoint_of
+from .endpoint import Endpoint, Source, endpoint_of
 from .ladder import check_representation, checked_steps, ladder, representation_for
 
 __all__ = ["Comparison", "Point", "compare"]
@@ -110,7 +110,7 @@ def compare(
     representation: str | None = None,
     repeats: int = 5,
     observe: bool = True,
-    reference: str = "auto",
+    reference: Source = "auto",
     report: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run every method at several steps and measure error and run time.

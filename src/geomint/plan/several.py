@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from ..errors import FormError, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.evaluate import value
+from ..problems.problem import Time
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..scene.entries import methods_and_steps
@@ -75,7 +76,7 @@ class SeveralRuns(Compared):
     """
 
     scene: Scene
-    time: str
+    time: Time
     runs: list[MethodRun] = field(default_factory=list)
     physical_end: float | None = None
 

@@ -13,7 +13,7 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -31,7 +31,9 @@ from .forms import (
     check_types,
 )
 
-__all__ = ["Problem"]
+__all__ = ["Problem", "Time"]
+
+Time = Literal["t", "tau"]
 
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
 _GROUPS = ("invariants", "constraints", "observables")
@@ -86,7 +88,7 @@ class Problem(Sendable):
     hamiltonian: Hamiltonian | None = None
     splitting: Splitting | None = None
     work: int = 0
-    time: str = "t"
+    time: Time = "t"
     clock: Recorded | None = None
     invariants: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     constraints: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)

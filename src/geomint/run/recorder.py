@@ -20,7 +20,7 @@ from ..watch.observe import Observers
 from .driver import Account
 from .pace import Pace
 from .saved import State, merged, rounding
-from .solution import Solution, StepSizes
+from .solution import Solution, Status, StepSizes
 from .timeline import Timeline, evaluation_times
 
 __all__ = ["Recorder"]
@@ -202,7 +202,7 @@ class Recorder:
         return best
 
     def solution(
-        self, method: Method, account: Account, compile_seconds: float, status: str | StepError
+        self, method: Method, account: Account, compile_seconds: float, status: Status | StepError
     ) -> Solution:
         """Return what has been gathered."""
         rows = self._problem.rows

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from ..arguments import Array
 from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
-from ..problems.problem import Problem
+from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
 
 if TYPE_CHECKING:
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
     from .storage import SavedSolution
 
-__all__ = ["Solution", "StepSizes"]
+__all__ = ["Solution", "Status", "StepSizes"]
+
+Status = Literal["success", "interrupted", "failed", "not finite"]
 
 
 class StepSizes(NamedTuple):
@@ -78,9 +80,9 @@ class Solution(Compared):
     run_seconds: float = field(compare=False)
     watching_seconds: float = field(compare=False)
     compile_seconds: float = field(compare=False)
-    status: str
+    status: Status
     message: str
-    drift_time: str = "t"
+    drift_time: Time = "t"
     physical: Array | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:

@@ -18,7 +18,7 @@ from .calls import explained
 from .driver import Account, drive
 from .progress import Progress
 from .recorder import Recorder
-from .solution import Solution
+from .solution import Solution, Status
 from .timeline import Timeline, plan_timeline
 
 __all__ = ["solve"]
@@ -198,7 +198,7 @@ def _integrate(
     recorder: Recorder,
     account: Account,
     progress: Callable[[int], None],
-) -> str | StepError:
+) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error of the step that failed."""
     try:
         drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)
