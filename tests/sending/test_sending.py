@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import pickle
 import pickletools
 from typing import Any
 
 import numpy as np
 import pytest
+from geomint.stress.case import stress_cases
 
 import geomint as gi
 from geomint.kernels.compiling import sending
 from geomint.kernels.numbers.blocks import Block
+from geomint.problems.systems import find_system, system_names
 from geomint.problems.testproblems import examples
 
 pytestmark = pytest.mark.nojit
@@ -64,6 +67,17 @@ def test_problems(name: str) -> None:
     assert results(found, y0) == results(problem, y0)
 
 
+@pytest.mark.parametrize("name", system_names())
+def test_systems(name: str) -> None:
+    assert again(find_system(name)) == find_system(name)
+
+
+def test_stress_cases() -> None:
+    """The sweep sends numbers of cases; these themselves can be sent as well."""
+    cases = stress_cases()
+    assert again(cases) == cases
+
+
 def test_solutions() -> None:
     """Of a run, with its problem, method and drifts; not its seconds, which no two runs share."""
     scene = gi.load_scene("ball-3d")
@@ -100,6 +114,14 @@ def test_differences_are_seen() -> None:
     assert made(2.0) != made(3.0)
     assert again(made(2.0)) == made(2.0)
     assert results(again(made(2.0)), [1.5]) == results(made(2.0), [1.5])
+
+    def in_session(factor: float) -> Any:
+        space: dict[str, Any] = {"gi": gi, "__name__": "__main__", "factor": factor}
+        exec("@gi.observable\ndef mine(params, t, y, work):\n    return factor * y[0]", space)
+        return dataclasses.replace(made(2.0), observables={"mine": space["mine"]})
+
+    assert in_session(1.0) == in_session(1.0)
+    assert in_session(1.0) != in_session(2.0)
     problem = made(2.0)
     object.__setattr__(problem, "params", np.array([np.nextafter(1.0, 2.0)]))
     assert problem != made(2.0)

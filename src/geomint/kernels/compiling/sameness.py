@@ -55,7 +55,7 @@ def _parts(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return [str(value.dtype), value.shape, value.tobytes()]
     if isinstance(value, Wrapped):
-        return [value.function, value.inline]
+        return [value.fingerprint, value.inline]
     if isinstance(value, types.FunctionType):
         cells = [cell.cell_contents for cell in value.__closure__ or () if _is_set(cell)]
         code = [value.__module__, described(value.__code__).digest]
