@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geomint.stress.case import stress_cases
 
 import geomint as gi
 from geomint.kernels.compiling import sending
 from geomint.kernels.numbers.blocks import Block
 from geomint.problems.systems import find_system, system_names
 from geomint.problems.testproblems import examples
+from geomint.stress.case import stress_cases
 
 pytestmark = pytest.mark.nojit
 

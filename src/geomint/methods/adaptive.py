@@ -12,7 +12,7 @@ from ..arguments import Array, finite, whole
 from ..errors import DomainError, MethodError, quoted
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
-from .method import Form, Method, Start, set_fields
+from .method import Method, Start
 from .stepper import Stepper
 
 __all__ = ["LARGEST_RTOL", "LEAST_RTOL", "Adaptive"]
@@ -66,46 +66,24 @@ class Adaptive(Method):
             raise MethodError(f"method {self.base.name!r} {what}")
         limit = whole("max_steps", self.max_steps, 1)
         numbers = {name: _real(name, getattr(self, name)) for name in ("rtol", "atol", "max_step")}
-        set_fields(self, max_steps=limit, **numbers)
+        self._set(max_steps=limit, **numbers)
         if not LEAST_RTOL <= self.rtol <= LARGEST_RTOL:
             raise DomainError("rtol", self.rtol, "a number from 2⁻⁵⁰ = 8.9e-16 to 0.1")
         if not 0.0 <= self.atol < math.inf:
             raise DomainError("atol", self.atol, "a number ≥ 0")
         if not self.max_step > 0.0:
             raise DomainError("max_step", self.max_step, "a number > 0")
-
-    @property
-    def name(self) -> str:
-        return f"{self.base.name}-adaptive"
-
-    @property
-    def order(self) -> int:
-        return self.base.order
-
-    @property
-    def needs(self) -> Form:
-        return self.base.needs
-
-    @property
-    def step_fraction(self) -> float:
-        return self.base.step_fraction
-
-    @property
-    def keeps(self) -> tuple[str, ...]:
-        return self.base.keeps
-
-    @property
-    def family(self) -> str:
-        return self.base.family
-
-    @property
-    def summary(self) -> str:
-        order = self.base.estimate_order
-        return f"{self.base.summary}; adaptive, error estimate of order {order}"
-
-    @property
-    def reference(self) -> str:
-        return self.base.reference
+        base = self.base
+        self._set(
+            name=f"{base.name}-adaptive",
+            order=base.order,
+            needs=base.needs,
+            step_fraction=base.step_fraction,
+            keeps=base.keeps,
+            family=base.family,
+            summary=f"{base.summary}; adaptive, error estimate of order {base.estimate_order}",
+            reference=base.reference,
+        )
 
     def start(self, s: Start) -> Stepper:
         return self.base.start_adaptive(s, self)

@@ -11,7 +11,7 @@ from ..kernels.solve.commutator_free import commutator_free_stepper, commutator_
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
 from .bound_forms import action_of, maps_of, substeps, unrolled
 from .explicit import step_fraction, tableau_of
-from .method import Method, Start, set_fields
+from .method import Method, Start
 from .stepper import Stepper, filled_block
 
 __all__ = ["CommutatorFree"]
@@ -38,40 +38,20 @@ class CommutatorFree(Method):
     keeps = ("group orbits", "steady motions")
 
     def __post_init__(self) -> None:
-        set_fields(self, tableau=tableau_of(COMMUTATOR_FREE, self.tableau, CommutatorFreeTableau))
-
-    @property
-    def table(self) -> CommutatorFreeTableau:
-        """The tableau."""
-        assert isinstance(self.tableau, CommutatorFreeTableau)
-        return self.tableau
-
-    @property
-    def name(self) -> str:
-        return self.table.name
-
-    @property
-    def order(self) -> int:
-        return self.table.order
-
-    @property
-    def step_fraction(self) -> float:
-        return step_fraction(self.order)
-
-    @property
-    def family(self) -> str:
-        return "Crouch–Grossman" if self.name.startswith("cg-") else "commutator-free"
-
-    @property
-    def summary(self) -> str:
-        return f"commutator-free, {self.table.exponentials} exponentials a step"
-
-    @property
-    def reference(self) -> str:
-        return self.table.reference
+        table = tableau_of(COMMUTATOR_FREE, self.tableau, CommutatorFreeTableau)
+        self._set(
+            tableau=table,
+            name=table.name,
+            order=table.order,
+            step_fraction=step_fraction(table.order),
+            family="Crouch–Grossman" if table.name.startswith("cg-") else "commutator-free",
+            summary=f"commutator-free, {table.exponentials} exponentials a step",
+            reference=table.reference,
+        )
 
     def start(self, s: Start) -> Stepper:
-        table = self.table
+        table = self.tableau
+        assert isinstance(table, CommutatorFreeTableau)
         generator, group = action_of(s)
         maps = maps_of(group, group.act)
         rows, stages = s.problem.rows, len(table.stages)

@@ -13,7 +13,7 @@ from ..tableaux import (
     default_composition,
     substeps,
 )
-from .method import Form, Method, Start, set_fields
+from .method import Method, Start
 from .stepper import Stepper
 
 __all__ = ["Compose"]
@@ -58,58 +58,32 @@ class Compose(Method):
                 f"method {base.name!r} is not symmetric, and cannot be composed; symmetric are: "
                 "gauss-1 … gauss-16, rattle-2, verlet-2, and their compositions"
             )
-        set_fields(self, scheme=_scheme(self.scheme, base))
-        table = self.table
+        table = _scheme(self.scheme, base)
         if not table.base_order <= base.order < table.order:
             raise MethodError(
                 f"composition {table.name!r} raises bases of order {table.base_order} or more to "
                 f"{table.order}, but {base.name!r} has order {base.order}"
             )
+        short = _SHORT.get(base.name)
+        best = short is not None and DEFAULT_COMPOSITION.get(table.order) == table.name
+        self._set(
+            scheme=table,
+            name=f"{short}-{table.order}" if best else f"{base.name}-{table.name}",
+            order=table.order,
+            needs=base.needs,
+            step_fraction=min(0.25, base.step_fraction * table.stages / 2),
+            symplectic=base.symplectic,
+            keeps=base.keeps,
+            family=base.family,
+            summary=f"{base.summary}; {table.stages} substeps",
+            reference="; ".join(filter(None, (base.reference, table.reference))),
+        )
 
     @property
     def table(self) -> Composition:
         """The scheme."""
         assert isinstance(self.scheme, Composition)
         return self.scheme
-
-    @property
-    def name(self) -> str:
-        short, order = _SHORT.get(self.base.name), self.order
-        if short is not None and DEFAULT_COMPOSITION.get(order) == self.table.name:
-            return f"{short}-{order}"
-        return f"{self.base.name}-{self.table.name}"
-
-    @property
-    def order(self) -> int:
-        return self.table.order
-
-    @property
-    def needs(self) -> Form:
-        return self.base.needs
-
-    @property
-    def step_fraction(self) -> float:
-        return min(0.25, self.base.step_fraction * self.table.stages / 2)
-
-    @property
-    def symplectic(self) -> bool:  # type: ignore[override]
-        return self.base.symplectic
-
-    @property
-    def keeps(self) -> tuple[str, ...]:
-        return self.base.keeps
-
-    @property
-    def family(self) -> str:
-        return self.base.family
-
-    @property
-    def summary(self) -> str:
-        return f"{self.base.summary}; {self.table.stages} substeps"
-
-    @property
-    def reference(self) -> str:
-        return "; ".join(filter(None, (self.base.reference, self.table.reference)))
 
     @property
     def options(self) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from ..tableaux import RUNGE_KUTTA, Tableau
 from .adaptive import Adaptive
 from .adaptive_stepper import controlled_stepper
 from .bound_forms import field_of, substeps, unrolled
-from .method import Method, Start, set_fields
+from .method import Method, Start
 from .stepper import Stepper, filled_block
 
 __all__ = [
@@ -91,37 +91,22 @@ class RungeKutta(Method):
     family = "explicit Runge–Kutta"
 
     def __post_init__(self) -> None:
-        set_fields(self, tableau=explicit_tableau(self.tableau))
+        table = explicit_tableau(self.tableau)
+        self._set(
+            tableau=table,
+            name=table.name,
+            order=table.order,
+            estimate_order=table.estimate_order,
+            step_fraction=step_fraction(table.order),
+            summary=f"explicit Runge–Kutta, {table.used_stages} stages",
+            reference=table.reference,
+        )
 
     @property
     def table(self) -> Tableau:
         """The tableau."""
         assert isinstance(self.tableau, Tableau)
         return self.tableau
-
-    @property
-    def name(self) -> str:
-        return self.table.name
-
-    @property
-    def order(self) -> int:
-        return self.table.order
-
-    @property
-    def estimate_order(self) -> int | None:
-        return self.table.estimate_order
-
-    @property
-    def step_fraction(self) -> float:
-        return step_fraction(self.order)
-
-    @property
-    def summary(self) -> str:
-        return f"explicit Runge–Kutta, {self.table.used_stages} stages"
-
-    @property
-    def reference(self) -> str:
-        return self.table.reference
 
     def start(self, s: Start) -> Stepper:
         stages, numbers = fixed_step_numbers(self.table)

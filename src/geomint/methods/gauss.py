@@ -21,7 +21,7 @@ from ..tableaux import gauss_legendre
 from . import binding
 from .bound_forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
-from .method import Method, Start, iteration_tolerance, set_fields
+from .method import Method, Start, iteration_tolerance
 from .stepper import Stepper, filled_block
 
 __all__ = ["Gauss"]
@@ -72,29 +72,17 @@ class Gauss(Method):
     reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3"
 
     def __post_init__(self) -> None:
-        set_fields(
-            self,
-            stages=whole("stages", self.stages, 1, 16),
+        stages = whole("stages", self.stages, 1, 16)
+        self._set(
+            stages=stages,
             tolerance=iteration_tolerance(self.tolerance),
             max_iterations=whole("max_iterations", self.max_iterations, 1),
             fused=switch("fused", self.fused),
+            name=f"gauss-{stages}",
+            order=2 * stages,
+            step_fraction=min(0.02 * 1.65 ** (stages - 1), 0.6),
+            summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
         )
-
-    @property
-    def name(self) -> str:
-        return f"gauss-{self.stages}"
-
-    @property
-    def order(self) -> int:
-        return 2 * self.stages
-
-    @property
-    def step_fraction(self) -> float:
-        return min(0.02 * 1.65 ** (self.stages - 1), 0.6)
-
-    @property
-    def summary(self) -> str:
-        return f"Gauss collocation, {self.stages} stage{'s' if self.stages > 1 else ''}, implicit"
 
     def start(self, s: Start) -> Stepper:
         field, rows, y0, work = field_of(s)

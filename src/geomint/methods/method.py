@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -56,9 +56,9 @@ class Method(ABC):
     """An integration method: a frozen dataclass that inherits from this class.
 
     Methods are values: they compare, hash and pickle by what they are made of, `dataclasses.replace`
-    changes it, and their repr can be pasted. Fields that only keywords may give are the method's
-    *options*, which scenes and `with_options` may change, such as a tolerance. All else that is said
-    here of a method are its attributes, or properties where they depend on its fields.
+    changes them, and their repr can be pasted. Fields that only keywords may give are the method's
+    *options*, which scenes and `with_options` may change, such as a tolerance. The attributes below
+    are those of the class, or set by ``__post_init__`` where they depend on the fields.
 
     Attributes
     ----------
@@ -80,60 +80,39 @@ class Method(ABC):
         motions"``: those whose generator is constant are followed exactly.
     adaptive : bool
         Whether the method chooses its steps itself.
+    estimate_order : int or None
+        The power of the step with which an error estimate falls, for `geomint.Adaptive`; None without.
     family : str
         What lists group it by, such as ``"Crouch–Grossman"``. May be left out.
     summary, reference : str
         For lists and reports: what it is in a line, and where it is published. Both may be left out.
     """
 
-    symmetric: ClassVar[bool] = False
-    symplectic: ClassVar[bool] = False
-    adaptive: ClassVar[bool] = False
-
-    @property
-    @abstractmethod
-    def name(self) -> str: ...
-
-    @property
-    @abstractmethod
-    def order(self) -> int: ...
-
-    @property
-    @abstractmethod
-    def needs(self) -> Form: ...
-
-    @property
-    @abstractmethod
-    def step_fraction(self) -> float: ...
-
-    @property
-    def keeps(self) -> tuple[str, ...]:
-        return ()
-
-    @property
-    def family(self) -> str:
-        return ""
-
-    @property
-    def summary(self) -> str:
-        return ""
-
-    @property
-    def reference(self) -> str:
-        return ""
+    name: str
+    order: int
+    needs: Form
+    step_fraction: float
+    estimate_order: int | None = None
+    symmetric: bool = False
+    symplectic: bool = False
+    adaptive: bool = False
+    keeps: tuple[str, ...] = ()
+    family: str = ""
+    summary: str = ""
+    reference: str = ""
 
     @abstractmethod
     def start(self, s: Start) -> Stepper:
         """Return the stepper of a run."""
 
-    @property
-    def estimate_order(self) -> int | None:
-        """The power of the step with which its error estimate falls; None without one."""
-        return None
-
     def start_adaptive(self, s: Start, allowed: Any) -> Stepper:
         """Return the stepper whose steps the error estimate chooses; see `geomint.Adaptive`."""
         raise NotImplementedError
+
+    def _set(self, **attributes: Any) -> None:
+        """Set what a frozen dataclass finds out when it is made: canonical fields, attributes."""
+        for name, value in attributes.items():
+            object.__setattr__(self, name, value)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -221,12 +200,6 @@ _FITTING = {
 def _advice(problem: Problem) -> str:
     fitting = [f"{_FITTING[form]} (form {form!r})" for form in problem.forms]
     return f"Methods that fit: {'; '.join(fitting)}."
-
-
-def set_fields(method: Method, **canonical: Any) -> None:
-    """Set fields of a frozen method to what ``__post_init__`` has made canonical."""
-    for name, value in canonical.items():
-        object.__setattr__(method, name, value)
 
 
 def iteration_tolerance(value: Any) -> float:

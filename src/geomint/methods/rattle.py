@@ -13,7 +13,7 @@ from ..kernels.solve.rattle_separable import (
     separable_rattle_work_size,
 )
 from .bound_forms import hamiltonian_of, substeps
-from .method import Method, Start, iteration_tolerance, set_fields
+from .method import Method, Start, iteration_tolerance
 from .stepper import Stepper, filled_block
 
 __all__ = ["Rattle"]
@@ -53,8 +53,7 @@ class Rattle(Method):
     reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4"
 
     def __post_init__(self) -> None:
-        set_fields(
-            self,
+        self._set(
             tolerance=iteration_tolerance(self.tolerance),
             max_iterations=whole("max_iterations", self.max_iterations, 1),
         )

@@ -18,7 +18,7 @@ from .adaptive import Adaptive
 from .adaptive_stepper import controlled_stepper
 from .bound_forms import action_of, maps_of, substeps, unrolled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
-from .method import Method, Start, set_fields
+from .method import Method, Start
 from .stepper import Stepper, filled_block
 
 __all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
@@ -99,45 +99,26 @@ class RKMK(Method):
     def __post_init__(self) -> None:
         if not (isinstance(self.coordinates, str) and self.coordinates in COORDINATES):
             raise DomainError("coordinates", self.coordinates, f"one of {list(COORDINATES)}")
-        set_fields(self, tableau=explicit_tableau(self.tableau))
+        table = explicit_tableau(self.tableau)
+        exponential = self.coordinates == "exp"
+        prefix = "rkmk" if exponential else f"rkmk-{self.coordinates}"
+        maps = f"{table.used_stages} {MAPS[self.coordinates]}"
+        self._set(
+            tableau=table,
+            name=f"{prefix}-{table.order}" if table.name == "rk-4" else f"{prefix}-{table.name}",
+            order=table.order,
+            estimate_order=table.estimate_order,
+            step_fraction=step_fraction(table.order),
+            keeps=("group orbits", "steady motions") if exponential else ("group orbits",),
+            family=f"Runge–Kutta–Munthe-Kaas, {FAMILIES[self.coordinates]}",
+            summary=f"Runge–Kutta–Munthe-Kaas, {maps} a step",
+        )
 
     @property
     def table(self) -> Tableau:
         """The tableau."""
         assert isinstance(self.tableau, Tableau)
         return self.tableau
-
-    @property
-    def name(self) -> str:
-        """``rkmk-4`` for rk-4, ``rkmk-dop853``, ``rkmk-cayley-4`` and so on."""
-        prefix = "rkmk" if self.coordinates == "exp" else f"rkmk-{self.coordinates}"
-        table = self.table
-        return f"{prefix}-{table.order}" if table.name == "rk-4" else f"{prefix}-{table.name}"
-
-    @property
-    def order(self) -> int:
-        return self.table.order
-
-    @property
-    def estimate_order(self) -> int | None:
-        return self.table.estimate_order
-
-    @property
-    def step_fraction(self) -> float:
-        return step_fraction(self.order)
-
-    @property
-    def family(self) -> str:
-        return f"Runge–Kutta–Munthe-Kaas, {FAMILIES[self.coordinates]}"
-
-    @property
-    def keeps(self) -> tuple[str, ...]:
-        return ("group orbits", *(("steady motions",) if self.coordinates == "exp" else ()))
-
-    @property
-    def summary(self) -> str:
-        maps = f"{self.table.used_stages} {MAPS[self.coordinates]}"
-        return f"Runge–Kutta–Munthe-Kaas, {maps} a step"
 
     def start(self, s: Start) -> Stepper:
         generator, group = action_of(s)
