@@ -19,8 +19,9 @@ from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
 from .driver import Account
 from .pace import Pace
+from .result import Status, StepSizes
 from .saved import State, merged, rounding
-from .solution import Solution, Status, StepSizes
+from .solution import Solution
 from .timeline import Timeline, evaluation_times
 
 __all__ = ["Recorder"]

@@ -18,7 +18,8 @@ from .calls import explained
 from .driver import Account, drive
 from .progress import Progress
 from .recorder import Recorder
-from .solution import Solution, Status
+from .result import Status
+from .solution import Solution
 from .timeline import Timeline, plan_timeline
 
 __all__ = ["solve"]
