@@ -13,6 +13,7 @@ from .errors import (
     NonFiniteError as NonFiniteError,
     OutputError as OutputError,
     SceneError as SceneError,
+    SendingError as SendingError,
     StepError as StepError,
     StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
@@ -40,6 +41,7 @@ from .kernels.numbers.arithmetic import (
     top as top,
 )
 from .kernels.numbers.blocks import part as part
+from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
 from .methods.composition import Compose as Compose
 from .methods.explicit import RungeKutta as RungeKutta
@@ -93,6 +95,7 @@ __version__: str
 
 __all__ = [
     "RKMK",
+    "Adaptive",
     "ArgumentError",
     "ClockError",
     "CommutatorFree",
@@ -121,6 +124,7 @@ __all__ = [
     "SavedSolution",
     "Scene",
     "SceneError",
+    "SendingError",
     "SeveralRuns",
     "Solution",
     "Splitting",

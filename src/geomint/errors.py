@@ -23,6 +23,7 @@ __all__ = [
     "NonFiniteError",
     "OutputError",
     "SceneError",
+    "SendingError",
     "StepError",
     "StepLimitError",
     "StepSizeError",
@@ -149,6 +150,21 @@ class MethodError(GeomintError, ValueError):
 
 class FormError(GeomintError, TypeError):
     """A method and a problem that do not fit: the method needs a form that the problem lacks."""
+
+
+class SendingError(GeomintError, pickle.PicklingError):
+    """A function that another process cannot find, so that nothing that has it can be sent there.
+
+    Attributes
+    ----------
+    function, module : str
+        Its qualified name, and the module in which it was made.
+    """
+
+    def __init__(self, function: str, module: str, reason: str = "") -> None:
+        why = "cannot be found by another process: put it into a module, or install cloudpickle"
+        super().__init__(f"function {function!r} of {module!r} {reason or why}")
+        self.function, self.module = function, module
 
 
 class DeclarationError(GeomintError, TypeError):

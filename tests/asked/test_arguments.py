@@ -211,10 +211,16 @@ BELOW = {
     **{name: {"path", "names"} for name in ("check_folder", "whole_folder")},
     **{name: {"function"} for name in ("field", "helper", "observable")},
 }
-ELSEWHERE = {"Compose", "CommutatorFree", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet"}
+FAMILIES = (
+    "Adaptive", "CommutatorFree", "Compose", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet",
+)  # fmt: skip
+ELSEWHERE = {*FAMILIES, "Method"}
+OF_METHODS = {
+    "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
+}  # fmt: skip
 METHODS_BELOW = {  # methods of classes
     "Problem": {"canonical", "exact", "physical_state", "random_state", "state"},
-    "Method": {"check_fits", "structure", "with_options"},
+    **dict.fromkeys((*FAMILIES, "Method"), OF_METHODS),
     "Scene": {
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
@@ -232,7 +238,11 @@ def public(module: Any) -> dict[str, Any]:
     }
 
 
-RECORDS = {name: f for name, f in public(gi).items() if dataclasses.is_dataclass(f)}
+RECORDS = {
+    name: f
+    for name, f in public(gi).items()
+    if dataclasses.is_dataclass(f) and not issubclass(f, gi.Method)
+}
 
 
 def test_every_argument_is_in_a_table() -> None:

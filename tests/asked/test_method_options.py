@@ -10,7 +10,7 @@ from asked_support import arguments_of
 
 import geomint as gi
 from geomint.methods import Start
-from geomint.methods.adaptive import AdaptiveStepper
+from geomint.methods.adaptive_stepper import AdaptiveStepper
 from geomint.problems.testproblems import pulsating_body, sphere_metric
 
 BOTH = {  # two values of every option
@@ -91,7 +91,7 @@ def test_implicit_options_do_what_they_say(make) -> None:
 @pytest.mark.parametrize("make", [gi.RungeKutta, gi.RKMK])
 def test_adaptive_options_do_what_they_say(make) -> None:
     def taken(**options: object) -> int:
-        return solved(make("bogacki-shampine-3", adaptive=True, **options)).steps
+        return solved(gi.Adaptive(make("bogacki-shampine-3"), **options)).steps
 
     assert taken(rtol=1e-6) > taken(rtol=1e-4)
     assert taken(rtol=1e-6, atol=1e-3) < taken(rtol=1e-6)
@@ -104,10 +104,10 @@ def test_arguments_that_choose_the_method() -> None:
     pairs = [
         (gi.Gauss(2), gi.Gauss(3)),
         (gi.RungeKutta("rk-4"), gi.RungeKutta("kutta-3")),
-        (gi.RungeKutta("dop853"), gi.RungeKutta("dop853", adaptive=True)),
+        (gi.RungeKutta("dop853"), gi.Adaptive(gi.RungeKutta("dop853"))),
         (gi.RKMK("rk-4"), gi.RKMK("kutta-3")),
         (gi.RKMK("rk-4"), gi.RKMK("rk-4", coordinates="cayley")),
-        (gi.RKMK("dop853"), gi.RKMK("dop853", adaptive=True)),
+        (gi.RKMK("dop853"), gi.Adaptive(gi.RKMK("dop853"))),
         (gi.CommutatorFree("cf-4"), gi.CommutatorFree("cf-3")),
         (gi.Compose(gi.Gauss(1), 4), gi.Compose(gi.Gauss(1), 6)),
         (gi.Compose(gi.Gauss(1), 4), gi.Compose(gi.Rattle(), 4)),
@@ -117,6 +117,3 @@ def test_arguments_that_choose_the_method() -> None:
             solved(m, t_end=0.1, **({} if m.adaptive else {"step": 0.1})).y for m in (one, other)
         ]
         assert not np.array_equal(*results), (one.name, other.name)
-    for make, options in ((gi.RungeKutta, {"rtol": 1e-4}), (gi.RKMK, {"max_steps": 5})):
-        with pytest.raises(gi.MethodError, match="only with adaptive=True"):
-            make("dop853", **options)

@@ -93,7 +93,7 @@ def test_a_method_that_does_not_fit_it_says_so() -> None:
 
 
 def test_tolerances_are_about_the_methods_own(called) -> None:
-    own = gi.RungeKutta("dop853", adaptive=True, rtol=1e-6, atol=1e-9, max_step=0.5)
+    own = gi.Adaptive(gi.RungeKutta("dop853"), rtol=1e-6, atol=1e-9, max_step=0.5)
     points = run([own], first_steps={own.name: 0.01})
     assert [p.rtol for p in points] == pytest.approx([1e-2, 1e-4, 1e-6, 1e-8, 1e-10])
     for given in called:
@@ -101,9 +101,9 @@ def test_tolerances_are_about_the_methods_own(called) -> None:
         assert options["atol"] == pytest.approx(1e-3 * options["rtol"])
         assert options["max_step"] == 0.5
         assert given["step"] == 0.01
-    coarse = run([gi.RungeKutta("dop853", adaptive=True, rtol=1e-3)])
+    coarse = run([gi.Adaptive(gi.RungeKutta("dop853"), rtol=1e-3)])
     assert [p.rtol for p in coarse] == pytest.approx([0.1, 1e-3, 1e-5, 1e-7])
-    fine = run([gi.RungeKutta("dop853", adaptive=True, rtol=1e-13)])
+    fine = run([gi.Adaptive(gi.RungeKutta("dop853"), rtol=1e-13)])
     assert fine[-1].rtol == 2.0**-50
     assert [p.rtol for p in run(["dop853-adaptive"])] == [1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
 

@@ -232,7 +232,7 @@ def calls() -> dict[str, Call]:
     """Return all calls by name."""
     field, y0 = examples()[1]
     bound, group, split = (examples()[i][0] for i in (2, 5, 8))
-    tolerances = {"adaptive": True, "rtol": 1e-6, "atol": 1e-9, "max_step": 1.0, "max_steps": 9}
+    tolerances = {"rtol": 1e-6, "atol": 1e-9, "max_step": 1.0, "max_steps": 9}
     scene = {
         "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
         "initial": {"gamma": [0.6, 0.0, 0.8], "p": [0.8, 1.0, -0.6]},
@@ -253,8 +253,9 @@ def calls() -> dict[str, Call]:
             _maker(gi.Gauss),
             {"stages": 2, "tolerance": 0.0, "max_iterations": 100, "fused": False},
         ),
-        "RungeKutta": Call(_maker(gi.RungeKutta), {"tableau": "dop853", **tolerances}),
-        "RKMK": Call(_maker(gi.RKMK), {"tableau": "dop853", "coordinates": "exp", **tolerances}),
+        "RungeKutta": Call(_maker(gi.RungeKutta), {"tableau": "dop853"}),
+        "RKMK": Call(_maker(gi.RKMK), {"tableau": "dop853", "coordinates": "exp"}),
+        "Adaptive": Call(_maker(gi.Adaptive), {"base": gi.RungeKutta("dop853"), **tolerances}),
         "CommutatorFree": Call(_maker(gi.CommutatorFree), {"tableau": "cf-4"}),
         "Rattle": Call(_maker(gi.Rattle), {"tolerance": 0.0, "max_iterations": 200}),
         "Compose": Call(_maker(gi.Compose), {"base": gi.Gauss(1), "scheme": "suzuki-4"}),

@@ -175,7 +175,7 @@ def test_a_clock_does_not_count() -> None:
 def test_adaptive_steps_are_taken_as_they_are() -> None:
     """The map of each step at its length: the same sum as of single steps of those lengths."""
     p, y0 = PROBLEMS["spherical-pendulum"]
-    method = gi.RungeKutta("dormand-prince-5", adaptive=True, rtol=1e-5)
+    method = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), rtol=1e-5)
     sol = gi.solve(p, y0, t_end=10.0, method=method, observe=["measure"], save_every=1)
     lengths = np.diff(sol.t)
     assert np.ptp(lengths) > 0.01
@@ -269,3 +269,13 @@ def test_a_report_says_how_long_it_was_watched(tmp_path) -> None:
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "measure (to τ = 2)" in page
     assert "energy (to" not in page
+
+
+@pytest.mark.parametrize("p", [[0.0, 0.0, 1e281], [0.0, 1e200, 0.0]])
+def test_states_whose_rates_overflow_fail_in_their_first_step(p: list[float]) -> None:
+    """As they do unwatched; with a step that is given, no default step is asked for."""
+    problem = neumann.problem()
+    state = [1.0, 0.0, 0.0, *p]
+    with pytest.raises(gi.NonFiniteError) as raised:
+        gi.solve(problem, state, t_end=1.0, step=0.25, observe=["measure"], compiled=False)
+    assert raised.value.step == 0

@@ -211,7 +211,7 @@ def test_nothing_is_evaluated_beyond_the_end() -> None:
 def test_first_and_longest_step() -> None:
     """`step` is the first step; `max_step` bounds all of them, the first too."""
     problem, y0 = cases("field")[0]
-    method = gi.RungeKutta("dop853", adaptive=True)
+    method = gi.Adaptive(gi.RungeKutta("dop853"))
     sol = gi.solve(problem, y0, t_end=5.0, step=0.01, method=method, save_every=1)
     assert sol.t[1] == 0.01
     short = method.with_options(max_step=0.05)
@@ -230,7 +230,7 @@ def test_a_rest_takes_few_steps() -> None:
         out[1] = 0.0 * y[1]
 
     problem = gi.Problem("rest", (("x", 1), ("y", 1)), field=rest)
-    method = gi.RungeKutta("dormand-prince-5", adaptive=True, atol=0.0)
+    method = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), atol=0.0)
     sol = gi.solve(problem, [0.0, 1.0], t_end=1e6, method=method)
     np.testing.assert_array_equal(sol.y[-1], [0.0, 1.0])
     assert sol.steps < 20
@@ -246,7 +246,7 @@ def test_steps_do_not_depend_on_units() -> None:
 
     problem = gi.Problem("turning", (("y", 2),), field=turning)
     for name in ("dormand-prince-5", "dop853"):
-        method = gi.RungeKutta(name, adaptive=True, atol=0.0)
+        method = gi.Adaptive(gi.RungeKutta(name), atol=0.0)
         runs = [
             gi.solve(problem, [size, 0.0], t_end=20.0, step=0.1, method=method)
             for size in (2.0**-500, 1.0, 2.0**500)
@@ -264,7 +264,7 @@ def test_a_physical_end_is_met() -> None:
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
     y0 = problem.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
     wanted = [1.0, 2.5, 7.0]
-    method = gi.RungeKutta("dop853", adaptive=True, rtol=1e-11, atol=0.0)
+    method = gi.Adaptive(gi.RungeKutta("dop853"), rtol=1e-11, atol=0.0)
     for sign in (1.0, -1.0):
         times = [sign * t for t in wanted]
         sol = gi.solve(problem, y0, t_end=times[-1], method=method, t_eval=times)
@@ -412,14 +412,15 @@ def test_a_nan_from_the_start() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: gi.RungeKutta("rk-4", adaptive=True), "'rk-4' has no embedded method"),
-        (lambda: gi.RungeKutta("dop853", rtol=1e-6), "rtol: only with adaptive=True"),
-        (lambda: gi.RKMK("dop853", atol=1e-6, max_step=1.0), "atol, max_step: only with"),
-        (lambda: gi.RungeKutta("dop853", adaptive=True, rtol=1e-17), "rtol = 1e-17"),
-        (lambda: gi.RungeKutta("dop853", adaptive=True, rtol=True), "rtol = True"),
-        (lambda: gi.RungeKutta("dop853", adaptive=True, rtol=math.nan), "rtol = nan"),
-        (lambda: gi.RKMK("dop853", adaptive=True, atol=-1.0), "atol = -1.0"),
-        (lambda: gi.RKMK("dop853", adaptive=True, max_step=0), "max_step = 0"),
+        (lambda: gi.Adaptive(gi.RungeKutta("rk-4")), "'rk-4' has no embedded method"),
+        (lambda: gi.Adaptive(gi.Gauss(8)), "'gauss-8' has no embedded method"),
+        (lambda: gi.Adaptive(gi.Adaptive(gi.RungeKutta("dop853"))), "has no embedded method"),
+        (lambda: gi.Adaptive("dop853"), "expected a geomint method"),
+        (lambda: gi.Adaptive(gi.RungeKutta("dop853"), rtol=1e-17), "rtol = 1e-17"),
+        (lambda: gi.Adaptive(gi.RungeKutta("dop853"), rtol=True), "rtol = True"),
+        (lambda: gi.Adaptive(gi.RungeKutta("dop853"), rtol=math.nan), "rtol = nan"),
+        (lambda: gi.Adaptive(gi.RKMK("dop853"), atol=-1.0), "atol = -1.0"),
+        (lambda: gi.Adaptive(gi.RKMK("dop853"), max_step=0), "max_step = 0"),
         (lambda: find_method("dop853-adaptive").with_options(rtol="1"), "rtol = '1'"),
         (lambda: find_method("dop853").with_options(rtol=1e-3), "no option 'rtol'"),
     ],
@@ -506,4 +507,4 @@ def test_no_more_steps_than_allowed(name: str, limit: int) -> None:
 @pytest.mark.parametrize("limit", [0, -1, 10.5, math.inf, True])
 def test_limits_that_make_no_sense(limit: float) -> None:
     with pytest.raises(gi.DomainError, match="max_steps"):
-        gi.RungeKutta("dop853", adaptive=True, max_steps=limit)
+        gi.Adaptive(gi.RungeKutta("dop853"), max_steps=limit)

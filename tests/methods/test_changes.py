@@ -164,7 +164,7 @@ ENTRIES = {
     "pointwise": mapped,
 }
 SLOW = {
-    "adaptive": solved(PENDULUM, gi.RungeKutta("dop853", adaptive=True)),
+    "adaptive": solved(PENDULUM, gi.Adaptive(gi.RungeKutta("dop853"))),
     "clock": solved(
         gi.Problem("circle", PIECES, [1.0], field=circle, time="tau", clock=clock),
         "rk-4",

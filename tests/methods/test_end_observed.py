@@ -48,7 +48,7 @@ MORE = {"invariants": {"size": size}, "measure": gi.Measure(density)}
 IN_T = gi.Problem("circle", (("y", 2),), field=turning, **MORE)
 IN_TAU = gi.Problem("circle", (("y", 2),), field=turning, time="tau", clock=swinging_rate, **MORE)
 ENDING = gi.Problem("ending", (("y", 2),), field=ending, **MORE)
-ADAPTIVE = gi.RungeKutta("bogacki-shampine-3", adaptive=True, rtol=1e-2, atol=1e-2)
+ADAPTIVE = gi.Adaptive(gi.RungeKutta("bogacki-shampine-3"), rtol=1e-2, atol=1e-2)
 START = np.array([0.8, 0.6])
 RUNS = {
     "whole steps": (IN_T, {"t_end": 1.0}, "heun-2"),

@@ -323,6 +323,8 @@ def test_failures_beside_the_run() -> None:
         lambda: gi.Compose(gi.Gauss(1), "suzuki-5"),
         lambda: gi.Compose(gi.Gauss(1), 5),
         lambda: gi.Compose(gi.Gauss(2), "suzuki-4"),
+        lambda: gi.Compose(gi.Gauss(1), "suzuki-6"),
+        lambda: gi.Compose(gi.Gauss(1), True),
         lambda: gi.Compose(gi.RungeKutta("rk-4"), 4),
         lambda: gi.Compose(gi.Rattle().with_options(tolerance=0.0), 7),
         lambda: gi.Rattle().with_options(tolerence=0.0),

@@ -238,9 +238,9 @@ CALLS = [
 ]
 KEYWORDS = {
     "t_span": "t_end=",
-    "rtol": r"adaptive=True, rtol=.*step=",
-    "atol": r"adaptive=True, atol=.*step=",
-    "max_step": r"adaptive=True, max_step=",
+    "rtol": r"Adaptive.*, rtol=.*step=",
+    "atol": r"Adaptive.*, atol=.*step=",
+    "max_step": r"Adaptive.*, max_step=",
     "first_step": "step=",
     "events": "observe=",
     "dense_output": "t_eval=",

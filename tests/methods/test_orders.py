@@ -45,7 +45,9 @@ from geomint.tableaux import (
 )
 
 T_END = 2.0
-COMPOSED = [f"gauss-1-{name}" for name in COMPOSITIONS] + ["rattle-kahan-li-6", "verlet-yoshida-6"]
+COMPOSED = [f"gauss-1-{name}" for name, scheme in COMPOSITIONS.items() if scheme.base_order == 2]
+COMPOSED += ["rattle-kahan-li-6", "verlet-yoshida-6", "gauss-2-suzuki-6", "gauss-2-yoshida-6"]
+COMPOSED += ["gauss-3-triple-jump-8", "verlet-4-suzuki-6", "rattle-4-suzuki-6"]
 NAMES = [name for name in (*methods(), *COMPOSED) if not find_method(name).adaptive]
 
 # Steps of the three runs, by order: errors between 1e-14 and 1e-2.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,7 +15,12 @@ from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 
 pytestmark = pytest.mark.nojit
 
-COMPOSED = [f"{base}-{name}" for base in ("gauss-1", "rattle", "verlet") for name in COMPOSITIONS]
+COMPOSED = [
+    f"{base}-{name}"
+    for base, order in (("gauss-1", 2), ("rattle", 2), ("verlet", 2), ("gauss-2", 4))
+    for name, scheme in COMPOSITIONS.items()
+    if scheme.base_order <= order < scheme.order
+] + ["gauss-1-suzuki-4-suzuki-6", "rattle-4-suzuki-6-suzuki-8"]
 each_name = pytest.mark.parametrize("name", [*methods(), *COMPOSED])
 
 
@@ -21,7 +29,8 @@ def test_names_lead_back(name: str) -> None:
     """A method's own name finds the method, of the same order."""
     method = find_method(name)
     again = find_method(method.name)
-    assert (again.name, again.order, again.needs) == (method.name, method.order, method.needs)
+    assert again == method
+    assert again.name == method.name
     assert find_method(method) is method
     assert name == name.lower()
     assert " " not in name
@@ -54,19 +63,25 @@ def test_all_tableaux_have_methods() -> None:
 
 def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of any package."""
-    mine = gi.RungeKutta("kutta-3")
+    mine = gi.RungeKutta(dataclasses.replace(RUNGE_KUTTA["kutta-3"], name="mine-3"))
+    offered = {"mine-3": mine, "other-name": mine, "no-method": print}
 
     class Point:
-        name = "mine-3"
+        def __init__(self, name: str) -> None:
+            self.name = name
 
-        def load(self) -> gi.Method:
-            return mine
+        def load(self) -> object:
+            return offered[self.name]
 
-    monkeypatch.setattr(registry, "entry_points", lambda group: [Point()])
+    monkeypatch.setattr(registry, "entry_points", lambda group: [Point(n) for n in offered])
     methods.cache_clear()
     try:
-        found = find_method("mine-3")  # under the name that it was registered by
-        assert (found.name, found.order) == ("mine-3", mine.order)
+        with pytest.warns(
+            gi.GeomintWarning, match="is left out: expected a geomint.Method"
+        ) as said:
+            assert find_method("mine-3") is mine
+        assert len(said) == 2
+        assert not {"other-name", "no-method"} & set(method_names())
     finally:
         methods.cache_clear()
 
@@ -95,7 +110,25 @@ def test_compositions_know_their_base() -> None:
     assert gi.Compose(gi.Gauss(1), 6).order == 6
     assert gi.Compose(gi.Rattle(), "suzuki-4").order == 4
     assert gi.Compose(gi.Verlet(), 8).order == 8
-    with pytest.raises(gi.MethodError, match="base of order 2"):
-        gi.Compose(gi.Gauss(2), 6)
+    assert gi.Compose(gi.Gauss(2), 6) == find_method("gauss-2-suzuki-6")
+    assert gi.Compose(gi.Compose(gi.Gauss(1), 4), 6) == find_method("gauss-1-suzuki-4-suzuki-6")
+    assert gi.Compose(gi.Gauss(2), "kahan-li-8").order == 8
+    with pytest.raises(gi.MethodError, match="bases of order 4 or more to 6"):
+        gi.Compose(gi.Rattle(), "suzuki-6")
+    with pytest.raises(gi.MethodError, match="'gauss-3' has order 6"):
+        gi.Compose(gi.Gauss(3), "suzuki-6")
     with pytest.raises(gi.MethodError, match="symmetric are"):
-        gi.Compose(gi.Compose(gi.Gauss(1), 4), 6)
+        gi.Compose(gi.RungeKutta(), 6)
+
+
+def test_substeps_that_are_not_taken_are_noticed() -> None:
+    """A method that says it is symmetric but ignores the substeps would be of its own order."""
+
+    class Deaf(gi.Gauss):
+        def start(self, s: gi.methods.Start) -> Any:
+            return super().start(dataclasses.replace(s, lengths=(1.0,), starts=(0.0,)))
+
+    problem, y0 = examples()[0]
+    start = gi.methods.Start(problem, np.asarray(y0), 0.0, 0.1, compiled=False)
+    with pytest.raises(gi.MethodError, match="takes no substeps"):
+        gi.Compose(Deaf(1), 4).start(start)

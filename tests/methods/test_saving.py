@@ -29,7 +29,7 @@ def swinging_rate(params, t, y, work):
 IN_T = gi.Problem("circle", (("y", 2),), field=turning)
 IN_TAU = gi.Problem("circle", (("y", 2),), field=turning, time="tau", clock=swinging_rate)
 STEP = 0.25
-ADAPTIVE = gi.RungeKutta("bogacki-shampine-3", adaptive=True, rtol=1e-2, atol=1e-2)
+ADAPTIVE = gi.Adaptive(gi.RungeKutta("bogacki-shampine-3"), rtol=1e-2, atol=1e-2)
 # name: problem, method, the time that the end is in
 KINDS = {
     "fixed": (IN_T, "rk-4", "t_end"),

@@ -27,6 +27,7 @@ EXAMPLES = {
     gi.StepLimitError: (1.0, 2, 3.0, 4, "hint"),
     gi.StepSizeError: (1.0, 2, 3.0, 4, "hint", 0.5),
     gi.UnknownReferenceError: ("reason", 1e-3, 1e-5, "advice"),
+    gi.SendingError: ("mine", "notebook"),
 }
 WAYS = {
     "pickle": lambda error: pickle.loads(pickle.dumps(error)),

@@ -168,6 +168,6 @@ def test_an_adaptive_method_says_what_decides_its_steps():
 def test_an_adaptive_plan_gives_what_solve_gives():
     scene = gi.Scene(**REDUCED, integrate={"method": "dop853-adaptive", "rtol": 1e-10})
     planned = gi.make_plan(scene).solve(progress=False)
-    method = gi.RungeKutta("dop853", adaptive=True, rtol=1e-10)
+    method = gi.Adaptive(gi.RungeKutta("dop853"), rtol=1e-10)
     plain = gi.solve(scene.problem, scene.state, t_end=2.0, method=method)
     np.testing.assert_array_equal(planned.y[-1], plain.y[-1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -50,7 +51,7 @@ def command(
     methods: str | None,
     steps: str | None,
     repeats: int | None,
-    reference: str | None,
+    reference: Literal["auto", "extended", "exact"] | None,
     out: Path,
     yes: bool,
     quiet: bool,

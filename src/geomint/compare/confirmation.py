@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import FormError, GeomintError
-from ..methods import RungeKutta
+from ..methods import Adaptive, RungeKutta
 from ..problems.deviation import pieces_of, relative_error, shifted, sizes_of
 from ..problems.evaluate import derivative, value
 from ..problems.problem import Problem
@@ -144,8 +144,8 @@ def _named(problem: Problem, y: Array) -> dict[str, Array]:
 def _compiled(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
     """Return the end of a run of `dop853-adaptive`."""
     least = float(np.min(sizes_of(problem, y0)))
-    method = RungeKutta(
-        "dop853", adaptive=True, rtol=tolerance, atol=tolerance * least, max_steps=MOST_STEPS
+    method = Adaptive(
+        RungeKutta("dop853"), rtol=tolerance, atol=tolerance * least, max_steps=MOST_STEPS
     )
     time = "tau_end" if problem.time == "tau" else "t_end"
     clock = problem.clock is not None

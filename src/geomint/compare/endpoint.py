@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 from ..arguments import Array
 from ..errors import DomainError, FormError, GeomintError, UnknownReferenceError
@@ -23,7 +23,7 @@ from .reference_record import MARGIN, RESOLUTION, SMALL, Reference
 
 __all__ = ["Endpoint", "endpoint_of"]
 
-REFERENCES = ("auto", "extended", "exact")
+Source = Literal["auto", "extended", "exact"]
 NEAR, SAMPLES = 2.0**-26, 3
 MOST_EXTENDED_STEPS = 100_000  # of gauss-8's default size: some minutes in double-double arithmetic
 
@@ -73,7 +73,7 @@ class Endpoint:
 
 
 def endpoint_of(
-    model: Model, end: dict[str, float], reference: str, report: Callable[[str], None]
+    model: Model, end: dict[str, float], reference: Source, report: Callable[[str], None]
 ) -> tuple[Endpoint, dict[str, Any]]:
     """Return where the runs of a model end, and the reference there with its numbers for reports.
 
@@ -87,8 +87,8 @@ def endpoint_of(
         If the reference cannot judge even errors of 1e-5.
     """
     own = next(iter(model.problems.values()))
-    if reference not in REFERENCES:
-        raise DomainError("reference", reference, f"one of {list(REFERENCES)}")
+    if reference not in get_args(Source):
+        raise DomainError("reference", reference, f"one of {list(get_args(Source))}")
     found: tuple[str, Problem, Reference] | None = None
     if reference == "exact" or (reference == "auto" and _takes_minutes(model, end)):
         report("reference solution by the exact flow")

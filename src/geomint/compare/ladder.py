@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from ..arguments import Array, positive
 from ..errors import DomainError, FormError, nearest
 from ..methods import Method
-from ..methods.tolerances import LARGEST_RTOL, LEAST_RTOL
+from ..methods.adaptive import LARGEST_RTOL, LEAST_RTOL
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.timeline import default_step

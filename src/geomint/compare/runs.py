@@ -17,12 +17,13 @@ from typing import Any, NamedTuple
 
 from ..arguments import Array
 from ..errors import FormError, GeomintError
+from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.solve import solve
 from ..watch.drift import Drift
-from .endpoint import Endpoint, endpoint_of
+from .endpoint import Endpoint, Source, endpoint_of
 from .ladder import check_representation, checked_steps, ladder, representation_for
 
 __all__ = ["Comparison", "Point", "compare"]
@@ -67,8 +68,8 @@ class Point:
     bound: float | None = None
 
 
-@dataclass
-class Comparison:
+@dataclass(eq=False)
+class Comparison(Compared):
     """All points, the reference, and the drifts of each method's best run.
 
     `status` is ``"interrupted"`` if Ctrl-C ended it before the last point.
@@ -109,7 +110,7 @@ def compare(
     representation: str | None = None,
     repeats: int = 5,
     observe: bool = True,
-    reference: str = "auto",
+    reference: Source = "auto",
     report: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run every method at several steps and measure error and run time.

@@ -1,5 +1,6 @@
 """Integration methods: each is a name, the form it needs, its coefficients and a kernel."""
 
+from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose
 from .explicit import RungeKutta
@@ -8,9 +9,11 @@ from .method import Method, Start
 from .rattle import Rattle
 from .registry import find_method, method_names, methods
 from .rkmk import RKMK
+from .splitting import Verlet
 
 __all__ = [
     "RKMK",
+    "Adaptive",
     "CommutatorFree",
     "Compose",
     "Gauss",
@@ -18,6 +21,7 @@ __all__ = [
     "Rattle",
     "RungeKutta",
     "Start",
+    "Verlet",
     "find_method",
     "method_names",
     "methods",

@@ -1,208 +1,122 @@
-"""Steppers that choose their steps themselves."""
+"""Steps chosen by the error that they make."""
 
 from __future__ import annotations
 
-import functools
 import math
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
-from ..arguments import Array
-from ..errors import (
-    NonFiniteError,
-    StepError,
-    StepLimitError,
-    StepSizeError,
-)
-from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.adaptive import END, LARGEST, NEXT, REMEMBERED, SMALLEST
-from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
-from ..tableaux import Tableau
-from .bound_forms import piece_numbers
-from .lane_stepper import LaneStepper
+import numpy as np
+
+from ..arguments import Array, finite, whole
+from ..errors import DomainError, MethodError, quoted
+from ..problems.evaluate import derivative
+from ..problems.problem import Problem
 from .method import Method, Start
-from .stepper import Advance, Stepper, filled_block
-from .tolerances import Tolerances
+from .stepper import Stepper
 
-__all__ = ["AdaptiveStepper", "controlled_stepper", "made_adaptive"]
+__all__ = ["LARGEST_RTOL", "LEAST_RTOL", "Adaptive"]
 
-
-@dataclass
-class AdaptiveStepper(Stepper):
-    """A stepper that chooses its steps: its own time is the last row of what it hands out.
-
-    Attributes
-    ----------
-    rows : int
-        Rows of the state and one of the time.
-    fixed : Stepper
-        The method at fixed step: for single steps, and for lanes.
-    reuses : bool
-        Whether the last stage of a step serves as the first of the next.
-    """
-
-    fixed: Stepper = field(kw_only=True)
-    allowed: Tolerances = field(kw_only=True)
-    reuses: bool = field(kw_only=True)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self._tried = self.h
-
-    @property
-    def state(self) -> Array:
-        """The rounded state, without the time; a view."""
-        return self.memory.data[: self.rows - 1]
-
-    @property
-    def carry(self) -> Array:
-        """The carries of the compensated state; a view."""
-        return self.memory.data[self.rows : 2 * self.rows - 1]
-
-    @property
-    def time(self) -> float:
-        """The problem's own time that has been reached."""
-        return float(self.memory.data[self.rows - 1])
-
-    @property
-    def finished(self) -> bool:
-        """Whether the end has been reached."""
-        return bool(self.time == self.coefficients.data[END])
-
-    @property
-    def left(self) -> float:
-        """How far the end is, in the problem's own time."""
-        return float(self.coefficients.data[END]) - self.time
-
-    @property
-    def extremes(self) -> tuple[float, float]:
-        """Smallest and largest step so far, without those that the end cuts short; 0, 0 if none."""
-        smallest, largest = (float(self._remembered(which)) for which in (SMALLEST, LARGEST))
-        return (smallest, largest) if largest > 0.0 else (0.0, 0.0)
-
-    def _remembered(self, which: int) -> float:
-        return float(self.memory.data[2 * self.rows + which])
-
-    def evaluations_in(self, steps: int, tries: int) -> int:
-        """Return the evaluations in so many steps and tries; a retry keeps the first stage."""
-        return round(tries * (self.evaluations - 1)) + (min(steps, 1) if self.reuses else steps)
-
-    def lanes(self) -> LaneStepper:
-        """Return the same step at fixed length for eight trajectories at once."""
-        return self.fixed.lanes()
-
-    def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
-        """Take up to `count` steps, write every `every`-th state with its time, and the end's."""
-        left = self.allowed.max_steps - first
-        result = super().advance(first, min(count, left), every, out)
-        if result.status == OK and result.steps == left < count and not self.finished:
-            result = result._replace(status=TOO_MANY_STEPS, residual=abs(self.left))
-        if result.status != OK:
-            self._tried = self._remembered(NEXT)
-        return result
-
-    def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
-        """Return a stepper of fixed step from another state, time and step."""
-        if self.fixed._entry is None:
-            self.fixed.prepare()
-        return self.fixed.restarted(y, t, h, carry)
-
-    def error(self, result: Advance, first: int, before: int = 0) -> StepError:
-        """Return the typed error of an advance that failed; memory is that of the last good step."""
-        residual = result.residual if result.residual == result.residual else float("inf")
-        numbers = (self.time, before + first + result.steps, residual, result.iterations)
-        h = self._tried
-        if result.status == NOT_FINITE:
-            return NonFiniteError(*numbers, f"even with h = {h:.3g}")
-        if result.status == OUTSIDE_CHART:
-            return StepSizeError(*numbers, f"even h = {h:.3g} leaves the group's coordinates", h=h)
-        if result.status == TOO_MANY_STEPS:
-            return StepLimitError(*numbers, f"max_steps = {self.allowed.max_steps}; h = {h:.3g}")
-        hint = (
-            f"rtol = {self.allowed.rtol:g} and atol = {self.allowed.atol:g} ask for a step of "
-            f"{h:.3g}; the solution may end here, or the tolerances lie below rounding"
-        )
-        return StepSizeError(*numbers, hint, h=h)
+LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
 
 
-def controlled_stepper(
-    s: Start,
-    table: Tableau,
-    allowed: Tolerances,
-    fixed: Stepper,
-    *,
-    kernel: Recorded,
-    y0: Array,
-    derivative_rows: int,
-    header: tuple[Any, ...],
-    work_rows: int,
-) -> AdaptiveStepper:
-    """Return the adaptive stepper of a method whose fixed-step stepper is `fixed`.
+@dataclass(frozen=True, repr=False)
+class Adaptive(Method):
+    """A method whose every step is as long as the error that it estimates allows.
 
     Parameters
     ----------
-    kernel : Recorded
-        Made by `geomint.kernels.solve.adaptive.adaptive_stepper`; it takes the functions of `fixed`.
-    y0 : array
-        The initial state, with the clock's row where there is one.
-    derivative_rows : int
-        Length of a stage's derivative.
-    header : tuple
-        What the method's own coefficients are, before those of the tableau.
+    base : Method
+        One with an embedded method: `geomint.RungeKutta` or `geomint.RKMK` of a tableau that has one.
+    rtol, atol : float
+        A step is accepted if its estimated error is at most ``atol + rtol max |y_i|`` in every piece
+        of the state, with y_i the rows of the piece before and after the step.
+    max_step : float
+        No step is longer, in the problem's own time. Default: no bound.
+    max_steps : int
+        A run that needs more is a `StepLimitError`.
+
+    Raises
+    ------
+    DomainError
+        For tolerances that make no sense.
+    MethodError
+        If `base` has no embedded method.
+
+    Notes
+    -----
+    Local extrapolation and a PI controller (`geomint.kernels.solve.step_control`); a last stage that is
+    the new value serves the next step. A clock beside a problem in τ is one more piece of the state.
     """
-    assert table.error_float is not None
-    assert table.estimate_order is not None
-    rows = len(y0) + 1
-    memory = scalar_block(2 * rows + REMEMBERED + derivative_rows)
-    memory.data[: rows - 1], memory.data[rows - 1] = y0, s.t0
-    memory.data[2 * rows + NEXT] = math.copysign(min(abs(s.h), allowed.max_step), s.h)
-    memory.data[2 * rows + SMALLEST] = math.inf
-    coefficients = filled_block(
-        *(allowed.rtol, allowed.atol, allowed.max_step),
-        math.copysign(math.inf, s.h) if s.end is None else s.end,
-        table.estimate_order,
-        len(table.error_float) // table.stages,
-        float(table.first_same_as_last),
-        piece_numbers(s),  # the clock is a piece of its own
-        *header,
-        *(table.A_float, table.b_float, table.c_float, table.error_float),
-    )
-    return AdaptiveStepper(
-        kernel=kernel,
-        signatures=fixed.signatures,
-        functions=fixed.functions,
-        params=fixed.params,
-        coefficients=coefficients,
-        fractions=fixed.fractions,
-        memory=memory,
-        work=scalar_block(work_rows),
-        rows=rows,
-        t0=s.t0,
-        h=s.h,
-        evaluations=table.stages,
-        compiled=s.compiled,
-        fixed=fixed,
-        allowed=allowed,
-        reuses=table.first_same_as_last,
-    )
+
+    base: Method
+    _: KW_ONLY
+    rtol: float = 1e-8
+    atol: float = 1e-12
+    max_step: float = math.inf
+    max_steps: int = 10**8
+
+    adaptive = True
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.base, Method):
+            raise MethodError(f"base = {quoted(self.base)}: expected a geomint method")
+        if self.base.estimate_order is None:
+            what = "has no embedded method to estimate errors with"
+            raise MethodError(f"method {self.base.name!r} {what}")
+        limit = whole("max_steps", self.max_steps, 1)
+        numbers = {name: _real(name, getattr(self, name)) for name in ("rtol", "atol", "max_step")}
+        self._set(max_steps=limit, **numbers)
+        if not LEAST_RTOL <= self.rtol <= LARGEST_RTOL:
+            raise DomainError("rtol", self.rtol, "a number from 2⁻⁵⁰ = 8.9e-16 to 0.1")
+        if not 0.0 <= self.atol < math.inf:
+            raise DomainError("atol", self.atol, "a number ≥ 0")
+        if not self.max_step > 0.0:
+            raise DomainError("max_step", self.max_step, "a number > 0")
+        base = self.base
+        self._set(
+            name=f"{base.name}-adaptive",
+            order=base.order,
+            needs=base.needs,
+            step_fraction=base.step_fraction,
+            keeps=base.keeps,
+            family=base.family,
+            summary=f"{base.summary}; adaptive, error estimate of order {base.estimate_order}",
+            reference=base.reference,
+        )
+
+    def start(self, s: Start) -> Stepper:
+        return self.base.start_adaptive(s, self)
+
+    def default_step(self, problem: Problem, y0: Array, end: float) -> float:
+        """Return the length of a first step towards `end`.
+
+        The algorithm of Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, Section
+        II.4: the explicit Euler method would make an error of the tolerance's size, from estimates
+        of two derivatives.
+        """
+        sizes = np.zeros(problem.rows)
+        for rows in problem.slices.values():
+            sizes[rows] = np.max(np.abs(y0[rows]))
+        allowed = self.atol + self.rtol * sizes
+        allowed[allowed == 0.0] = math.inf
+
+        def norm(v: Array) -> float:
+            return float(np.max(np.abs(v) / allowed))
+
+        with np.errstate(all="ignore"):
+            slope = derivative(problem, y0)
+            d0, d1 = norm(y0), norm(slope)
+            h0 = 0.01 * d0 / d1 if min(d0, d1) > 1e-5 else 1e-6
+            h0 = math.copysign(min(h0, abs(end)), end)
+            d2 = norm(derivative(problem, y0 + h0 * slope, h0) - slope) / abs(h0)
+            largest = max(d1, d2)
+            h1 = (0.01 / largest) ** (1.0 / (self.order + 1)) if largest > 1e-15 else 1e-3 * abs(h0)
+        h = min(100.0 * abs(h0), h1, self.max_step, abs(end))
+        return h if 0.0 < h < math.inf else 1e-6 * abs(end)
 
 
-def made_adaptive(
-    method: Method,
-    table: Tableau,
-    allowed: Tolerances,
-    start: Callable[[Start], Stepper],
-    remake: Callable[..., Method],
-) -> Method:
-    """Return a method of fixed step as the adaptive one that `start` starts."""
-    return replace(
-        method,
-        name=f"{method.name}-adaptive",
-        start=start,
-        first_step=functools.partial(allowed.first_step, table.order),
-        options=asdict(allowed),
-        remake=remake,
-        summary=f"{method.summary}; adaptive, error estimate of order {table.estimate_order}",
-    )
+def _real(name: str, value: Any) -> float:
+    """Return a number, which may be infinite as `max_step` is, or raise `DomainError`."""
+    endless = isinstance(value, float) and math.isinf(value)
+    return float(value) if endless else finite(name, value, "a number")

@@ -34,9 +34,9 @@ def unrolled(rows: int, *others: int, limit: int = MAX_UNROLLED_ROWS) -> tuple[i
     return constants if rows <= limit else (0,) * len(constants)
 
 
-def substeps(lengths: Any = (1.0,), starts: Any = (0.0,)) -> Block:
+def substeps(s: Start) -> Block:
     """Return the substeps of a composition, in units of the step; by default the whole step."""
-    return filled_block(lengths, starts)
+    return filled_block(s.lengths, s.starts)
 
 
 def field_of(s: Start) -> tuple[Recorded, int, Array, int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..kernels.numbers.blocks import scalar_block
@@ -15,9 +17,8 @@ from .stepper import Stepper, filled_block
 __all__ = ["CommutatorFree"]
 
 
-def CommutatorFree(  # noqa: N802 - reads as the method it is
-    tableau: str | CommutatorFreeTableau = "cf-4",
-) -> Method:
+@dataclass(frozen=True, repr=False)
+class CommutatorFree(Method):
     """Lie group method whose stages are products of exponentials, without commutators.
 
     Parameters
@@ -30,9 +31,27 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
     Whatever the group's orbits keep (|γ|, K, the spectrum of k) is kept to rounding. The energy
     and the invariant measure drift; that of the ball by a rate of one order more than the method's.
     """
-    table = tableau_of(COMMUTATOR_FREE, tableau, CommutatorFreeTableau)
 
-    def start(s: Start) -> Stepper:
+    tableau: str | CommutatorFreeTableau = "cf-4"
+
+    needs = "action"
+    keeps = ("group orbits", "steady motions")
+
+    def __post_init__(self) -> None:
+        table = tableau_of(COMMUTATOR_FREE, self.tableau, CommutatorFreeTableau)
+        self._set(
+            tableau=table,
+            name=table.name,
+            order=table.order,
+            step_fraction=step_fraction(table.order),
+            family="Crouch–Grossman" if table.name.startswith("cg-") else "commutator-free",
+            summary=f"commutator-free, {table.exponentials} exponentials a step",
+            reference=table.reference,
+        )
+
+    def start(self, s: Start) -> Stepper:
+        table = self.tableau
+        assert isinstance(table, CommutatorFreeTableau)
         generator, group = action_of(s)
         maps = maps_of(group, group.act)
         rows, stages = s.problem.rows, len(table.stages)
@@ -51,7 +70,7 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, table.classical.c_float, *flows),
-            fractions=substeps(),
+            fractions=substeps(s),
             memory=memory,
             work=scalar_block(
                 commutator_free_work_size(
@@ -64,15 +83,3 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
             evaluations=stages,
             compiled=s.compiled,
         )
-
-    return Method(
-        name=table.name,
-        order=table.order,
-        needs="action",
-        family="Crouch–Grossman" if table.name.startswith("cg-") else "commutator-free",
-        keeps=("group orbits", "steady motions"),
-        start=start,
-        step_fraction=step_fraction(table.order),
-        summary=f"commutator-free, {table.exponentials} exponentials a step",
-        reference=table.reference,
-    )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ..errors import MethodError, nearest, quoted
@@ -15,11 +15,11 @@ from ..kernels.solve.runge_kutta import (
     runge_kutta_work_size,
 )
 from ..tableaux import RUNGE_KUTTA, Tableau
-from .adaptive import controlled_stepper, made_adaptive
+from .adaptive import Adaptive
+from .adaptive_stepper import controlled_stepper
 from .bound_forms import field_of, substeps, unrolled
 from .method import Method, Start
 from .stepper import Stepper, filled_block
-from .tolerances import tolerances
 
 __all__ = [
     "RungeKutta",
@@ -66,50 +66,50 @@ def fixed_step_numbers(table: Tableau) -> tuple[int, tuple[Any, ...]]:
     return s, (table.A_float[:s, :s], table.b_float[:s], table.c_float[:s])
 
 
-def RungeKutta(  # noqa: N802 - reads as the method it is
-    tableau: str | Tableau = "rk-4",
-    *,
-    adaptive: bool = False,
-    rtol: float | None = None,
-    atol: float | None = None,
-    max_step: float | None = None,
-    max_steps: int | None = None,
-) -> Method:
-    """Explicit Runge–Kutta method of a tableau, at fixed or adaptive step.
+@dataclass(frozen=True, repr=False)
+class RungeKutta(Method):
+    """Explicit Runge–Kutta method of a tableau; `geomint.Adaptive` chooses its steps.
 
     Parameters
     ----------
     tableau : str or Tableau
         A name from `geomint.tableaux.RUNGE_KUTTA` or an explicit tableau.
-    adaptive : bool
-        Choose every step by the error that the tableau's embedded weights estimate.
-    rtol, atol : float
-        With ``adaptive``: a step is accepted if its estimated error is at most
-        ``atol + rtol max |y_i|`` in every piece of the state. Defaults 1e-8 and 1e-12.
-    max_step : float
-        With ``adaptive``: no step is longer. Default: no bound.
-    max_steps : int
-        With ``adaptive``: a run that needs more is a `StepLimitError`. Default: 10⁸.
 
     Raises
     ------
-    DomainError
-        For tolerances that make no sense.
     MethodError
-        If the tableau is implicit or, with ``adaptive``, has no embedded method.
+        If the tableau is implicit.
 
     Notes
     -----
     The state is a compensated sum. Nothing else is preserved: energy and constraints drift.
-    Adaptive steps use local extrapolation and a PI controller (`geomint.kernels.solve.step_control`); a
-    last stage that is the new value serves the next step. A clock beside a problem in τ is one more
-    piece of the state.
     """
-    table = explicit_tableau(tableau)
-    allowed = tolerances(table, adaptive, rtol, atol, max_step, max_steps)
-    stages, numbers = fixed_step_numbers(table)
 
-    def start(s: Start) -> Stepper:
+    tableau: str | Tableau = "rk-4"
+
+    needs = "field"
+    family = "explicit Runge–Kutta"
+
+    def __post_init__(self) -> None:
+        table = explicit_tableau(self.tableau)
+        self._set(
+            tableau=table,
+            name=table.name,
+            order=table.order,
+            estimate_order=table.estimate_order,
+            step_fraction=step_fraction(table.order),
+            summary=f"explicit Runge–Kutta, {table.used_stages} stages",
+            reference=table.reference,
+        )
+
+    @property
+    def table(self) -> Tableau:
+        """The tableau."""
+        assert isinstance(self.tableau, Tableau)
+        return self.tableau
+
+    def start(self, s: Start) -> Stepper:
+        stages, numbers = fixed_step_numbers(self.table)
         field, rows, y0, work = field_of(s)
         memory = scalar_block(2 * rows)
         memory.data[:rows] = y0
@@ -119,7 +119,7 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
             functions=(field,),
             params=filled_block(s.problem.params),
             coefficients=filled_block(rows, stages, *numbers),
-            fractions=substeps(),
+            fractions=substeps(s),
             memory=memory,
             work=scalar_block(runge_kutta_work_size(rows, stages, work)),
             rows=rows,
@@ -129,33 +129,16 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
             compiled=s.compiled,
         )
 
-    def start_adaptive(s: Start) -> Stepper:
-        assert allowed is not None
+    def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:
         _, rows, y0, work = field_of(s)
         return controlled_stepper(
             s,
-            table,
+            self.table,
             allowed,
-            start(s),
+            self.start(s),
             kernel=adaptive_runge_kutta_stepper(*unrolled(rows)),
             y0=y0,
             derivative_rows=rows,
-            header=(rows, table.stages),
-            work_rows=adaptive_runge_kutta_work_size(rows, table.stages, work),
+            header=(rows, self.table.stages),
+            work_rows=adaptive_runge_kutta_work_size(rows, self.table.stages, work),
         )
-
-    method = Method(
-        name=table.name,
-        order=table.order,
-        needs="field",
-        family="explicit Runge–Kutta",
-        start=start,
-        step_fraction=step_fraction(table.order),
-        summary=f"explicit Runge–Kutta, {stages} stages",
-        reference=table.reference,
-    )
-    if allowed is None:
-        return method
-    return made_adaptive(
-        method, table, allowed, start_adaptive, functools.partial(RungeKutta, table, adaptive=True)
-    )

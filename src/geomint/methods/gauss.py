@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
 
-from ..arguments import Array, number, switch, whole
+from ..arguments import Array, switch, whole
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
@@ -22,7 +21,7 @@ from ..tableaux import gauss_legendre
 from . import binding
 from .bound_forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
-from .method import Method, Start
+from .method import Method, Start, iteration_tolerance
 from .stepper import Stepper, filled_block
 
 __all__ = ["Gauss"]
@@ -31,13 +30,8 @@ MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit st
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 
 
-def Gauss(  # noqa: N802 - reads as the method it is
-    stages: int = 8,
-    *,
-    tolerance: float = 0.0,
-    max_iterations: int = 100,
-    fused: bool = False,
-) -> Method:
+@dataclass(frozen=True, repr=False)
+class Gauss(Method):
     """Gauss collocation with 1 to 16 stages.
 
     Parameters
@@ -56,83 +50,78 @@ def Gauss(  # noqa: N802 - reads as the method it is
         Compile the field into the stepper: the same bits, in 0.85 of the time where fields are
         small, for some seconds of compilation for each problem in each process.
 
-    Notes ----- Quadratic invariants are kept to rounding; energy errors of long runs grow like √t
-    (how: `geomint.kernels.solve.gauss`). The map is symplectic for Hamiltonian fields on flat
-    space. On a manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect
-    of order h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
+    Notes
+    -----
+    Quadratic invariants are kept to rounding; energy errors of long runs grow like √t (how:
+    `geomint.kernels.solve.gauss`). The map is symplectic for Hamiltonian fields on flat space. On a
+    manifold such as T*S^(n−1) it is not: there a step of size h has a symplectic defect of order
+    h^(2s+1): on the Hamiltonised sphere, n = 3, round-off for ``Gauss(8)`` up to h = 0.4.
     """
-    stages, fused = whole("stages", stages, 1, 16), switch("fused", fused)
-    tolerance = number("tolerance", tolerance, 0.0, 1e-2, "a number in [0, 0.01)")
-    max_iterations = whole("max_iterations", max_iterations, 1)
 
-    def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
-        return functools.partial(_start, stages, tolerance, max_iterations, fused, lengths, starts)
+    stages: int = 8
+    _: KW_ONLY
+    tolerance: float = 0.0
+    max_iterations: int = 100
+    fused: bool = False
 
-    return Method(
-        name=f"gauss-{stages}",
-        order=2 * stages,
-        needs="field",
-        family="Gauss collocation",
-        start=compose((1.0,), (0.0,)),
-        compose=compose,
-        step_fraction=_step_fraction(stages),
-        symmetric=True,
-        symplectic=True,
-        keeps=("quadratic invariants",),
-        summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
-        reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3",
-        options={"tolerance": tolerance, "max_iterations": max_iterations, "fused": fused},
-        remake=functools.partial(Gauss, stages),
-    )
+    needs = "field"
+    family = "Gauss collocation"
+    symmetric = True
+    symplectic = True
+    keeps = ("quadratic invariants",)
+    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3"
 
+    def __post_init__(self) -> None:
+        stages = whole("stages", self.stages, 1, 16)
+        self._set(
+            stages=stages,
+            tolerance=iteration_tolerance(self.tolerance),
+            max_iterations=whole("max_iterations", self.max_iterations, 1),
+            fused=switch("fused", self.fused),
+            name=f"gauss-{stages}",
+            order=2 * stages,
+            step_fraction=min(0.02 * 1.65 ** (stages - 1), 0.6),
+            summary=f"Gauss collocation, {stages} stage{'s' if stages > 1 else ''}, implicit",
+        )
 
-def _step_fraction(stages: int) -> float:
-    return min(0.02 * 1.65 ** (stages - 1), 0.6)
-
-
-def _start(
-    stages: int,
-    tolerance: float,
-    cap: int,
-    fused: bool,
-    lengths: Any,
-    starts: Any,
-    s: Start,
-) -> Stepper:
-    field, rows, y0, work = field_of(s)
-    groups = 1 if stages <= LANES else 2
-    function, signature, scratch = _lane_field(s, field, rows, work)
-    memory = scalar_block(gauss_memory_size(rows, groups))
-    memory.data[:rows] = y0
-    numbers = _lane_coefficients(stages, groups, tuple(lengths))
-    table = gauss_legendre(stages)
-    return Stepper(
-        kernel=gauss_stepper(
-            groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if fused else None
-        ),
-        signatures=() if fused else (signature,),
-        functions=() if fused else (function,),
-        params=filled_block(s.problem.params),
-        coefficients=filled_block(gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers),
-        fractions=substeps(lengths, starts),
-        memory=memory,
-        work=scalar_block(gauss_work_size(rows, groups, scratch)),
-        rows=rows,
-        t0=s.t0,
-        h=s.h,
-        evaluations=stages,
-        compiled=s.compiled,
-        lane_stepper=LaneStepper(
-            kernel=gauss_trajectories_stepper(),
-            signatures=(signature,),
-            functions=(function,),
-            coefficients=filled_block(
-                rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+    def start(self, s: Start) -> Stepper:
+        field, rows, y0, work = field_of(s)
+        stages, cap, tolerance = self.stages, self.max_iterations, self.tolerance
+        groups = 1 if stages <= LANES else 2
+        function, signature, scratch = _lane_field(s, field, rows, work)
+        memory = scalar_block(gauss_memory_size(rows, groups))
+        memory.data[:rows] = y0
+        numbers = _lane_coefficients(stages, groups, s.lengths)
+        table = gauss_legendre(stages)
+        return Stepper(
+            kernel=gauss_stepper(
+                groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if self.fused else None
             ),
-            memory_rows=gauss_trajectories_memory_size(rows, stages, len(lengths)),
-            work_rows=gauss_trajectories_work_size(rows, scratch),
-        ),
-    )
+            signatures=() if self.fused else (signature,),
+            functions=() if self.fused else (function,),
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(
+                gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers
+            ),
+            fractions=substeps(s),
+            memory=memory,
+            work=scalar_block(gauss_work_size(rows, groups, scratch)),
+            rows=rows,
+            t0=s.t0,
+            h=s.h,
+            evaluations=stages,
+            compiled=s.compiled,
+            lane_stepper=LaneStepper(
+                kernel=gauss_trajectories_stepper(),
+                signatures=(signature,),
+                functions=(function,),
+                coefficients=filled_block(
+                    rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+                ),
+                memory_rows=gauss_trajectories_memory_size(rows, stages, len(s.lengths)),
+                work_rows=gauss_trajectories_work_size(rows, scratch),
+            ),
+        )
 
 
 def _lane_field(s: Start, field: Recorded, rows: int, work: int) -> tuple[Recorded, str, int]:

@@ -1,19 +1,25 @@
-"""What a method is: a name, an order, the form it needs, and how to start it."""
+"""What a method is: a value that says its order and the form it needs, and starts a stepper."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Any
+import dataclasses
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import DomainError, FormError, MethodError, nearest, quoted
+from ..arguments import number
+from ..errors import FormError, MethodError, nearest, quoted
 from ..problems.problem import Problem
+from ..problems.time_scale import characteristic_time
+from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from .stepper import Stepper
 
-__all__ = ["Method", "Start"]
+__all__ = ["Form", "Method", "Start"]
+
+Form = Literal["field", "action", "hamiltonian", "splitting"]
 
 
 @dataclass(frozen=True)
@@ -30,6 +36,9 @@ class Start:
         Whether kernels are compiled; plain Python otherwise, with the same bits.
     end : float or None
         Where an adaptive method stops, in the problem's own time; None if that is not known.
+    lengths, starts : tuple of float
+        The substeps of a composition, in units of the step, and where they begin: the whole step
+        unless `geomint.Compose` asks for more.
     """
 
     problem: Problem
@@ -39,39 +48,40 @@ class Start:
     clock: bool = False
     compiled: bool = True
     end: float | None = None
+    lengths: tuple[float, ...] = (1.0,)
+    starts: tuple[float, ...] = (0.0,)
 
 
-@dataclass(frozen=True)
-class Method:
-    """An integration method.
+class Method(ABC):
+    """An integration method: a frozen dataclass that inherits from this class.
 
-    Parameters
+    Methods are values: they compare, hash and pickle by what they are made of, `dataclasses.replace`
+    changes them, and their repr can be pasted. Fields that only keywords may give are the method's
+    *options*, which scenes and `with_options` may change, such as a tolerance. The attributes below
+    are those of the class, or set by ``__post_init__`` where they depend on the fields.
+
+    Attributes
     ----------
     name : str
         Lower case with hyphens; `geomint.methods.find_method` parses it back.
     order : int
     needs : str
         The form of the problem: ``field``, ``action``, ``hamiltonian`` or ``splitting``.
+    step_fraction : float
+        Default step, as a fraction of the state's shortest characteristic time.
     symmetric, symplectic : bool
         Structure of the method itself, in exact arithmetic: symplectic on the manifold for a method
         that needs ``hamiltonian`` or ``splitting``; for one that needs ``field``, for Hamiltonian
-        fields on flat space. See `structure`.
+        fields on flat space. See `structure`. The kernel of a symmetric method takes the substeps
+        `Start.lengths`, so that `geomint.Compose` can raise its order.
     keeps : tuple of str
         What every step keeps to round-off, however long it is; `geomint.stress` holds the method to
         it. Some of ``"group orbits"``, ``"quadratic invariants"``, ``"constraints"``, and ``"steady
         motions"``: those whose generator is constant are followed exactly.
-    step_fraction : float
-        Default step, as a fraction of the state's shortest characteristic time.
-    first_step : callable or None
-        For adaptive methods: ``first_step(problem, y0, end) -> float``, the default first step.
-    start : callable
-        ``start(Start) -> Stepper``.
-    compose : callable or None
-        For symmetric methods: ``compose(fractions, starts) -> start``.
-    options : dict
-        The options that `with_options` may change, and their values.
-    remake : callable or None
-        ``remake(**options) -> Method``, for methods with options.
+    adaptive : bool
+        Whether the method chooses its steps itself.
+    estimate_order : int or None
+        The power of the step with which an error estimate falls, for `geomint.Adaptive`; None without.
     family : str
         What lists group it by, such as ``"Crouch–Grossman"``. May be left out.
     summary, reference : str
@@ -80,26 +90,67 @@ class Method:
 
     name: str
     order: int
-    needs: str
-    start: Callable[[Start], Stepper] = field(repr=False, compare=False)
+    needs: Form
     step_fraction: float
+    estimate_order: int | None = None
     symmetric: bool = False
     symplectic: bool = False
+    adaptive: bool = False
     keeps: tuple[str, ...] = ()
     family: str = ""
     summary: str = ""
     reference: str = ""
-    compose: Callable[..., Callable[[Start], Stepper]] | None = field(
-        default=None, repr=False, compare=False
-    )
-    options: dict[str, Any] = field(default_factory=dict, compare=False)
-    remake: Callable[..., Method] | None = field(default=None, repr=False, compare=False)
-    first_step: Callable[..., float] | None = field(default=None, repr=False, compare=False)
+
+    @abstractmethod
+    def start(self, s: Start) -> Stepper:
+        """Return the stepper of a run."""
+
+    def start_adaptive(self, s: Start, allowed: Any) -> Stepper:
+        """Return the stepper whose steps the error estimate chooses; see `geomint.Adaptive`."""
+        raise NotImplementedError
+
+    def _set(self, **attributes: Any) -> None:
+        """Set what a frozen dataclass finds out when it is made: canonical fields, attributes."""
+        for name, value in attributes.items():
+            object.__setattr__(self, name, value)
 
     @property
-    def adaptive(self) -> bool:
-        """Whether the method chooses its steps itself."""
-        return self.first_step is not None
+    def options(self) -> dict[str, Any]:
+        """The options and their values."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.kw_only}  # type: ignore[arg-type]
+
+    def with_options(self, **changes: Any) -> Self:
+        """Return the method with other options, such as its tolerance.
+
+        Raises
+        ------
+        MethodError
+            If it has no such option.
+        DomainError
+            For a value that makes no sense.
+        """
+        for option in changes:
+            if option not in self.options:
+                hint = nearest(option, self.options)
+                raise MethodError(f"method {self.name!r} has no option {quoted(option)}.{hint}")
+        return self._with(changes) if changes else self
+
+    def _with(self, options: dict[str, Any]) -> Self:
+        return dataclasses.replace(self, **options)  # type: ignore[type-var]
+
+    def __repr__(self) -> str:
+        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        given = [pasted(getattr(self, f.name)) for f in fields if not f.kw_only]
+        while len(given) > 1 and given[-1] == pasted(fields[len(given) - 1].default):
+            given.pop()
+        options = {f.name: f.default for f in fields if f.kw_only}
+        changed = [(name, getattr(self, name)) for name in options]
+        words = [f"{name}={value!r}" for name, value in changed if value != options[name]]
+        return f"{type(self).__name__}({', '.join([*given, *words])})"
+
+    def default_step(self, problem: Problem, y0: npt.NDArray[np.float64], end: float) -> float:
+        """Return the step of a run to `end` for which none is given, > 0."""
+        return self.step_fraction * characteristic_time(problem, y0, direction=end)
 
     def structure(self, problem: Problem) -> str:
         """Return in words what holds of the method's map on that problem: symmetric, symplectic.
@@ -111,19 +162,6 @@ class Method:
         form = getattr(problem, self.needs)
         symplectic = self.symplectic and self.needs != "field" and getattr(form, "symplectic", True)
         return " and ".join(["symmetric"] * self.symmetric + ["symplectic"] * symplectic)
-
-    def with_options(self, **changes: Any) -> Method:
-        """Return the method with other options, such as its tolerance."""
-        if not changes:
-            return self
-        remake = self.remake
-        for option in changes:
-            if option not in self.options or remake is None:
-                hint = nearest(option, self.options)
-                raise MethodError(f"method {self.name!r} has no option {quoted(option)}.{hint}")
-            _check_type(option, changes[option], self.options[option])
-        assert remake is not None
-        return replace(remake(**{**self.options, **changes}), name=self.name)
 
     def check_fits(self, problem: Problem, clock: bool) -> None:
         """Raise `FormError`, naming what would fit, unless the method can integrate the problem."""
@@ -144,12 +182,11 @@ class Method:
             )
 
 
-def _check_type(name: str, value: Any, like: Any) -> None:
-    """Raise `DomainError` unless `value` is of the kind of the option's present value."""
-    kinds = {bool: "true or false", int: "a whole number", float: "a number"}
-    accepted = (int, float) if isinstance(like, float) else type(like)
-    if not isinstance(value, accepted) or isinstance(value, bool) != isinstance(like, bool):
-        raise DomainError(name, value, kinds.get(type(like), type(like).__name__))
+def pasted(value: Any) -> str:
+    """Return what gives a field in a constructor: its name, for a tableau of a registry."""
+    name = getattr(value, "name", "")
+    known = any(table.get(name) == value for table in (RUNGE_KUTTA, COMMUTATOR_FREE, COMPOSITIONS))
+    return repr(name if known else value)
 
 
 _FITTING = {
@@ -163,3 +200,8 @@ _FITTING = {
 def _advice(problem: Problem) -> str:
     fitting = [f"{_FITTING[form]} (form {form!r})" for form in problem.forms]
     return f"Methods that fit: {'; '.join(fitting)}."
+
+
+def iteration_tolerance(value: Any) -> float:
+    """Return the tolerance of a fixed-point iteration, or raise `DomainError`."""
+    return number("tolerance", value, 0.0, 1e-2, "a number in [0, 0.01)")

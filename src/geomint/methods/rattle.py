@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
 
-from ..arguments import number, whole
+from ..arguments import whole
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
 from ..kernels.solve.rattle_separable import (
@@ -15,7 +13,7 @@ from ..kernels.solve.rattle_separable import (
     separable_rattle_work_size,
 )
 from .bound_forms import hamiltonian_of, substeps
-from .method import Method, Start
+from .method import Method, Start, iteration_tolerance
 from .stepper import Stepper, filled_block
 
 __all__ = ["Rattle"]
@@ -24,9 +22,8 @@ MAX_UNROLLED_ROWS = 9
 MAX_UNROLLED_CONSTRAINTS = 3
 
 
-def Rattle(  # noqa: N802 - reads as the method it is
-    *, tolerance: float = 0.0, max_iterations: int = 200
-) -> Method:
+@dataclass(frozen=True, repr=False)
+class Rattle(Method):
     """RATTLE for any Hamiltonian H(t, q, p) with holonomic constraints g(q) = 0, order 2.
 
     H need not be separable: both half steps are then implicit, and solved by fixed point. Where
@@ -39,53 +36,51 @@ def Rattle(  # noqa: N802 - reads as the method it is
     tolerance, max_iterations
         As for `geomint.Gauss`; the unknowns are measured relative to the size of q and of p.
     """
-    tolerance = number("tolerance", tolerance, 0.0, 1e-2, "a number in [0, 0.01)")
-    max_iterations = whole("max_iterations", max_iterations, 1)
 
-    def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
-        return functools.partial(_start, tolerance, max_iterations, lengths, starts)
+    _: KW_ONLY
+    tolerance: float = 0.0
+    max_iterations: int = 200
 
-    return Method(
-        name="rattle-2",
-        order=2,
-        needs="hamiltonian",
-        family="RATTLE",
-        start=compose((1.0,), (0.0,)),
-        compose=compose,
-        step_fraction=0.02,
-        symmetric=True,
-        symplectic=True,
-        keeps=("constraints",),
-        summary="RATTLE, implicit; only in the multipliers if H is separable",
-        reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4",
-        options={"tolerance": tolerance, "max_iterations": max_iterations},
-        remake=Rattle,
-    )
+    name = "rattle-2"
+    order = 2
+    needs = "hamiltonian"
+    step_fraction = 0.02
+    family = "RATTLE"
+    symmetric = True
+    symplectic = True
+    keeps = ("constraints",)
+    summary = "RATTLE, implicit; only in the multipliers if H is separable"
+    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4"
 
+    def __post_init__(self) -> None:
+        self._set(
+            tolerance=iteration_tolerance(self.tolerance),
+            max_iterations=whole("max_iterations", self.max_iterations, 1),
+        )
 
-def _start(tolerance: float, cap: int, lengths: Any, starts: Any, s: Start) -> Stepper:
-    assert s.problem.hamiltonian is not None
-    separable = s.problem.hamiltonian.separable
-    functions, n, m = hamiltonian_of(s)
-    rows = 2 * n + s.clock
-    sizes = separable_rattle_memory_size if separable else rattle_memory_size
-    scratch = separable_rattle_work_size if separable else rattle_work_size
-    stepper = separable_rattle_stepper if separable else rattle_stepper
-    unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
-    memory = scalar_block(sizes(n, m, s.clock))
-    memory.data[: 2 * n] = s.y0
-    return Stepper(
-        kernel=stepper(*unrolled),
-        signatures=("gradients", "constraint", "value"),
-        functions=functions,
-        params=filled_block(s.problem.params),
-        coefficients=filled_block(n, m, cap, tolerance, float(s.clock)),
-        fractions=substeps(lengths, starts),
-        memory=memory,
-        work=scalar_block(scratch(n, m, s.problem.work)),
-        rows=rows,
-        t0=s.t0,
-        h=s.h,
-        evaluations=2,
-        compiled=s.compiled,
-    )
+    def start(self, s: Start) -> Stepper:
+        assert s.problem.hamiltonian is not None
+        separable = s.problem.hamiltonian.separable
+        functions, n, m = hamiltonian_of(s)
+        rows = 2 * n + s.clock
+        sizes = separable_rattle_memory_size if separable else rattle_memory_size
+        scratch = separable_rattle_work_size if separable else rattle_work_size
+        stepper = separable_rattle_stepper if separable else rattle_stepper
+        unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
+        memory = scalar_block(sizes(n, m, s.clock))
+        memory.data[: 2 * n] = s.y0
+        return Stepper(
+            kernel=stepper(*unrolled),
+            signatures=("gradients", "constraint", "value"),
+            functions=functions,
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(n, m, self.max_iterations, self.tolerance, float(s.clock)),
+            fractions=substeps(s),
+            memory=memory,
+            work=scalar_block(scratch(n, m, s.problem.work)),
+            rows=rows,
+            t0=s.t0,
+            h=s.h,
+            evaluations=2,
+            compiled=s.compiled,
+        )

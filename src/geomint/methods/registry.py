@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
+import warnings
 from importlib.metadata import entry_points
 
-from ..errors import MethodError, nearest, quoted
-from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
+from ..errors import GeomintWarning, MethodError, nearest, quoted
+from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, DEFAULT_COMPOSITION, RUNGE_KUTTA
+from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose
 from .explicit import RungeKutta
@@ -19,6 +21,7 @@ from .splitting import Verlet
 __all__ = ["find_method", "method_names", "methods"]
 
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
+_MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
 
 
 @functools.cache
@@ -28,42 +31,29 @@ def methods() -> dict[str, Method]:
     Any symmetric method with the name of a composition appended, such as
     ``gauss-1-suzuki-4``, is a method too.
     """
-    named = [RungeKutta(name) for name in RUNGE_KUTTA]
-    named += [RKMK(name) for name in RUNGE_KUTTA]
-    named += [RKMK(name, coordinates="cayley") for name in RUNGE_KUTTA]
+    own: list[Method] = [RungeKutta(name) for name in RUNGE_KUTTA]
+    own += [RKMK(name) for name in RUNGE_KUTTA]
+    own += [RKMK(name, "cayley") for name in RUNGE_KUTTA]
     for name in (name for name, table in RUNGE_KUTTA.items() if table.b_hat is not None):
-        named += [RungeKutta(name, adaptive=True), RKMK(name, adaptive=True)]
-        named += [RKMK(name, coordinates="cayley", adaptive=True)]
-    named += [CommutatorFree(name) for name in COMMUTATOR_FREE]
-    named += [Gauss(s) for s in range(1, 17)]
-    named += [Rattle(), Verlet()]
-    found = {method.name: method for method in named}
-    for family in _FAMILIES:
-        for order in (4, 6, 8, 10):
-            name = f"{family}-{order}"
-            found[name] = _named(Compose(found[f"{family}-2"], order), name)
+        own += [Adaptive(RungeKutta(name)), Adaptive(RKMK(name)), Adaptive(RKMK(name, "cayley"))]
+    own += [CommutatorFree(name) for name in COMMUTATOR_FREE]
+    own += [Gauss(s) for s in range(1, 17)]
+    for base in (Rattle(), Verlet()):
+        own += [base, *(Compose(base, order) for order in DEFAULT_COMPOSITION)]
+    found = {method.name: method for method in own}
     for point in entry_points(group="geomint.methods"):
-        found[point.name] = _named(point.load(), point.name)
+        method = point.load()
+        if isinstance(method, Method) and method.name == point.name:
+            found[point.name] = method
+        else:
+            said = f"entry point {point.name!r} of the group geomint.methods is left out: expected "
+            warnings.warn(f"{said}a geomint.Method of that name", GeomintWarning, stacklevel=2)
     return found
-
-
-def _named(method: Method, name: str) -> Method:
-    from dataclasses import replace
-
-    return replace(method, name=name)
 
 
 def method_names() -> list[str]:
     """Return the names of all methods, compositions by suffix aside."""
     return list(methods())
-
-
-def _base(name: str) -> Method:
-    """Return the method that a composition is made of; compositions of compositions there are none."""
-    full = f"{name}-2" if name in _FAMILIES else name
-    if full not in methods() and any(full.endswith(f"-{suffix}") for suffix in COMPOSITIONS):
-        raise MethodError(f"method = {quoted(name)}: a composition cannot be composed again")
-    return find_method(full)
 
 
 def find_method(name: str | Method) -> Method:
@@ -75,9 +65,20 @@ def find_method(name: str | Method) -> Method:
     known = methods()
     if name in known:
         return known[name]
-    for composition in COMPOSITIONS:
-        base = name.removesuffix(f"-{composition}")
-        if base != name:
-            return Compose(_base(base), composition)
-    hint = nearest(name, known, "`geomint methods`")
-    raise MethodError(f"method = {quoted(name)}: no such method.{hint}")
+    base, schemes = name, list[str]()
+    while base not in known and (scheme := _last_scheme(base)) and len(schemes) < _MOST_SCHEMES:
+        base = base.removesuffix(f"-{scheme}")
+        schemes.append(scheme)
+        base = f"{base}-2" if base in _FAMILIES else base
+    if base not in known or not schemes:
+        hint = nearest(name, known, "`geomint methods`")
+        raise MethodError(f"method = {quoted(name)}: no such method.{hint}")
+    method = known[base]
+    for scheme in reversed(schemes):
+        method = Compose(method, scheme)
+    return method
+
+
+def _last_scheme(name: str) -> str:
+    """Return the composition that a method's name ends in, or an empty string."""
+    return next((scheme for scheme in COMPOSITIONS if name.endswith(f"-{scheme}")), "")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import functools
+from dataclasses import dataclass
 from fractions import Fraction
 from math import comb, factorial
+from typing import Literal
 
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
@@ -13,12 +14,12 @@ from ..kernels.solve.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
 from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
 from ..problems.forms import Group
 from ..tableaux import Tableau
-from .adaptive import controlled_stepper, made_adaptive
+from .adaptive import Adaptive
+from .adaptive_stepper import controlled_stepper
 from .bound_forms import action_of, maps_of, substeps, unrolled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
 from .method import Method, Start
 from .stepper import Stepper, filled_block
-from .tolerances import tolerances
 
 __all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
 
@@ -60,17 +61,9 @@ def coordinates_of(group: Group, coordinates: str, order: int) -> tuple[Recorded
     return group.cayley, group.dcayinv, group.work
 
 
-def RKMK(  # noqa: N802 - reads as the method it is
-    tableau: str | Tableau = "rk-4",
-    *,
-    coordinates: str = "exp",
-    adaptive: bool = False,
-    rtol: float | None = None,
-    atol: float | None = None,
-    max_step: float | None = None,
-    max_steps: int | None = None,
-) -> Method:
-    """Runge–Kutta–Munthe-Kaas method of an explicit tableau, at fixed or adaptive step.
+@dataclass(frozen=True, repr=False)
+class RKMK(Method):
+    """Runge–Kutta–Munthe-Kaas method of an explicit tableau; `geomint.Adaptive` chooses its steps.
 
     Parameters
     ----------
@@ -79,15 +72,11 @@ def RKMK(  # noqa: N802 - reads as the method it is
     coordinates : ``"exp"`` or ``"cayley"``
         The map ψ from the algebra to the group: the exponential, or on quadratic groups
         ``cay(u) = (1 − u/2)⁻¹ (1 + u/2)``.
-    adaptive, rtol, atol, max_step, max_steps
-        As for `geomint.RungeKutta`. The error is that of the exponent, e = u₁ − û₁ in the algebra,
-        measured by what it does to the state, ψ(e)·y − y: so the tolerances mean the same for all
-        groups and states.
 
     Raises
     ------
     DomainError, MethodError
-        As `geomint.RungeKutta`.
+        For other coordinates, and for a tableau that is implicit.
 
     Notes
     -----
@@ -96,18 +85,46 @@ def RKMK(  # noqa: N802 - reads as the method it is
     H. Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115. dcay⁻¹ is a polynomial of degree 2 and exact,
     so the Cayley map gives any order without series or brackets. What the group's orbits keep is
     kept to rounding. A step that turns so far that the coordinates end (2π, for cay π) is rejected,
-    or at fixed step a `StepSizeError`.
+    or at fixed step a `StepSizeError`. With `geomint.Adaptive` the error is that of the exponent,
+    e = u₁ − û₁ in the algebra, measured by what it does to the state, ψ(e)·y − y: so tolerances mean
+    the same for all groups and states.
     """
-    if not (isinstance(coordinates, str) and coordinates in COORDINATES):
-        raise DomainError("coordinates", coordinates, f"one of {list(COORDINATES)}")
-    table = explicit_tableau(tableau)
-    allowed = tolerances(table, adaptive, rtol, atol, max_step, max_steps)
-    stages, numbers = fixed_step_numbers(table)
 
-    def start(s: Start) -> Stepper:
+    tableau: str | Tableau = "rk-4"
+    coordinates: Literal["exp", "cayley"] = "exp"
+
+    needs = "action"
+    reference = "H. Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115"
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.coordinates, str) and self.coordinates in COORDINATES):
+            raise DomainError("coordinates", self.coordinates, f"one of {list(COORDINATES)}")
+        table = explicit_tableau(self.tableau)
+        exponential = self.coordinates == "exp"
+        prefix = "rkmk" if exponential else f"rkmk-{self.coordinates}"
+        maps = f"{table.used_stages} {MAPS[self.coordinates]}"
+        self._set(
+            tableau=table,
+            name=f"{prefix}-{table.order}" if table.name == "rk-4" else f"{prefix}-{table.name}",
+            order=table.order,
+            estimate_order=table.estimate_order,
+            step_fraction=step_fraction(table.order),
+            keeps=("group orbits", "steady motions") if exponential else ("group orbits",),
+            family=f"Runge–Kutta–Munthe-Kaas, {FAMILIES[self.coordinates]}",
+            summary=f"Runge–Kutta–Munthe-Kaas, {maps} a step",
+        )
+
+    @property
+    def table(self) -> Tableau:
+        """The tableau."""
+        assert isinstance(self.tableau, Tableau)
+        return self.tableau
+
+    def start(self, s: Start) -> Stepper:
         generator, group = action_of(s)
-        *chart, group_work = coordinates_of(group, coordinates, table.order)
+        *chart, group_work = coordinates_of(group, self.coordinates, self.order)
         maps = maps_of(group, *chart)
+        stages, numbers = fixed_step_numbers(self.table)
         rows, m = s.problem.rows, group.algebra_rows
         memory = scalar_block(2 * rows)
         memory.data[:rows] = s.y0
@@ -118,7 +135,7 @@ def RKMK(  # noqa: N802 - reads as the method it is
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, *numbers),
-            fractions=substeps(),
+            fractions=substeps(s),
             memory=memory,
             work=scalar_block(rkmk_work_size(rows, m, stages, s.problem.work, group_work)),
             rows=rows,
@@ -128,42 +145,24 @@ def RKMK(  # noqa: N802 - reads as the method it is
             compiled=s.compiled,
         )
 
-    def start_adaptive(s: Start) -> Stepper:
-        assert allowed is not None
+    def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:
         _, group = action_of(s)
-        *chart, group_work = coordinates_of(group, coordinates, table.order)
+        *chart, group_work = coordinates_of(group, self.coordinates, self.order)
         maps = maps_of(group, *chart)
-        rows, m, work = s.problem.rows, group.algebra_rows, s.problem.work
+        stages, rows, m, work = (
+            self.table.stages,
+            s.problem.rows,
+            group.algebra_rows,
+            s.problem.work,
+        )
         return controlled_stepper(
             s,
-            table,
+            self.table,
             allowed,
-            start(s),
+            self.start(s),
             kernel=adaptive_rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             y0=s.y0,
             derivative_rows=m,
-            header=(rows, m, table.stages, len(group.layout), work, group.layout),
-            work_rows=adaptive_rkmk_work_size(rows, m, table.stages, work, group_work),
+            header=(rows, m, stages, len(group.layout), work, group.layout),
+            work_rows=adaptive_rkmk_work_size(rows, m, stages, work, group_work),
         )
-
-    method = Method(
-        name=rkmk_name(table, coordinates),
-        order=table.order,
-        needs="action",
-        family=f"Runge–Kutta–Munthe-Kaas, {FAMILIES[coordinates]}",
-        keeps=("group orbits", *(("steady motions",) if coordinates == "exp" else ())),
-        start=start,
-        step_fraction=step_fraction(table.order),
-        summary=f"Runge–Kutta–Munthe-Kaas, {stages} {MAPS[coordinates]} a step",
-        reference="H. Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115",
-    )
-    if allowed is None:
-        return method
-    remake = functools.partial(RKMK, table, coordinates=coordinates, adaptive=True)
-    return made_adaptive(method, table, allowed, start_adaptive, remake)
-
-
-def rkmk_name(table: Tableau, coordinates: str) -> str:
-    """Return ``rkmk-4`` for rk-4, ``rkmk-dop853``, ``rkmk-cayley-4`` and so on."""
-    prefix = "rkmk" if coordinates == "exp" else f"rkmk-{coordinates}"
-    return f"{prefix}-{table.order}" if table.name == "rk-4" else f"{prefix}-{table.name}"

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
 
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.splitting import splitting_stepper, splitting_work_size
@@ -15,7 +13,8 @@ from .stepper import Stepper, filled_block
 __all__ = ["Verlet"]
 
 
-def Verlet() -> Method:  # noqa: N802 - reads as the method it is
+@dataclass(frozen=True, repr=False)
+class Verlet(Method):
     """Strang's composition of the flows of a problem's parts, order 2: explicit.
 
     Of two parts, such as kick and drift, this is the method of Störmer and Verlet. Symmetric, so
@@ -27,42 +26,34 @@ def Verlet() -> Method:  # noqa: N802 - reads as the method it is
     A part that depends on time is frozen at the middle of the step.
     """
 
-    def compose(lengths: Any, starts: Any) -> Callable[[Start], Stepper]:
-        return functools.partial(_start, lengths, starts)
+    name = "verlet-2"
+    order = 2
+    needs = "splitting"
+    step_fraction = 0.02
+    family = "Störmer–Verlet splitting"
+    symmetric = True
+    symplectic = True
+    keeps = ("constraints",)
+    summary = "Störmer–Verlet, Strang splitting of the parts; explicit"
+    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.5"
 
-    return Method(
-        name="verlet-2",
-        order=2,
-        needs="splitting",
-        family="Störmer–Verlet splitting",
-        start=compose((1.0,), (0.0,)),
-        compose=compose,
-        step_fraction=0.02,
-        symmetric=True,
-        symplectic=True,
-        keeps=("constraints",),
-        summary="Störmer–Verlet, Strang splitting of the parts; explicit",
-        reference="Hairer, Lubich, Wanner, Geometric Numerical Integration, II.5",
-    )
-
-
-def _start(lengths: Any, starts: Any, s: Start) -> Stepper:
-    functions, parts = splitting_of(s)
-    rows = s.problem.rows
-    memory = scalar_block(2 * (rows + s.clock))
-    memory.data[:rows] = s.y0
-    return Stepper(
-        kernel=splitting_stepper(),
-        signatures=("flow", "value"),
-        functions=functions,
-        params=filled_block(s.problem.params),
-        coefficients=filled_block(rows, parts, float(s.clock)),
-        fractions=substeps(lengths, starts),
-        memory=memory,
-        work=scalar_block(splitting_work_size(rows, s.problem.work)),
-        rows=rows + s.clock,
-        t0=s.t0,
-        h=s.h,
-        evaluations=2 * parts - 1,
-        compiled=s.compiled,
-    )
+    def start(self, s: Start) -> Stepper:
+        functions, parts = splitting_of(s)
+        rows = s.problem.rows
+        memory = scalar_block(2 * (rows + s.clock))
+        memory.data[:rows] = s.y0
+        return Stepper(
+            kernel=splitting_stepper(),
+            signatures=("flow", "value"),
+            functions=functions,
+            params=filled_block(s.problem.params),
+            coefficients=filled_block(rows, parts, float(s.clock)),
+            fractions=substeps(s),
+            memory=memory,
+            work=scalar_block(splitting_work_size(rows, s.problem.work)),
+            rows=rows + s.clock,
+            t0=s.t0,
+            h=s.h,
+            evaluations=2 * parts - 1,
+            compiled=s.compiled,
+        )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..run.timeline import Timeline, plan_timeline
 from ..scene.scene import Scene
@@ -27,8 +28,8 @@ class Choice:
     detail: Any = None
 
 
-@dataclass(frozen=True)
-class Context:
+@dataclass(frozen=True, eq=False)
+class Context(Compared):
     """What a rule sees: the scene, the purpose of the run, and the earlier choices."""
 
     scene: Scene

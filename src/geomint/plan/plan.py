@@ -8,6 +8,7 @@ from os import PathLike
 from typing import Any
 
 from ..errors import DomainError
+from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..run.solution import Solution
 from ..scene.load import load_scene
@@ -21,8 +22,8 @@ __all__ = ["Plan", "make_plan", "run_scene"]
 PURPOSES = ("run", "drift")
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, eq=False)
+class Plan(Compared):
     """How a scene is integrated.
 
     Attributes

@@ -6,7 +6,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 from ..errors import FormError, GeomintError, StepError
+from ..kernels.compiling.sameness import Compared
 from ..problems.evaluate import value
+from ..problems.problem import Time
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..scene.entries import methods_and_steps
@@ -61,8 +63,8 @@ class MethodRun:
         return {n: c.reason for c in choices if c.what == "not watched" for n in c.detail}
 
 
-@dataclass
-class SeveralRuns:
+@dataclass(eq=False)
+class SeveralRuns(Compared):
     """All runs of a scene by several methods, in the order asked for.
 
     Attributes
@@ -74,7 +76,7 @@ class SeveralRuns:
     """
 
     scene: Scene
-    time: str
+    time: Time
     runs: list[MethodRun] = field(default_factory=list)
     physical_end: float | None = None
 

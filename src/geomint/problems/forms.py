@@ -8,6 +8,7 @@ from typing import Any
 from ..arguments import MOST_NUMBERS, Array, flat, whole
 from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.sending import Sendable
 
 __all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting"]
 
@@ -31,8 +32,8 @@ def check_types(owner: Any, kinds: dict[str, type]) -> None:
             raise DomainError(name, getattr(owner, name), f"a {kind.__name__}")
 
 
-@dataclass(frozen=True)
-class Group:
+@dataclass(frozen=True, eq=False)
+class Group(Sendable):
     """A matrix Lie group acting on states.
 
     Parameters
@@ -94,8 +95,8 @@ class Group:
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
 
 
-@dataclass(frozen=True)
-class GroupAction:
+@dataclass(frozen=True, eq=False)
+class GroupAction(Sendable):
     """The form ``ẏ = ξ(t, y)·y``: `generator` writes the algebra element ξ (as a field writes ẏ)."""
 
     generator: Recorded
@@ -106,8 +107,8 @@ class GroupAction:
         check_types(self, {"group": Group})
 
 
-@dataclass(frozen=True)
-class Hamiltonian:
+@dataclass(frozen=True, eq=False)
+class Hamiltonian(Sendable):
     """The form ``q̇ = ∂H/∂p, ṗ = −∂H/∂q − Gᵀλ, g(q) = 0`` on states ``(q, p)``.
 
     Parameters
@@ -134,8 +135,8 @@ class Hamiltonian:
         object.__setattr__(self, "constraints", whole("constraints", self.constraints, 1))
 
 
-@dataclass(frozen=True)
-class Splitting:
+@dataclass(frozen=True, eq=False)
+class Splitting(Sendable):
     """The form ``ẏ = f_0(t, y) + … + f_(m−1)(t, y)`` whose parts have known flows.
 
     Parameters
@@ -161,8 +162,8 @@ class Splitting:
         object.__setattr__(self, "parts", whole("parts", self.parts, 2))
 
 
-@dataclass(frozen=True)
-class Measure:
+@dataclass(frozen=True, eq=False)
+class Measure(Sendable):
     r"""An invariant measure: a density on the manifold of states.
 
     The manifold is c(y) = 0 with independent c = (c_1, …, c_m); the measure is μ δ(c) dy, with dy the

@@ -13,13 +13,14 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from ..arguments import MOST_NUMBERS, Array, as_array, check_name, flat, whole
 from ..errors import DomainError, FormError, nearest
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.sending import Sendable
 from .forms import (
     FORMS,
     GroupAction,
@@ -30,15 +31,17 @@ from .forms import (
     check_types,
 )
 
-__all__ = ["Problem"]
+__all__ = ["Problem", "Time"]
+
+Time = Literal["t", "tau"]
 
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
 _GROUPS = ("invariants", "constraints", "observables")
 _RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
 
 
-@dataclass(frozen=True)
-class Problem:
+@dataclass(frozen=True, eq=False)
+class Problem(Sendable):
     """Something to integrate.
 
     Parameters
@@ -85,7 +88,7 @@ class Problem:
     hamiltonian: Hamiltonian | None = None
     splitting: Splitting | None = None
     work: int = 0
-    time: str = "t"
+    time: Time = "t"
     clock: Recorded | None = None
     invariants: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     constraints: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)

@@ -16,13 +16,14 @@ import numpy.typing as npt
 from pydantic import BaseModel
 
 from ..errors import SceneError, nearest, quoted
+from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 
 __all__ = ["Model", "System", "find_system", "system_names"]
 
 
-@dataclass(frozen=True)
-class Model:
+@dataclass(frozen=True, eq=False)
+class Model(Sendable):
     """One mechanical system with its parameters and initial state, in all its representations.
 
     Parameters
@@ -41,8 +42,8 @@ class Model:
     conditions: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class System:
+@dataclass(frozen=True, eq=False)
+class System(Sendable):
     """What a scene's ``[system] name`` stands for.
 
     Parameters

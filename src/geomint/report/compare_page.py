@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..compare.endpoint import Source
 from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison, compare
 from ..files.outputs import whole_folder
@@ -130,7 +131,7 @@ def run_compare(
     repeats: int = 3,
     progress: bool = True,
     command: str | None = None,
-    reference: str = "auto",
+    reference: Source = "auto",
 ) -> Comparison:
     """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`.
 

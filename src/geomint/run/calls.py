@@ -16,7 +16,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _END = "t_end=…, every run begins at time 0"
-_TOLERANCE = "method=geomint.RungeKutta('dop853', adaptive=True, {}=…); else step=…"
+_TOLERANCE = "method=geomint.Adaptive(geomint.RungeKutta('dop853'), {}=…); else step=…"
 _INSTEAD = {
     **dict.fromkeys(("t_span", "tspan", "t_max", "tmax", "t_final", "t_bound"), _END),
     **{name: _TOLERANCE.format(name) for name in ("rtol", "atol", "max_step")},

@@ -10,15 +10,13 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .. import __version__
 from ..methods.method import Method
-
-if TYPE_CHECKING:
-    from .solution import Solution
+from .result import Result
 
 __all__ = [
     "environment",
@@ -47,12 +45,12 @@ def environment() -> dict[str, Any]:
     }
 
 
-def run_provenance(solution: Solution) -> dict[str, Any]:
+def run_provenance(solution: Result) -> dict[str, Any]:
     """Return all about a run, in numbers and strings that JSON can hold."""
     return {**environment(), **run_record(solution)}
 
 
-def run_record(solution: Solution) -> dict[str, Any]:
+def run_record(solution: Result) -> dict[str, Any]:
     """Return what was integrated, how, and at what cost."""
     problem = solution.problem
     return {

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import GeomintWarning, StepError
-from ..methods.adaptive import AdaptiveStepper
+from ..methods.adaptive_stepper import AdaptiveStepper
 from ..methods.method import Method
 from ..methods.stepper import Stepper
 from ..problems.evaluate import value
@@ -19,8 +19,9 @@ from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
 from .driver import Account
 from .pace import Pace
+from .result import Status, StepSizes
 from .saved import State, merged, rounding
-from .solution import Solution, StepSizes
+from .solution import Solution
 from .timeline import Timeline, evaluation_times
 
 __all__ = ["Recorder"]
@@ -202,7 +203,7 @@ class Recorder:
         return best
 
     def solution(
-        self, method: Method, account: Account, compile_seconds: float, status: str | StepError
+        self, method: Method, account: Account, compile_seconds: float, status: Status | StepError
     ) -> Solution:
         """Return what has been gathered."""
         rows = self._problem.rows

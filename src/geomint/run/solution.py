@@ -1,38 +1,23 @@
-"""What a run leaves: states, drifts, costs."""
+"""What `geomint.solve` returns: a result that plots and saves itself."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from ..arguments import Array
-from ..errors import DomainError
-from ..methods.method import Method
-from ..problems.problem import Problem
-from ..watch.drift import Drift
+from .result import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .storage import SavedSolution
 
-__all__ = ["Solution", "StepSizes"]
+__all__ = ["Solution"]
 
 
-class StepSizes(NamedTuple):
-    """Lengths of steps in the problem's own time; all the same at fixed step.
-
-    Steps that the end of an adaptive run cuts short count in the mean only.
-    """
-
-    min: float
-    mean: float
-    max: float
-
-
-@dataclass(repr=False)
-class Solution:
+@dataclass(repr=False, eq=False)
+class Solution(Result):
     """The result of `geomint.solve`.
 
     Attributes
@@ -62,53 +47,6 @@ class Solution:
     drift_time : ``"t"`` or ``"tau"``
         The time that drifts are measured in: physical if the end was given in it.
     """
-
-    problem: Problem
-    method: Method
-    step: float
-    step_sizes: StepSizes
-    tau: Array
-    y: Array
-    drift: dict[str, Drift]
-    steps: int
-    rejected: int
-    iterations: int
-    evaluations: int
-    run_seconds: float
-    watching_seconds: float
-    compile_seconds: float
-    status: str
-    message: str
-    drift_time: str = "t"
-    physical: Array | None = field(default=None, repr=False)
-
-    def __repr__(self) -> str:
-        end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"
-        mean = "mean " if self.method.adaptive else ""
-        return (
-            f"<solution of {self.problem.name!r} by {self.method.name}: {self.status}, "
-            f"{self.steps} steps of {mean}{self.step:.6g}, {len(self.tau)} states to {end}, "
-            f"{len(self.drift)} drifts>"
-        )
-
-    @property
-    def t(self) -> Array:
-        """Physical times of the saved states."""
-        if self.physical is None:
-            raise DomainError("clock", False, "clock=True: physical time was not integrated")
-        return self.physical
-
-    @property
-    def success(self) -> bool:
-        """Whether the end was reached, and all that was observed is finite."""
-        return self.status == "success"
-
-    def piece(self, name: str) -> Array:
-        """Return the saved values of one piece of the state, one a row."""
-        slices = self.problem.slices
-        if not (isinstance(name, str) and name in slices):
-            raise DomainError("piece", name, f"one of {list(slices)}")
-        return self.y[:, slices[name]]
 
     def plot_drift(self) -> Figure:
         """Plot the largest deviation of every observed quantity, window by window."""

@@ -18,6 +18,7 @@ from .calls import explained
 from .driver import Account, drive
 from .progress import Progress
 from .recorder import Recorder
+from .result import Status
 from .solution import Solution
 from .timeline import Timeline, plan_timeline
 
@@ -198,7 +199,7 @@ def _integrate(
     recorder: Recorder,
     account: Account,
     progress: Callable[[int], None],
-) -> str | StepError:
+) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error of the step that failed."""
     try:
         drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)

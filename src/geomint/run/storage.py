@@ -38,13 +38,13 @@ from .. import __version__
 from ..arguments import Array
 from ..errors import DomainError, GeomintError, quoted
 from ..files.outputs import whole_file
+from ..kernels.compiling.sameness import Compared
 from ..watch.drift import Drift
 from ..watch.windows import Windows
+from .result import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from .solution import Solution
 
 __all__ = ["SavedSolution", "as_saved", "load", "load_solution", "save_solution"]
 
@@ -55,8 +55,8 @@ _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _open: Any = netcdf_file
 
 
-@dataclass(frozen=True, repr=False)
-class SavedSolution:
+@dataclass(frozen=True, repr=False, eq=False)
+class SavedSolution(Compared):
     """A run that was read from a file.
 
     Attributes
@@ -123,7 +123,7 @@ class SavedSolution:
 
 
 def save_solution(
-    solution: Solution,
+    solution: Result,
     path: str | PathLike[str],
     provenance: Mapping[str, Any] | None = None,
 ) -> None:
@@ -131,7 +131,7 @@ def save_solution(
 
     Parameters
     ----------
-    solution : Solution
+    solution : Result
     path : path
         A regular file that is there is replaced, once the new one is complete; symlinks are
         followed.
@@ -162,7 +162,7 @@ def save_solution(
         _seal(unfinished)
 
 
-def as_saved(solution: Solution) -> SavedSolution:
+def as_saved(solution: Result) -> SavedSolution:
     """Return what a file of a run holds, without the file."""
     from .provenance import run_provenance
 
@@ -215,7 +215,7 @@ def _unpacked(name: str) -> str:
     return name.encode("latin-1").decode()
 
 
-def _write_states(file: Any, solution: Solution) -> None:
+def _write_states(file: Any, solution: Result) -> None:
     labels = [
         f"{name}[{i}]" for name, rows in solution.problem.pieces for i in range(rows)
     ]  # fmt: skip

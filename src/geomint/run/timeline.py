@@ -14,7 +14,6 @@ from ..errors import DomainError
 from ..methods.method import Method
 from ..problems.evaluate import value
 from ..problems.problem import Problem
-from ..problems.time_scale import characteristic_time
 
 __all__ = ["MOST_STEPS", "Timeline", "default_step", "evaluation_times", "plan_timeline"]
 
@@ -133,6 +132,4 @@ def default_step(problem: Problem, method: Method, y0: Array, end: float = math.
 
     For an adaptive method, the first step of a run there.
     """
-    if method.first_step is not None:
-        return method.first_step(problem, y0, end)
-    return method.step_fraction * characteristic_time(problem, y0, direction=end)
+    return method.default_step(problem, y0, end)

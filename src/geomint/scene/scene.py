@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import GeomintWarning, SceneError, quoted
+from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
@@ -27,7 +28,7 @@ DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning 
 LARGEST_INTEGER = 10**300  # a float
 
 
-class Scene:
+class Scene(Compared):
     """What is integrated, from where, for how long, with which method, and what is watched.
 
     Parameters

@@ -5,12 +5,12 @@ The registries `RUNGE_KUTTA`, `COMMUTATOR_FREE` and `COMPOSITIONS` map names to 
 """
 
 from ._commutator_free import CommutatorFreeTableau, Flow, flow
-from ._composition import Composition
+from ._composition import Composition, substeps
 from ._exact import row, rows
 from ._gauss_tableau import GaussTableau
 from ._tableau import Tableau
 from .commutator_free import COMMUTATOR_FREE
-from .composition import COMPOSITIONS, DEFAULT_COMPOSITION
+from .composition import COMPOSITIONS, DEFAULT_COMPOSITION, default_composition
 from .gauss_legendre import MAX_GAUSS_STAGES, gauss_legendre
 from .order_conditions import commutator_free_defect, composition_defect, runge_kutta_defect
 from .runge_kutta import RUNGE_KUTTA
@@ -28,9 +28,11 @@ __all__ = [
     "Tableau",
     "commutator_free_defect",
     "composition_defect",
+    "default_composition",
     "flow",
     "gauss_legendre",
     "row",
     "rows",
     "runge_kutta_defect",
+    "substeps",
 ]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._exact import Array, Row, nearest, row
+from ._exact import Array, Exact, Row, nearest, row
 from ._tableau import Tableau
 
 __all__ = ["CommutatorFreeTableau", "Flow", "flow"]
@@ -39,7 +39,7 @@ def flow(start: int, *exponentials: str) -> Flow:
 
 
 @dataclass(frozen=True)
-class CommutatorFreeTableau:
+class CommutatorFreeTableau(Exact):
     r"""A Lie group method whose stages are products of exponentials.
 
     For :math:`\dot y = f(t, y) \cdot y`, where f takes values in the Lie algebra of a group that

@@ -10,16 +10,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import accumulate
 
-from ._exact import Array, Row, nearest, remainder
+from ._exact import Array, Exact, Row, nearest, remainder
 
-__all__ = ["Composition"]
+__all__ = ["Composition", "substeps"]
 
 
 @dataclass(frozen=True)
-class Composition:
+class Composition(Exact):
     r"""A palindromic composition of steps of a symmetric method.
 
     .. math::
@@ -94,3 +94,16 @@ class Composition:
     def starts(self) -> Array:
         """Float64 numbers nearest to the exact starts (not sums of rounded ones), shape (s,)."""
         return nearest(self.starts_exact)
+
+
+@lru_cache(maxsize=256)
+def substeps(*schemes: Composition) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return lengths and starts of the base steps of compositions within each other, outermost first.
+
+    In units of the step, each rounded once.
+    """
+    lengths: Row = (Fraction(1),)
+    for scheme in schemes:
+        lengths = tuple(length * gamma for length in lengths for gamma in scheme.gamma_exact)
+    starts = (Fraction(0), *accumulate(lengths[:-1]))
+    return tuple(map(float, lengths)), tuple(map(float, starts))

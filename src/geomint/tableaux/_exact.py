@@ -9,13 +9,15 @@ about 32 digits of x.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import fields
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
 
-__all__ = ["Array", "Row", "nearest", "remainder", "row", "rows"]
+__all__ = ["Array", "Exact", "Row", "nearest", "remainder", "row", "rows"]
 
 Row = tuple[Fraction, ...]
 """Coefficients of one row of a tableau."""
@@ -70,3 +72,13 @@ def nearest(values: Iterable[Fraction]) -> Array:
 def remainder(values: Iterable[Fraction]) -> Array:
     """Return what `nearest` loses, itself rounded to nearest, shape (n,)."""
     return nearest(value - Fraction(float(value)) for value in values)
+
+
+class Exact:
+    """A frozen dataclass of exact coefficients, of which only these are pickled.
+
+    Binary coefficients, which are read-only and shared, are made again.
+    """
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {each.name: getattr(self, each.name) for each in fields(self)}  # type: ignore[arg-type]

@@ -15,13 +15,13 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 
-from ._exact import Array, Row, nearest, remainder
+from ._exact import Array, Exact, Row, nearest, remainder
 
 __all__ = ["Tableau"]
 
 
 @dataclass(frozen=True)
-class Tableau:
+class Tableau(Exact):
     r"""A Runge-Kutta method with s stages, as its exact coefficients.
 
     .. math::

@@ -1,7 +1,7 @@
-"""Symmetric compositions of a symmetric method of order two; a method is one literal.
+"""Symmetric compositions of symmetric methods, mostly of order two; a method is one literal.
 
 The digits are those published; where order and number of stages leave no freedom they are continued
-to 50 (``yoshida-6`` and the methods of order 4). The order conditions then hold up to the last
+to 50 (``yoshida-6``, Suzuki's and the triple jumps). The order conditions then hold up to the last
 digit given.
 
 References
@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from ._composition import Composition
 
-__all__ = ["COMPOSITIONS", "DEFAULT_COMPOSITION"]
+__all__ = ["COMPOSITIONS", "DEFAULT_COMPOSITION", "default_composition"]
 
 _KAHAN_LI = "W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089"
 _SOFRONIOU_SPALETTA = "M. Sofroniou, G. Spaletta, Optim. Methods Softw. 20 (2005) 597"
@@ -35,6 +35,51 @@ _METHODS = (
         order=4,
         base_order=2,
         fractions=("0.41449077179437573714235406286076149571177460401671",) * 2,
+        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
+    ),
+    # For bases of order 4: 1 / (2 - 2^(1/5)), and 1 / (4 - 4^(1/5)).
+    Composition(
+        name="triple-jump-6",
+        order=6,
+        base_order=4,
+        fractions=("1.17467175808936338449506943655714546410018337000694",),
+        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
+    ),
+    Composition(
+        name="suzuki-6",
+        order=6,
+        base_order=4,
+        fractions=("0.37306582773327282477586304107341681850430137708064",) * 2,
+        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
+    ),
+    # For bases of order 6: 1 / (2 - 2^(1/7)), and 1 / (4 - 4^(1/7)).
+    Composition(
+        name="triple-jump-8",
+        order=8,
+        base_order=6,
+        fractions=("1.11618293932538579112684751508090556376232988447476",),
+        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
+    ),
+    Composition(
+        name="suzuki-8",
+        order=8,
+        base_order=6,
+        fractions=("0.35958464934999225261241734601896677555638072285759",) * 2,
+        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
+    ),
+    # For bases of order 8: 1 / (2 - 2^(1/9)), and 1 / (4 - 4^(1/9)).
+    Composition(
+        name="triple-jump-10",
+        order=10,
+        base_order=8,
+        fractions=("1.08702710629917075394822571519035878447463596912531",),
+        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
+    ),
+    Composition(
+        name="suzuki-10",
+        order=10,
+        base_order=8,
+        fractions=("0.35292403344426771680019442658802456010513505155485",) * 2,
         reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
     ),
     # Solution A. Seven stages determine the coefficients up to a choice among finitely many.
@@ -145,7 +190,15 @@ DEFAULT_COMPOSITION: dict[int, str] = {
     8: "sofroniou-spaletta-8",
     10: "sofroniou-spaletta-10",
 }
-"""For each order the composition with the smallest error for a given number of base steps.
+"""For each order the composition of a base of order 2 with the smallest error for its base steps.
 
 Measured on the pendulum with Strang splitting as the base method.
 """
+
+
+def default_composition(base_order: int, order: int) -> Composition | None:
+    """Return the composition that raises a base to an order: one made for that base, if there is."""
+    name = f"suzuki-{order}"
+    made = COMPOSITIONS.get(name)
+    fits = made is not None and made.base_order == base_order
+    return COMPOSITIONS.get(name if fits else DEFAULT_COMPOSITION.get(order, ""))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import DomainError
+from ..kernels.compiling.sameness import Compared
 from .growth import CLASSES, NOT_FINITE, Growth, growth_of
 from .windows import Windows
 
@@ -29,8 +30,8 @@ ROUNDOFF = 32.0 * 2.0**-52
 WALK = 4.0 * 2.0**-52
 
 
-@dataclass(frozen=True)
-class Drift:
+@dataclass(frozen=True, eq=False)
+class Drift(Compared):
     r"""The drift of one quantity over a run.
 
     Attributes

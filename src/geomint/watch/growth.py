@@ -56,7 +56,7 @@ Measured on synthetic series: see `benchmarks/drift_classes.py`.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -102,7 +102,7 @@ RULE = {
     "bound may be hidden in it. A longer run may show which.",
 }
 CLASSES = tuple(RULE)
-NOT_FINITE = "not finite"
+NOT_FINITE: Final = "not finite"
 
 
 class Growth(NamedTuple):

@@ -15,12 +15,13 @@ the quantity is made so that 32 ε × scale is that (plus what rounding the end 
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import FormError
+from ..errors import DomainError, FormError
 from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.measure.measure import measure_sweep
@@ -208,9 +209,12 @@ class MeasureObserver:
 
 def _sizes(problem: Problem, y0: Array) -> Array:
     """Return the sizes of the pieces, row by row; where one is 0, what it is after a typical time."""
-    rates = characteristic_time(problem, y0) * derivative(problem, y0)
     sizes = np.zeros(problem.rows)
     for piece in problem.slices.values():
-        size = float(np.abs(y0[piece]).max()) or float(np.abs(rates[piece]).max())
-        sizes[piece] = size if 0.0 < size < np.inf else 1.0
-    return sizes
+        sizes[piece] = np.abs(y0[piece]).max()
+    if (sizes == 0.0).any():
+        with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
+            rates = np.abs(characteristic_time(problem, y0) * derivative(problem, y0))
+            for piece in problem.slices.values():
+                sizes[piece] = sizes[piece].max() or rates[piece].max()
+    return np.where((sizes > 0.0) & (sizes < np.inf), sizes, 1.0)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from ..arguments import Array
+from ..kernels.compiling.sameness import Compared
 
 __all__ = ["MAX_WINDOWS", "Windows"]
 
 MAX_WINDOWS = 1024
 
 
-class Windows:
+class Windows(Compared):
     """The deviations of a series from its first value, reduced window by window.
 
     Windows begin one sample long; whenever `MAX_WINDOWS` are full, neighbours merge and the length

@@ -14,12 +14,13 @@ from typing import Any
 
 from ...errors import DeclarationError, quoted
 from .fingerprint import Reach, fingerprint
+from .sending import Sendable
 from .walk import Wrapped
 
 __all__ = ["Recorded", "field", "fingerprint", "helper", "inlined", "observable"]
 
 
-class Recorded(Wrapped):
+class Recorded(Sendable, Wrapped):
     """A Python function that compiled code can call and Python can run as it is.
 
     Attributes
@@ -43,6 +44,9 @@ class Recorded(Wrapped):
 
     def __call__(self, *args: Any, **named: Any) -> Any:
         return self.function(*args, **named)
+
+    __eq__ = object.__eq__  # what it reaches may change
+    __hash__ = object.__hash__
 
     def __repr__(self) -> str:
         return f"<recorded {self.function.__module__}.{self.function.__qualname__}>"

@@ -48,6 +48,7 @@ class Wrapped:
 
     function: Any  # a function; declared as such, mypy would take it for a method
     inline: bool
+    fingerprint: Any
 
 
 class Walk:

@@ -1,0 +1,116 @@
+"""Methods are values: they compare, hash, copy, pickle and print by what they are made of."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+from fractions import Fraction
+
+import pytest
+
+import geomint as gi
+from geomint.methods import find_method, methods
+from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA, Tableau
+
+pytestmark = pytest.mark.nojit
+
+MINE = dataclasses.replace(RUNGE_KUTTA["kutta-3"], name="mine-3")
+VALUES = [
+    *methods().values(),
+    find_method("gauss-1-suzuki-4-suzuki-6"),
+    gi.Gauss(8, tolerance=2.0**-56),
+    gi.Gauss(8, max_iterations=7),
+    gi.Rattle(tolerance=1e-9),
+    gi.Compose(gi.Rattle(tolerance=1e-9), 4),
+    gi.Adaptive(gi.RKMK("dop853", "cayley"), rtol=1e-6, max_step=0.5, max_steps=10),
+    gi.RungeKutta(MINE),
+]
+NAMES = {name: getattr(gi, name) for name in gi.__all__}
+NAMES |= {"Tableau": Tableau, "Fraction": Fraction}
+CHANGES = {
+    "tolerance": 3e-9,
+    "max_iterations": 9,
+    "fused": True,
+    "rtol": 1e-5,
+    "atol": 0.0,
+    "max_step": 0.25,
+    "max_steps": 99,
+}
+
+
+@pytest.mark.parametrize("method", VALUES, ids=repr)
+def test_copies_are_equal(method: gi.Method) -> None:
+    for again in (
+        pickle.loads(pickle.dumps(method)),
+        copy.deepcopy(method),
+        dataclasses.replace(method),  # type: ignore[type-var]
+        find_method(method.name).with_options(**method.options)
+        if method.name != "mine-3"
+        else method,
+        eval(repr(method), NAMES),
+    ):
+        assert again == method
+        assert hash(again) == hash(method)
+        assert (again.name, again.order, again.options) == (
+            method.name,
+            method.order,
+            method.options,
+        )
+        assert repr(again) == repr(method)
+
+
+@pytest.mark.parametrize("method", VALUES, ids=repr)
+def test_options_make_another_method(method: gi.Method) -> None:
+    """Of the same name, so that a list may have both."""
+    for option, value in method.options.items():
+        assert CHANGES[option] != value
+        other = method.with_options(**{option: CHANGES[option]})
+        assert other != method
+        assert other.options == {**method.options, option: CHANGES[option]}
+        assert (other.name, other.order) == (method.name, method.order)
+        assert other.with_options(**{option: value}) == method
+
+
+def test_all_are_different() -> None:
+    assert len(set(VALUES)) == len(VALUES)
+    assert gi.Gauss(8) != gi.Gauss(8, tolerance=1e-10)
+
+
+def test_what_is_written_differently_is_the_same() -> None:
+    """A tableau by name or itself, a scheme by name, order or itself, numbers of any type."""
+    assert gi.RungeKutta("dop853") == gi.RungeKutta(RUNGE_KUTTA["dop853"])
+    assert gi.CommutatorFree() == gi.CommutatorFree(COMMUTATOR_FREE["cf-4"])
+    four = COMPOSITIONS["suzuki-4"]
+    assert (
+        gi.Compose(gi.Gauss(1), 4)
+        == gi.Compose(gi.Gauss(1), four)
+        == find_method(f"gauss-1-{four.name}")
+    )
+    assert gi.Compose(gi.Rattle(), 4) == find_method("rattle-4")
+    assert gi.Gauss(8, tolerance=0) == gi.Gauss()
+
+
+def test_reprs() -> None:
+    """Short, as one would write them."""
+    assert repr(gi.Gauss()) == "Gauss(8)"
+    assert repr(gi.Gauss(3, tolerance=1e-10)) == "Gauss(3, tolerance=1e-10)"
+    assert repr(gi.RungeKutta()) == "RungeKutta('rk-4')"
+    assert repr(gi.RKMK("dop853", "cayley")) == "RKMK('dop853', 'cayley')"
+    assert repr(find_method("rattle-4")) == "Compose(Rattle(), 'suzuki-4')"
+    assert repr(find_method("dop853-adaptive")) == "Adaptive(RungeKutta('dop853'))"
+    assert repr(gi.RungeKutta(MINE)).startswith("RungeKutta(Tableau(name='mine-3'")
+
+
+def test_binary_coefficients_are_made_again() -> None:
+    """They are shared and read-only, which arrays that are pickled are not."""
+    for table in (RUNGE_KUTTA["rk-4"], COMPOSITIONS["suzuki-4"]):
+        made = table.b_float if table is RUNGE_KUTTA["rk-4"] else table.gamma  # type: ignore[union-attr]
+        assert not made.flags.writeable
+        again = pickle.loads(pickle.dumps(table))
+        assert not (again.b_float if table is RUNGE_KUTTA["rk-4"] else again.gamma).flags.writeable
+
+
+def test_methods_are_frozen() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        gi.Gauss(8).stages = 3  # type: ignore[misc]
