@@ -14,10 +14,9 @@ from first_steps import KINDS, problems, states
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, compile_function
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES, Lanes
+from geomint.kernels.solve.advance import bound_stepper
 from geomint.kernels.solve.gauss import aligned
 from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
@@ -150,12 +149,10 @@ def test_lanes_that_begin_at_rest_are_solved() -> None:
         y0 = np.array([y for y, *_ in steps.accepted])
         y0 = y0[np.random.default_rng(0).permutation(len(y0))[:LANES]]
         lanes = gi.Gauss(stages).start(Start(problem, start, T0, h)).lanes()
-        functions = [signatures.field(LANE)]
-        entry = compile_function(lanes.kernel, signatures.advance_signature(functions, LANE))
+        advance = bound_stepper(lanes.kernel, lanes.functions).in_lanes
         memory = LaneBlock(np.zeros((lanes.memory_rows, LANES)))
         memory.data[: problem.rows] = y0.T
-        status, *_ = entry(
-            compile_function(lanes.functions[0], functions[0]),
+        status, *_ = advance.with_functions(*lanes.functions)(
             Block(np.array(problem.params)),
             lanes.coefficients,
             Block(np.array([1.0, 0.0])),

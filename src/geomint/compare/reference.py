@@ -16,10 +16,11 @@ import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import ConvergenceError, FormError, NonFiniteError
-from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.number_types import EXTENDED
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.double_double import DoubleDoubleBlock, double_double_block, lane_rows
 from ..kernels.numbers.lanes import LANES
+from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..methods.bound_forms import field_of, piece_numbers
@@ -145,23 +146,16 @@ def _advance(
     steps: int,
     t0: float = 0.0,
 ) -> tuple[Array, Array]:
-    from ..kernels.compiling import signatures
-    from ..kernels.compiling.compile import extended_type
-
     with_clock = problem.clock is not None
     start = Start(problem, hi, t0, h, clock=with_clock)
     field, rows, _, work = field_of(start)
     groups = 2
-    kind = extended_type()
-    field_signature = signatures.field(kind)
     memory = _blank(gauss_memory_size(rows, groups))
     memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi
     memory.data[1 : 2 * rows : 2] = np.append(lo, clock_lo) if with_clock else lo
-    entry = compiled(
-        gauss_stepper(groups, 0), signatures.advance_signature([field_signature], kind)
-    )
-    status, done, iterations, residual = entry(
-        compiled(field, field_signature),
+    stepper = bound_stepper(gauss_stepper(groups, 0), (field,))
+    advance = stepper.with_functions(field, number_type=EXTENDED)
+    status, done, iterations, residual = advance(
         filled_block(problem.params),
         _coefficients(rows, piece_numbers(start), groups),
         filled_block(1.0, 0.0),

@@ -105,7 +105,7 @@ class AdaptiveStepper(Stepper):
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper of fixed step from another state, time and step."""
-        if self.fixed._entry is None:
+        if self.fixed._advance is None:
             self.fixed.prepare()
         return self.fixed.restarted(y, t, h, carry)
 
@@ -171,7 +171,6 @@ def controlled_stepper(
     )
     return AdaptiveStepper(
         kernel=kernel,
-        signatures=fixed.signatures,
         functions=fixed.functions,
         params=fixed.params,
         coefficients=coefficients,

@@ -47,7 +47,6 @@ def CommutatorFree(  # noqa: N802 - reads as the method it is
         header = (rows, group.algebra_rows, stages, len(group.layout), s.problem.work)
         return Stepper(
             kernel=commutator_free_stepper(*maps.inline, *unrolled(rows, group.algebra_rows)),
-            signatures=("field", *maps.signatures),
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, table.classical.c_float, *flows),

@@ -115,7 +115,6 @@ def RungeKutta(  # noqa: N802 - reads as the method it is
         memory.data[:rows] = y0
         return Stepper(
             kernel=runge_kutta_stepper(*unrolled(rows)),
-            signatures=("field",),
             functions=(field,),
             params=filled_block(s.problem.params),
             coefficients=filled_block(rows, stages, *numbers),

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, number, switch, whole
-from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
 from ..kernels.solve.gauss_trajectories import (
@@ -19,7 +18,7 @@ from ..kernels.solve.gauss_trajectories import (
     gauss_trajectories_work_size,
 )
 from ..tableaux import gauss_legendre
-from . import binding
+from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
 from .method import Method, Start
@@ -101,16 +100,15 @@ def _start(
 ) -> Stepper:
     field, rows, y0, work = field_of(s)
     groups = 1 if stages <= LANES else 2
-    function, signature, scratch = _lane_field(s, field, rows, work)
+    function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
     memory = scalar_block(gauss_memory_size(rows, groups))
     memory.data[:rows] = y0
     numbers = _lane_coefficients(stages, groups, tuple(lengths))
     table = gauss_legendre(stages)
     return Stepper(
         kernel=gauss_stepper(
-            groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if fused else None
+            groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function.recorded if fused else None
         ),
-        signatures=() if fused else (signature,),
         functions=() if fused else (function,),
         params=filled_block(s.problem.params),
         coefficients=filled_block(gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers),
@@ -124,7 +122,6 @@ def _start(
         compiled=s.compiled,
         lane_stepper=LaneStepper(
             kernel=gauss_trajectories_stepper(),
-            signatures=(signature,),
             functions=(function,),
             coefficients=filled_block(
                 rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
@@ -133,19 +130,6 @@ def _start(
             work_rows=gauss_trajectories_work_size(rows, scratch),
         ),
     )
-
-
-def _lane_field(s: Start, field: Recorded, rows: int, work: int) -> tuple[Recorded, str, int]:
-    """Return a field of lanes, its signature's name and its scratch rows."""
-    if s.compiled:
-        in_lanes = binding.compiles_for_lanes(field)
-    else:
-        start = np.append(s.y0, [0.0] * s.clock)
-        in_lanes = binding.runs_on_lanes(field, Block(s.problem.params), start, work)
-    if not in_lanes:
-        adapted_work = -(-(2 * rows + work) // LANES)
-        return binding.lane_adapter(field, rows, work), "field-lanes", adapted_work
-    return field, "field-lanes", work
 
 
 @functools.lru_cache(maxsize=64)

@@ -76,7 +76,6 @@ def _start(tolerance: float, cap: int, lengths: Any, starts: Any, s: Start) -> S
     memory.data[: 2 * n] = s.y0
     return Stepper(
         kernel=stepper(*unrolled),
-        signatures=("gradients", "constraint", "value"),
         functions=functions,
         params=filled_block(s.problem.params),
         coefficients=filled_block(n, m, cap, tolerance, float(s.clock)),

@@ -114,7 +114,6 @@ def RKMK(  # noqa: N802 - reads as the method it is
         header = (rows, m, stages, len(group.layout), s.problem.work)
         return Stepper(
             kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
-            signatures=("field", *maps.signatures),
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
             coefficients=filled_block(*header, group.layout, *numbers),

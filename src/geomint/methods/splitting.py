@@ -53,7 +53,6 @@ def _start(lengths: Any, starts: Any, s: Start) -> Stepper:
     memory.data[:rows] = s.y0
     return Stepper(
         kernel=splitting_stepper(),
-        signatures=("flow", "value"),
         functions=functions,
         params=filled_block(s.problem.params),
         coefficients=filled_block(rows, parts, float(s.clock)),

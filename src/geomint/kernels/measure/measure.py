@@ -25,7 +25,9 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
+from ..compiling.signatures import BLOCK, takes, with_functions
 from ..numbers.arithmetic import NAN
 from ..numbers.blocks import as_lanes, part
 from ..solve.compensated import add_compensated
@@ -171,8 +173,8 @@ def sweep(
 
 
 @functools.cache
-def measure_sweep(functions: int) -> Recorded:
-    """Return the compiled entry of `sweep` for loops that take `functions` functions."""
+def _entry_of(functions: int) -> Recorded:
+    """Return the entry of `sweep` for loops that take `functions` functions."""
 
     def none(k, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
         sweep(k, (), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
@@ -189,3 +191,16 @@ def measure_sweep(functions: int) -> Recorded:
     entry = (none, one, two, three)[functions]
     entry.__name__ = "measure"  # what "compiling …" says
     return helper(entry)
+
+
+_BLOCKS = (
+    *("params", "coefficients", "fractions", "layout", "memory", "lane_numbers", "work"),
+    *("starts", "lengths", "states", "out"),
+)
+
+
+def measure_sweep(kernel: Bound, *functions: Bound) -> Bound:
+    """Return `sweep` for a loop in lanes, the functions that it takes, the density, the conditions."""
+    signatures = [f.signature for f in (kernel, *functions)]
+    rest = takes(**dict.fromkeys(_BLOCKS, BLOCK))
+    return Bound(_entry_of(len(functions) - 2), with_functions(signatures, rest))

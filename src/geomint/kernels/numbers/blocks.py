@@ -93,6 +93,9 @@ def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
     return block.as_lanes(start, rows)
 
 
-def fixed_rows(block: Block, rows: int) -> Block:
-    """Return the block; compiled, its row count becomes a constant, and loops over it unroll."""
+def fixed_rows(block: Any, rows: int | None) -> Any:
+    """Return the block; compiled, its row count becomes a constant, and loops over it unroll.
+
+    With None it stays what it is, and may be something else than a block.
+    """
     return block

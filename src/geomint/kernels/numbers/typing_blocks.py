@@ -260,6 +260,8 @@ def _overload_as_scalars(block):
 
 @overload(blocks.fixed_rows, inline="always")
 def _overload_fixed_rows(block, rows):
+    if rows is types.none:
+        return lambda block, rows: block
     return lambda block, rows: _fixed_rows(block, rows)
 
 

@@ -168,8 +168,5 @@ def _loop(attempt: Recorded) -> Recorded:
 
 
 def adaptive_stepper(attempt: Recorded, functions: int) -> Recorded:
-    """Return the compiled entry of an adaptive method with `functions` functions.
-
-    Its signature is `geomint.kernels.compiling.signatures.advance_signature`.
-    """
+    """Return the entry of an adaptive method with `functions` functions."""
     return entry_of(_loop(attempt), functions, attempt.function.__name__)
