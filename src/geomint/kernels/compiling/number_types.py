@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 __all__ = ["EXTENDED", "LANE", "SCALAR", "NumberType"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class NumberType:
     """A type of number: the numba types of a number and of blocks of them.
 
@@ -20,7 +20,10 @@ class NumberType:
     """
 
     name: str
-    load: Callable[[], tuple[Any, Any, Any]] = field(repr=False)
+    load: Callable[[], tuple[Any, Any, Any]]
+
+    def __repr__(self) -> str:
+        return self.name
 
     @property
     def number(self) -> Any:
