@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array, number, switch, whole
-from ..kernels.numbers.blocks import scalar_block
+from ..kernels.numbers.blocks import packed, scalar_block
 from ..kernels.numbers.lanes import LANES
-from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.gauss_trajectories import (
-    gauss_trajectories_memory_size,
+    gauss_trajectories_coefficients,
+    gauss_trajectories_memory,
     gauss_trajectories_stepper,
-    gauss_trajectories_work_size,
+    gauss_trajectories_work,
 )
 from ..tableaux import gauss_legendre
 from .binding import lane_field
@@ -101,20 +103,21 @@ def _start(
     field, rows, y0, work = field_of(s)
     groups = 1 if stages <= LANES else 2
     function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
-    memory = scalar_block(gauss_memory_size(rows, groups))
+    memory = scalar_block(sum(gauss_memory(rows, groups)))
     memory.data[:rows] = y0
     numbers = _lane_coefficients(stages, groups, tuple(lengths))
     table = gauss_legendre(stages)
+    given = {"rows": rows, "cap": cap, "tolerance": tolerance, "pieces": piece_numbers(s)}
     return Stepper(
         kernel=gauss_stepper(
             groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function.recorded if fused else None
         ),
         functions=() if fused else (function,),
         params=filled_block(s.problem.params),
-        coefficients=filled_block(gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers),
+        coefficients=packed(gauss_coefficients(rows, groups, len(lengths)), **given, **numbers),
         fractions=substeps(lengths, starts),
         memory=memory,
-        work=scalar_block(gauss_work_size(rows, groups, scratch)),
+        work=scalar_block(sum(gauss_work(rows, groups, 8 * scratch))),
         rows=rows,
         t0=s.t0,
         h=s.h,
@@ -123,18 +126,23 @@ def _start(
         lane_stepper=LaneStepper(
             kernel=gauss_trajectories_stepper(),
             functions=(function,),
-            coefficients=filled_block(
-                rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+            coefficients=packed(
+                gauss_trajectories_coefficients(rows, stages, stages * stages),
+                **given,
+                stages=stages,
+                c=table.c,
+                b=table.b,
+                mu=table.mu,
             ),
-            memory_rows=gauss_trajectories_memory_size(rows, stages, len(lengths)),
-            work_rows=gauss_trajectories_work_size(rows, scratch),
+            memory_rows=sum(gauss_trajectories_memory(rows, len(lengths) * stages)),
+            work_rows=sum(gauss_trajectories_work(rows, scratch)),
         ),
     )
 
 
 @functools.lru_cache(maxsize=64)
-def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> Array:
-    """Return c, b, the columns of μ and of one predictor a substep, in lanes."""
+def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> Mapping[str, Array]:
+    """Return c, b, the columns of μ and of one predictor a substep, in lanes, by name."""
     table = gauss_legendre(stages)
     width = LANES * groups
     at = lane_positions(stages, width)
@@ -144,11 +152,14 @@ def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> 
         table.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else np.zeros((stages, stages))
         for r in ratios
     ]
-    vectors = [spread_vector(v, at, width) for v in (table.c, table.b)]
-    columns = [spread_columns(m, at, width) for m in (table.mu, *predictors)]
-    result = np.concatenate([*vectors, *columns])
-    result.setflags(write=False)
-    return result
+    return MappingProxyType(
+        {
+            "c": spread_vector(table.c, at, width),
+            "b": spread_vector(table.b, at, width),
+            "mu": spread_columns(table.mu, at, width),
+            "predictors": np.concatenate([spread_columns(m, at, width) for m in predictors]),
+        }
+    )
 
 
 def lane_positions(stages: int, width: int) -> list[int]:

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 from ..arguments import number, whole
-from ..kernels.numbers.blocks import scalar_block
-from ..kernels.solve.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
+from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.solve.rattle import RATTLE, rattle_memory, rattle_stepper, rattle_work
 from ..kernels.solve.rattle_separable import (
-    separable_rattle_memory_size,
+    separable_rattle_memory,
     separable_rattle_stepper,
-    separable_rattle_work_size,
+    separable_rattle_work,
 )
 from .bound_forms import hamiltonian_of, substeps
 from .method import Method, Start
@@ -68,20 +68,27 @@ def _start(tolerance: float, cap: int, lengths: Any, starts: Any, s: Start) -> S
     separable = s.problem.hamiltonian.separable
     functions, n, m = hamiltonian_of(s)
     rows = 2 * n + s.clock
-    sizes = separable_rattle_memory_size if separable else rattle_memory_size
-    scratch = separable_rattle_work_size if separable else rattle_work_size
+    sizes = separable_rattle_memory if separable else rattle_memory
+    scratch = separable_rattle_work if separable else rattle_work
     stepper = separable_rattle_stepper if separable else rattle_stepper
     unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
-    memory = scalar_block(sizes(n, m, s.clock))
+    memory = scalar_block(sum(sizes(n, m, int(s.clock))))
     memory.data[: 2 * n] = s.y0
     return Stepper(
         kernel=stepper(*unrolled),
         functions=functions,
         params=filled_block(s.problem.params),
-        coefficients=filled_block(n, m, cap, tolerance, float(s.clock)),
+        coefficients=packed(
+            RATTLE,
+            rows=n,
+            constraints=m,
+            cap=cap,
+            tolerance=tolerance,
+            clock_rows=float(s.clock),
+        ),
         fractions=substeps(lengths, starts),
         memory=memory,
-        work=scalar_block(scratch(n, m, s.problem.work)),
+        work=scalar_block(sum(scratch(n, m, s.problem.work))),
         rows=rows,
         t0=s.t0,
         h=s.h,

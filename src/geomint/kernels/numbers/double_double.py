@@ -29,6 +29,10 @@ class DoubleDoubleBlock(Block):
     def __len__(self) -> int:
         return len(self.data) // 2
 
+    def part(self, start: int, rows: int) -> DoubleDoubleBlock:
+        """Return `rows` rows from `start` on, sharing memory."""
+        return DoubleDoubleBlock(Block(self.data).part(2 * start, 2 * rows).data)
+
 
 def double_double_block(hi: Any, lo: Any = 0.0) -> DoubleDoubleBlock:
     """Return a block of the numbers ``hi + lo``, one a row."""
