@@ -13,7 +13,7 @@ from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import FIELD
 from geomint.kernels.numbers.arithmetic import cos, maximum, select, sin, sqrt
 from geomint.kernels.numbers.blocks import as_lanes, scalar_block
-from geomint.kernels.numbers.double_double import DoubleDoubleBlock, double_double_block, lane_rows
+from geomint.kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
 
 DIGITS = 2.0**-100  # relative; the operations promise about 2⁻¹⁰⁴
 
@@ -100,9 +100,3 @@ def test_eight_at_a_time_agree_with_mpmath(scale):
 def run_in_lanes(f, params, y, out):
     lanes = as_lanes(y, 0, 2)
     f(params, 0.0 * lanes[0], lanes, as_lanes(out, 0, 12), as_lanes(out, 0, 0))
-
-
-def test_a_wrong_low_part_is_seen():
-    block = double_double_block([1.0], [1e-20])
-    assert block.data[1] == 1e-20
-    assert len(block) == 1

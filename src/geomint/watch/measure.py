@@ -26,16 +26,15 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD, VALUE
 from ..kernels.measure.measure import measure_sweep
 from ..kernels.measure.memory import (
-    BIAS,
-    CONDITION_SPACING,
     CONDITIONS_LARGEST,
-    VARIANCE,
-    lane_rows,
-    measure_layout,
+    Sizes,
+    lane_layout,
+    measure_given,
     measure_memory,
-    work_size,
+    memory_layout,
+    work_layout,
 )
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import Block, scalar_block, view
 from ..kernels.solve.advance import bound_stepper
 from ..methods.binding import lane_field
 from ..methods.stepper import Stepper
@@ -76,13 +75,13 @@ class MeasureObserver:
         self._lanes = stepper.lanes()
         self._functions, extra = self._lane_functions(y0)
         n, rows, m = problem.rows, len(stepper.state), self._measure.conditions
-        sizes = (self._lanes.memory_rows, self._lanes.work_rows + extra)
-        self._layout = measure_layout(problem.pieces, rows, m, *sizes, problem.work)
+        of_method = self._lanes.memory_rows, self._lanes.work_rows + extra
+        self._sizes = Sizes(n, rows, m, *of_method, problem.work)
+        self._given = measure_given(problem.pieces, self._sizes)
         start = np.append(y0, np.zeros(rows - n))
-        self._memory = measure_memory(start, _sizes(problem, y0), m)
-        count = lane_rows(n, m, *sizes, problem.work)
-        self._lane_numbers = scalar_block(8 * count)
-        self._work = scalar_block(work_size(n, m, problem.work))
+        self._memory = measure_memory(start, _scales(problem, y0), self._sizes)
+        self._lane_numbers = scalar_block(8 * sum(lane_layout(self._sizes)))
+        self._work = scalar_block(sum(work_layout(self._sizes)))
         self._time, self._left = stepper.t0, limit
         self._sweep: Callable[..., None] | None = None
         self.windows = Windows(0.0)
@@ -145,7 +144,7 @@ class MeasureObserver:
                     self._stepper.params,
                     self._lanes.coefficients,
                     self._stepper.fractions,
-                    self._layout,
+                    self._given,
                     self._memory,
                     self._lane_numbers,
                     self._work,
@@ -164,21 +163,24 @@ class MeasureObserver:
         if len(labels) and labels[0] != self.windows.last_time:
             self.windows.add(labels, values)
 
+    def _remembered(self, name: str) -> float:
+        return float(view(self._memory, memory_layout(self._sizes), name)[0])
+
     @property
     def deviation(self) -> float:
         """The standard deviation that rounding has given to the sum so far."""
-        return float(np.sqrt(self._memory[VARIANCE]))
+        return float(np.sqrt(self._remembered("variance")))
 
     @property
     def scale(self) -> float:
         """The scale that makes 32 ε × scale the level below which nothing can be seen."""
-        noise = DEVIATIONS * self.deviation + self._memory[BIAS]
-        coarse = CONDITIONS_LARGEST / self._memory[CONDITION_SPACING]  # 1 for polynomials
+        noise = DEVIATIONS * self.deviation + self._remembered("bias")
+        coarse = CONDITIONS_LARGEST / self._remembered("condition_spacing")  # 1 for polynomials
         ends = self._density_scale + self._measure.conditions * coarse
         return float(ends + noise / ROUNDOFF)
 
 
-def _sizes(problem: Problem, y0: Array) -> Array:
+def _scales(problem: Problem, y0: Array) -> Array:
     """Return the sizes of the pieces, row by row; where one is 0, what it is after a typical time."""
     rates = characteristic_time(problem, y0) * derivative(problem, y0)
     sizes = np.zeros(problem.rows)
