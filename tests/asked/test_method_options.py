@@ -44,7 +44,7 @@ def stepper(method: gi.Method) -> object:
 def made_of(method: gi.Method) -> object:
     s = stepper(method)
     allowed = s.allowed if isinstance(s, AdaptiveStepper) else None
-    return [s.coefficients.data.tolist(), s.kernel, s.signatures, allowed]
+    return [s.coefficients.data.tolist(), s.kernel, s.functions, allowed]
 
 
 def test_every_option_of_every_method_is_in_the_table() -> None:

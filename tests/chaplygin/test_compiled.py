@@ -6,9 +6,10 @@ from numba.core import types
 from support import CASES
 
 from chaplygin.measures import constant_density
-from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function, extended_type
+from geomint.kernels.compiling.compile import compile_function
+from geomint.kernels.compiling.number_types import EXTENDED, LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.compiling.signatures import CONSTRAINT, FIELD, VALUE
 from geomint.kernels.numbers.blocks import as_lanes, part, scalar_block
 
 LABELS = [
@@ -165,7 +166,7 @@ def test_manifold_of_the_measure(case, kind):
 def test_hamiltonian_form(case, kind):
     n, form = len(case.y) // 2, case.problem.hamiltonian
     gradients = compile_function(_without_time(form.gradients), _form_signature(kind, 6))
-    constraint = compile_function(form.constraint, signatures.constraint(kind))
+    constraint = compile_function(form.constraint, CONSTRAINT.of(kind))
     params = block_of(SCALAR, case.problem.params)
     q, p = block_of(kind, case.y[:n]), block_of(kind, case.y[n:])
     found = []
@@ -196,6 +197,6 @@ def _form_signature(kind, count):
 @pytest.mark.parametrize("case", CHOSEN, ids=str)
 def test_compiles_for_references(case):
     """Reference solutions run the fields on double-double numbers."""
-    compile_function(case.problem.field, signatures.field(extended_type()))
+    compile_function(case.problem.field, FIELD.of(EXTENDED))
     if case.problem.clock is not None:
-        compile_function(case.problem.clock, signatures.value(extended_type()))
+        compile_function(case.problem.clock, VALUE.of(EXTENDED))

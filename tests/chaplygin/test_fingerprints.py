@@ -10,8 +10,9 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+from geomint.kernels.compiling.bound import bind
 from geomint.kernels.compiling.recorded import Recorded
-from geomint.methods import binding
+from geomint.kernels.compiling.signatures import FIELD
 from geomint.scene.load import builtin_scenes, load_scene
 
 
@@ -33,8 +34,9 @@ def functions() -> Iterator[tuple[str, Recorded]]:
         for name, problem in load_scene(scene).model.problems.items():
             yield from recorded_in(problem, f"{scene}/{name}")
             if problem.field is not None:
-                sizes = len(problem.params), problem.rows, problem.rows
-                yield f"{scene}/{name}/bound", binding.bind_field(problem.field, *sizes)
+                rows = problem.rows
+                bound = bind(problem.field, FIELD, params=len(problem.params), y=rows, out=rows)
+                yield f"{scene}/{name}/bound", bound.recorded
 
 
 def test_fingerprints_are_those_of_another_process() -> None:

@@ -11,7 +11,8 @@ from support import CASES, DIMENSIONS, extended, mp, quiet_state, random_special
 import chaplygin as ch
 import geomint as gi
 from chaplygin.ball.hamiltonized_splitting import dilation_coefficients
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.compile import compile_function
+from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.numbers.blocks import Block, as_lanes, scalar_block
 from geomint.problems.evaluate import derivative, value

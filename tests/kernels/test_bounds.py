@@ -18,7 +18,8 @@ from numba.core import types
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block, LaneBlock, as_lanes, fixed_rows, part
 from geomint.kernels.compiling.cache import cache_folder
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.compile import compile_function
+from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import helper
 
 assert cache_folder().name.endswith("-boundscheck")

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, strategies as st
 from mpmath import mp
 
-from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.compile import compile_function
+from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
+from geomint.kernels.compiling.signatures import ACTION
 from geomint.kernels.groups.so3 import SMALL
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES
@@ -321,8 +322,8 @@ def test_lanes_are_eight_actions(n: int, function: str) -> None:
     xi = rng.standard_normal((group.algebra_rows, LANES))
     xi *= np.array([0.0, 1e-200, 1e-9, 0.02, 0.3, 3.0, 25.0, 1e5])
     y = rng.standard_normal((rows, LANES))
-    single = compile_function(recorded, signatures.action(SCALAR))
-    several = compile_function(recorded, signatures.action(LANE))
+    single = compile_function(recorded, ACTION.of(SCALAR))
+    several = compile_function(recorded, ACTION.of(LANE))
     out = LaneBlock(np.zeros((rows, LANES)))
     scratch = group.work + 2 * group.algebra_rows
     work = LaneBlock(np.zeros((scratch, LANES)))

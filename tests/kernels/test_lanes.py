@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.compile import compile_function
+from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded, helper
 from geomint.kernels.numbers.arithmetic import epsilon, lane, like, top, total
 from geomint.kernels.numbers.blocks import Block, LaneBlock

@@ -8,9 +8,11 @@ import pytest
 from exact_maps import PROBLEMS
 from hypothesis import given, strategies as st
 
-from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.bound import Bound
+from geomint.kernels.compiling.compile import compile_function
+from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import helper
+from geomint.kernels.compiling.signatures import FIELD
 from geomint.kernels.measure.reflections import (
     log_det_near_identity,
     reflect,
@@ -19,6 +21,7 @@ from geomint.kernels.measure.reflections import (
 )
 from geomint.kernels.numbers.blocks import Block, LaneBlock, part, scalar_block
 from geomint.kernels.numbers.lanes import LANES
+from geomint.kernels.solve.advance import bound_stepper
 from geomint.kernels.solve.gauss_trajectories import gauss_trajectories_stepper
 from geomint.methods import Start, find_method
 
@@ -104,8 +107,8 @@ def gauss(name: str, problem: str, states: np.ndarray, kind, h: float = H):
     p, y0 = PROBLEMS[problem]
     stepper = find_method(name).start(Start(p, y0, 0.0, h))
     lanes = stepper.lanes()
-    function = signatures.field(kind)
-    entry = compile_function(lanes.kernel, signatures.advance_signature([function], kind))
+    field = Bound(lanes.functions[0].recorded, FIELD)
+    entry = bound_stepper(lanes.kernel, (field,)).with_functions(field, number_type=kind)
     shape = (LANES,) if kind is LANE else ()
     make = LaneBlock if kind is LANE else Block
     memory = make(np.zeros((lanes.memory_rows, *shape)))
@@ -114,7 +117,6 @@ def gauss(name: str, problem: str, states: np.ndarray, kind, h: float = H):
 
     def advance(count: int) -> tuple[int, int, int, float]:
         return entry(
-            compile_function(lanes.functions[0], function),
             stepper.params,
             lanes.coefficients,
             stepper.fractions,
@@ -192,7 +194,7 @@ def test_trajectories_in_plain_python() -> None:
     memory.data[: p.rows] = y0[:, None]
     work = LaneBlock(np.zeros((lanes.work_rows, LANES)))
     status, *_ = lanes.kernel(
-        *lanes.functions, stepper.params, lanes.coefficients, stepper.fractions,
+        lanes.functions[0].recorded, stepper.params, lanes.coefficients, stepper.fractions,
         memory, work, p.rows, 0.0, H, 0, 3, 4, memory,
     )  # fmt: skip
     assert status == 0

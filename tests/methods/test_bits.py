@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function
+from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.numbers.blocks import Block, LaneBlock, scalar_block
 from geomint.kernels.numbers.lanes import LANES
+from geomint.kernels.solve.advance import bound_stepper
 from geomint.methods import Start, find_method
 from geomint.methods.stepper import Stepper
 from geomint.problems.testproblems import (
@@ -199,12 +199,11 @@ def test_lanes_are_eight_runs(name: str, problem: str) -> None:
     p, _ = PROBLEMS[problem]
     singles = [find_method(name).start(Start(p, y, 0.0, H)) for y in eight_states(problem)]
     one = singles[0]
-    functions = [getattr(signatures, kind)(LANE) for kind in one.signatures]
-    entry = compile_function(one.kernel, signatures.advance_signature(functions, LANE))
+    functions = [f.in_lanes for f in one.functions]
+    advance = bound_stepper(one.kernel, one.functions).in_lanes
     memory = LaneBlock(np.stack([s.memory.data for s in singles], axis=1))
     out = LaneBlock(np.zeros((steps // 100 * one.rows, LANES)))
-    status, done, iterations, _ = entry(
-        *(compile_function(f, s) for f, s in zip(one.functions, functions, strict=True)),
+    status, done, iterations, _ = advance.with_functions(*functions)(
         one.params,
         one.coefficients,
         one.fractions,

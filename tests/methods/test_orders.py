@@ -21,8 +21,8 @@ import pytest
 from mpmath import mp
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block
-from geomint.kernels.solve.gauss import aligned
+from geomint.kernels.numbers.blocks import Block, view
+from geomint.kernels.solve.gauss import gauss_coefficients
 from geomint.methods import Method, Start, find_method, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
 from geomint.methods.stepper import Stepper
@@ -303,16 +303,15 @@ def gauss_end(stages: int, steps: int, spoil: Any = 0) -> list[Any]:
     nodes[0] += spoil
     width = 8 if stages <= 8 else 16
     at = lane_positions(stages, width)
-    start = aligned(3 + problem.rows)
-    data = stepper.coefficients.data
-    for column, values in ((0, nodes), (1, weights)):
-        data[start + column * width : start + (column + 1) * width][at] = values
+    layout = gauss_coefficients(problem.rows, width // 8, 1)
+    for name, values in (("c", nodes), ("b", weights)):
+        view(stepper.coefficients, layout, name).data[at] = values
     matrix = np.full((width, width), mp.mpf(0), dtype=object)
     matrix[np.ix_(at, at)] = np.array(mu, dtype=object)
     assert np.allclose(
         spread_columns(gauss_legendre(stages).mu, at, width), matrix.T.ravel().astype(float)
     )
-    data[start + 2 * width : start + (2 + width) * width] = matrix.T.ravel()
+    view(stepper.coefficients, layout, "mu").data[:] = matrix.T.ravel()
     return end_of(stepper, steps)
 
 

@@ -14,11 +14,10 @@ from first_steps import KINDS, problems, states
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.kernels.compiling import signatures
-from geomint.kernels.compiling.compile import LANE, compile_function
-from geomint.kernels.numbers.blocks import Block, LaneBlock
+from geomint.kernels.numbers.blocks import Block, LaneBlock, view
 from geomint.kernels.numbers.lanes import LANES, Lanes
-from geomint.kernels.solve.gauss import aligned
+from geomint.kernels.solve.advance import bound_stepper
+from geomint.kernels.solve.gauss import gauss_memory
 from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
 from geomint.methods.gauss import lane_positions
@@ -80,7 +79,7 @@ class Steps:
         result = stepper.advance(0, 1, 2, Block(np.zeros(0)))
         if result.status == OK:
             width = len(self.lanes) > LANES
-            numbers = stepper.memory.data[aligned(2 * rows) :][: LANES * (1 + width) * rows]
+            numbers = view(stepper.memory, gauss_memory(rows, 1 + width), "stages").data
             L = np.concatenate(list(numbers.reshape(1 + width, rows, LANES)), axis=1)
             self.accepted.append((y, stepper.state.copy(), h, L.T[self.lanes]))
         elif np.isfinite(derivatives(self.problem, np.array([T0]), y[None])).all():
@@ -150,12 +149,10 @@ def test_lanes_that_begin_at_rest_are_solved() -> None:
         y0 = np.array([y for y, *_ in steps.accepted])
         y0 = y0[np.random.default_rng(0).permutation(len(y0))[:LANES]]
         lanes = gi.Gauss(stages).start(Start(problem, start, T0, h)).lanes()
-        functions = [signatures.field(LANE)]
-        entry = compile_function(lanes.kernel, signatures.advance_signature(functions, LANE))
+        advance = bound_stepper(lanes.kernel, lanes.functions).in_lanes
         memory = LaneBlock(np.zeros((lanes.memory_rows, LANES)))
         memory.data[: problem.rows] = y0.T
-        status, *_ = entry(
-            compile_function(lanes.functions[0], functions[0]),
+        status, *_ = advance.with_functions(*lanes.functions)(
             Block(np.array(problem.params)),
             lanes.coefficients,
             Block(np.array([1.0, 0.0])),

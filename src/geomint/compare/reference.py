@@ -9,18 +9,19 @@ alike. References are kept on disk under a hash of everything that they depend o
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import ConvergenceError, FormError, NonFiniteError
-from ..kernels.compiling.compiled import compiled
-from ..kernels.numbers.blocks import scalar_block
-from ..kernels.numbers.double_double import DoubleDoubleBlock, double_double_block, lane_rows
+from ..kernels.compiling.number_types import EXTENDED
+from ..kernels.numbers.blocks import scalar_block, view
+from ..kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
 from ..kernels.numbers.lanes import LANES
-from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..methods.bound_forms import field_of, piece_numbers
 from ..methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
@@ -145,28 +146,21 @@ def _advance(
     steps: int,
     t0: float = 0.0,
 ) -> tuple[Array, Array]:
-    from ..kernels.compiling import signatures
-    from ..kernels.compiling.compile import extended_type
-
     with_clock = problem.clock is not None
     start = Start(problem, hi, t0, h, clock=with_clock)
     field, rows, _, work = field_of(start)
     groups = 2
-    kind = extended_type()
-    field_signature = signatures.field(kind)
-    memory = _blank(gauss_memory_size(rows, groups))
+    memory = _blank(sum(gauss_memory(rows, groups)))
     memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi
     memory.data[1 : 2 * rows : 2] = np.append(lo, clock_lo) if with_clock else lo
-    entry = compiled(
-        gauss_stepper(groups, 0), signatures.advance_signature([field_signature], kind)
-    )
-    status, done, iterations, residual = entry(
-        compiled(field, field_signature),
+    stepper = bound_stepper(gauss_stepper(groups, 0), (field,))
+    advance = stepper.with_functions(field, number_type=EXTENDED)
+    status, done, iterations, residual = advance(
         filled_block(problem.params),
         _coefficients(rows, piece_numbers(start), groups),
         filled_block(1.0, 0.0),
         memory,
-        _blank(gauss_work_size(rows, groups, work)),
+        _blank(sum(gauss_work(rows, groups, 8 * work))),
         rows,
         t0,
         h,
@@ -192,14 +186,17 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     """Return the coefficient block of `geomint.kernels.solve.gauss` in double-double numbers."""
     table, width = gauss_legendre(STAGES), LANES * groups
     at = lane_positions(STAGES, width)
-    header = double_double_block(gauss_header(rows, MAX_ITERATIONS, TOLERANCE, pieces))
-    parts = [header.data]
-    names: tuple[Literal["c", "b"], ...] = ("c", "b")
-    for name in names:
-        hi, lo = table.split(name)
-        parts.append(lane_rows(spread_vector(hi, at, width), spread_vector(lo, at, width)))
-    hi, lo = table.split("mu")
-    parts.append(lane_rows(spread_columns(hi, at, width), spread_columns(lo, at, width)))
+    layout = gauss_coefficients(rows, groups, 1)
+    block = _blank(sum(layout))
     predictor = spread_columns(table.predictor(1.0), at, width)
-    parts.append(lane_rows(predictor, np.zeros_like(predictor)))
-    return DoubleDoubleBlock(filled_block(*parts).data)
+    lanes = {
+        **{name: [spread_vector(x, at, width) for x in table.split(name)] for name in ("c", "b")},
+        "mu": [spread_columns(x, at, width) for x in table.split("mu")],
+        "predictors": [predictor, np.zeros_like(predictor)],
+    }
+    given = {"rows": rows, "cap": MAX_ITERATIONS, "tolerance": TOLERANCE, "pieces": pieces}
+    for name, numbers in given.items():
+        view(block, layout, name).data[::2] = numbers
+    for name, (hi, lo) in lanes.items():
+        view(block, layout, name).data[:] = lane_rows(hi, lo)
+    return block

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,17 +15,20 @@ from ..errors import (
     StepSizeError,
 )
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.adaptive import END, LARGEST, NEXT, REMEMBERED, SMALLEST
+from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, view
+from ..kernels.solve.adaptive import adaptive_coefficients, adaptive_memory, adaptive_work
 from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
 from .adaptive import Adaptive
 from .bound_forms import piece_numbers
 from .lane_stepper import LaneStepper
 from .method import Start
-from .stepper import Advance, Stepper, filled_block
+from .stepper import Advance, Stepper
 
 __all__ = ["AdaptiveStepper", "controlled_stepper"]
+
+
+_GIVEN = adaptive_coefficients(0, REST)  # what is read here lies before all of other sizes
 
 
 @dataclass
@@ -67,21 +71,21 @@ class AdaptiveStepper(Stepper):
     @property
     def finished(self) -> bool:
         """Whether the end has been reached."""
-        return bool(self.time == self.coefficients.data[END])
+        return self.left == 0.0
 
     @property
     def left(self) -> float:
         """How far the end is, in the problem's own time."""
-        return float(self.coefficients.data[END]) - self.time
+        return float(view(self.coefficients, _GIVEN, "end")[0]) - self.time
 
     @property
     def extremes(self) -> tuple[float, float]:
         """Smallest and largest step so far, without those that the end cuts short; 0, 0 if none."""
-        smallest, largest = (float(self._remembered(which)) for which in (SMALLEST, LARGEST))
+        smallest, largest = (float(self._remembered(which)) for which in ("smallest", "largest"))
         return (smallest, largest) if largest > 0.0 else (0.0, 0.0)
 
-    def _remembered(self, which: int) -> float:
-        return float(self.memory.data[2 * self.rows + which])
+    def _remembered(self, which: str) -> float:
+        return float(view(self.memory, adaptive_memory(self.rows, REST), which)[0])
 
     def evaluations_in(self, steps: int, tries: int) -> int:
         """Return the evaluations in so many steps and tries; a retry keeps the first stage."""
@@ -98,12 +102,12 @@ class AdaptiveStepper(Stepper):
         if result.status == OK and result.steps == left < count and not self.finished:
             result = result._replace(status=TOO_MANY_STEPS, residual=abs(self.left))
         if result.status != OK:
-            self._tried = self._remembered(NEXT)
+            self._tried = self._remembered("next")
         return result
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper of fixed step from another state, time and step."""
-        if self.fixed._entry is None:
+        if self.fixed._advance is None:
             self.fixed.prepare()
         return self.fixed.restarted(y, t, h, carry)
 
@@ -134,7 +138,8 @@ def controlled_stepper(
     kernel: Recorded,
     y0: Array,
     derivative_rows: int,
-    header: tuple[Any, ...],
+    layout: Callable[..., Any],
+    sizes: dict[str, Any],
     work_rows: int,
 ) -> AdaptiveStepper:
     """Return the adaptive stepper of a method whose fixed-step stepper is `fixed`.
@@ -147,35 +152,50 @@ def controlled_stepper(
         The initial state, with the clock's row where there is one.
     derivative_rows : int
         Length of a stage's derivative.
-    header : tuple
-        What the method's own coefficients are, before those of the tableau.
+    layout : callable
+        ``layout(stages, rows of the weights of errors)``: that of the method's own coefficients.
+    sizes : dict
+        What is in them beside the numbers of the tableau.
+    work_rows : int
+        Scratch of an attempt.
     """
     assert table.error_float is not None
     assert table.estimate_order is not None
     rows = len(y0) + 1
-    memory = scalar_block(2 * rows + REMEMBERED + derivative_rows)
+    remembered = adaptive_memory(rows, derivative_rows)
+    memory = scalar_block(sum(remembered))
     memory.data[: rows - 1], memory.data[rows - 1] = y0, s.t0
-    memory.data[2 * rows + NEXT] = math.copysign(min(abs(s.h), allowed.max_step), s.h)
-    memory.data[2 * rows + SMALLEST] = math.inf
-    coefficients = filled_block(
-        *(allowed.rtol, allowed.atol, allowed.max_step),
-        math.copysign(math.inf, s.h) if s.end is None else s.end,
-        table.estimate_order,
-        len(table.error_float) // table.stages,
-        float(table.first_same_as_last),
-        piece_numbers(s),  # the clock is a piece of its own
-        *header,
-        *(table.A_float, table.b_float, table.c_float, table.error_float),
+    first = math.copysign(min(abs(s.h), allowed.max_step), s.h)
+    view(memory, remembered, "next")[0] = first
+    view(memory, remembered, "smallest")[0] = math.inf
+    numbers = packed(
+        layout(table.stages, len(table.error_float)),
+        **sizes,
+        A=table.A_float,
+        b=table.b_float,
+        c=table.c_float,
+        errors=table.error_float,
+    )
+    coefficients = packed(
+        adaptive_coefficients(rows - 1, len(numbers)),
+        rtol=allowed.rtol,
+        atol=allowed.atol,
+        max_step=allowed.max_step,
+        end=math.copysign(math.inf, s.h) if s.end is None else s.end,
+        order=table.estimate_order,
+        estimates=len(table.error_float) // table.stages,
+        reuse=float(table.first_same_as_last),
+        pieces=piece_numbers(s),  # the clock is a piece of its own
+        numbers=numbers.data,
     )
     return AdaptiveStepper(
         kernel=kernel,
-        signatures=fixed.signatures,
         functions=fixed.functions,
         params=fixed.params,
         coefficients=coefficients,
         fractions=fixed.fractions,
         memory=memory,
-        work=scalar_block(work_rows),
+        work=scalar_block(sum(adaptive_work(rows - 1, derivative_rows, work_rows))),
         rows=rows,
         t0=s.t0,
         h=s.h,

@@ -29,7 +29,7 @@ def check_agreement(problem: str, stepper: Stepper) -> None:
     Once for the functions of a problem in a process, by the method that meets them first. A step that
     fails is not judged: the run will report it.
     """
-    key = tuple(f.fingerprint for f in stepper.functions)
+    key = tuple(f.recorded.fingerprint for f in stepper.functions)
     if not stepper.compiled or stepper.rows > FEW or key in _agreeing:
         return
     ends = []

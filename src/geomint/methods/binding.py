@@ -1,10 +1,4 @@
-"""A problem's functions, bound to its sizes and compiled for one kind of number.
-
-A bound function has the row counts of its blocks as constants, which lets LLVM unroll its loops;
-its signature is the same for all problems, so steppers are compiled once. All binders are cached:
-the same function and sizes give the same recorded function, compiled once a process, and again when
-what it reaches has changed: the bound function reaches what the given one does.
-"""
+"""Fields as methods take them: with the clock's row, and for eight numbers at once."""
 
 from __future__ import annotations
 
@@ -16,112 +10,25 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import GeomintWarning
-from ..kernels.compiling.compiled import compiled, reason_of
+from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.compiled import reason_of
+from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
 from ..kernels.numbers.lanes import LANES, Lanes
 
-__all__ = [
-    "bind_constraint",
-    "bind_field",
-    "bind_flow",
-    "bind_gradients",
-    "bind_value",
-    "compiles_for_lanes",
-    "lane_adapter",
-    "no_clock",
-    "runs_on_lanes",
-    "with_clock",
-]
+__all__ = ["lane_field", "no_clock", "with_clock"]
 
 
-def _renamed(function: Any, recorded: Recorded) -> Recorded:
+def _renamed(function: Any, recorded: Recorded) -> Bound:
     function.__name__ = function.__qualname__ = recorded.function.__name__
-    return Recorded(function)
+    return Bound(Recorded(function), FIELD)
 
 
 @functools.cache
-def bind_field(f: Recorded, params_rows: int, rows: int, out_rows: int) -> Recorded:
-    """Bind a field or a generator."""
-
-    def bound(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        f(
-            fixed_rows(params, params_rows),
-            t,
-            fixed_rows(y, rows),
-            fixed_rows(out, out_rows),
-            work,
-        )
-
-    return _renamed(bound, f)
-
-
-@functools.cache
-def bind_value(f: Recorded, params_rows: int, rows: int) -> Recorded:
-    """Bind an invariant, an observable or a clock."""
-
-    def bound(params, t, y, work):  # type: ignore[no-untyped-def]
-        return f(fixed_rows(params, params_rows), t, fixed_rows(y, rows), work)
-
-    return _renamed(bound, f)
-
-
-@functools.cache
-def bind_gradients(f: Recorded, params_rows: int, n: int) -> Recorded:
-    """Bind the gradients of a Hamiltonian."""
-
-    def bound(params, t, q, p, dq, dp, work):  # type: ignore[no-untyped-def]
-        f(
-            fixed_rows(params, params_rows),
-            t,
-            fixed_rows(q, n),
-            fixed_rows(p, n),
-            fixed_rows(dq, n),
-            fixed_rows(dp, n),
-            work,
-        )
-
-    return _renamed(bound, f)
-
-
-@functools.cache
-def bind_constraint(f: Recorded, params_rows: int, n: int, m: int) -> Recorded:
-    """Bind the constraints and their Jacobian."""
-    size = m * n
-
-    def bound(params, q, g, G, work):  # type: ignore[no-untyped-def]
-        f(
-            fixed_rows(params, params_rows),
-            fixed_rows(q, n),
-            fixed_rows(g, m),
-            fixed_rows(G, size),
-            work,
-        )
-
-    return _renamed(bound, f)
-
-
-@functools.cache
-def bind_flow(f: Recorded, params_rows: int, rows: int) -> Recorded:
-    """Bind the flows of a splitting's parts."""
-
-    def bound(k, params, t, h, y, out, work):  # type: ignore[no-untyped-def]
-        f(
-            k,
-            fixed_rows(params, params_rows),
-            t,
-            h,
-            fixed_rows(y, rows),
-            fixed_rows(out, rows),
-            work,
-        )
-
-    return _renamed(bound, f)
-
-
-@functools.cache
-def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Recorded:
+def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Bound:
     """Bind a field with one more row, whose derivative is the clock dt/dτ."""
 
     def bound(params, t, y, out, work):  # type: ignore[no-untyped-def]
@@ -134,7 +41,7 @@ def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Rec
 
 
 @functools.cache
-def lane_adapter(f: Recorded, rows: int, work_rows: int) -> Recorded:
+def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
     """Make a lane field of a field that compiles for float64 only: lane after lane."""
 
     def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
@@ -154,31 +61,41 @@ def lane_adapter(f: Recorded, rows: int, work_rows: int) -> Recorded:
     return _renamed(adapted, f)
 
 
-def compiles_for_lanes(f: Recorded) -> bool:
-    """Tell whether a bound field compiles for lane values, and warn, with the reason, if not."""
-    return bool(f.made(_compiles_for_lanes))
+def lane_field(
+    field: Bound,
+    params: npt.NDArray[np.float64],
+    y: npt.NDArray[np.float64],
+    work: int,
+    compiled: bool,
+) -> tuple[Bound, int]:
+    """Return a field for eight numbers at once, and the lane values of scratch that it needs.
+
+    One that takes a number at a time is called for lane after lane, with a warning that says why.
+    """
+    f = field.recorded
+    if f.made(_compiles_for_lanes) if compiled else _runs_on_lanes(f, Block(params), y, work):
+        return field.in_lanes, work
+    return _adapted(f, len(y), work).in_lanes, -(-(2 * len(y) + work) // LANES)
 
 
 def _compiles_for_lanes(f: Recorded) -> bool:
-    from ..kernels.compiling import signatures
-    from ..kernels.compiling.compile import LANE, SCALAR
-
+    field = Bound(f, FIELD)
     try:
-        compiled(f, signatures.field(LANE))
+        field.entry(number_type=LANE)
         return True
     except Exception as error:
         reason = reason_of(error.__cause__ or error, f)
-    compiled(f, signatures.field(SCALAR))  # a field that compiles for neither is wrong
+    field.entry(number_type=SCALAR)  # a field that compiles for neither is wrong
     warnings.warn(
         f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
         f"{reason}; see geomint.field",
         GeomintWarning,
-        stacklevel=8,
+        stacklevel=7,
     )
     return False
 
 
-def runs_on_lanes(f: Recorded, params: Block, y: npt.NDArray[np.float64], work: int) -> bool:
+def _runs_on_lanes(f: Recorded, params: Block, y: npt.NDArray[np.float64], work: int) -> bool:
     """Tell whether a bound field, in plain Python, takes lane values."""
     lanes = LaneBlock(np.repeat(y[:, None], LANES, axis=1))
     out, scratch = (LaneBlock(np.zeros((size, LANES))) for size in (len(y), work))

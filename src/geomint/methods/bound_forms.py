@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..arguments import Array
+from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import ACTION, CONSTRAINT, FIELD, FLOW, GRADIENTS, VALUE
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
-from . import binding
+from .binding import no_clock, with_clock
 from .method import Start
 from .stepper import filled_block
 
@@ -39,15 +41,15 @@ def substeps(s: Start) -> Block:
     return filled_block(s.lengths, s.starts)
 
 
-def field_of(s: Start) -> tuple[Recorded, int, Array, int]:
+def field_of(s: Start) -> tuple[Bound, int, Array, int]:
     """Return (field, rows, initial state, rows of scratch), the clock's row included if wanted."""
     problem = s.problem
     assert problem.field is not None  # Method.check_fits has refused others
     n, m = problem.rows, len(problem.params)
     if not s.clock:
-        return binding.bind_field(problem.field, m, n, n), n, s.y0, problem.work
+        return bind(problem.field, FIELD, params=m, y=n, out=n), n, s.y0, problem.work
     assert problem.clock is not None
-    field = binding.with_clock(problem.field, problem.clock, m, n)
+    field = with_clock(problem.field, problem.clock, m, n)
     return field, n + 1, np.append(s.y0, 0.0), problem.work
 
 
@@ -57,51 +59,53 @@ def piece_numbers(s: Start) -> list[float]:
     return numbers + [-1.0] * s.clock
 
 
-def action_of(s: Start) -> tuple[Recorded, Any]:
+def action_of(s: Start) -> tuple[Bound, Group]:
     """Return the bound generator and the group of the action form."""
     action = s.problem.action
     assert action is not None
-    rows = action.group.algebra_rows
-    generator = binding.bind_field(action.generator, len(s.problem.params), s.problem.rows, rows)
-    return generator, action.group
+    sizes = {"params": len(s.problem.params), "y": s.problem.rows, "out": action.group.algebra_rows}
+    return bind(action.generator, FIELD, **sizes), action.group
 
 
 class Maps(NamedTuple):
     """Functions of a group, where they are compiled in; else those that a kernel takes."""
 
     inline: tuple[Recorded | None, ...]
-    functions: tuple[Recorded, ...]
-    signatures: tuple[str, ...]
+    functions: tuple[Bound, ...]
 
 
 def maps_of(group: Group, *maps: Recorded) -> Maps:
     """Return how a kernel gets those functions of a group."""
     if group.inline:
-        return Maps(maps, (), ())
-    return Maps((None,) * len(maps), maps, ("action",) * len(maps))
+        return Maps(maps, ())
+    return Maps((None,) * len(maps), tuple(Bound(f, ACTION) for f in maps))
 
 
-def hamiltonian_of(s: Start) -> tuple[tuple[Recorded, Recorded, Recorded], int, int]:
+def hamiltonian_of(s: Start) -> tuple[tuple[Bound, ...], int, int]:
     """Return (gradients, constraint, clock), the length of q and the number of constraints."""
     problem = s.problem
     form = problem.hamiltonian
     assert form is not None
     n, m = problem.rows // 2, len(problem.params)
-    clock = problem.clock if s.clock and problem.clock is not None else binding.no_clock
+    rank = form.constraints
     functions = (
-        binding.bind_gradients(form.gradients, m, n),
-        binding.bind_constraint(form.constraint, m, n, form.constraints),
-        binding.bind_value(clock, m, 2 * n),
+        bind(form.gradients, GRADIENTS, params=m, q=n, p=n, dq=n, dp=n),
+        bind(form.constraint, CONSTRAINT, params=m, q=n, g=rank, G=rank * n),
+        _clock_of(s),
     )
-    return functions, n, form.constraints
+    return functions, n, rank
 
 
-def splitting_of(s: Start) -> tuple[tuple[Recorded, Recorded], int]:
+def _clock_of(s: Start) -> Bound:
+    """Return the bound clock, or one that stands still."""
+    clock = s.problem.clock if s.clock and s.problem.clock is not None else no_clock
+    return bind(clock, VALUE, params=len(s.problem.params), y=s.problem.rows)
+
+
+def splitting_of(s: Start) -> tuple[tuple[Bound, ...], int]:
     """Return (flow, clock) and the number of parts."""
     problem = s.problem
     form = problem.splitting
     assert form is not None
     n, m = problem.rows, len(problem.params)
-    clock = problem.clock if s.clock and problem.clock is not None else binding.no_clock
-    functions = (binding.bind_flow(form.flow, m, n), binding.bind_value(clock, m, n))
-    return functions, form.parts
+    return (bind(form.flow, FLOW, params=m, y=n, out=n), _clock_of(s)), form.parts

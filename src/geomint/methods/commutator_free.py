@@ -6,8 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels.numbers.blocks import scalar_block
-from ..kernels.solve.commutator_free import commutator_free_stepper, commutator_free_work_size
+from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.solve.commutator_free import (
+    commutator_free_coefficients,
+    commutator_free_stepper,
+    commutator_free_work,
+)
+from ..kernels.solve.compensated import compensated_state
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
 from .bound_forms import action_of, maps_of, substeps, unrolled
 from .explicit import step_fraction, tableau_of
@@ -54,29 +59,35 @@ class CommutatorFree(Method):
         assert isinstance(table, CommutatorFreeTableau)
         generator, group = action_of(s)
         maps = maps_of(group, group.act)
-        rows, stages = s.problem.rows, len(table.stages)
-        memory = scalar_block(2 * rows)
+        rows, m = s.problem.rows, group.algebra_rows
+        stages, work = len(table.stages), s.problem.work
+        memory = scalar_block(sum(compensated_state(rows)))
         memory.data[:rows] = s.y0
         counts, starts, coefficients = table.counts, table.starts, table.coefficients
         ends = np.cumsum(counts)
-        flows = [
+        table_rows = [
             np.concatenate(([starts[i] - 1.0, counts[i]], coefficients[end - n : end].ravel()))
             for i, (n, end) in enumerate(zip(counts, ends, strict=True))
         ]
-        header = (rows, group.algebra_rows, stages, len(group.layout), s.problem.work)
+        flows = np.concatenate(table_rows)
         return Stepper(
-            kernel=commutator_free_stepper(*maps.inline, *unrolled(rows, group.algebra_rows)),
-            signatures=("field", *maps.signatures),
+            kernel=commutator_free_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(*header, group.layout, table.classical.c_float, *flows),
+            coefficients=packed(
+                commutator_free_coefficients(len(group.layout), stages, len(flows)),
+                rows=rows,
+                algebra_rows=m,
+                stages=stages,
+                layout_rows=len(group.layout),
+                field_work=work,
+                layout=group.layout,
+                c=table.classical.c_float,
+                flows=flows,
+            ),
             fractions=substeps(s),
             memory=memory,
-            work=scalar_block(
-                commutator_free_work_size(
-                    rows, group.algebra_rows, stages, s.problem.work, group.work
-                )
-            ),
+            work=scalar_block(sum(commutator_free_work(rows, m, stages, work, group.work))),
             rows=rows,
             t0=s.t0,
             h=s.h,

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ..errors import MethodError, nearest, quoted
-from ..kernels.numbers.blocks import scalar_block
+from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.solve.compensated import compensated_state
 from ..kernels.solve.runge_kutta import (
     adaptive_runge_kutta_stepper,
-    adaptive_runge_kutta_work_size,
+    runge_kutta_coefficients,
     runge_kutta_stepper,
-    runge_kutta_work_size,
+    runge_kutta_work,
 )
 from ..tableaux import RUNGE_KUTTA, Tableau
 from .adaptive import Adaptive
@@ -60,10 +61,11 @@ def explicit_tableau(tableau: str | Tableau) -> Tableau:
     return table
 
 
-def fixed_step_numbers(table: Tableau) -> tuple[int, tuple[Any, ...]]:
-    """Return the number of stages that the new value needs, and their A, b, c."""
+def fixed_step_numbers(table: Tableau) -> tuple[int, dict[str, Any]]:
+    """Return the number of stages that the new value needs, and their coefficients by name."""
     s = table.used_stages
-    return s, (table.A_float[:s, :s], table.b_float[:s], table.c_float[:s])
+    numbers = {"A": table.A_float[:s, :s], "b": table.b_float[:s], "c": table.c_float[:s]}
+    return s, {**numbers, "errors": []}
 
 
 @dataclass(frozen=True, repr=False)
@@ -111,17 +113,18 @@ class RungeKutta(Method):
     def start(self, s: Start) -> Stepper:
         stages, numbers = fixed_step_numbers(self.table)
         field, rows, y0, work = field_of(s)
-        memory = scalar_block(2 * rows)
+        memory = scalar_block(sum(compensated_state(rows)))
         memory.data[:rows] = y0
         return Stepper(
             kernel=runge_kutta_stepper(*unrolled(rows)),
-            signatures=("field",),
             functions=(field,),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(rows, stages, *numbers),
+            coefficients=packed(
+                runge_kutta_coefficients(stages, 0), rows=rows, stages=stages, **numbers
+            ),
             fractions=substeps(s),
             memory=memory,
-            work=scalar_block(runge_kutta_work_size(rows, stages, work)),
+            work=scalar_block(sum(runge_kutta_work(rows, stages, work))),
             rows=rows,
             t0=s.t0,
             h=s.h,
@@ -139,6 +142,7 @@ class RungeKutta(Method):
             kernel=adaptive_runge_kutta_stepper(*unrolled(rows)),
             y0=y0,
             derivative_rows=rows,
-            header=(rows, self.table.stages),
-            work_rows=adaptive_runge_kutta_work_size(rows, self.table.stages, work),
+            layout=runge_kutta_coefficients,
+            sizes={"rows": rows, "stages": self.table.stages},
+            work_rows=sum(runge_kutta_work(rows, self.table.stages, work)),
         )

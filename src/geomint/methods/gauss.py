@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from ..arguments import Array, switch, whole
-from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import packed, scalar_block
 from ..kernels.numbers.lanes import LANES
-from ..kernels.solve.gauss import gauss_header, gauss_memory_size, gauss_stepper, gauss_work_size
+from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.gauss_trajectories import (
-    gauss_trajectories_memory_size,
+    gauss_trajectories_coefficients,
+    gauss_trajectories_memory,
     gauss_trajectories_stepper,
-    gauss_trajectories_work_size,
+    gauss_trajectories_work,
 )
 from ..tableaux import gauss_legendre
-from . import binding
+from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, substeps, unrolled
 from .lane_stepper import LaneStepper
 from .method import Method, Start, iteration_tolerance
@@ -88,24 +90,26 @@ class Gauss(Method):
         field, rows, y0, work = field_of(s)
         stages, cap, tolerance = self.stages, self.max_iterations, self.tolerance
         groups = 1 if stages <= LANES else 2
-        function, signature, scratch = _lane_field(s, field, rows, work)
-        memory = scalar_block(gauss_memory_size(rows, groups))
+        function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
+        memory = scalar_block(sum(gauss_memory(rows, groups)))
         memory.data[:rows] = y0
         numbers = _lane_coefficients(stages, groups, s.lengths)
         table = gauss_legendre(stages)
+        given = {"rows": rows, "cap": cap, "tolerance": tolerance, "pieces": piece_numbers(s)}
         return Stepper(
             kernel=gauss_stepper(
-                groups, *unrolled(rows, limit=MAX_UNROLLED_ROWS), function if self.fused else None
+                groups,
+                *unrolled(rows, limit=MAX_UNROLLED_ROWS),
+                function.recorded if self.fused else None,
             ),
-            signatures=() if self.fused else (signature,),
             functions=() if self.fused else (function,),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(
-                gauss_header(rows, cap, tolerance, piece_numbers(s)), numbers
+            coefficients=packed(
+                gauss_coefficients(rows, groups, len(s.lengths)), **given, **numbers
             ),
             fractions=substeps(s),
             memory=memory,
-            work=scalar_block(gauss_work_size(rows, groups, scratch)),
+            work=scalar_block(sum(gauss_work(rows, groups, 8 * scratch))),
             rows=rows,
             t0=s.t0,
             h=s.h,
@@ -113,33 +117,24 @@ class Gauss(Method):
             compiled=s.compiled,
             lane_stepper=LaneStepper(
                 kernel=gauss_trajectories_stepper(),
-                signatures=(signature,),
                 functions=(function,),
-                coefficients=filled_block(
-                    rows, stages, cap, tolerance, piece_numbers(s), table.c, table.b, table.mu
+                coefficients=packed(
+                    gauss_trajectories_coefficients(rows, stages, stages * stages),
+                    **given,
+                    stages=stages,
+                    c=table.c,
+                    b=table.b,
+                    mu=table.mu,
                 ),
-                memory_rows=gauss_trajectories_memory_size(rows, stages, len(s.lengths)),
-                work_rows=gauss_trajectories_work_size(rows, scratch),
+                memory_rows=sum(gauss_trajectories_memory(rows, len(s.lengths) * stages)),
+                work_rows=sum(gauss_trajectories_work(rows, scratch)),
             ),
         )
 
 
-def _lane_field(s: Start, field: Recorded, rows: int, work: int) -> tuple[Recorded, str, int]:
-    """Return a field of lanes, its signature's name and its scratch rows."""
-    if s.compiled:
-        in_lanes = binding.compiles_for_lanes(field)
-    else:
-        start = np.append(s.y0, [0.0] * s.clock)
-        in_lanes = binding.runs_on_lanes(field, Block(s.problem.params), start, work)
-    if not in_lanes:
-        adapted_work = -(-(2 * rows + work) // LANES)
-        return binding.lane_adapter(field, rows, work), "field-lanes", adapted_work
-    return field, "field-lanes", work
-
-
 @functools.lru_cache(maxsize=64)
-def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> Array:
-    """Return c, b, the columns of μ and of one predictor a substep, in lanes."""
+def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> Mapping[str, Array]:
+    """Return c, b, the columns of μ and of one predictor a substep, in lanes, by name."""
     table = gauss_legendre(stages)
     width = LANES * groups
     at = lane_positions(stages, width)
@@ -149,11 +144,14 @@ def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> 
         table.predictor(r) if abs(r) <= MAX_EXTRAPOLATION else np.zeros((stages, stages))
         for r in ratios
     ]
-    vectors = [spread_vector(v, at, width) for v in (table.c, table.b)]
-    columns = [spread_columns(m, at, width) for m in (table.mu, *predictors)]
-    result = np.concatenate([*vectors, *columns])
-    result.setflags(write=False)
-    return result
+    return MappingProxyType(
+        {
+            "c": spread_vector(table.c, at, width),
+            "b": spread_vector(table.b, at, width),
+            "mu": spread_columns(table.mu, at, width),
+            "predictors": np.concatenate([spread_columns(m, at, width) for m in predictors]),
+        }
+    )
 
 
 def lane_positions(stages: int, width: int) -> list[int]:

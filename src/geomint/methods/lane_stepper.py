@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block
 
@@ -20,15 +21,14 @@ class LaneStepper:
         Its memory and work are blocks of lane values; params, coefficients and fractions are not.
         The first rows of memory are the states, the next the carries; what follows may hold
         anything finite, such as what steps from other states have left there.
-    signatures : tuple of str
-        Of the functions, as in `Stepper`, all for lanes.
+    functions : tuple of Bound
+        What it takes, for lanes like itself.
     memory_rows, work_rows : int
         Lane values, one a row.
     """
 
     kernel: Recorded
-    signatures: tuple[str, ...]
-    functions: tuple[Recorded, ...]
+    functions: tuple[Bound, ...]
     coefficients: Block
     memory_rows: int
     work_rows: int

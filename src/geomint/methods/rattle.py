@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 
 from ..arguments import whole
-from ..kernels.numbers.blocks import scalar_block
-from ..kernels.solve.rattle import rattle_memory_size, rattle_stepper, rattle_work_size
+from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.solve.rattle import RATTLE, rattle_memory, rattle_stepper, rattle_work
 from ..kernels.solve.rattle_separable import (
-    separable_rattle_memory_size,
+    separable_rattle_memory,
     separable_rattle_stepper,
-    separable_rattle_work_size,
+    separable_rattle_work,
 )
 from .bound_forms import hamiltonian_of, substeps
 from .method import Method, Start, iteration_tolerance
@@ -63,21 +63,27 @@ class Rattle(Method):
         separable = s.problem.hamiltonian.separable
         functions, n, m = hamiltonian_of(s)
         rows = 2 * n + s.clock
-        sizes = separable_rattle_memory_size if separable else rattle_memory_size
-        scratch = separable_rattle_work_size if separable else rattle_work_size
+        sizes = separable_rattle_memory if separable else rattle_memory
+        scratch = separable_rattle_work if separable else rattle_work
         stepper = separable_rattle_stepper if separable else rattle_stepper
         unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
-        memory = scalar_block(sizes(n, m, s.clock))
+        memory = scalar_block(sum(sizes(n, m, int(s.clock))))
         memory.data[: 2 * n] = s.y0
         return Stepper(
             kernel=stepper(*unrolled),
-            signatures=("gradients", "constraint", "value"),
             functions=functions,
             params=filled_block(s.problem.params),
-            coefficients=filled_block(n, m, self.max_iterations, self.tolerance, float(s.clock)),
+            coefficients=packed(
+                RATTLE,
+                rows=n,
+                constraints=m,
+                cap=self.max_iterations,
+                tolerance=self.tolerance,
+                clock_rows=float(s.clock),
+            ),
             fractions=substeps(s),
             memory=memory,
-            work=scalar_block(scratch(n, m, s.problem.work)),
+            work=scalar_block(sum(scratch(n, m, s.problem.work))),
             rows=rows,
             t0=s.t0,
             h=s.h,

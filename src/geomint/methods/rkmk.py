@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from fractions import Fraction
 from math import comb, factorial
-from typing import Literal
+from typing import Any, Literal
 
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import scalar_block
-from ..kernels.solve.rkmk import dexpinv_series, rkmk_stepper, rkmk_work_size
-from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper, adaptive_rkmk_work_size
+from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.solve.compensated import compensated_state
+from ..kernels.solve.rkmk import dexpinv_series, rkmk_coefficients, rkmk_stepper, rkmk_work
+from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper
 from ..problems.forms import Group
 from ..tableaux import Tableau
 from .adaptive import Adaptive
@@ -126,18 +128,17 @@ class RKMK(Method):
         maps = maps_of(group, *chart)
         stages, numbers = fixed_step_numbers(self.table)
         rows, m = s.problem.rows, group.algebra_rows
-        memory = scalar_block(2 * rows)
+        memory = scalar_block(sum(compensated_state(rows)))
         memory.data[:rows] = s.y0
-        header = (rows, m, stages, len(group.layout), s.problem.work)
+        layout = rkmk_coefficients(len(group.layout), stages, 0)
         return Stepper(
             kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
-            signatures=("field", *maps.signatures),
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
-            coefficients=filled_block(*header, group.layout, *numbers),
+            coefficients=packed(layout, **_sizes(s, group, stages), **numbers),
             fractions=substeps(s),
             memory=memory,
-            work=scalar_block(rkmk_work_size(rows, m, stages, s.problem.work, group_work)),
+            work=scalar_block(sum(rkmk_work(rows, m, stages, s.problem.work, group_work))),
             rows=rows,
             t0=s.t0,
             h=s.h,
@@ -163,6 +164,19 @@ class RKMK(Method):
             kernel=adaptive_rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             y0=s.y0,
             derivative_rows=m,
-            header=(rows, m, stages, len(group.layout), work, group.layout),
-            work_rows=adaptive_rkmk_work_size(rows, m, stages, work, group_work),
+            layout=functools.partial(rkmk_coefficients, len(group.layout)),
+            sizes=_sizes(s, group, stages),
+            work_rows=sum(rkmk_work(rows, m, stages, work, group_work)),
         )
+
+
+def _sizes(s: Start, group: Group, stages: int) -> dict[str, Any]:
+    """Return what coefficients hold beside the tableau."""
+    return {
+        "rows": s.problem.rows,
+        "algebra_rows": group.algebra_rows,
+        "stages": stages,
+        "layout_rows": len(group.layout),
+        "field_work": s.problem.work,
+        "layout": group.layout,
+    }

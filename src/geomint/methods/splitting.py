@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..kernels.numbers.blocks import scalar_block
-from ..kernels.solve.splitting import splitting_stepper, splitting_work_size
+from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.solve.splitting import (
+    SPLITTING,
+    splitting_memory,
+    splitting_stepper,
+    splitting_work,
+)
 from .bound_forms import splitting_of, substeps
 from .method import Method, Start
 from .stepper import Stepper, filled_block
@@ -40,17 +45,16 @@ class Verlet(Method):
     def start(self, s: Start) -> Stepper:
         functions, parts = splitting_of(s)
         rows = s.problem.rows
-        memory = scalar_block(2 * (rows + s.clock))
+        memory = scalar_block(sum(splitting_memory(rows, int(s.clock))))
         memory.data[:rows] = s.y0
         return Stepper(
             kernel=splitting_stepper(),
-            signatures=("flow", "value"),
             functions=functions,
             params=filled_block(s.problem.params),
-            coefficients=filled_block(rows, parts, float(s.clock)),
+            coefficients=packed(SPLITTING, rows=rows, parts=parts, clock_rows=float(s.clock)),
             fractions=substeps(s),
             memory=memory,
-            work=scalar_block(splitting_work_size(rows, s.problem.work)),
+            work=scalar_block(sum(splitting_work(rows, s.problem.work))),
             rows=rows + s.clock,
             t0=s.t0,
             h=s.h,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -10,9 +10,10 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
-from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 from .lane_stepper import LaneStepper
 
@@ -38,19 +39,6 @@ def filled_block(*parts: Any) -> Block:
     return block
 
 
-@functools.cache
-def _types(names: tuple[str, ...]) -> tuple[list[Any], Any]:
-    """Return the numba signatures of functions by their names, and that of a kernel for them."""
-    from ..kernels.compiling import signatures
-    from ..kernels.compiling.compile import LANE, SCALAR
-
-    types = []
-    for name in names:
-        kind, _, lanes = name.partition("-")
-        types.append(getattr(signatures, kind)(LANE if lanes else SCALAR))
-    return types, signatures.advance_signature(types)
-
-
 @dataclass
 class Stepper:
     """Everything that a kernel needs to take steps.
@@ -69,8 +57,7 @@ class Stepper:
     """
 
     kernel: Recorded
-    signatures: tuple[str, ...]
-    functions: tuple[Recorded, ...]
+    functions: tuple[Bound, ...]
     params: Block
     coefficients: Block
     fractions: Block
@@ -84,17 +71,13 @@ class Stepper:
     lane_stepper: LaneStepper | None = None
 
     def __post_init__(self) -> None:
-        self._entry: Any = None
-        self._arguments: tuple[Any, ...] = ()
+        self._advance: Callable[..., Any] | None = None
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
-        if not self.compiled:
-            self._entry, self._arguments = self.kernel, self.functions
-            return
-        types, whole = _types(self.signatures)
-        self._arguments = tuple(compiled(f, s) for f, s in zip(self.functions, types, strict=True))
-        self._entry = compiled(self.kernel, whole)
+        self._advance = bound_stepper(self.kernel, self.functions).with_functions(
+            *self.functions, compiled=self.compiled
+        )
 
     def lanes(self) -> LaneStepper:
         """Return the same step for eight trajectories at once.
@@ -103,8 +86,7 @@ class Stepper:
         """
         return self.lane_stepper or LaneStepper(
             self.kernel,
-            self.signatures,
-            self.functions,
+            tuple(f.in_lanes for f in self.functions),
             self.coefficients,
             len(self.memory),
             len(self.work),
@@ -126,11 +108,11 @@ class Stepper:
 
     def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state to `out`."""
-        if self._entry is None:
+        if self._advance is None:
             self.prepare()
+        assert self._advance is not None
         with np.errstate(all="ignore"):  # plain Python overflows as silently as compiled code
-            result = self._entry(
-                *self._arguments,
+            result = self._advance(
                 self.params,
                 self.coefficients,
                 self.fractions,
@@ -153,7 +135,7 @@ class Stepper:
         if carry is not None:
             memory.data[self.rows : 2 * self.rows] = carry
         fresh = replace(self, memory=memory, work=scalar_block(len(self.work)), t0=t, h=h)
-        fresh._entry, fresh._arguments = self._entry, self._arguments
+        fresh._advance = self._advance
         return fresh
 
     @property

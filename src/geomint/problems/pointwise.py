@@ -6,14 +6,12 @@ with the rules of `geomint.field`, and evaluated here for as many as are wanted.
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from ..arguments import MOST_NUMBERS, Array, as_array, switch, whole
 from ..errors import DomainError
-from ..kernels.compiling.compiled import compiled
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.watched import Fresh, Given
@@ -69,7 +67,7 @@ def pointwise(
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
-    sweep = compiled(pointwise_sweep(function), _signature())
+    sweep = pointwise_sweep(function).entry()
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
         given = Block(flat[first * width : (first + number) * width])
@@ -92,13 +90,3 @@ def _check(function: Recorded, params: Array, x: Array, rows: int, work: int) ->
     }
     watched_call(None, function.function.__name__, function, arguments)
     _fitting.add(key)
-
-
-@functools.cache
-def _signature() -> Any:
-    from numba.core import types
-
-    from ..kernels.compiling.compile import SCALAR
-
-    block, integer = SCALAR.block, types.int64
-    return types.void(block, block, integer, block, integer, integer, block)

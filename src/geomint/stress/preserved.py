@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import ACTION, FIELD, VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..methods.binding import bind_field, bind_value
 from ..problems.declaration import check_value
 from ..problems.deviation import sizes_of
 from ..problems.evaluate import value
@@ -60,17 +60,9 @@ class Quantities:
             return value(self._problem, f, y, t)
         if name not in self._entries:
             check_value(self._problem, f, y)
-            bound = bind_value(f, len(self._problem.params), self._problem.rows)
-            self._entries[name] = self._entry("value", bound)
+            bound = bind(f, VALUE, params=len(self._problem.params), y=self._problem.rows)
+            self._entries[name] = bound.entry()
         return float(self._entries[name](self._params, float(t), Block(y), self._work))
-
-    def _entry(self, signature: str, f: Recorded) -> Any:
-        if not self._compiled:
-            return f
-        from ..kernels.compiling import signatures
-        from ..kernels.compiling.compile import SCALAR
-
-        return compiled(f, getattr(signatures, signature)(SCALAR))
 
     def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
@@ -135,7 +127,8 @@ class Quantities:
         rng, worst = np.random.default_rng(569), 0.0
 
         def increment(xi: Array, y: Array) -> Array:
-            return self._written("action", group.act, group.layout, xi, y, group.work)
+            given = Block(group.layout.copy()), Block(xi), Block(y)
+            return self._written(Bound(group.act, ACTION), given, scalar_block(group.work))
 
         for t, y in self._states():
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
@@ -158,7 +151,8 @@ class Quantities:
         rng, worst = np.random.default_rng(2), 0.0
         problem = self._problem
         assert problem.field is not None
-        field = bind_field(problem.field, len(problem.params), problem.rows, problem.rows)
+        rows = problem.rows
+        field = bind(problem.field, FIELD, params=len(problem.params), y=rows, out=rows)
         for t, y in self._states():
             d = self._sizes * rng.normal(size=len(y))
             line = [self.value(name, t, y + k * d) for k in range(4)]
@@ -166,7 +160,7 @@ class Quantities:
             worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
             if worst > EXACT:
                 return worst
-            v = self._written("field", field, t, y)
+            v = self._written(field, (self._params, float(t), Block(y)), self._work)
             v = v / (np.max(np.abs(v) / self._sizes) or 1.0)
             slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
             terms = float(np.sum(np.abs(slopes)))
@@ -179,16 +173,10 @@ class Quantities:
         return self.value(name, t, y + v) - self.value(name, t, y - v)
 
     @np.errstate(all="ignore")
-    def _written(self, signature: str, f: Recorded, *arguments: Any) -> Array:
+    def _written(self, f: Bound, given: tuple[Any, ...], work: Block) -> Array:
         """Return what a field or action writes."""
-        entry = self._entry(signature, f)
         out = np.zeros(self._problem.rows)
-        if signature == "field":
-            t, y = arguments
-            entry(self._params, float(t), Block(y), Block(out), self._work)
-        else:
-            layout, xi, y, work = arguments
-            entry(Block(layout.copy()), Block(xi), Block(y), Block(out), scalar_block(work))
+        f.entry(self._compiled)(*given, Block(out), work)
         return out
 
 

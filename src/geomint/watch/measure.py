@@ -16,27 +16,29 @@ the quantity is made so that 32 ε × scale is that (plus what rounding the end 
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError, FormError
-from ..kernels.compiling.compiled import compiled
+from ..errors import DomainError
+from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import FIELD, VALUE
 from ..kernels.measure.measure import measure_sweep
 from ..kernels.measure.memory import (
-    BIAS,
-    CONDITION_SPACING,
     CONDITIONS_LARGEST,
-    VARIANCE,
-    lane_rows,
-    measure_layout,
+    Sizes,
+    lane_layout,
+    measure_given,
     measure_memory,
-    work_size,
+    memory_layout,
+    work_layout,
 )
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..methods import binding
+from ..kernels.numbers.blocks import Block, scalar_block, view
+from ..kernels.solve.advance import bound_stepper
+from ..methods.binding import lane_field
 from ..methods.stepper import Stepper
 from ..problems.evaluate import derivative, rounding_scale
 from ..problems.forms import Measure
@@ -75,73 +77,43 @@ class MeasureObserver:
         self._lanes = stepper.lanes()
         self._functions, extra = self._lane_functions(y0)
         n, rows, m = problem.rows, len(stepper.state), self._measure.conditions
-        sizes = (self._lanes.memory_rows, self._lanes.work_rows + extra)
-        self._layout = measure_layout(problem.pieces, rows, m, *sizes, problem.work)
+        of_method = self._lanes.memory_rows, self._lanes.work_rows + extra
+        self._sizes = Sizes(n, rows, m, *of_method, problem.work)
+        self._given = measure_given(problem.pieces, self._sizes)
         start = np.append(y0, np.zeros(rows - n))
-        self._memory = measure_memory(start, _sizes(problem, y0), m)
-        count = lane_rows(n, m, *sizes, problem.work)
-        self._lane_numbers = scalar_block(8 * count)
-        self._work = scalar_block(work_size(n, m, problem.work))
+        self._memory = measure_memory(start, _scales(problem, y0), self._sizes)
+        self._lane_numbers = scalar_block(8 * sum(lane_layout(self._sizes)))
+        self._work = scalar_block(sum(work_layout(self._sizes)))
         self._time, self._left = stepper.t0, limit
-        self._entry: Any = None
-        self._arguments: tuple[Any, ...] = ()
+        self._sweep: Callable[..., None] | None = None
         self.windows = Windows(0.0)
         self._end = np.zeros(0), np.zeros(0)  # time and sum after the last step
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
 
-    def _lane_functions(self, y0: Array) -> tuple[tuple[Recorded, ...], int]:
+    def _lane_functions(self, y0: Array) -> tuple[tuple[Bound, ...], int]:
         """Return the method's functions for lanes, and how much more scratch they need."""
-        lanes, problem = self._lanes, self._problem
-        if lanes.signatures != ("field",):
-            return lanes.functions, 0
-        (field,), rows = lanes.functions, len(self._stepper.state)
-        if self._compiled:
-            in_lanes = binding.compiles_for_lanes(field)
-        else:
-            start = np.append(y0, np.zeros(rows - problem.rows))
-            in_lanes = binding.runs_on_lanes(field, Block(problem.params), start, problem.work)
-        if in_lanes:
-            return lanes.functions, 0
-        extra = -(-(2 * rows + problem.work) // 8)
-        return (binding.lane_adapter(field, rows, problem.work),), extra
+        functions, problem = self._lanes.functions, self._problem
+        if [f.signature for f in self._stepper.functions] != [FIELD]:
+            return functions, 0
+        start = np.append(y0, np.zeros(len(self._stepper.state) - problem.rows))
+        field, work = lane_field(functions[0], problem.params, start, problem.work, self._compiled)
+        return (field,), work - problem.work
 
     def prepare(self) -> None:
         """Compile, or find in the cache, the sweep with the method's step in it."""
-        if self._entry is not None:
+        if self._sweep is not None:
             return
-        problem, measure, lanes = self._problem, self._measure, self._lanes
-        sweep = measure_sweep(len(self._functions))
-        n, params = problem.rows, len(problem.params)
-        density = binding.bind_value(measure.log_density, params, n)
-        manifold = no_conditions
+        problem, measure = self._problem, self._measure
+        sizes = {"params": len(problem.params), "y": problem.rows}
+        kernel = bound_stepper(self._lanes.kernel, self._functions).in_lanes
+        density = bind(measure.log_density, VALUE, **sizes)
+        manifold = Bound(no_conditions, FIELD)
         if measure.manifold is not None:
-            manifold = binding.bind_field(measure.manifold, params, n, measure.conditions)
-        functions = (lanes.kernel, *self._functions, density, manifold)
-        if not self._compiled:
-            self._entry, self._arguments = sweep, functions
-            return
-        from numba.core.errors import NumbaError
-
-        from ..kernels.compiling import signatures
-        from ..kernels.compiling.compile import LANE, SCALAR
-
-        kinds = [getattr(signatures, name.partition("-")[0])(LANE) for name in lanes.signatures]
-        kinds = [
-            signatures.advance_signature(kinds, LANE),
-            *kinds,
-            signatures.value(SCALAR),
-            signatures.field(LANE),
-        ]
-        try:
-            self._arguments = tuple(
-                compiled(f, kind) for f, kind in zip(functions, kinds, strict=True)
-            )
-        except NumbaError as error:
-            raise FormError(
-                f"'measure' of {problem.name!r} needs functions that take eight numbers at a time, "
-                f"see geomint.field: {' '.join(str(error).split())[:300]}"
-            ) from error
-        self._entry = compiled(sweep, signatures.sweep(kinds))
+            manifold = bind(measure.manifold, FIELD, **sizes, out=measure.conditions)
+        functions = (*self._functions, density, manifold.in_lanes)
+        self._sweep = measure_sweep(kernel, *functions).with_functions(
+            kernel, *functions, compiled=self._compiled
+        )
 
     def add(self, times: Array, labels: Array, states: Array, watched: Any, step: float) -> None:
         """Take the states after the next steps, one a row.
@@ -156,6 +128,7 @@ class MeasureObserver:
             The length of the steps; 0: the differences of their times.
         """
         self.prepare()
+        assert self._sweep is not None
         if self._left is not None:
             if self._left == 0:
                 return
@@ -169,12 +142,11 @@ class MeasureObserver:
         for first in range(0, len(times), BATCH):
             here = slice(first, first + BATCH)
             with np.errstate(all="ignore"):
-                self._entry(
-                    *self._arguments,
+                self._sweep(
                     self._stepper.params,
                     self._lanes.coefficients,
                     self._stepper.fractions,
-                    self._layout,
+                    self._given,
                     self._memory,
                     self._lane_numbers,
                     self._work,
@@ -193,21 +165,24 @@ class MeasureObserver:
         if len(labels) and labels[0] != self.windows.last_time:
             self.windows.add(labels, values)
 
+    def _remembered(self, name: str) -> float:
+        return float(view(self._memory, memory_layout(self._sizes), name)[0])
+
     @property
     def deviation(self) -> float:
         """The standard deviation that rounding has given to the sum so far."""
-        return float(np.sqrt(self._memory[VARIANCE]))
+        return float(np.sqrt(self._remembered("variance")))
 
     @property
     def scale(self) -> float:
         """The scale that makes 32 ε × scale the level below which nothing can be seen."""
-        noise = DEVIATIONS * self.deviation + self._memory[BIAS]
-        coarse = CONDITIONS_LARGEST / self._memory[CONDITION_SPACING]  # 1 for polynomials
+        noise = DEVIATIONS * self.deviation + self._remembered("bias")
+        coarse = CONDITIONS_LARGEST / self._remembered("condition_spacing")  # 1 for polynomials
         ends = self._density_scale + self._measure.conditions * coarse
         return float(ends + noise / ROUNDOFF)
 
 
-def _sizes(problem: Problem, y0: Array) -> Array:
+def _scales(problem: Problem, y0: Array) -> Array:
     """Return the sizes of the pieces, row by row; where one is 0, what it is after a typical time."""
     sizes = np.zeros(problem.rows)
     for piece in problem.slices.values():

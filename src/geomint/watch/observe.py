@@ -11,11 +11,11 @@ import numpy.typing as npt
 
 from ..arguments import Array, check_name
 from ..errors import DomainError, nearest
-from ..kernels.compiling.compiled import compiled
+from ..kernels.compiling.bound import bind
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.sample import sample
-from ..methods.binding import bind_value
+from ..kernels.solve.sample import SAMPLE
 from ..methods.stepper import Stepper
 from ..problems.evaluate import rounding_scale, value
 from ..problems.forms import Measure
@@ -116,9 +116,8 @@ class Observers:
     ) -> None:
         self._problem, self._compiled, self._names = problem, stepper.compiled, list(chosen)
         functions = {name: f for name, f in chosen.items() if isinstance(f, Recorded)}
-        self._functions = {
-            name: bind_value(f, len(problem.params), problem.rows) for name, f in functions.items()
-        }
+        sizes = {"params": len(problem.params), "y": problem.rows}
+        self._functions = {name: bind(f, VALUE, **sizes) for name, f in functions.items()}
         self._measure = None
         if MEASURE in chosen:
             self._measure = MeasureObserver(problem, stepper, y0, measure_steps)
@@ -141,32 +140,8 @@ class Observers:
             self._measure.prepare()
         if not self._functions or self._sample is not None:
             return
-        if not self._compiled:
-            self._sample, self._entries = sample, dict(self._functions)
-            return
-        from numba.core import types
-
-        from ..kernels.compiling import signatures
-        from ..kernels.compiling.compile import SCALAR
-
-        value_signature = signatures.value(SCALAR)
-        for name, f in self._functions.items():
-            self._entries[name] = compiled(f, value_signature)
-        block, integer = SCALAR.block, types.int64
-        self._sample = compiled(
-            sample,
-            types.void(
-                types.FunctionType(value_signature),
-                block,
-                block,
-                block,
-                integer,
-                integer,
-                integer,
-                block,
-                block,
-            ),
-        )
+        self._entries = {name: f.entry(self._compiled) for name, f in self._functions.items()}
+        self._sample = SAMPLE.entry(self._compiled)
 
     def add(
         self,

@@ -1,13 +1,12 @@
 """Compilation at need: options, signatures, specialisations, and the account of time spent.
 
-Compiled code is asked for by *type* of number (`SCALAR` or `LANE`) and, for fields, by row count:
-a field whose row count is a constant is unrolled by LLVM (measured: 1.6 times faster at n = 3),
-while its signature stays the same for every stepper.
+Compiled code is asked for by *type* of number (`geomint.kernels.compiling.number_types`) and, for
+fields, by row count: a field whose row count is a constant is unrolled by LLVM (measured: 1.6 times
+faster at n = 3), while its signature stays the same for every stepper.
 """
 
 from __future__ import annotations
 
-import functools
 import os
 import signal
 import threading
@@ -25,13 +24,12 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from ..numbers.typing_blocks import LANE_BLOCK, SCALAR_BLOCK
-from ..numbers.typing_lanes import LANE_VALUE
+from ..numbers import typing_blocks  # noqa: F401 - blocks and lanes, for numba
 from .cache import UnkeptCache, make_cache, sources_edited
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .recorded import Recorded
 
-__all__ = ["LANE", "SCALAR", "compile_function", "extended_type", "listen", "make_dispatcher"]
+__all__ = ["compile_function", "listen", "make_dispatcher"]
 
 _njit: Any = numba.njit
 _OPTIONS = {"error_model": "numpy", "nogil": True}
@@ -56,29 +54,6 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(
         before=_before_fork, after_in_parent=_after_fork, after_in_child=_after_fork
     )
-
-
-class NumberType:
-    """A type of number: the numba types of a number and of a block of them."""
-
-    def __init__(self, name: str, number: Any, block: Any, memory: Any = None) -> None:
-        self.name, self.number, self.block = name, number, block
-        self.memory = block if memory is None else memory
-
-    def __repr__(self) -> str:
-        return self.name
-
-
-SCALAR = NumberType("SCALAR", types.float64, SCALAR_BLOCK)
-LANE = NumberType("LANE", LANE_VALUE, LANE_BLOCK)
-
-
-@functools.cache
-def extended_type() -> NumberType:
-    """Return the type of eight double-double numbers, whose memory holds double-double numbers."""
-    from ..numbers.typing_double_double import DD_BLOCK, DD_LANE_BLOCK, DD_LANE_VALUE
-
-    return NumberType("EXTENDED", DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK)
 
 
 @typeof_impl.register(Recorded)

@@ -1,85 +1,128 @@
-"""The numba signatures under which problems' functions and steppers are compiled."""
+"""What functions take: the arguments of problems' functions and of steppers, by name.
+
+numba's own signatures are made of these for each type of number.
+"""
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
-from numba.core import types
-
-from .compile import SCALAR, NumberType
+from .number_types import NumberType
 
 __all__ = [
-    "action",
-    "advance_signature",
-    "constraint",
-    "field",
-    "flow",
-    "gradients",
-    "sweep",
-    "value",
+    "ACTION",
+    "BLOCK",
+    "CONSTRAINT",
+    "FIELD",
+    "FLOW",
+    "GIVEN",
+    "GRADIENTS",
+    "VALUE",
+    "WHOLE",
+    "Signature",
+    "advance",
+    "takes",
+    "with_functions",
 ]
 
+Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
 
-def field(number_type: NumberType) -> Any:
-    """``f(params, t, y, out, work)``: vector fields and generators."""
-    block = number_type.block
-    return types.void(SCALAR.block, number_type.number, block, block, block)
-
-
-def value(number_type: NumberType) -> Any:
-    """``f(params, t, y, work) -> number``: invariants, observables, clocks."""
-    return number_type.number(
-        SCALAR.block, number_type.number, number_type.block, number_type.block
-    )
+NUMBER, BLOCK, GIVEN = attrgetter("number"), attrgetter("block"), attrgetter("given")
+MEMORY, COEFFICIENTS = attrgetter("memory"), attrgetter("coefficients")
+WHOLE, REAL = attrgetter("whole"), attrgetter("real")
 
 
-def action(number_type: NumberType) -> Any:
-    """``f(layout, x, y, out, work)``: a group acting, or a Lie bracket."""
-    block = number_type.block
-    return types.void(SCALAR.block, block, block, block, block)
+@dataclass(frozen=True)
+class Signature:
+    """What a function takes and returns, for any type of number.
 
+    Called with a type of number it is the kind of an argument: a function of this signature.
 
-def gradients(number_type: NumberType) -> Any:
-    """``f(params, t, q, p, dq, dp, work)``: both gradients of a Hamiltonian."""
-    block = number_type.block
-    return types.void(SCALAR.block, number_type.number, block, block, block, block, block)
-
-
-def constraint(number_type: NumberType) -> Any:
-    """``f(params, q, g, G, work)``: constraints and their Jacobian, row after row."""
-    block = number_type.block
-    return types.void(SCALAR.block, block, block, block, block)
-
-
-def flow(number_type: NumberType) -> Any:
-    """``f(k, params, t, h, y, out, work)``: the increment of the flow of part k over h."""
-    block, number = number_type.block, number_type.number
-    return types.void(types.int64, SCALAR.block, number, number, block, block, block)
-
-
-def advance_signature(functions: list[Any], number_type: NumberType = SCALAR) -> Any:
-    """Return the signature of a stepper that takes functions of the given signatures.
-
-    Its memory holds numbers of that type; one with a memory type of its own has its coefficients in
-    that type too.
+    Attributes
+    ----------
+    arguments : tuple of (str, kind)
+    result : kind or None
+    lanes : bool
+        Whether numbers are eight at once whatever calls the function, as the stages of a Gauss step.
     """
-    result = types.Tuple([types.int64, types.int64, types.int64, types.float64])
-    block = number_type.memory
-    coefficients = SCALAR.block if number_type.memory is number_type.block else number_type.memory
-    numbers = [types.int64, types.float64, types.float64, types.int64, types.int64, types.int64]
-    return result(
-        *(types.FunctionType(f) for f in functions),
-        SCALAR.block,  # params
-        coefficients,
-        SCALAR.block,  # fractions
-        block,  # memory
-        block,  # work
-        *numbers,  # rows, t0, h, first, count, every
-        block,  # out
-    )
+
+    arguments: tuple[tuple[str, Kind], ...]
+    result: Kind | None = None
+    lanes: bool = False
+
+    @property
+    def in_lanes(self) -> Signature:
+        """The same for eight numbers at once."""
+        return replace(self, lanes=True)
+
+    def of(self, number_type: NumberType) -> Any:
+        """Return numba's signature for a type of number."""
+        return _of(self, number_type.in_lanes if self.lanes else number_type)
+
+    def __call__(self, number_type: NumberType) -> Any:
+        from numba.core import types
+
+        return types.FunctionType(self.of(number_type))
 
 
-def sweep(functions: list[Any]) -> Any:
-    """Return the signature of the sweep of `geomint.kernels.measure.measure` with such functions."""
-    block = SCALAR.block
-    return types.void(*(types.FunctionType(f) for f in functions), *[block] * 11)
+@functools.cache
+def _of(signature: Signature, number_type: NumberType) -> Any:
+    from numba.core import types
+
+    result = types.void if signature.result is None else signature.result(number_type)
+    return result(*(kind(number_type) for _, kind in signature.arguments))
+
+
+def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
+    """Return the signature of functions of such arguments."""
+    return Signature(tuple(arguments.items()), result)
+
+
+# Vector fields and generators; invariants, observables, clocks; a group acting, or a Lie bracket.
+FIELD = takes(params=GIVEN, t=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
+VALUE = takes(NUMBER, params=GIVEN, t=NUMBER, y=BLOCK, work=BLOCK)
+ACTION = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=BLOCK, work=BLOCK)
+# Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
+GRADIENTS = takes(params=GIVEN, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)
+CONSTRAINT = takes(params=GIVEN, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
+# The increment of the flow of part k over h.
+FLOW = takes(k=WHOLE, params=GIVEN, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
+
+
+def _advanced(number_type: NumberType) -> Any:
+    from numba.core import types
+
+    whole = number_type.whole
+    return types.Tuple([whole, whole, whole, number_type.real])
+
+
+_ADVANCE = takes(
+    _advanced,
+    params=GIVEN,
+    coefficients=COEFFICIENTS,
+    fractions=GIVEN,
+    memory=MEMORY,
+    work=MEMORY,
+    rows=WHOLE,
+    t0=REAL,
+    h=REAL,
+    first=WHOLE,
+    count=WHOLE,
+    every=WHOLE,
+    out=MEMORY,
+)
+
+
+def advance(functions: Iterable[Signature]) -> Signature:
+    """Return the signature of a stepper that takes functions of the given ones."""
+    return with_functions(functions, _ADVANCE)
+
+
+def with_functions(functions: Iterable[Signature], rest: Signature) -> Signature:
+    """Return the signature of what takes functions before its other arguments."""
+    named = tuple((f"function {i}", f) for i, f in enumerate(functions))
+    return replace(rest, arguments=(*named, *rest.arguments))

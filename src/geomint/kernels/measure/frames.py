@@ -10,8 +10,16 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, total
-from ..numbers.blocks import as_lanes, part
-from .memory import CONDITION_SPACING, EPSILON, HEADER, LAYOUT, OWN, UNIT
+from ..numbers.blocks import as_lanes, part, view
+from .memory import (
+    EPSILON,
+    UNIT,
+    lane_layout,
+    memory_layout,
+    pieces_of,
+    sizes_of,
+    work_layout,
+)
 from .reflections import log_det_near_identity, reflect, reflect_back, reflections
 
 __all__ = ["enlarge_scales", "make_frame", "normals_turned"]
@@ -24,12 +32,13 @@ CONDITIONS_ROUNDINGS = 256.0  # seventh differences above this are not rounding
 def enlarge_scales(layout: Any, y: Any, scales: Any) -> bool:
     """Double the scale of each piece until no number of y exceeds it; return whether one did."""
     n = len(scales)
+    pieces = pieces_of(layout)
     grown = False
     r = 0
     while r < n:
         end = r
         largest = 0.0
-        while end < n and layout[HEADER + end] == layout[HEADER + r]:
+        while end < n and pieces[end] == pieces[r]:
             largest = maximum(abs(y[end]), largest)
             end += 1
         while scales[r] < largest and scales[r] < 1e300:
@@ -102,22 +111,19 @@ def make_frame(
     differences of c is the largest at which they have no error but rounding: for polynomials of
     degree up to 6 the first.
     """
-    n = int(layout[LAYOUT])
-    rows = int(layout[LAYOUT + 1])
-    m = int(layout[LAYOUT + 2])
-    scratch_rows = int(layout[LAYOUT + 5])
-    scales = part(memory, OWN + rows, n)
-    condition_scales = part(memory, OWN + rows + n, m)
+    given = sizes_of(layout)
+    n, m = given.n, given.m
+    kept, eight, own = memory_layout(given), lane_layout(given), work_layout(given)
+    scales = view(memory, kept, "scales")
+    condition_scales = view(memory, kept, "condition_scales")
     volume = 0.0
     if m > 0:
-        at = int(layout[LAYOUT + 3]) + int(layout[LAYOUT + 4])
-        nodes = part(lanes, at, n)
-        values = part(lanes, at + 2 * n, m)
-        scratch = part(lanes, at + 2 * n + m, scratch_rows)
-        sizes = part(work, 0, 2 * m)
-        C = part(work, 2 * m, m * n)
+        nodes, values = view(lanes, eight, "nodes"), view(lanes, eight, "values")
+        scratch = view(lanes, eight, "scratch")
+        sizes, C = view(work, own, "values"), view(work, own, "gradients")
         numbers = as_lanes(layout, 0, 3)
-        spacing = memory[CONDITION_SPACING]
+        used = view(memory, kept, "condition_spacing")
+        spacing = used[0]
         worst = 2.0 * CONDITIONS_ROUNDINGS
         while worst > CONDITIONS_ROUNDINGS and spacing > CONDITIONS_SMALLEST:
             worst = condition_gradients(
@@ -125,15 +131,14 @@ def make_frame(
             )
             if worst > CONDITIONS_ROUNDINGS:
                 spacing = 0.5 * spacing
-        memory[CONDITION_SPACING] = spacing
+        used[0] = spacing
         for a in range(m):
             while first and condition_scales[a] < sizes[2 * a] < 1e300:
                 condition_scales[a] = 2.0 * condition_scales[a]
             for i in range(n):
                 C[a * n + i] = C[a * n + i] / condition_scales[a]
         volume -= reflections(n, m, C, part(frame, 1, m * n))
-    density_work = part(work, 0, scratch_rows)
-    frame[0] = volume + density(params, t, part(y, 0, n), density_work)
+    frame[0] = volume + density(params, t, part(y, 0, n), view(work, own, "scratch"))
 
 
 @helper

@@ -25,12 +25,14 @@ from __future__ import annotations
 import functools
 from typing import Any
 
+from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
+from ..compiling.signatures import BLOCK, takes, with_functions
 from ..numbers.arithmetic import NAN
-from ..numbers.blocks import as_lanes, part
+from ..numbers.blocks import as_lanes, part, view
 from ..solve.compensated import add_compensated
 from .frames import enlarge_scales, make_frame, normals_turned
-from .memory import BEGUN, BIAS, CARRY, EPSILON, LAYOUT, ORIGIN, OWN, STEPS, SUM
+from .memory import EPSILON, memory_layout, sizes_of, work_layout
 from .reflections import log_det_near_identity, reflect, reflect_back
 from .tangent_map import tangent_column
 
@@ -55,21 +57,16 @@ def log_stretch(
     work: Any,
 ) -> float:
     """Return ``log|det(Q₁ᵀ DΦ Q₀)|`` for the step from the state in memory, between the two frames."""
-    n = int(layout[LAYOUT])
-    rows = int(layout[LAYOUT + 1])
-    m = int(layout[LAYOUT + 2])
+    given = sizes_of(layout)
+    n, m = given.n, given.m
     d = n - m
-    y = part(memory, OWN, rows)
-    frames = OWN + rows + n + m + 2 * d
-    old = part(memory, frames + 1, m * n)
-    new = part(memory, frames + 2 + m * n, m * n)
-    E = part(work, 0, d * d)
-    Z = part(work, d * d, m * d)
-    G = part(work, d * d + m * d, m * m)
-    at = d * d + m * d + m * m
-    q = part(work, at, n)
-    D = part(work, at + n, n)
-    x = part(work, at + 2 * n, n)  # also the seventh difference
+    kept, own = memory_layout(given), work_layout(given)
+    y, bias = view(memory, kept, "state"), view(memory, kept, "bias")
+    old = part(view(memory, kept, "old"), 1, m * n)
+    new = part(view(memory, kept, "new"), 1, m * n)
+    E, Z, G = view(work, own, "E"), view(work, own, "Z"), view(work, own, "G")
+    q, D = view(work, own, "q"), view(work, own, "D")
+    x = view(work, own, "x")  # also the seventh difference
     good = True
     for k in range(d):
         for i in range(n):
@@ -94,7 +91,7 @@ def log_stretch(
         for i in range(d):
             E[i * d + k] = D[m + i]
     for i in range(d * d):
-        memory[BIAS] = memory[BIAS] + SYSTEMATIC * E[i] * E[i]
+        bias[0] = bias[0] + SYSTEMATIC * E[i] * E[i]
     stretch = log_det_near_identity(d, E)
     if m > 0:
         stretch -= normals_turned(n, m, old, new, x, Z, G)
@@ -132,21 +129,19 @@ def sweep(
     states : block
         The states after the steps, one after the other.
     """
-    n = int(layout[LAYOUT])
-    rows = int(layout[LAYOUT + 1])
-    m = int(layout[LAYOUT + 2])
+    given = sizes_of(layout)
+    rows, kept = given.rows, memory_layout(given)
     lanes = as_lanes(lane_numbers, 0, len(lane_numbers) // 8)
-    y = part(memory, OWN, rows)
-    scales = part(memory, OWN + rows, n)
-    size = m * n + 1
-    at = OWN + rows + n + m + 2 * (n - m)
-    old = part(memory, at, size)
-    new = part(memory, at + size, size)
+    y, scales = view(memory, kept, "state"), view(memory, kept, "scales")
+    old, new = view(memory, kept, "old"), view(memory, kept, "new")
+    total, carry = view(memory, kept, "sum"), view(memory, kept, "carry")
+    steps, begun = view(memory, kept, "steps"), view(memory, kept, "begun")
+    origin = view(memory, kept, "origin")
     for k in range(len(starts)):
         t = starts[k]
         h = lengths[k]
         state = part(states, k * rows, rows)
-        begins = memory[BEGUN] == 0.0
+        begins = begun[0] == 0.0
         remake = enlarge_scales(layout, state, scales) or begins
         before = old[0]
         for end in range(0 if remake else 1, 2):
@@ -156,23 +151,23 @@ def sweep(
                 density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work, first
             )
         if remake:
-            memory[ORIGIN] = old[0] if begins else memory[ORIGIN] + (old[0] - before)
+            origin[0] = old[0] if begins else origin[0] + (old[0] - before)
         stretch = log_stretch(
             kernel, functions, params, coefficients, fractions, layout, t, h, memory, lanes, work
         )
-        memory[BEGUN] = 1.0
-        memory[STEPS] = memory[STEPS] + 1.0
-        add_compensated(memory, part(memory, CARRY, 1), SUM, stretch)
-        out[k] = memory[SUM] + (memory[CARRY] + (new[0] - memory[ORIGIN]))
-        for i in range(size):
+        begun[0] = 1.0
+        steps[0] = steps[0] + 1.0
+        add_compensated(total, carry, 0, stretch)
+        out[k] = total[0] + (carry[0] + (new[0] - origin[0]))
+        for i in range(len(new)):
             old[i] = new[i]
         for r in range(rows):
             y[r] = state[r]
 
 
 @functools.cache
-def measure_sweep(functions: int) -> Recorded:
-    """Return the compiled entry of `sweep` for loops that take `functions` functions."""
+def _entry_of(functions: int) -> Recorded:
+    """Return the entry of `sweep` for loops that take `functions` functions."""
 
     def none(k, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
         sweep(k, (), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
@@ -189,3 +184,16 @@ def measure_sweep(functions: int) -> Recorded:
     entry = (none, one, two, three)[functions]
     entry.__name__ = "measure"  # what "compiling …" says
     return helper(entry)
+
+
+_BLOCKS = (
+    *("params", "coefficients", "fractions", "layout", "memory", "lane_numbers", "work"),
+    *("starts", "lengths", "states", "out"),
+)
+
+
+def measure_sweep(kernel: Bound, *functions: Bound) -> Bound:
+    """Return `sweep` for a loop in lanes, the functions that it takes, the density, the conditions."""
+    signatures = [f.signature for f in (kernel, *functions)]
+    rest = takes(**dict.fromkeys(_BLOCKS, BLOCK))
+    return Bound(_entry_of(len(functions) - 2), with_functions(signatures, rest))

@@ -1,38 +1,28 @@
-"""What the sweep of `geomint.kernels.measure.measure` works with: nodes of differences, blocks.
-
-`layout` holds the nodes; then rows of the state, of the stepper's, conditions, rows of the lane memory
-and of the lane work of the method, rows of scratch of the problem; then the pieces. `memory` holds the
-numbers named here, then state, scales, scales of the conditions, spacings, roundings, two frames.
-"""
+"""What the sweep of `geomint.kernels.measure.measure` works with: nodes of differences, blocks."""
 
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from typing import Any
 
-from ..numbers.blocks import scalar_block
+from ..compiling.recorded import inlined
+from ..numbers.blocks import REST, Block, packed, scalar_block, view
 
 __all__ = [
-    "BEGUN",
-    "BIAS",
-    "CARRY",
     "CONDITIONS_LARGEST",
-    "CONDITION_SPACING",
     "EPSILON",
-    "HEADER",
     "LARGEST",
-    "LAYOUT",
     "NODES",
-    "ORIGIN",
-    "OWN",
-    "STEPS",
-    "SUM",
     "UNIT",
-    "VARIANCE",
-    "lane_rows",
-    "measure_layout",
+    "Sizes",
+    "lane_layout",
+    "measure_given",
     "measure_memory",
-    "work_size",
+    "memory_layout",
+    "pieces_of",
+    "sizes_of",
+    "work_layout",
 ]
 
 # Three rows of eight: the nodes j, the weights of 840 times the derivative, those of the seventh
@@ -44,49 +34,115 @@ NODES = (
 )
 UNIT = 840.0
 
-LAYOUT = 24
-HEADER = LAYOUT + 6
-SUM, CARRY, VARIANCE, BIAS, STEPS, BEGUN, ORIGIN, CONDITION_SPACING = range(8)
-OWN = 8
-
 LARGEST = 2.0**-3  # spacing of the differences of steps
 CONDITIONS_LARGEST = 2.0**-3  # and of conditions
 EPSILON = 2.0**-52
 
+# Rows of the state, of the stepper's; conditions; rows of memory and of work of the method in lanes,
+# of scratch of the problem.
+Sizes = namedtuple("Sizes", "n rows m memory_rows work_rows scratch")
+Given = namedtuple("Given", "nodes n rows m memory_rows work_rows scratch pieces")
+Memory = namedtuple(
+    "Memory",
+    "sum carry variance bias steps begun origin condition_spacing"
+    " state scales condition_scales spacings roundings old new",
+)
+Lanes = namedtuple("Lanes", "memory work nodes carries values scratch")
+Work = namedtuple("Work", "E Z G q D x values gradients scratch")
 
-def measure_layout(
-    pieces: Any, rows: int, m: int, memory_rows: int, work_rows: int, scratch: int
-) -> Any:
-    """Return the block of sizes: the problem's pieces, the stepper's rows, m conditions, the lanes'."""
-    n = sum(size for _, size in pieces)
-    numbers = [w for row in NODES for w in row] + [n, rows, m, memory_rows, work_rows, scratch]
-    numbers += [float(i) for i, (_, size) in enumerate(pieces) for _ in range(size)]
-    block = scalar_block(len(numbers))
-    block.data[:] = numbers
+GIVEN = Given(24, 1, 1, 1, 1, 1, 1, REST)
+
+
+@inlined
+def sizes_of(given: Any) -> Sizes:
+    """Return the sizes that are given to the sweep."""
+    return Sizes(
+        n=int(view(given, GIVEN, "n")[0]),
+        rows=int(view(given, GIVEN, "rows")[0]),
+        m=int(view(given, GIVEN, "m")[0]),
+        memory_rows=int(view(given, GIVEN, "memory_rows")[0]),
+        work_rows=int(view(given, GIVEN, "work_rows")[0]),
+        scratch=int(view(given, GIVEN, "scratch")[0]),
+    )
+
+
+@inlined
+def pieces_of(given: Any) -> Any:
+    """Return the numbers of the pieces that rows of the state belong to."""
+    return view(given, GIVEN, "pieces")
+
+
+@inlined
+def memory_layout(s: Sizes) -> Memory:
+    """Return the layout of what is kept from step to step, with two frames."""
+    return Memory(
+        sum=1,
+        carry=1,
+        variance=1,
+        bias=1,
+        steps=1,
+        begun=1,
+        origin=1,
+        condition_spacing=1,
+        state=s.rows,
+        scales=s.n,
+        condition_scales=s.m,
+        spacings=s.n - s.m,
+        roundings=s.n - s.m,
+        old=1 + s.m * s.n,
+        new=1 + s.m * s.n,
+    )
+
+
+@inlined
+def lane_layout(s: Sizes) -> Lanes:
+    """Return the layout of scratch in lanes: the method's, nodes with their carries, conditions'."""
+    return Lanes(
+        memory=s.memory_rows,
+        work=s.work_rows,
+        nodes=s.n,
+        carries=s.n,
+        values=s.m,
+        scratch=s.scratch,
+    )
+
+
+@inlined
+def work_layout(s: Sizes) -> Work:
+    """Return the layout of scratch beside the lanes: E, Z, ZᵀZ, vectors; frames', the density's."""
+    d = s.n - s.m
+    return Work(
+        E=d * d,
+        Z=s.m * d,
+        G=s.m * s.m,
+        q=s.n,
+        D=s.n,
+        x=s.n,
+        values=2 * s.m,
+        gradients=s.m * s.n,
+        scratch=s.scratch,
+    )
+
+
+def measure_given(pieces: Any, sizes: Sizes) -> Block:
+    """Return the block of what is given to the sweep: nodes, sizes, the problem's pieces."""
+    numbers = [float(i) for i, (_, size) in enumerate(pieces) for _ in range(size)]
+    layout = GIVEN._replace(pieces=len(numbers))
+    return packed(layout, nodes=NODES, pieces=numbers, **sizes._asdict())
+
+
+def measure_memory(start: Any, scales: Any, sizes: Sizes) -> Block:
+    """Return the memory at the start: `start` is the stepper's state, `scales` are of the problem's."""
+    layout = memory_layout(sizes)
+    block = scalar_block(sum(layout))
+    powers = [2.0 ** math.ceil(math.log2(min(max(size, 1e-290), 1e290))) for size in scales]
+    values = {
+        "condition_spacing": CONDITIONS_LARGEST,
+        "state": start,
+        "scales": powers,
+        "condition_scales": 1.0,
+        "spacings": 0.5 * LARGEST,
+    }
+    for name, numbers in values.items():
+        view(block, layout, name).data[:] = numbers
     return block
-
-
-def measure_memory(start: Any, sizes: Any, m: int) -> Any:
-    """Return the memory at the start: `start` is the stepper's state, `sizes` the problem's rows'."""
-    n, rows = len(sizes), len(start)
-    at = OWN + rows + n + m
-    d = n - m
-    block = scalar_block(at + 2 * d + 2 * (m * n + 1))
-    block.data[CONDITION_SPACING] = CONDITIONS_LARGEST
-    block.data[OWN : OWN + rows] = start
-    for i in range(n):
-        block.data[OWN + rows + i] = 2.0 ** math.ceil(math.log2(min(max(sizes[i], 1e-290), 1e290)))
-    block.data[at - m : at] = 1.0
-    block.data[at : at + d] = 0.5 * LARGEST
-    return block
-
-
-def lane_rows(n: int, m: int, memory_rows: int, work_rows: int, scratch: int) -> int:
-    """Lane rows of scratch: the method's, the nodes with their carries, the conditions'."""
-    return memory_rows + work_rows + 2 * n + m + scratch
-
-
-def work_size(n: int, m: int, scratch: int) -> int:
-    """Numbers of scratch beside the lanes: E, Z, ZᵀZ, gradients, three vectors, the density's."""
-    d = n - m
-    return d * d + m * d + m * m + m * n + 2 * m + 3 * n + scratch

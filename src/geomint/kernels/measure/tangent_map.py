@@ -16,10 +16,10 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, top, total
-from ..numbers.blocks import as_lanes, part
+from ..numbers.blocks import as_lanes, part, view
 from ..solve.compensated import add_compensated
 from ..solve.status import OK
-from .memory import BEGUN, EPSILON, LARGEST, LAYOUT, NODES, OWN, STEPS, UNIT, VARIANCE
+from .memory import EPSILON, LARGEST, NODES, UNIT, lane_layout, memory_layout, sizes_of
 
 __all__ = ["tangent_column"]
 
@@ -94,16 +94,12 @@ def difference(
     Returns the largest seventh difference and an estimate of the size of what was rounded; `FAILED` for
     a step that fails at a node.
     """
-    n = int(layout[LAYOUT])
-    rows = int(layout[LAYOUT + 1])
-    memory_rows = int(layout[LAYOUT + 3])
+    given = sizes_of(layout)
+    n, rows, eight = given.n, given.rows, lane_layout(given)
     numbers = as_lanes(layout, 0, 3)
     zero = 0.0 * numbers[0]
-    work_rows = int(layout[LAYOUT + 4])
-    memory = part(lanes, 0, memory_rows)
-    work = part(lanes, memory_rows, work_rows)
-    nodes = part(lanes, memory_rows + work_rows, n)
-    carries = part(lanes, memory_rows + work_rows + n, n)
+    memory, work = view(lanes, eight, "memory"), view(lanes, eight, "work")
+    nodes, carries = view(lanes, eight, "nodes"), view(lanes, eight, "carries")
     carry = part(memory, rows, rows)
     # A second time if the step iterates: what the first has left of its errors depends smoothly on
     # the node, which is a bias; from where that has ended only rounding is left.
@@ -122,7 +118,7 @@ def difference(
             kernel, functions, params, coefficients, fractions, memory, work, rows, t, h
         )
         if status != OK:
-            for r in range(memory_rows):
+            for r in range(len(memory)):
                 memory[r] = zero
             return FAILED, 0.0
         passes += 1
@@ -163,14 +159,12 @@ def tangent_column(
 
     Returns whether the step succeeds at the nodes of any spacing.
     """
-    n = int(layout[LAYOUT])
-    rows = int(layout[LAYOUT + 1])
-    m = int(layout[LAYOUT + 2])
-    scales = part(memory, OWN + rows, n)
-    at = OWN + rows + n + m
-    spacings = part(memory, at, n - m)
-    roundings = part(memory, at + n - m, n - m)
-    periodic = memory[BEGUN] == 0.0 or (int(memory[STEPS]) + k) % PERIOD == 0
+    given = sizes_of(layout)
+    n, kept = given.n, memory_layout(given)
+    scales, variance = view(memory, kept, "scales"), view(memory, kept, "variance")
+    spacings, roundings = view(memory, kept, "spacings"), view(memory, kept, "roundings")
+    begun, steps = view(memory, kept, "begun")[0], view(memory, kept, "steps")[0]
+    periodic = begun == 0.0 or (int(steps) + k) % PERIOD == 0
     stage = MEASURE if periodic else CHECK
     spacing = ROUNDING_ONLY if periodic else spacings[k]
     lasting = periodic
@@ -205,5 +199,5 @@ def tangent_column(
         spacings[k] = spacing
     for r in range(n):
         error = q[r] * seventh[r] / spacing
-        memory[VARIANCE] = memory[VARIANCE] + NOISE * error * error
+        variance[0] = variance[0] + NOISE * error * error
     return worst < FAILED

@@ -15,7 +15,20 @@ import numpy.typing as npt
 
 from .lanes import LANES, Lanes
 
-__all__ = ["Block", "LaneBlock", "as_lanes", "as_scalars", "fixed_rows", "part", "scalar_block"]
+__all__ = [
+    "REST",
+    "Block",
+    "LaneBlock",
+    "as_lanes",
+    "as_scalars",
+    "fixed_rows",
+    "packed",
+    "part",
+    "scalar_block",
+    "view",
+]
+
+REST = -1  # any negative number of rows of the last part of a layout: all that are left
 
 
 class Block:
@@ -88,11 +101,54 @@ def part(block: Block, start: int, rows: int) -> Block:
     return block.part(start, rows)
 
 
+def view(block: Block, layout: Any, name: str) -> Block:
+    """Return a part of a block by its name, sharing memory.
+
+    Parameters
+    ----------
+    layout : named tuple of int
+        The parts of the whole block in their order, and how many rows each has.
+    name : str
+        A constant: compiled code knows where the part lies, as far as it knows the layout.
+
+    Raises
+    ------
+    IndexError
+        If the layout is of another number of rows than the block has. Compiled code does not look.
+    """
+    if layout[-1] >= 0 and sum(layout) != len(block):
+        raise IndexError(f"{layout} of a block of {len(block)} rows")
+    at = layout._fields.index(name)
+    first, rows = sum(layout[:at]), layout[at]
+    return block.part(first, len(block) - first if rows < 0 else rows)
+
+
+def packed(layout: Any, /, **values: Any) -> Block:
+    """Return a block of the numbers given for each part of a layout.
+
+    Raises
+    ------
+    ValueError
+        If a part is missing, unknown, or of another length. Padding is 0.
+    """
+    if "padding" in layout._fields:
+        values["padding"] = np.zeros(layout.padding)
+    parts = {name: np.ravel(np.asarray(x, dtype=np.float64)) for name, x in values.items()}
+    if {name: len(numbers) for name, numbers in parts.items()} != layout._asdict():
+        raise ValueError(f"{layout} filled with {[(name, len(x)) for name, x in parts.items()]}")
+    block = scalar_block(sum(layout))
+    block.data[:] = np.concatenate([parts[name] for name in layout._fields])
+    return block
+
+
 def as_lanes(block: Block, start: int, rows: int) -> LaneBlock:
     """Return ``8 * rows`` numbers of a scalar block as `rows` lane values, sharing memory."""
     return block.as_lanes(start, rows)
 
 
-def fixed_rows(block: Block, rows: int) -> Block:
-    """Return the block; compiled, its row count becomes a constant, and loops over it unroll."""
+def fixed_rows(block: Any, rows: int | None) -> Any:
+    """Return the block; compiled, its row count becomes a constant, and loops over it unroll.
+
+    With None it stays what it is, and may be something else than a block.
+    """
     return block

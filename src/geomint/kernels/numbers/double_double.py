@@ -15,10 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import Array
-from .blocks import Block, scalar_block
+from .blocks import Block
 from .lanes import LANES
 
-__all__ = ["DoubleDoubleBlock", "double_double_block", "join", "lane_rows"]
+__all__ = ["DoubleDoubleBlock", "join", "lane_rows"]
 
 
 class DoubleDoubleBlock(Block):
@@ -29,14 +29,9 @@ class DoubleDoubleBlock(Block):
     def __len__(self) -> int:
         return len(self.data) // 2
 
-
-def double_double_block(hi: Any, lo: Any = 0.0) -> DoubleDoubleBlock:
-    """Return a block of the numbers ``hi + lo``, one a row."""
-    high = np.asarray(hi, dtype=np.float64).ravel()
-    block = DoubleDoubleBlock(scalar_block(2 * len(high)).data)
-    block.data[0::2] = high
-    block.data[1::2] = lo
-    return block
+    def part(self, start: int, rows: int) -> DoubleDoubleBlock:
+        """Return `rows` rows from `start` on, sharing memory."""
+        return DoubleDoubleBlock(Block(self.data).part(2 * start, 2 * rows).data)
 
 
 def lane_rows(hi: Array, lo: Array) -> Array:

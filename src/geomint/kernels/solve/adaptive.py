@@ -4,40 +4,80 @@ A method's attempt has the signature ::
 
     attempt(functions, params, numbers, reuse, y, carry, first, known, work, t, h) -> (status, residual)
 
-It changes neither the state y nor its carry, but writes to the scratch `work`, in this order: the
-increment of the state, its estimated error, a second estimate of lower order where there is one (its
-rows are there in any case), and the last stage's derivative. `first` is the derivative at (t, y): the
-attempt takes it as it is if `known` is 1, else computes and leaves it there. `reuse` says that the
-last stage is the new value.
+It changes neither the state y nor its carry, but writes to the scratch `work` (`adaptive_work`): the
+increment of the state, its estimated error and a second estimate of lower order where there is one
+(its rows are there in any case), and the last stage's derivative. `first` is the derivative at
+(t, y): the attempt takes it as it is if `known` is 1, else computes and leaves it there. `reuse` says
+that the last stage is the new value.
 
 The problem's own time is one more row of the state, summed with compensation like the others and
-handed out with them. `memory` is the state, the carries, then what `REMEMBERED` numbers, then
-`first`. Scalar numbers only: lanes would each need steps of their own.
+handed out with them (`adaptive_memory`). Scalar numbers only: lanes would each need steps of their own.
 """
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
-from ..compiling.recorded import Recorded, helper
-from ..numbers.blocks import part
+from ..compiling.recorded import Recorded, helper, inlined
+from ..numbers.blocks import REST, part, view
 from .advance import entry_of
 from .compensated import add_compensated
 from .status import OK, STEP_TOO_SMALL
 from .step_control import error_size, logarithm, next_factor, retry_factor
 
-__all__ = ["END", "LARGEST", "NEXT", "REMEMBERED", "SMALLEST", "adaptive_stepper"]
+__all__ = ["adaptive_coefficients", "adaptive_memory", "adaptive_stepper", "adaptive_work"]
 
-# coefficients: these, the piece of each row of the state, the numbers of the method.
-RTOL, ATOL, MAX_STEP, END, ORDER, ESTIMATES, REUSE, CONTROLS = 0, 1, 2, 3, 4, 5, 6, 7
-# memory after state and carries; steps that the end of the run cuts short do not count as smallest
-# or largest.
-NEXT, FORMER, SMALLEST, LARGEST, KNOWN, REMEMBERED = 0, 1, 2, 3, 4, 5
+Coefficients = namedtuple(
+    "Coefficients", "rtol atol max_step end order estimates reuse pieces numbers"
+)
+Memory = namedtuple("Memory", "states carries next former smallest largest known first")
+Work = namedtuple("Work", "increment errors last attempt")
 
 HUGE = 1e300
 MAX_REJECTIONS = 60
 SPACINGS = 16.0 * 2.0**-52  # a step shorter than this, relative to t, does not advance it well
 LEAST_FORMER = 1e-4  # an error much below the tolerance shall not weigh on the next step
+
+
+@inlined
+def adaptive_coefficients(n: int, numbers: int) -> Coefficients:
+    """Return the layout of coefficients: the piece of each of n rows, the numbers of the method."""
+    return Coefficients(
+        rtol=1,
+        atol=1,
+        max_step=1,
+        end=1,
+        order=1,
+        estimates=1,
+        reuse=1,
+        pieces=n,
+        numbers=numbers,
+    )
+
+
+@inlined
+def adaptive_memory(rows: int, derivative_rows: int) -> Memory:
+    """Return the layout of memory; `rows` are those of the state and one of the time.
+
+    Steps that the end of the run cuts short do not count as smallest or largest.
+    """
+    return Memory(
+        states=rows,
+        carries=rows,
+        next=1,
+        former=1,
+        smallest=1,
+        largest=1,
+        known=1,
+        first=derivative_rows,
+    )
+
+
+@inlined
+def adaptive_work(n: int, derivative_rows: int, attempt: int) -> Work:
+    """Return the layout of scratch: what an attempt tells, and its own."""
+    return Work(increment=n, errors=2 * n, last=derivative_rows, attempt=attempt)
 
 
 def _step(attempt: Recorded) -> Recorded:
@@ -47,26 +87,28 @@ def _step(attempt: Recorded) -> Recorded:
     ) -> tuple[int, int, float]:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
-        pieces = part(coefficients, CONTROLS, n)
-        numbers = part(coefficients, CONTROLS + n, len(coefficients) - CONTROLS - n)
-        estimates = int(coefficients[ESTIMATES])
-        reuse = int(coefficients[REUSE])
-        order = coefficients[ORDER]
-        states = part(memory, 0, rows)
-        carries = part(memory, rows, rows)
-        y = part(memory, 0, n)
-        carry = part(memory, rows, n)
-        control = part(memory, 2 * rows, REMEMBERED)
-        first = part(memory, 2 * rows + REMEMBERED, len(memory) - 2 * rows - REMEMBERED)
-        increment = part(work, 0, n)
-        last = part(work, 3 * n, len(first))
+        given = adaptive_coefficients(n, REST)
+        pieces, numbers = view(coefficients, given, "pieces"), view(coefficients, given, "numbers")
+        estimates = int(view(coefficients, given, "estimates")[0])
+        reuse = int(view(coefficients, given, "reuse")[0])
+        order = view(coefficients, given, "order")[0]
+        end = view(coefficients, given, "end")[0]
+        kept = adaptive_memory(rows, REST)
+        states, carries = view(memory, kept, "states"), view(memory, kept, "carries")
+        y, carry = part(states, 0, n), part(carries, 0, n)
+        following, former = view(memory, kept, "next"), view(memory, kept, "former")
+        smallest, largest = view(memory, kept, "smallest"), view(memory, kept, "largest")
+        known, first = view(memory, kept, "known"), view(memory, kept, "first")
+        result = adaptive_work(n, len(first), REST)
+        increment, errors = view(work, result, "increment"), view(work, result, "errors")
+        last = view(work, result, "last")
         t = states[n]
-        remaining = (coefficients[END] - t) - carries[n]
+        remaining = (end - t) - carries[n]
         tries = 0
         failure = STEP_TOO_SMALL  # unless a try could not even be judged
         error = 0.0
         while True:
-            h = control[NEXT]
+            h = following[0]
             ends = abs(remaining) <= abs(h)
             cut = abs(remaining) < 2.0 * abs(h)
             if ends:
@@ -75,20 +117,19 @@ def _step(attempt: Recorded) -> Recorded:
                 h = 0.5 * remaining
             tiny = not ends and abs(h) < SPACINGS * abs(t)
             tries += 1
-            known = int(control[KNOWN])
             status, error = attempt(
-                functions, params, numbers, reuse, y, carry, first, known, work, t, h
+                functions, params, numbers, reuse, y, carry, first, int(known[0]), work, t, h
             )
             if status == OK:
-                control[KNOWN] = 1.0
+                known[0] = 1.0
                 error = error_size(
-                    coefficients[RTOL],
-                    coefficients[ATOL],
+                    view(coefficients, given, "rtol")[0],
+                    view(coefficients, given, "atol")[0],
                     pieces,
                     y,
                     increment,
-                    part(work, n, n),
-                    part(work, 2 * n, n),
+                    part(errors, 0, n),
+                    part(errors, n, n),
                     estimates,
                 )
                 if error <= 1.0 and not tiny:
@@ -97,28 +138,28 @@ def _step(attempt: Recorded) -> Recorded:
                 failure = status
             if tiny or tries > MAX_REJECTIONS:
                 return failure, tries, error
-            control[NEXT] = retry_factor(order, error if status == OK else HUGE) * h
+            following[0] = retry_factor(order, error if status == OK else HUGE) * h
         for r in range(n):
             add_compensated(y, carry, r, increment[r])
         if ends:
-            states[n] = coefficients[END]
+            states[n] = end
             carries[n] = 0.0
         else:
             add_compensated(states, carries, n, h)
         if not cut:
-            control[SMALLEST] = min(abs(h), control[SMALLEST])
-            control[LARGEST] = max(abs(h), control[LARGEST])
+            smallest[0] = min(abs(h), smallest[0])
+            largest[0] = max(abs(h), largest[0])
         if reuse == 1:
             for r in range(len(first)):
                 first[r] = last[r]
-        control[KNOWN] = 1.0 * reuse
-        factor = next_factor(order, error, control[FORMER])
+        known[0] = 1.0 * reuse
+        factor = next_factor(order, error, former[0])
         if tries > 1:
             factor = min(factor, 1.0)
-        longest = coefficients[MAX_STEP]
+        longest = view(coefficients, given, "max_step")[0]
         proposed = factor * h
-        control[NEXT] = min(max(proposed, -longest), longest)
-        control[FORMER] = logarithm(max(error, LEAST_FORMER))
+        following[0] = min(max(proposed, -longest), longest)
+        former[0] = logarithm(max(error, LEAST_FORMER))
         return OK, tries, error
 
     return step
@@ -150,7 +191,7 @@ def _loop(attempt: Recorded) -> Recorded:
         """
         saved = 0
         tries = 0
-        end = coefficients[END]
+        end = view(coefficients, adaptive_coefficients(rows - 1, REST), "end")[0]
         for k in range(count):
             if memory[rows - 1] == end:
                 return OK, k, tries, 0.0
@@ -168,8 +209,5 @@ def _loop(attempt: Recorded) -> Recorded:
 
 
 def adaptive_stepper(attempt: Recorded, functions: int) -> Recorded:
-    """Return the compiled entry of an adaptive method with `functions` functions.
-
-    Its signature is `geomint.kernels.compiling.signatures.advance_signature`.
-    """
+    """Return the entry of an adaptive method with `functions` functions."""
     return entry_of(_loop(attempt), functions, attempt.function.__name__)

@@ -13,10 +13,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
+from ..compiling.signatures import advance as signature_of
 from .status import OK
 
-__all__ = ["entry_of", "stepper"]
+__all__ = ["bound_stepper", "entry_of", "stepper"]
 
 
 def _loop(step: Recorded) -> Recorded:
@@ -105,8 +107,10 @@ def entry_of(advance: Recorded, functions: int, name: str) -> Recorded:
 
 
 def stepper(step: Recorded, functions: int) -> Recorded:
-    """Return the compiled entry of a method: the loop of its step with `functions` functions.
-
-    Its signature is `geomint.kernels.compiling.signatures.advance_signature`.
-    """
+    """Return the entry of a method: the loop of its step with `functions` functions."""
     return entry_of(_loop(step), functions, step.function.__name__)
+
+
+def bound_stepper(kernel: Recorded, functions: tuple[Bound, ...]) -> Bound:
+    """Return the entry of a method with its signature, which those of its functions decide."""
+    return Bound(kernel, signature_of(f.signature for f in functions))

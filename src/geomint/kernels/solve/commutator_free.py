@@ -3,29 +3,55 @@
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
-from .compensated import add_compensated
+from .compensated import add_compensated, compensated_state
 from .status import NOT_FINITE, OK
 
-__all__ = ["commutator_free_stepper", "commutator_free_work_size"]
+__all__ = ["commutator_free_coefficients", "commutator_free_stepper", "commutator_free_work"]
 
-# coefficients: rows, algebra rows, stages, length of layout, rows of scratch of the generator;
-# then layout, c, and for each stage and the update: start (stage whose value it starts from; −1: y),
-# number of exponentials, and the coefficients of each.
-HEADER = 5
+Coefficients = namedtuple(
+    "Coefficients", "rows algebra_rows stages layout_rows field_work layout c flows"
+)
+Work = namedtuple("Work", "xi moves v Y step field_scratch scratch")
 
 
-def commutator_free_work_size(
-    rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
-) -> int:
-    """Rows of scratch: generators, moves of the stages and update, exponent, value, increment."""
-    own = stages * algebra_rows + (stages + 1) * rows + algebra_rows + 2 * rows
-    return own + field_work + group_work
+@inlined
+def commutator_free_coefficients(layout_rows: int, stages: int, flows: int) -> Coefficients:
+    """Return the layout of coefficients: sizes, the group's own `layout`, c, flows.
+
+    A flow is for each stage, and for the update: its start (the stage whose value it starts from; −1:
+    y), its number of exponentials, and the coefficients of each. Sizes lie where they do in any.
+    """
+    return Coefficients(
+        rows=1,
+        algebra_rows=1,
+        stages=1,
+        layout_rows=1,
+        field_work=1,
+        layout=layout_rows,
+        c=stages,
+        flows=flows,
+    )
+
+
+@inlined
+def commutator_free_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> Work:
+    """Return the layout of scratch: generators, moves of stages and update, exponent, value, move."""
+    return Work(
+        xi=stages * m,
+        moves=(stages + 1) * rows,
+        v=m,
+        Y=rows,
+        step=rows,
+        field_scratch=field_work,
+        scratch=scratch,
+    )
 
 
 @inlined
@@ -70,27 +96,21 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
 
         Summed before they are added to the state, moves lose nothing to its rounding.
         """
-        n = rows if rows > 0 else int(coefficients[0])
-        d = m if m > 0 else int(coefficients[1])
-        stages = int(coefficients[2])
-        layout = part(coefficients, HEADER, int(coefficients[3]))
-        field_work = int(coefficients[4])
-        at = HEADER + len(layout)
-        c = part(coefficients, at, stages)
-        table = part(coefficients, at + stages, len(coefficients) - at - stages)
-        y = part(memory, 0, n)
-        carry = part(memory, n, n)
-        xi = part(work, 0, stages * d)
-        used = stages * d
-        moves = part(work, used, (stages + 1) * n)
-        used += (stages + 1) * n
-        v = part(work, used, d)
-        Y = part(work, used + d, n)
-        step = part(work, used + d + n, n)
-        used += d + 2 * n
-        field_scratch = part(work, used, field_work)
-        used += field_work
-        scratch = part(work, used, len(work) - used)
+        header = commutator_free_coefficients(0, 0, REST)
+        n = rows if rows > 0 else int(view(coefficients, header, "rows")[0])
+        d = m if m > 0 else int(view(coefficients, header, "algebra_rows")[0])
+        stages = int(view(coefficients, header, "stages")[0])
+        field_work = int(view(coefficients, header, "field_work")[0])
+        layout_rows = int(view(coefficients, header, "layout_rows")[0])
+        numbers = commutator_free_coefficients(layout_rows, stages, REST)
+        layout, c = view(coefficients, numbers, "layout"), view(coefficients, numbers, "c")
+        table = view(coefficients, numbers, "flows")
+        state = compensated_state(n)
+        y, carry = view(memory, state, "y"), view(memory, state, "carry")
+        own = commutator_free_work(n, d, stages, field_work, REST)
+        xi, moves, v = view(work, own, "xi"), view(work, own, "moves"), view(work, own, "v")
+        Y, step = view(work, own, "Y"), view(work, own, "step")
+        field_scratch, scratch = view(work, own, "field_scratch"), view(work, own, "scratch")
         for r in range(d):
             v[r] = 0.0 * y[0]
         worst = 0.0 * y[0]

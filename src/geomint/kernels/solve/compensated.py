@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
-from ..compiling.recorded import helper
+from ..compiling.recorded import helper, inlined
 
-__all__ = ["add_compensated"]
+__all__ = ["State", "add_compensated", "compensated_state"]
+
+State = namedtuple("State", "y carry")
+
+
+@inlined
+def compensated_state(rows: int) -> State:
+    """Return the layout of a memory that is a state and the carries of its sums."""
+    return State(y=rows, carry=rows)
 
 
 @helper

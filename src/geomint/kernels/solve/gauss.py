@@ -13,11 +13,12 @@ lie symmetrically at the two ends, so that the update adds stages pairwise from 
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, maximum, top
-from ..numbers.blocks import as_lanes, part
+from ..numbers.blocks import REST, as_lanes, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -31,31 +32,50 @@ from .fixed_point import (
 )
 from .status import NOT_CONVERGED, OK
 
-__all__ = ["gauss_header", "gauss_memory_size", "gauss_stepper", "gauss_work_size"]
+__all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work"]
 
-HEADER = 3  # coefficients: rows, cap on iterations, tolerance; then the rows' pieces
-
-
-@helper
-def aligned(size: int) -> int:
-    """Round up to whole lane values: a lane value across two cache lines loads twice as slowly."""
-    return (size + 7) // 8 * 8
+Coefficients = namedtuple("Coefficients", "rows cap tolerance pieces padding c b mu predictors")
+Memory = namedtuple("Memory", "y carry padding stages")
+Work = namedtuple("Work", "Y F scales padding scratch")
 
 
-def gauss_header(rows: int, cap: int, tolerance: float, pieces: list[float]) -> list[float]:
-    """Return the first numbers of the coefficient block; c, b, μ and the predictors follow."""
-    numbers = [float(rows), float(cap), tolerance, *pieces]
-    return numbers + [0.0] * (aligned(len(numbers)) - len(numbers))
+@inlined
+def padding(size: int) -> int:
+    """Return what makes whole lane values: one across two cache lines loads twice as slowly."""
+    return (8 - size % 8) % 8
 
 
-def gauss_memory_size(rows: int, groups: int) -> int:
-    """Numbers in memory: state, carry, and the stage increments of the last step."""
-    return aligned(2 * rows) + 8 * groups * rows
+@inlined
+def gauss_coefficients(rows: int, groups: int, substeps: int) -> Coefficients:
+    """Return the layout of coefficients: the rows' pieces; in lanes c, b, μ, one predictor a substep.
+
+    The matrices are in columns. Substeps: `REST`, any number.
+    """
+    lanes = 8 * groups
+    return Coefficients(
+        rows=1,
+        cap=1,
+        tolerance=1,
+        pieces=rows,
+        padding=padding(3 + rows),
+        c=lanes,
+        b=lanes,
+        mu=lanes * lanes,
+        predictors=substeps * lanes * lanes,
+    )
 
 
-def gauss_work_size(rows: int, groups: int, field_work: int) -> int:
-    """Numbers of scratch: stages, their derivatives, the field's own scratch, row scales."""
-    return 16 * groups * rows + 8 * field_work + rows
+@inlined
+def gauss_memory(rows: int, groups: int) -> Memory:
+    """Return the layout of memory: state, carry, and in lanes the stage increments of the last step."""
+    return Memory(y=rows, carry=rows, padding=padding(2 * rows), stages=8 * groups * rows)
+
+
+@inlined
+def gauss_work(rows: int, groups: int, scratch: int) -> Work:
+    """Return the layout of scratch: in lanes stages, their derivatives, the field's own."""
+    size = 8 * groups * rows
+    return Work(Y=size, F=size, scales=rows, padding=padding(rows), scratch=scratch)
 
 
 @inlined
@@ -172,25 +192,25 @@ def gauss_step(
 ) -> tuple[int, int, float]:
     """Solve for the stages by fixed-point iteration and add the update."""
     field = functions[0]
-    cap = int(top(coefficients[1]))
-    tolerance = top(coefficients[2])
-    n_lanes = 8 * groups
-    pieces = part(coefficients, HEADER, rows)
-    at = aligned(HEADER + rows)
-    c = as_lanes(coefficients, at, groups)
-    b = as_lanes(coefficients, at + n_lanes, groups)
-    mu = as_lanes(coefficients, at + 2 * n_lanes, n_lanes * groups)
-    predictor = as_lanes(
-        coefficients, at + n_lanes * (2 + n_lanes * (1 + substep)), n_lanes * groups
-    )
-    y = part(memory, 0, rows)
-    carry = part(memory, rows, rows)
-    stages = as_lanes(memory, aligned(2 * rows), rows * groups)
-    Y = as_lanes(work, 0, rows * groups)
-    F = as_lanes(work, 8 * rows * groups, rows * groups)
-    scratch_rows = (len(work) - 16 * groups * rows - rows) // 8
-    scratch = as_lanes(work, 16 * groups * rows, scratch_rows)
-    scales = part(work, len(work) - rows, rows)
+    numbers = gauss_coefficients(rows, groups, REST)
+    cap = int(top(view(coefficients, numbers, "cap")[0]))
+    tolerance = top(view(coefficients, numbers, "tolerance")[0])
+    pieces = view(coefficients, numbers, "pieces")
+    c = as_lanes(view(coefficients, numbers, "c"), 0, groups)
+    b = as_lanes(view(coefficients, numbers, "b"), 0, groups)
+    columns = 8 * groups * groups
+    mu = as_lanes(view(coefficients, numbers, "mu"), 0, columns)
+    predictors = view(coefficients, numbers, "predictors")
+    predictor = as_lanes(predictors, 8 * columns * substep, columns)
+    kept = gauss_memory(rows, groups)
+    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
+    stages = as_lanes(view(memory, kept, "stages"), 0, rows * groups)
+    own = gauss_work(rows, groups, REST)
+    Y = as_lanes(view(work, own, "Y"), 0, rows * groups)
+    F = as_lanes(view(work, own, "F"), 0, rows * groups)
+    scales = view(work, own, "scales")
+    free = view(work, own, "scratch")
+    scratch = as_lanes(free, 0, len(free) // 8)
 
     for r in range(rows):
         scales[r] = 0.0
@@ -243,7 +263,9 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
 
     @helper
     def gauss(functions, params, coefficients, substep, memory, work, t, h):
-        n = rows if rows > 0 else int(top(coefficients[0]))
+        n = rows
+        if n == 0:
+            n = int(top(view(coefficients, gauss_coefficients(0, groups, REST), "rows")[0]))
         return gauss_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
     if field is None:

@@ -9,11 +9,12 @@ that what it gives does not depend on the others.
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
-from ..compiling.recorded import Recorded, helper
+from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -28,23 +29,33 @@ from .fixed_point import (
 from .status import NOT_CONVERGED, OK
 
 __all__ = [
-    "gauss_trajectories_memory_size",
+    "gauss_trajectories_coefficients",
+    "gauss_trajectories_memory",
     "gauss_trajectories_stepper",
-    "gauss_trajectories_work_size",
+    "gauss_trajectories_work",
 ]
 
-# coefficients: rows, stages, cap on iterations, tolerance; the rows' pieces, c, b, μ row after row
-HEADER = 4
+Coefficients = namedtuple("Coefficients", "rows stages cap tolerance pieces c b mu")
+Memory = namedtuple("Memory", "y carry increments")
+Work = namedtuple("Work", "Y F inverse scratch")
 
 
-def gauss_trajectories_memory_size(rows: int, stages: int, substeps: int) -> int:
-    """Rows: state, carry, and the stage increments of each substep, which the next begins with."""
-    return (2 + stages * substeps) * rows
+@inlined
+def gauss_trajectories_coefficients(rows: int, s: int, mu: int) -> Coefficients:
+    """Return the layout of coefficients: the rows' pieces, c, b, μ row after row."""
+    return Coefficients(rows=1, stages=1, cap=1, tolerance=1, pieces=rows, c=s, b=s, mu=mu)
 
 
-def gauss_trajectories_work_size(rows: int, field_work: int) -> int:
-    """Rows of scratch: a stage, its derivative, the scales, the field's own."""
-    return 3 * rows + field_work
+@inlined
+def gauss_trajectories_memory(rows: int, stages: int) -> Memory:
+    """Return the layout of memory: the increments of the stages of all substeps are begun with."""
+    return Memory(y=rows, carry=rows, increments=stages * rows)
+
+
+@inlined
+def gauss_trajectories_work(rows: int, scratch: int) -> Work:
+    """Return the layout of scratch: a stage, its derivative, the scales, the field's own."""
+    return Work(Y=rows, F=rows, inverse=rows, scratch=scratch)
 
 
 @helper
@@ -80,22 +91,20 @@ def gauss_trajectories_step(
 ) -> tuple[int, int, float]:
     """Solve ``L_i = h b_i f(t + c_i h, y + Σ_j μ_ij L_j)``, one stage after the other, and add ΣL."""
     field = functions[0]
-    rows = int(coefficients[0])
-    stages = int(coefficients[1])
-    cap = int(coefficients[2])
-    tolerance = coefficients[3]
-    pieces = part(coefficients, HEADER, rows)
-    at = HEADER + rows
-    c = part(coefficients, at, stages)
-    b = part(coefficients, at + stages, stages)
-    mu = part(coefficients, at + 2 * stages, stages * stages)
-    y = part(memory, 0, rows)
-    carry = part(memory, rows, rows)
-    L = part(memory, (2 + substep * stages) * rows, stages * rows)
-    Y = part(work, 0, rows)
-    F = part(work, rows, rows)
-    inverse = part(work, 2 * rows, rows)
-    scratch = part(work, 3 * rows, len(work) - 3 * rows)
+    header = gauss_trajectories_coefficients(0, 0, REST)
+    rows = int(view(coefficients, header, "rows")[0])
+    stages = int(view(coefficients, header, "stages")[0])
+    cap = int(view(coefficients, header, "cap")[0])
+    tolerance = view(coefficients, header, "tolerance")[0]
+    numbers = gauss_trajectories_coefficients(rows, stages, stages * stages)
+    pieces, mu = view(coefficients, numbers, "pieces"), view(coefficients, numbers, "mu")
+    c, b = view(coefficients, numbers, "c"), view(coefficients, numbers, "b")
+    kept = gauss_trajectories_memory(rows, REST)
+    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
+    L = part(view(memory, kept, "increments"), substep * stages * rows, stages * rows)
+    own = gauss_trajectories_work(rows, REST)
+    Y, F = view(work, own, "Y"), view(work, own, "F")
+    inverse, scratch = view(work, own, "inverse"), view(work, own, "scratch")
     zero = 0.0 * y[0]
     last = like(BEGINNING, y[0])
     before = like(BEGINNING, y[0])

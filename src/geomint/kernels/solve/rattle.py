@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 import math
+from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, select, top
-from ..numbers.blocks import part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -24,24 +25,48 @@ from .fixed_point import (
 from .small_matrices import along, contract, largest, solve_small
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
-__all__ = ["rattle_memory_size", "rattle_stepper", "rattle_work_size"]
+__all__ = ["RATTLE", "rattle_memory", "rattle_stepper", "rattle_work"]
 
-# coefficients: rows of q, constraints, cap on iterations, tolerance, 1 if a clock row follows (q, p)
-HEADER = 5
+Coefficients = namedtuple("Coefficients", "rows constraints cap tolerance clock_rows")
+Memory = namedtuple("Memory", "state clock carry last_q last_p lam last_h")
+Work = namedtuple("Work", "P Q dq0 dp0 dq1 dp1 three G0 G1 response matrix g scratch")
+
+RATTLE = Coefficients(1, 1, 1, 1, 1)  # the layout of coefficients: rows are those of q
 SHIFT = 2.0**-20  # of p along the normals, for H_pp by differences
 NEWTON = 30
 # Newton's changes are squared, or divided by 1/SHIFT: after such a one the next is less than rounding.
 CLEAN = 2.0**-30
 
 
-def rattle_memory_size(n: int, m: int, clock: int) -> int:
-    """Rows: state, carry, last increments of q and of the half step of p, multipliers, last h."""
-    return 2 * (2 * n + clock) + 2 * n + m + 1
+@inlined
+def rattle_memory(n: int, m: int, clock: int) -> Memory:
+    """Return the layout of memory: state (q, p), clock, the carries of all, what starts a step.
+
+    That are the last increments of q and of the half step of p, multipliers, and the last h.
+    """
+    return Memory(
+        state=2 * n, clock=clock, carry=2 * n + clock, last_q=n, last_p=n, lam=m, last_h=1
+    )
 
 
-def rattle_work_size(n: int, m: int, field_work: int) -> int:
-    """Rows of scratch: nine vectors, two Jacobians, the response, the small system, the functions'."""
-    return 9 * n + 3 * m * n + m * m + m + field_work
+@inlined
+def rattle_work(n: int, m: int, scratch: int) -> Work:
+    """Return the layout of scratch: vectors, Jacobians, the small system, the functions' own."""
+    return Work(
+        P=n,
+        Q=n,
+        dq0=n,
+        dp0=n,
+        dq1=n,
+        dp1=n,
+        three=3 * n,
+        G0=m * n,
+        G1=m * n,
+        response=m * n,
+        matrix=m * m,
+        g=m,
+        scratch=scratch,
+    )
 
 
 @helper
@@ -179,36 +204,22 @@ def rattle_step(
     gradients = functions[0]
     constraint = functions[1]
     clock = functions[2]
-    cap = int(coefficients[2])
-    tolerance = coefficients[3]
-    clock_rows = int(coefficients[4])
-    rows = 2 * n + clock_rows
-    q = part(memory, 0, n)
-    p = part(memory, n, n)
-    qp = part(memory, 0, 2 * n)
-    carry = part(memory, rows, rows)
-    last_q = part(memory, 2 * rows, n)
-    last_p = part(memory, 2 * rows + n, n)
-    lam = part(memory, 2 * rows + 2 * n, m)
-    last_h = part(memory, 2 * rows + 2 * n + m, 1)
-    P = part(work, 0, n)
-    Q = part(work, n, n)
-    dq0 = part(work, 2 * n, n)
-    dp0 = part(work, 3 * n, n)
-    dq1 = part(work, 4 * n, n)
-    dp1 = part(work, 5 * n, n)
-    three = part(work, 6 * n, 3 * n)
-    trial = part(three, 0, n)
-    free = part(three, n, n)
-    at = 9 * n
-    G0 = part(work, at, m * n)
-    G1 = part(work, at + m * n, m * n)
-    response = part(work, at + 2 * m * n, m * n)
-    at += 3 * m * n
-    matrix = part(work, at, m * m)
-    g = part(work, at + m * m, m)
-    at += m * m + m
-    scratch = part(work, at, len(work) - at)
+    cap = int(view(coefficients, RATTLE, "cap")[0])
+    tolerance = view(coefficients, RATTLE, "tolerance")[0]
+    clock_rows = int(view(coefficients, RATTLE, "clock_rows")[0])
+    kept = rattle_memory(n, m, clock_rows)
+    qp, passed = view(memory, kept, "state"), view(memory, kept, "clock")
+    q, p, carry = part(qp, 0, n), part(qp, n, n), view(memory, kept, "carry")
+    last_q, last_p = view(memory, kept, "last_q"), view(memory, kept, "last_p")
+    lam, last_h = view(memory, kept, "lam"), view(memory, kept, "last_h")
+    own = rattle_work(n, m, REST)
+    P, Q, three = view(work, own, "P"), view(work, own, "Q"), view(work, own, "three")
+    dq0, dp0 = view(work, own, "dq0"), view(work, own, "dp0")
+    dq1, dp1 = view(work, own, "dq1"), view(work, own, "dp1")
+    trial, free = part(three, 0, n), part(three, n, n)
+    G0, G1 = view(work, own, "G0"), view(work, own, "G1")
+    response, matrix = view(work, own, "response"), view(work, own, "matrix")
+    g, scratch = view(work, own, "g"), view(work, own, "scratch")
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     half = like(0.5 * h, q[0])
@@ -291,9 +302,8 @@ def rattle_step(
                 add_compensated(p, part(carry, n, n), i, dq1[i] + (P[i] - dq0[i]))
             if clock_rows > 0:
                 end_rate = clock(params, t1, qp, scratch)
-                add_compensated(
-                    part(memory, 2 * n, 1), part(carry, 2 * n, 1), 0, half * (start_rate + end_rate)
-                )
+                by = half * (start_rate + end_rate)
+                add_compensated(passed, part(carry, 2 * n, 1), 0, by)
             last_h[0] = 2.0 * half
             return OK, iteration + 1, worst
         before = last
@@ -311,8 +321,8 @@ def rattle_stepper(n: int, m: int) -> Recorded:
 
     @helper
     def rattle(functions, params, coefficients, substep, memory, work, t, h):
-        rows = n if n > 0 else int(coefficients[0])
-        rank = m if m > 0 else int(coefficients[1])
+        rows = n if n > 0 else int(view(coefficients, RATTLE, "rows")[0])
+        rank = m if m > 0 else int(view(coefficients, RATTLE, "constraints")[0])
         return rattle_step(functions, params, coefficients, substep, memory, work, t, h, rows, rank)
 
     return stepper(rattle, 3)

@@ -3,32 +3,53 @@
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
+from .rattle import RATTLE
 from .small_matrices import along, contract, largest, solve_small
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = [
-    "separable_rattle_memory_size",
+    "separable_rattle_memory",
     "separable_rattle_stepper",
-    "separable_rattle_work_size",
+    "separable_rattle_work",
 ]
 
-
-def separable_rattle_memory_size(n: int, m: int, clock: int) -> int:
-    """Rows: state, carry, multipliers."""
-    return 2 * (2 * n + clock) + m
+Memory = namedtuple("Memory", "state clock carry lam")
+Work = namedtuple("Work", "kick free increment Q rest force unused G0 G1 response matrix g scratch")
 
 
-def separable_rattle_work_size(n: int, m: int, field_work: int) -> int:
-    """Rows of scratch: seven vectors, two Jacobians, G M⁻¹, the small system, the functions'."""
-    return 7 * n + 3 * m * n + m * m + m + field_work
+@inlined
+def separable_rattle_memory(n: int, m: int, clock: int) -> Memory:
+    """Return the layout of memory: state (q, p), clock, the carries of all, multipliers."""
+    return Memory(state=2 * n, clock=clock, carry=2 * n + clock, lam=m)
+
+
+@inlined
+def separable_rattle_work(n: int, m: int, scratch: int) -> Work:
+    """Return the layout of scratch: vectors, Jacobians, G M⁻¹, the small system, the functions'."""
+    return Work(
+        kick=n,
+        free=n,
+        increment=n,
+        Q=n,
+        rest=n,
+        force=n,
+        unused=n,
+        G0=m * n,
+        G1=m * n,
+        response=m * n,
+        matrix=m * m,
+        g=m,
+        scratch=scratch,
+    )
 
 
 @helper
@@ -171,30 +192,18 @@ def separable_rattle_step(
     gradients = functions[0]
     constraint = functions[1]
     clock = functions[2]
-    clock_rows = int(coefficients[4])
-    rows = 2 * n + clock_rows
-    q = part(memory, 0, n)
-    p = part(memory, n, n)
-    qp = part(memory, 0, 2 * n)
-    carry = part(memory, rows, rows)
-    p_carry = part(carry, n, n)
-    lam = part(memory, 2 * rows, m)
-    kick = part(work, 0, n)
-    free = part(work, n, n)
-    increment = part(work, 2 * n, n)
-    Q = part(work, 3 * n, n)
-    rest = part(work, 4 * n, n)
-    force = part(work, 5 * n, n)
-    unused = part(work, 6 * n, n)
-    at = 7 * n
-    G0 = part(work, at, m * n)
-    G1 = part(work, at + m * n, m * n)
-    response = part(work, at + 2 * m * n, m * n)
-    at += 3 * m * n
-    matrix = part(work, at, m * m)
-    g = part(work, at + m * m, m)
-    at += m * m + m
-    scratch = part(work, at, len(work) - at)
+    clock_rows = int(view(coefficients, RATTLE, "clock_rows")[0])
+    kept = separable_rattle_memory(n, m, clock_rows)
+    qp, passed = view(memory, kept, "state"), view(memory, kept, "clock")
+    q, p, carry = part(qp, 0, n), part(qp, n, n), view(memory, kept, "carry")
+    p_carry, lam = part(carry, n, n), view(memory, kept, "lam")
+    own = separable_rattle_work(n, m, REST)
+    kick, free, force = view(work, own, "kick"), view(work, own, "free"), view(work, own, "force")
+    increment, unused = view(work, own, "increment"), view(work, own, "unused")
+    Q, rest = view(work, own, "Q"), view(work, own, "rest")
+    G0, G1 = view(work, own, "G0"), view(work, own, "G1")
+    response, matrix = view(work, own, "response"), view(work, own, "matrix")
+    g, scratch = view(work, own, "g"), view(work, own, "scratch")
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     step = like(h, q[0])
@@ -219,8 +228,8 @@ def separable_rattle_step(
         response,
         step,
         lam,
-        coefficients[3],
-        int(coefficients[2]),
+        view(coefficients, RATTLE, "tolerance")[0],
+        int(view(coefficients, RATTLE, "cap")[0]),
         increment,
         Q,
         rest,
@@ -258,7 +267,7 @@ def separable_rattle_step(
     if clock_rows > 0:
         end_rate = clock(params, t1, qp, scratch)
         by = half * (start_rate + end_rate)
-        add_compensated(part(memory, 2 * n, 1), part(carry, 2 * n, 1), 0, by)
+        add_compensated(passed, part(carry, 2 * n, 1), 0, by)
     return OK, iterations, residual
 
 
@@ -272,8 +281,8 @@ def separable_rattle_stepper(n: int, m: int) -> Recorded:
 
     @helper
     def separable_rattle(functions, params, coefficients, substep, memory, work, t, h):
-        rows = n if n > 0 else int(coefficients[0])
-        rank = m if m > 0 else int(coefficients[1])
+        rows = n if n > 0 else int(view(coefficients, RATTLE, "rows")[0])
+        rank = m if m > 0 else int(view(coefficients, RATTLE, "constraints")[0])
         return separable_rattle_step(
             functions, params, coefficients, substep, memory, work, t, h, rows, rank
         )

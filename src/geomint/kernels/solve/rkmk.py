@@ -3,35 +3,73 @@
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import NAN, like, select
-from ..numbers.blocks import part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
-from .compensated import add_compensated
+from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
 from .status import NOT_FINITE, OK, OUTSIDE_CHART
 
 __all__ = [
-    "HEADER",
     "dexpinv_series",
     "diagnose",
+    "numbers_of",
+    "rkmk_coefficients",
     "rkmk_stepper",
-    "rkmk_work_size",
+    "rkmk_work",
+    "work_of",
     "write_stages",
 ]
 
-# coefficients: rows, algebra rows, stages, length of layout, rows of scratch of the generator; then
-# layout, A (full), b, c.
-HEADER = 5
+Coefficients = namedtuple(
+    "Coefficients", "rows algebra_rows stages layout_rows field_work layout A b c errors"
+)
+Work = namedtuple("Work", "u xi increment Y k field_scratch scratch")
 
 
-def rkmk_work_size(
-    rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
-) -> int:
-    """Rows of scratch: u, ξ; the increment, Y; the stages' derivatives; the functions' own."""
-    return (stages + 2) * algebra_rows + 2 * rows + field_work + group_work
+@inlined
+def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
+    """Return the layout of coefficients: sizes, the group's own `layout`, the tableau; A is full."""
+    return Coefficients(
+        rows=1,
+        algebra_rows=1,
+        stages=1,
+        layout_rows=1,
+        field_work=1,
+        layout=layout_rows,
+        A=s * s,
+        b=s,
+        c=s,
+        errors=errors,
+    )
+
+
+@inlined
+def numbers_of(coefficients: Any) -> Coefficients:
+    """Return the layout that coefficients have, whose first numbers lie where they do in any."""
+    header = rkmk_coefficients(0, 0, REST)
+    layout_rows = int(view(coefficients, header, "layout_rows")[0])
+    return rkmk_coefficients(layout_rows, int(view(coefficients, header, "stages")[0]), REST)
+
+
+@inlined
+def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> Work:
+    """Return the layout of scratch: exponent, ξ, increment, stage, derivatives, the functions' own."""
+    return Work(
+        u=m, xi=m, increment=rows, Y=rows, k=stages * m, field_scratch=field_work, scratch=scratch
+    )
+
+
+@inlined
+def work_of(coefficients: Any, rows: int, m: int) -> Work:
+    """Return the layout that scratch has with these coefficients."""
+    numbers = numbers_of(coefficients)
+    field_work = int(view(coefficients, numbers, "field_work")[0])
+    return rkmk_work(rows, m, len(view(coefficients, numbers, "b")), field_work, REST)
 
 
 @functools.cache
@@ -80,18 +118,19 @@ def dexpinv_series(
 
 @inlined
 def stage_value(
-    act: Any, coefficients: Any, at: int, i: int, k: Any, y: Any, carry: Any, work: Any,
-    scratch: Any, h: float, n: int, m: int,
+    act: Any, coefficients: Any, i: int, k: Any, y: Any, carry: Any, work: Any, scratch: Any,
+    h: float, n: int, m: int,
 ) -> None:  # fmt: skip
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
-    stages = int(coefficients[2])
-    layout = part(coefficients, HEADER, int(coefficients[3]))
-    u, step, Y = part(work, 0, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
+    numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
+    a, layout = view(coefficients, numbers, "A"), view(coefficients, numbers, "layout")
+    stages = len(view(coefficients, numbers, "b"))
+    u, step, Y = view(work, own, "u"), view(work, own, "increment"), view(work, own, "Y")
     if i == 0:
         for r in range(n):
             Y[r] = y[r] + carry[r]
     else:
-        combine(part(coefficients, at + i * stages, i), k, h, 0.0 * y[0], u, m)
+        combine(part(a, i * stages, i), k, h, 0.0 * y[0], u, m)
         act(layout, u, y, step, scratch)
         for r in range(n):
             Y[r] = y[r] + (carry[r] + step[r])
@@ -119,20 +158,17 @@ def write_stages(
     first. Nothing is checked: what is not finite spreads to the end of the step, see
     `diagnose`.
     """
-    stages = int(coefficients[2])
-    layout = part(coefficients, HEADER, int(coefficients[3]))
-    field_work = int(coefficients[4])
-    a = HEADER + len(layout)
-    c = part(coefficients, a + stages * (stages + 1), stages)
-    u, xi, Y = part(work, 0, m), part(work, m, m), part(work, 2 * m + n, n)
-    at = 2 * m + 2 * n
-    k = part(work, at, stages * m)
-    at += stages * m
-    field_scratch = part(work, at, field_work)
-    at += field_work
-    scratch = part(work, at, len(work) - at)
-    for i in range(stages):
-        stage_value(act, coefficients, a, i, k, y, carry, work, scratch, h, n, m)
+    numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
+    c, layout = view(coefficients, numbers, "c"), view(coefficients, numbers, "layout")
+    u, xi, Y, k = (
+        view(work, own, "u"),
+        view(work, own, "xi"),
+        view(work, own, "Y"),
+        view(work, own, "k"),
+    )
+    field_scratch, scratch = view(work, own, "field_scratch"), view(work, own, "scratch")
+    for i in range(len(c)):
+        stage_value(act, coefficients, i, k, y, carry, work, scratch, h, n, m)
         if i >= known:
             generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
         derivative = part(k, i * m, m)
@@ -158,24 +194,20 @@ def diagnose(
 ) -> tuple[int, float]:
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
     n = len(y)
-    stages = int(coefficients[2])
-    a = HEADER + int(coefficients[3])
-    c = part(coefficients, a + stages * (stages + 1), stages)
-    xi, step, Y = part(work, m, m), part(work, 2 * m, n), part(work, 2 * m + n, n)
-    at = 2 * m + 2 * n
-    k = part(work, at, stages * m)
-    at += stages * m
-    rest = part(work, at, len(work) - at)
-    for i in range(stages):
+    c, own = view(coefficients, numbers_of(coefficients), "c"), work_of(coefficients, n, m)
+    xi, step, Y = view(work, own, "xi"), view(work, own, "increment"), view(work, own, "Y")
+    k, field_scratch = view(work, own, "k"), view(work, own, "field_scratch")
+    scratch = view(work, own, "scratch")
+    for i in range(len(c)):
         size = largest(part(k, i * m, m), m)
         if not size < HUGE:
             if i == 0:
                 return NOT_FINITE, size
-            stage_value(act, coefficients, a, i, k, y, carry, work, rest, h, n, m)
+            stage_value(act, coefficients, i, k, y, carry, work, scratch, h, n, m)
             moved = largest(step, n)
             if not moved < HUGE:
                 return OUTSIDE_CHART, moved
-            generator(params, like(t + c[i] * h, y[0]), Y, xi, rest)
+            generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
             found = largest(xi, m)
             return (OUTSIDE_CHART, size) if found < HUGE else (NOT_FINITE, found)
     return OUTSIDE_CHART, largest(step, n)
@@ -209,20 +241,17 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
         h: float,
     ) -> tuple[int, int, float]:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
-        n = rows if rows > 0 else int(coefficients[0])
-        d = m if m > 0 else int(coefficients[1])
-        stages = int(coefficients[2])
-        layout = part(coefficients, HEADER, int(coefficients[3]))
-        b = part(coefficients, HEADER + len(layout) + stages * stages, stages)
-        y, carry = part(memory, 0, n), part(memory, n, n)
-        u, step = part(work, 0, d), part(work, 2 * d, n)
-        at = 2 * d + 2 * n
-        k = part(work, at, stages * d)
-        at += stages * d
-        rest = part(work, at, len(work) - at)
+        numbers = numbers_of(coefficients)
+        n = rows if rows > 0 else int(view(coefficients, numbers, "rows")[0])
+        d = m if m > 0 else int(view(coefficients, numbers, "algebra_rows")[0])
+        b, layout = view(coefficients, numbers, "b"), view(coefficients, numbers, "layout")
+        state, own = compensated_state(n), work_of(coefficients, n, d)
+        y, carry = view(memory, state, "y"), view(memory, state, "carry")
+        u, step, k = view(work, own, "u"), view(work, own, "increment"), view(work, own, "k")
+        scratch = view(work, own, "scratch")
         write_stages(generator, act, inverse, params, coefficients, y, carry, work, t, h, 0, n, d)
         combine(b, k, h, 0.0 * y[0], u, d)
-        act(layout, u, y, step, rest)
+        act(layout, u, y, step, scratch)
         if not largest(step, n) < HUGE:
             status, size = diagnose(generator, act, params, coefficients, y, carry, work, t, h, d)
             return status, 1, size

@@ -6,13 +6,13 @@ import functools
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.blocks import part
-from .adaptive import adaptive_stepper
-from .rkmk import HEADER, diagnose, rkmk_work_size, write_stages
+from ..numbers.blocks import REST, part, view
+from .adaptive import adaptive_stepper, adaptive_work
+from .rkmk import diagnose, numbers_of, work_of, write_stages
 from .runge_kutta import HUGE, combine, largest
 from .status import OK
 
-__all__ = ["adaptive_rkmk_stepper", "adaptive_rkmk_work_size"]
+__all__ = ["adaptive_rkmk_stepper"]
 
 
 @functools.cache
@@ -40,38 +40,33 @@ def adaptive_rkmk_stepper(
         """Write the increment of the state, its errors and ξ_s, see `geomint.kernels.solve.adaptive`.
 
         The error is the difference of the exponents, ``e = u₁ − û₁``, and what it does to the
-        state: ``exp(e)·y − y``. `numbers` end with the weights of the errors, ``b − b̂`` and perhaps
-        ``b − b_low``.
+        state: ``exp(e)·y − y``. The weights of the errors are ``b − b̂`` and perhaps ``b − b_low``.
         """
         n = rows if rows > 0 else len(y)
         d = m if m > 0 else len(first)
-        stages = int(numbers[2])
-        layout = part(numbers, HEADER, int(numbers[3]))
-        at = HEADER + len(layout) + stages * stages
-        b = part(numbers, at, stages)
-        errors = at + 2 * stages
-        increment, last = part(work, 0, n), part(work, 3 * n, d)
-        own = part(work, 3 * n + d, len(work) - 3 * n - d)
-        u, xi, step = part(own, 0, d), part(own, d, d), part(own, 2 * d, n)
-        at = 2 * d + 2 * n
-        k = part(own, at, stages * d)
-        at += stages * d
-        rest = part(own, at, len(own) - at)
+        sizes, result = numbers_of(numbers), adaptive_work(n, d, REST)
+        b, layout = view(numbers, sizes, "b"), view(numbers, sizes, "layout")
+        estimates = view(numbers, sizes, "errors")
+        increment, errors = view(work, result, "increment"), view(work, result, "errors")
+        last, rest = view(work, result, "last"), view(work, result, "attempt")
+        own = work_of(numbers, n, d)
+        u, xi, step = view(rest, own, "u"), view(rest, own, "xi"), view(rest, own, "increment")
+        k, scratch = view(rest, own, "k"), view(rest, own, "scratch")
         if known == 1:
             for r in range(d):
                 xi[r] = first[r]
-        write_stages(generator, act, inverse, params, numbers, y, carry, own, t, h, known, n, d)
+        write_stages(generator, act, inverse, params, numbers, y, carry, rest, t, h, known, n, d)
         zero = 0.0 * y[0]
         if reuse == 0:  # else it is the increment of the last stage
             combine(b, k, h, zero, u, d)
-            act(layout, u, y, step, rest)
+            act(layout, u, y, step, scratch)
         if not largest(step, n) < HUGE:
-            return diagnose(generator, act, params, numbers, y, carry, own, t, h, d)
+            return diagnose(generator, act, params, numbers, y, carry, rest, t, h, d)
         for r in range(n):
             increment[r] = step[r]
-        for estimate in range((len(numbers) - errors) // stages):
-            combine(part(numbers, errors + estimate * stages, stages), k, h, zero, u, d)
-            act(layout, u, y, part(work, (1 + estimate) * n, n), rest)
+        for i in range(len(estimates) // len(b)):
+            combine(part(estimates, i * len(b), len(b)), k, h, zero, u, d)
+            act(layout, u, y, part(errors, i * n, n), scratch)
         for r in range(d):
             first[r] = k[r]
             last[r] = xi[r]
@@ -88,11 +83,3 @@ def adaptive_rkmk_stepper(
         return rkmk_attempt(f[0], act, inverse, p, c, reuse, y, carry, first, known, work, t, h)
 
     return adaptive_stepper(helper(rkmk_in), 1)
-
-
-def adaptive_rkmk_work_size(
-    rows: int, algebra_rows: int, stages: int, field_work: int, group_work: int
-) -> int:
-    """Rows of scratch: the increment, two errors and the last ξ beside those of a fixed step."""
-    fixed = rkmk_work_size(rows, algebra_rows, stages, field_work, group_work)
-    return fixed + 3 * rows + algebra_rows

@@ -3,33 +3,49 @@
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import part
-from .adaptive import adaptive_stepper
+from ..numbers.blocks import REST, part, view
+from .adaptive import adaptive_stepper, adaptive_work
 from .advance import stepper
-from .compensated import add_compensated
+from .compensated import add_compensated, compensated_state
 from .status import NOT_FINITE, OK
 
 __all__ = [
     "HUGE",
     "adaptive_runge_kutta_stepper",
-    "adaptive_runge_kutta_work_size",
     "combine",
     "largest",
+    "runge_kutta_coefficients",
     "runge_kutta_stepper",
-    "runge_kutta_work_size",
+    "runge_kutta_work",
 ]
 
-HEADER = 2  # coefficients: rows, stages; then A (full), b, c
+Coefficients = namedtuple("Coefficients", "rows stages A b c errors")
+Work = namedtuple("Work", "k Y scratch")
+
 HUGE = 1e300  # what is not less counts as not finite
 
 
-def runge_kutta_work_size(rows: int, stages: int, field_work: int) -> int:
-    """Rows of scratch: the stage derivatives, one stage, the field's own scratch."""
-    return (stages + 1) * rows + field_work
+@inlined
+def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
+    """Return the layout of coefficients: A is full. Where `stages` lies depends on nothing."""
+    return Coefficients(rows=1, stages=1, A=s * s, b=s, c=s, errors=errors)
+
+
+@inlined
+def stages_of(coefficients: Any) -> int:
+    """Return the number of stages that coefficients are for."""
+    return int(view(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
+
+
+@inlined
+def runge_kutta_work(rows: int, stages: int, field_work: int) -> Work:
+    """Return the layout of scratch: stage derivatives, one stage, the field's own."""
+    return Work(k=stages * rows, Y=rows, scratch=field_work)
 
 
 @inlined
@@ -75,9 +91,10 @@ def runge_kutta_stages(
     y and its carry are an unevaluated sum; `Y` is scratch for one stage.
     """
     zero = 0.0 * y[0]
-    stages = int(coefficients[1])
-    a = part(coefficients, HEADER, stages * stages)
-    c = part(coefficients, HEADER + stages * (stages + 1), stages)
+    stages = stages_of(coefficients)
+    numbers = runge_kutta_coefficients(stages, REST)
+    a = view(coefficients, numbers, "A")
+    c = view(coefficients, numbers, "c")
     for i in range(known, stages):
         combine(part(a, i * stages, i), k, h, zero, Y, rows)
         for r in range(rows):
@@ -104,16 +121,15 @@ def runge_kutta_stepper(rows: int) -> Recorded:
         h: float,
     ) -> tuple[int, int, float]:
         """Add ``h Σ b_i k_i`` to the compensated state."""
-        n = rows if rows > 0 else int(coefficients[0])
-        stages = int(coefficients[1])
-        y = part(memory, 0, n)
-        carry = part(memory, n, n)
-        k = part(work, 0, stages * n)
-        Y = part(work, stages * n, n)
-        scratch = part(work, (stages + 1) * n, len(work) - (stages + 1) * n)
+        stages = stages_of(coefficients)
+        numbers = runge_kutta_coefficients(stages, REST)
+        n = rows if rows > 0 else int(view(coefficients, numbers, "rows")[0])
+        y = view(memory, compensated_state(n), "y")
+        carry = view(memory, compensated_state(n), "carry")
+        own = runge_kutta_work(n, stages, REST)
+        k, Y, scratch = view(work, own, "k"), view(work, own, "Y"), view(work, own, "scratch")
         runge_kutta_stages(functions[0], params, coefficients, y, carry, k, Y, scratch, t, h, 0, n)
-        weights = part(coefficients, HEADER + stages * stages, stages)
-        combine(weights, k, h, 0.0 * y[0], Y, n)
+        combine(view(coefficients, numbers, "b"), k, h, 0.0 * y[0], Y, n)
         size = largest(Y, n)
         if not size < HUGE:
             return NOT_FINITE, 1, size
@@ -144,37 +160,32 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
     ) -> tuple[int, float]:
         """Write ``h Σ b_i k_i``, its estimated errors and k_s, see `geomint.kernels.solve.adaptive`.
 
-        `numbers` end with the weights of the errors, ``b − b̂`` and perhaps ``b − b_low``.
+        The weights of the errors are ``b − b̂`` and perhaps ``b − b_low``.
         """
         n = rows if rows > 0 else len(y)
-        stages = int(numbers[1])
-        increment = part(work, 0, n)
-        last = part(work, 3 * n, n)
-        k = part(work, 4 * n, stages * n)
-        Y = part(work, (4 + stages) * n, n)
-        at = (5 + stages) * n
-        scratch = part(work, at, len(work) - at)
+        stages = stages_of(numbers)
+        sizes = runge_kutta_coefficients(stages, REST)
+        result = adaptive_work(n, n, REST)
+        increment, errors = view(work, result, "increment"), view(work, result, "errors")
+        last, rest = view(work, result, "last"), view(work, result, "attempt")
+        own = runge_kutta_work(n, stages, REST)
+        k, Y, scratch = view(rest, own, "k"), view(rest, own, "Y"), view(rest, own, "scratch")
         if known == 1:
             for r in range(n):
                 k[r] = first[r]
         runge_kutta_stages(functions[0], params, numbers, y, carry, k, Y, scratch, t, h, known, n)
         zero = 0.0 * y[0]
-        combine(part(numbers, HEADER + stages * stages, stages), k, h, zero, increment, n)
+        combine(view(numbers, sizes, "b"), k, h, zero, increment, n)
         size = largest(increment, n)
         if not size < HUGE:
             return NOT_FINITE, size
-        at = HEADER + stages * (stages + 2)
-        for estimate in range((len(numbers) - at) // stages):
-            weights = part(numbers, at + estimate * stages, stages)
-            combine(weights, k, h, zero, part(work, (1 + estimate) * n, n), n)
+        estimates = view(numbers, sizes, "errors")
+        for i in range(len(estimates) // stages):
+            weights = part(estimates, i * stages, stages)
+            combine(weights, k, h, zero, part(errors, i * n, n), n)
         for r in range(n):
             first[r] = k[r]
             last[r] = k[(stages - 1) * n + r]
         return OK, 0.0
 
     return adaptive_stepper(runge_kutta_attempt, 1)
-
-
-def adaptive_runge_kutta_work_size(rows: int, stages: int, field_work: int) -> int:
-    """Rows of scratch: increment, two errors, last derivative, and those of a fixed step."""
-    return 4 * rows + runge_kutta_work_size(rows, stages, field_work)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..compiling.bound import Bound
 from ..compiling.recorded import helper
+from ..compiling.signatures import BLOCK, VALUE, WHOLE, takes
 from ..numbers.blocks import part
 
-__all__ = ["sample"]
+__all__ = ["SAMPLE"]
 
 
 @helper
@@ -25,3 +27,17 @@ def sample(
     """Write ``value(params, t, y, work)`` for the first `count` of the states, `stride` rows apart."""
     for i in range(count):
         out[i] = value(params, times[i], part(states, i * stride, rows), work)
+
+
+_SAMPLE = takes(
+    value=VALUE,
+    params=BLOCK,
+    times=BLOCK,
+    states=BLOCK,
+    stride=WHOLE,
+    rows=WHOLE,
+    count=WHOLE,
+    work=BLOCK,
+    out=BLOCK,
+)
+SAMPLE = Bound(sample, _SAMPLE)

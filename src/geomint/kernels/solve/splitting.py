@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
-from ..compiling.recorded import Recorded, helper
+from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import part
+from ..numbers.blocks import REST, view
 from .advance import stepper
 from .compensated import add_compensated
 from .status import NOT_FINITE, OK
 
-__all__ = ["splitting_stepper", "splitting_work_size"]
+__all__ = ["SPLITTING", "splitting_memory", "splitting_stepper", "splitting_work"]
+
+Coefficients = namedtuple("Coefficients", "rows parts clock_rows")
+Memory = namedtuple("Memory", "y clock carry clock_carry")
+Work = namedtuple("Work", "increment scratch")
+
+SPLITTING = Coefficients(1, 1, 1)  # the layout of coefficients
 
 
-def splitting_work_size(rows: int, flow_work: int) -> int:
-    """Rows of scratch: one increment, the flows' own."""
-    return rows + flow_work
+@inlined
+def splitting_memory(rows: int, clock: int) -> Memory:
+    """Return the layout of memory: state and clock, the carries of both."""
+    return Memory(y=rows, clock=clock, carry=rows, clock_carry=clock)
+
+
+@inlined
+def splitting_work(rows: int, scratch: int) -> Work:
+    """Return the layout of scratch: one increment, the flows' own."""
+    return Work(increment=rows, scratch=scratch)
 
 
 @helper
@@ -40,13 +54,13 @@ def splitting_step(
     """
     flow = functions[0]
     clock = functions[1]
-    rows = int(coefficients[0])
-    parts = int(coefficients[1])
-    clock_rows = int(coefficients[2])
-    y = part(memory, 0, rows)
-    carry = part(memory, rows + clock_rows, rows)
-    increment = part(work, 0, rows)
-    scratch = part(work, rows, len(work) - rows)
+    rows = int(view(coefficients, SPLITTING, "rows")[0])
+    parts = int(view(coefficients, SPLITTING, "parts")[0])
+    clock_rows = int(view(coefficients, SPLITTING, "clock_rows")[0])
+    kept, own = splitting_memory(rows, clock_rows), splitting_work(rows, REST)
+    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
+    passed, passed_carry = view(memory, kept, "clock"), view(memory, kept, "clock_carry")
+    increment, scratch = view(work, own, "increment"), view(work, own, "scratch")
     middle = like(t + 0.5 * h, y[0])
     whole = like(h, y[0])
     half = 0.5 * whole
@@ -62,7 +76,7 @@ def splitting_step(
         end_rate = clock(params, like(t + h, y[0]), y, scratch)
         by = half * (start_rate + end_rate)
         worst = maximum(abs(by), worst)
-        add_compensated(part(memory, rows, 1), part(memory, 2 * rows + clock_rows, 1), 0, by)
+        add_compensated(passed, passed_carry, 0, by)
     largest = top(worst)
     if not largest < 1e300:
         return NOT_FINITE, 1, largest

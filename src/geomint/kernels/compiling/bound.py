@@ -1,0 +1,88 @@
+"""A recorded function with what it takes: one value for Python and for all types of number."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ..numbers.blocks import fixed_rows
+from .compiled import compiled as machine_code
+from .number_types import SCALAR, NumberType
+from .recorded import Recorded
+from .signatures import Signature
+
+__all__ = ["Bound", "bind"]
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A recorded function and its signature: all that is needed to compile and to call it."""
+
+    recorded: Recorded
+    signature: Signature
+
+    @property
+    def in_lanes(self) -> Bound:
+        """The same function for eight numbers at once, whatever calls it."""
+        return replace(self, signature=self.signature.in_lanes)
+
+    def entry(self, compiled: bool = True, number_type: NumberType = SCALAR) -> Any:
+        """Return what to call, or to hand to a kernel: compiled, or the function as it is.
+
+        Raises
+        ------
+        DomainError, DeclarationError
+            As `geomint.kernels.compiling.compiled.compiled`.
+        """
+        if not compiled:
+            return self.recorded
+        return machine_code(self.recorded, self.signature.of(number_type))
+
+    def with_functions(
+        self, *functions: Bound, compiled: bool = True, number_type: NumberType = SCALAR
+    ) -> Callable[..., Any]:
+        """Return the entry of a kernel that has got the functions that it takes first."""
+        entries = [f.entry(compiled, number_type) for f in functions]
+        return functools.partial(self.entry(compiled, number_type), *entries)
+
+
+@functools.cache
+def bind(f: Recorded, signature: Signature, **rows: int) -> Bound:
+    """Return a function whose blocks of those names have that many rows, as constants.
+
+    LLVM unrolls its loops; what it takes is the same for all sizes, so steppers are compiled once.
+    The same function and sizes give the same recorded function, compiled once a process, and again
+    when what it reaches has changed: it reaches what the given one does.
+    """
+    names = [name for name, _ in signature.arguments]
+    assert rows.keys() <= set(names)
+    i, j, k, q, m, n, o = [*map(rows.get, names), *[None] * 7][:7]  # None: any number of rows
+
+    def four(a, b, c, d):
+        return f(fixed_rows(a, i), fixed_rows(b, j), fixed_rows(c, k), fixed_rows(d, q))
+
+    def five(a, b, c, d, e):
+        return f(
+            fixed_rows(a, i),
+            fixed_rows(b, j),
+            fixed_rows(c, k),
+            fixed_rows(d, q),
+            fixed_rows(e, m),
+        )
+
+    def seven(a, b, c, d, e, x, y):
+        return f(
+            fixed_rows(a, i),
+            fixed_rows(b, j),
+            fixed_rows(c, k),
+            fixed_rows(d, q),
+            fixed_rows(e, m),
+            fixed_rows(x, n),
+            fixed_rows(y, o),
+        )
+
+    function: Any = {4: four, 5: five, 7: seven}[len(names)]
+    function.__name__ = function.__qualname__ = f.function.__name__
+    return Bound(Recorded(function), signature)

@@ -1,0 +1,96 @@
+"""The types of number that functions are compiled for; numba is imported when one is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["EXTENDED", "LANE", "SCALAR", "NumberType"]
+
+
+@dataclass(frozen=True, repr=False)
+class NumberType:
+    """A type of number: the numba types of a number and of blocks of them.
+
+    Attributes
+    ----------
+    load : callable
+        Returns the types of a number, of a block of them, and of a block of what `memory` holds.
+    """
+
+    name: str
+    load: Callable[[], tuple[Any, Any, Any]]
+
+    def __repr__(self) -> str:
+        return self.name
+
+    @property
+    def number(self) -> Any:
+        """The type of a number."""
+        return self.load()[0]
+
+    @property
+    def block(self) -> Any:
+        """The type of a block of them."""
+        return self.load()[1]
+
+    @property
+    def memory(self) -> Any:
+        """The type of a stepper's memory, scratch and saved states."""
+        return self.load()[2]
+
+    @property
+    def given(self) -> Any:
+        """The type of a block of float64 whatever the numbers are."""
+        return SCALAR.block
+
+    @property
+    def coefficients(self) -> Any:
+        """The type of a method's coefficients: float64, but for numbers with a memory of their own."""
+        return self.given if self.memory is self.block else self.memory
+
+    @property
+    def whole(self) -> Any:
+        """The type of whole numbers."""
+        from numba.core import types
+
+        return types.int64
+
+    @property
+    def real(self) -> Any:
+        """The type of numbers that are float64 whatever the others are."""
+        return SCALAR.number
+
+    @property
+    def in_lanes(self) -> NumberType:
+        """The type of eight of them at once."""
+        return LANE if self is SCALAR else self
+
+
+def _scalar() -> tuple[Any, Any, Any]:
+    from numba.core import types
+
+    from ..numbers.typing_blocks import SCALAR_BLOCK
+
+    return types.float64, SCALAR_BLOCK, SCALAR_BLOCK
+
+
+def _lane() -> tuple[Any, Any, Any]:
+    from ..numbers.typing_blocks import LANE_BLOCK
+    from ..numbers.typing_lanes import LANE_VALUE
+
+    return LANE_VALUE, LANE_BLOCK, LANE_BLOCK
+
+
+def _extended() -> tuple[Any, Any, Any]:
+    from ..numbers.typing_double_double import DD_BLOCK, DD_LANE_BLOCK, DD_LANE_VALUE
+
+    return DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK
+
+
+SCALAR = NumberType("SCALAR", _scalar)
+LANE = NumberType("LANE", _lane)
+EXTENDED = NumberType(
+    "EXTENDED", _extended
+)  # eight double-double numbers; memory holds single ones
