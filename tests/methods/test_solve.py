@@ -552,3 +552,16 @@ def test_nothing_is_warned_of() -> None:
         gi.solve(
             pulsating_body.problem(), pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4"
         )
+
+
+def test_a_fast_piece_that_is_let_go_beside_a_slow_one() -> None:
+    """A spring at its turning point, ω = 10, and something that grows by a thousandth: the spring's."""
+
+    @gi.field
+    def both(params, t, y, out, work):
+        out[0] = 1e-3 * y[0]
+        out[1] = y[2]
+        out[2] = -100.0 * y[1]
+
+    problem = gi.Problem("spring", (("slow", 1), ("q", 1), ("v", 1)), field=both)
+    assert 0.05 < characteristic_time(problem, np.array([1.0, 1.0, 0.0])) < 0.2
