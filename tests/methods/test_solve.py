@@ -581,9 +581,13 @@ def test_an_interruption_that_numba_makes_an_error_of_is_one() -> None:
                 pass
             raise TypeError("_get_wrapper_address() missing 1 required positional argument: 'sig'")
 
-    with pytest.raises(KeyboardInterrupt) as raised:
-        run(2)
-    assert isinstance(raised.value.__context__, TypeError)
-    for presses in (0, 1):
-        with pytest.raises(TypeError, match="_get_wrapper_address"):
-            run(presses)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt) as raised:
+            run(2)
+        assert isinstance(raised.value.__context__, TypeError)
+        for presses in (0, 1):
+            with pytest.raises(TypeError, match="_get_wrapper_address"):
+                run(presses)
+    finally:
+        signal.signal(signal.SIGINT, before)
