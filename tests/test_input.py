@@ -180,6 +180,10 @@ REFUSED = {
         "pieces = 'q/1'",
     ),
     # methods
+    "a composition of order 10^5000": (
+        lambda: gi.Compose(gi.Gauss(1), 10**5000),
+        "no composition <an integer of about 5000",
+    ),
     "2000 compositions": (
         lambda: gi.find_method("gauss-1" + "-suzuki-4" * 2000),
         "no such method",

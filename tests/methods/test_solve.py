@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import signal
 import warnings
 
 import numpy as np
@@ -552,3 +553,41 @@ def test_nothing_is_warned_of() -> None:
         gi.solve(
             pulsating_body.problem(), pulsating_body.INITIAL, t_end=1.0, step=0.1, method="cf-4"
         )
+
+
+def test_a_fast_piece_that_is_let_go_beside_a_slow_one() -> None:
+    """A spring at its turning point, ω = 10, and something that grows by a thousandth: the spring's."""
+
+    @gi.field
+    def both(params, t, y, out, work):
+        out[0] = 1e-3 * y[0]
+        out[1] = y[2]
+        out[2] = -100.0 * y[1]
+
+    problem = gi.Problem("spring", (("slow", 1), ("q", 1), ("v", 1)), field=both)
+    assert 0.05 < characteristic_time(problem, np.array([1.0, 1.0, 0.0])) < 0.2
+
+
+def test_an_interruption_that_numba_makes_an_error_of_is_one() -> None:
+    """A second Ctrl-C while it reads the types of functions; other errors stay what they are."""
+
+    def run(presses: int) -> None:
+        with Progress(False, 1.0, "run") as bar:
+            bar.begin()
+            try:
+                for _ in range(presses):
+                    signal.raise_signal(signal.SIGINT)
+            except KeyboardInterrupt:
+                pass
+            raise TypeError("_get_wrapper_address() missing 1 required positional argument: 'sig'")
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt) as raised:
+            run(2)
+        assert isinstance(raised.value.__context__, TypeError)
+        for presses in (0, 1):
+            with pytest.raises(TypeError, match="_get_wrapper_address"):
+                run(presses)
+    finally:
+        signal.signal(signal.SIGINT, before)

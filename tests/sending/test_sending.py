@@ -18,8 +18,6 @@ from geomint.problems.systems import find_system, system_names
 from geomint.problems.testproblems import examples
 from geomint.stress.case import stress_cases
 
-pytestmark = pytest.mark.nojit
-
 SCENES = gi.scene_names()
 TEST_PROBLEMS = {problem.name: (problem, y0) for problem, y0 in examples()}
 

@@ -53,7 +53,7 @@ class Progress:
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
-        self._interrupted = False
+        self._interrupted = self._at_once = False
         self._handler: Any = None
         self._next_look = _DELAY
 
@@ -74,7 +74,8 @@ class Progress:
             self._bar.stop()
         if self._handler is not None:
             signal.signal(signal.SIGINT, self._handler)
-            if self._interrupted and kind is None:
+            # numba makes a TypeError of what interrupts it while it reads the types of functions.
+            if (self._interrupted and kind is None) or (self._at_once and kind is TypeError):
                 raise KeyboardInterrupt
 
     def _compilation(self, name: str, seconds: float | None) -> None:
@@ -94,6 +95,7 @@ class Progress:
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self._interrupted:
+            self._at_once = True
             raise KeyboardInterrupt
         self._interrupted = True
 

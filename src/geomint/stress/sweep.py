@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..errors import FormError, GeomintError, GeomintWarning, nearest
-from ..methods import Method, find_method, method_names
+from ..methods import Adaptive, Compose, Method, find_method, method_names
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from .case import StressAxis, StressCase, stress_cases
@@ -93,9 +93,10 @@ def selected(selection: Selection) -> tuple[list[int], list[Method]]:
 
 
 def family_of(method: Method) -> str:
-    """Return the module that starts the method: methods of one kernel share it."""
-    start = method.start
-    return str(getattr(start, "func", start).__module__)
+    """Return the module of the method's class, of its base where it has one: that of its kernel."""
+    while isinstance(method, Adaptive | Compose):
+        method = method.base
+    return type(method).__module__
 
 
 def _lowest_and_highest(methods: Iterable[Method]) -> list[Method]:

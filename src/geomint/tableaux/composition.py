@@ -198,7 +198,10 @@ Measured on the pendulum with Strang splitting as the base method.
 
 def default_composition(base_order: int, order: int) -> Composition | None:
     """Return the composition that raises a base to an order: one made for that base, if there is."""
-    name = f"suzuki-{order}"
-    made = COMPOSITIONS.get(name)
-    fits = made is not None and made.base_order == base_order
-    return COMPOSITIONS.get(name if fits else DEFAULT_COMPOSITION.get(order, ""))
+    for scheme in COMPOSITIONS.values():
+        if scheme.name.startswith("suzuki-") and (scheme.base_order, scheme.order) == (
+            base_order,
+            order,
+        ):
+            return scheme
+    return COMPOSITIONS.get(DEFAULT_COMPOSITION.get(order, ""))
