@@ -12,7 +12,7 @@ from geomint.kernels.compiling.number_types import SCALAR
 from geomint.kernels.compiling.recorded import helper, inlined
 from geomint.kernels.compiling.signatures import BLOCK, WHOLE, takes
 from geomint.kernels.measure import memory as measure
-from geomint.kernels.numbers.blocks import REST, Block, cut, packed, scalar_block
+from geomint.kernels.numbers.blocks import REST, Block, packed, scalar_block, view
 from geomint.kernels.solve import (
     adaptive,
     commutator_free,
@@ -64,7 +64,7 @@ Three = namedtuple("Three", "head matrix rest")
 def test_parts_cover_the_block_once(name: str) -> None:
     layout = LAYOUTS[name]
     block = Block(np.arange(float(sum(layout))))
-    parts = [part.data for part in cut(block, layout)]
+    parts = [view(block, layout, part).data for part in layout._fields]
     assert np.concatenate(parts).tolist() == block.data.tolist()
     assert [len(part) for part in parts] == list(layout)
     assert min(layout) >= 0
@@ -75,7 +75,7 @@ def test_a_block_of_another_size_is_refused(name: str) -> None:
     layout = LAYOUTS[name]
     for size in (sum(layout) - 1, sum(layout) + 1):
         with pytest.raises(IndexError):
-            cut(scalar_block(size), layout)
+            view(scalar_block(size), layout, layout._fields[0])
 
 
 @pytest.mark.parametrize("rows", range(1, 20))
@@ -100,13 +100,14 @@ def three(n: int, rest: int) -> Three:
 
 @helper
 def write_parts(block, n):
-    parts = cut(block, three(n, REST))
-    matrix, rest = parts.matrix, parts.rest
+    layout = three(n, REST)
+    matrix = view(block, layout, "matrix")
     for i in range(len(matrix)):
         matrix[i] = 1.0 + i
+    rest = view(block, layout, "rest")
     for i in range(len(rest)):
         rest[i] = -1.0 * len(rest)
-    parts.head[1] = 7.0  # the last use of a part, which is no dead code
+    view(block, layout, "head")[1] = 7.0  # the last use of a view, which is no dead code
 
 
 @pytest.mark.parametrize("n", [0, 1, 3])

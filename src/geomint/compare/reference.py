@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..arguments import Array
 from ..errors import ConvergenceError, FormError, NonFiniteError
 from ..kernels.compiling.number_types import EXTENDED
-from ..kernels.numbers.blocks import cut, scalar_block
+from ..kernels.numbers.blocks import scalar_block, view
 from ..kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.advance import bound_stepper
@@ -188,7 +188,6 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     at = lane_positions(STAGES, width)
     layout = gauss_coefficients(rows, groups, 1)
     block = _blank(sum(layout))
-    parts = cut(block, layout)
     predictor = spread_columns(table.predictor(1.0), at, width)
     lanes = {
         **{name: [spread_vector(x, at, width) for x in table.split(name)] for name in ("c", "b")},
@@ -197,7 +196,7 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     }
     given = {"rows": rows, "cap": MAX_ITERATIONS, "tolerance": TOLERANCE, "pieces": pieces}
     for name, numbers in given.items():
-        getattr(parts, name).data[::2] = numbers
+        view(block, layout, name).data[::2] = numbers
     for name, (hi, lo) in lanes.items():
-        getattr(parts, name).data[:] = lane_rows(hi, lo)
+        view(block, layout, name).data[:] = lane_rows(hi, lo)
     return block

@@ -79,7 +79,12 @@ def _start(tolerance: float, cap: int, lengths: Any, starts: Any, s: Start) -> S
         functions=functions,
         params=filled_block(s.problem.params),
         coefficients=packed(
-            RATTLE, rows=n, constraints=m, cap=cap, tolerance=tolerance, clock_rows=float(s.clock)
+            RATTLE,
+            rows=n,
+            constraints=m,
+            cap=cap,
+            tolerance=tolerance,
+            clock_rows=float(s.clock),
         ),
         fractions=substeps(lengths, starts),
         memory=memory,

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, total
-from ..numbers.blocks import as_lanes, cut, part
+from ..numbers.blocks import as_lanes, part, view
 from .memory import (
     EPSILON,
     UNIT,
@@ -113,17 +113,16 @@ def make_frame(
     """
     given = sizes_of(layout)
     n, m = given.n, given.m
-    kept, eight = cut(memory, memory_layout(given)), cut(lanes, lane_layout(given))
-    own = cut(work, work_layout(given))
-    scales = kept.scales
-    condition_scales = kept.condition_scales
+    kept, eight, own = memory_layout(given), lane_layout(given), work_layout(given)
+    scales = view(memory, kept, "scales")
+    condition_scales = view(memory, kept, "condition_scales")
     volume = 0.0
     if m > 0:
-        nodes, values = eight.nodes, eight.values
-        scratch = eight.scratch
-        sizes, C = own.values, own.gradients
+        nodes, values = view(lanes, eight, "nodes"), view(lanes, eight, "values")
+        scratch = view(lanes, eight, "scratch")
+        sizes, C = view(work, own, "values"), view(work, own, "gradients")
         numbers = as_lanes(layout, 0, 3)
-        used = kept.condition_spacing
+        used = view(memory, kept, "condition_spacing")
         spacing = used[0]
         worst = 2.0 * CONDITIONS_ROUNDINGS
         while worst > CONDITIONS_ROUNDINGS and spacing > CONDITIONS_SMALLEST:
@@ -139,7 +138,7 @@ def make_frame(
             for i in range(n):
                 C[a * n + i] = C[a * n + i] / condition_scales[a]
         volume -= reflections(n, m, C, part(frame, 1, m * n))
-    frame[0] = volume + density(params, t, part(y, 0, n), own.scratch)
+    frame[0] = volume + density(params, t, part(y, 0, n), view(work, own, "scratch"))
 
 
 @helper

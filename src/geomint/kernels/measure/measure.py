@@ -29,7 +29,7 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import BLOCK, takes, with_functions
 from ..numbers.arithmetic import NAN
-from ..numbers.blocks import as_lanes, cut, part
+from ..numbers.blocks import as_lanes, part, view
 from ..solve.compensated import add_compensated
 from .frames import enlarge_scales, make_frame, normals_turned
 from .memory import EPSILON, memory_layout, sizes_of, work_layout
@@ -60,13 +60,13 @@ def log_stretch(
     given = sizes_of(layout)
     n, m = given.n, given.m
     d = n - m
-    kept, own = cut(memory, memory_layout(given)), cut(work, work_layout(given))
-    y, bias = kept.state, kept.bias
-    old = part(kept.old, 1, m * n)
-    new = part(kept.new, 1, m * n)
-    E, Z, G = own.E, own.Z, own.G
-    q, D = own.q, own.D
-    x = own.x  # also the seventh difference
+    kept, own = memory_layout(given), work_layout(given)
+    y, bias = view(memory, kept, "state"), view(memory, kept, "bias")
+    old = part(view(memory, kept, "old"), 1, m * n)
+    new = part(view(memory, kept, "new"), 1, m * n)
+    E, Z, G = view(work, own, "E"), view(work, own, "Z"), view(work, own, "G")
+    q, D = view(work, own, "q"), view(work, own, "D")
+    x = view(work, own, "x")  # also the seventh difference
     good = True
     for k in range(d):
         for i in range(n):
@@ -130,13 +130,13 @@ def sweep(
         The states after the steps, one after the other.
     """
     given = sizes_of(layout)
-    rows, kept = given.rows, cut(memory, memory_layout(given))
+    rows, kept = given.rows, memory_layout(given)
     lanes = as_lanes(lane_numbers, 0, len(lane_numbers) // 8)
-    y, scales = kept.state, kept.scales
-    old, new = kept.old, kept.new
-    total, carry = kept.sum, kept.carry
-    steps, begun = kept.steps, kept.begun
-    origin = kept.origin
+    y, scales = view(memory, kept, "state"), view(memory, kept, "scales")
+    old, new = view(memory, kept, "old"), view(memory, kept, "new")
+    total, carry = view(memory, kept, "sum"), view(memory, kept, "carry")
+    steps, begun = view(memory, kept, "steps"), view(memory, kept, "begun")
+    origin = view(memory, kept, "origin")
     for k in range(len(starts)):
         t = starts[k]
         h = lengths[k]

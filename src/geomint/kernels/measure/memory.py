@@ -7,7 +7,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import inlined
-from ..numbers.blocks import REST, Block, cut, packed, scalar_block
+from ..numbers.blocks import REST, Block, packed, scalar_block, view
 
 __all__ = [
     "CONDITIONS_LARGEST",
@@ -56,21 +56,20 @@ GIVEN = Given(24, 1, 1, 1, 1, 1, 1, REST)
 @inlined
 def sizes_of(given: Any) -> Sizes:
     """Return the sizes that are given to the sweep."""
-    g = cut(given, GIVEN)
     return Sizes(
-        n=int(g.n[0]),
-        rows=int(g.rows[0]),
-        m=int(g.m[0]),
-        memory_rows=int(g.memory_rows[0]),
-        work_rows=int(g.work_rows[0]),
-        scratch=int(g.scratch[0]),
+        n=int(view(given, GIVEN, "n")[0]),
+        rows=int(view(given, GIVEN, "rows")[0]),
+        m=int(view(given, GIVEN, "m")[0]),
+        memory_rows=int(view(given, GIVEN, "memory_rows")[0]),
+        work_rows=int(view(given, GIVEN, "work_rows")[0]),
+        scratch=int(view(given, GIVEN, "scratch")[0]),
     )
 
 
 @inlined
 def pieces_of(given: Any) -> Any:
     """Return the numbers of the pieces that rows of the state belong to."""
-    return cut(given, GIVEN).pieces
+    return view(given, GIVEN, "pieces")
 
 
 @inlined
@@ -145,5 +144,5 @@ def measure_memory(start: Any, scales: Any, sizes: Sizes) -> Block:
         "spacings": 0.5 * LARGEST,
     }
     for name, numbers in values.items():
-        getattr(cut(block, layout), name).data[:] = numbers
+        view(block, layout, name).data[:] = numbers
     return block

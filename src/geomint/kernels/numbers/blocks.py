@@ -8,7 +8,6 @@ is also all that an uncompiled run needs.
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 import numpy as np
@@ -22,11 +21,11 @@ __all__ = [
     "LaneBlock",
     "as_lanes",
     "as_scalars",
-    "cut",
     "fixed_rows",
     "packed",
     "part",
     "scalar_block",
+    "view",
 ]
 
 REST = -1  # any negative number of rows of the last part of a layout: all that are left
@@ -102,26 +101,26 @@ def part(block: Block, start: int, rows: int) -> Block:
     return block.part(start, rows)
 
 
-def cut(block: Block, layout: Any) -> Any:
-    """Return the parts of a block by their names, sharing memory: a named tuple like the layout.
+def view(block: Block, layout: Any, name: str) -> Block:
+    """Return a part of a block by its name, sharing memory.
 
     Parameters
     ----------
     layout : named tuple of int
-        The parts of the whole block in their order, and how many rows each has. Compiled code knows
-        where a part lies as far as it knows these.
+        The parts of the whole block in their order, and how many rows each has.
+    name : str
+        A constant: compiled code knows where the part lies, as far as it knows the layout.
 
     Raises
     ------
     IndexError
         If the layout is of another number of rows than the block has. Compiled code does not look.
     """
-    ends = list(itertools.accumulate(layout))
-    if layout[-1] < 0:
-        ends[-1] = len(block)
-    if ends[-1] != len(block):
+    if layout[-1] >= 0 and sum(layout) != len(block):
         raise IndexError(f"{layout} of a block of {len(block)} rows")
-    return type(layout)(*(block.part(a, b - a) for a, b in zip([0, *ends[:-1]], ends, strict=True)))
+    at = layout._fields.index(name)
+    first, rows = sum(layout[:at]), layout[at]
+    return block.part(first, len(block) - first if rows < 0 else rows)
 
 
 def packed(layout: Any, /, **values: Any) -> Block:

@@ -6,6 +6,7 @@ but in the one run of every function in plain Python before its first (`geomint.
 
 from __future__ import annotations
 
+import functools
 import operator
 from typing import Any
 
@@ -213,26 +214,29 @@ def _part(typingctx, block, start, rows):
 
 
 @intrinsic
-def _cut(typingctx, block, layout):
-    """Return the parts that a layout names: each begins where the one before it ends."""
-    part_type = BlockType(block.row)
-    result = types.NamedUniTuple(part_type, len(layout), layout.instance_class)
+def _named(typingctx, block, layout, name):
+    """Return code for a part by its name: the sum of the rows before it is as constant as they are."""
+    if not isinstance(name, types.StringLiteral) or not isinstance(layout, types.BaseNamedTuple):
+        return None
+    at = layout.fields.index(name.literal_value)
+    result = BlockType(block.row)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        whole = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
-        start, parts = ir.Constant(ir.IntType(64), 0), []
-        for i in range(len(layout)):
-            rows = builder.extract_value(args[1], i)
-            if i + 1 == len(layout):
-                left = builder.sub(_number_of_rows(builder, sig.args[0], whole), start)
-                negative = builder.icmp_signed("<", rows, rows.type(0))
-                rows = builder.select(negative, left, rows)
-            of_part = part_type(block, types.int64, types.int64)
-            parts.append(_view(part_type)(context, builder, of_part, (args[0], start, rows)))
-            start = builder.add(start, rows)
-        return context.make_tuple(builder, result, parts)
+        sizes = [builder.extract_value(args[1], i) for i in range(at + 1)]
+        start = functools.reduce(builder.add, sizes[:-1], ir.Constant(ir.IntType(64), 0))
+        rows = sizes[-1]
+        if at + 1 == len(layout.fields):
+            whole = _number_of_rows(
+                builder,
+                sig.args[0],
+                cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0]),
+            )
+            rest = builder.icmp_signed("<", rows, rows.type(0))
+            rows = builder.select(rest, builder.sub(whole, start), rows)
+        part_type = result(block, types.int64, types.int64)
+        return _view(result)(context, builder, part_type, (args[0], start, rows))
 
-    return result(block, layout), codegen
+    return result(block, layout, name), codegen
 
 
 @intrinsic
@@ -272,7 +276,7 @@ def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -
 
 
 # Without this numba takes a store as the last use of a view for dead, and removes it.
-for _maker in ("_part", "_cut", "_as_lanes", "_as_scalars", "_fixed_rows"):
+for _maker in ("_part", "_named", "_as_lanes", "_as_scalars", "_fixed_rows"):
     alias_func_extensions[_maker, __name__] = _shares_memory
 
 
@@ -293,9 +297,9 @@ def _overload_part(block, start, rows):
     return lambda block, start, rows: _part(block, start, rows)
 
 
-@overload(blocks.cut, inline="always")
-def _overload_cut(block, layout):
-    return lambda block, layout: _cut(block, layout)
+@overload(blocks.view, inline="always")
+def _overload_view(block, layout, name):
+    return lambda block, layout, name: _named(block, layout, name)
 
 
 @overload(blocks.as_lanes, inline="always")

@@ -20,7 +20,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.blocks import REST, cut, part
+from ..numbers.blocks import REST, part, view
 from .advance import entry_of
 from .compensated import add_compensated
 from .status import OK, STEP_TOO_SMALL
@@ -44,7 +44,15 @@ LEAST_FORMER = 1e-4  # an error much below the tolerance shall not weigh on the 
 def adaptive_coefficients(n: int, numbers: int) -> Coefficients:
     """Return the layout of coefficients: the piece of each of n rows, the numbers of the method."""
     return Coefficients(
-        rtol=1, atol=1, max_step=1, end=1, order=1, estimates=1, reuse=1, pieces=n, numbers=numbers
+        rtol=1,
+        atol=1,
+        max_step=1,
+        end=1,
+        order=1,
+        estimates=1,
+        reuse=1,
+        pieces=n,
+        numbers=numbers,
     )
 
 
@@ -79,49 +87,45 @@ def _step(attempt: Recorded) -> Recorded:
     ) -> tuple[int, int, float]:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
-        given = cut(coefficients, adaptive_coefficients(n, REST))
-        estimates, reuse = int(given.estimates[0]), int(given.reuse[0])
-        order, end = given.order[0], given.end[0]
-        kept = cut(memory, adaptive_memory(rows, REST))
-        states, carries = kept.states, kept.carries
+        given = adaptive_coefficients(n, REST)
+        pieces, numbers = view(coefficients, given, "pieces"), view(coefficients, given, "numbers")
+        estimates = int(view(coefficients, given, "estimates")[0])
+        reuse = int(view(coefficients, given, "reuse")[0])
+        order = view(coefficients, given, "order")[0]
+        end = view(coefficients, given, "end")[0]
+        kept = adaptive_memory(rows, REST)
+        states, carries = view(memory, kept, "states"), view(memory, kept, "carries")
         y, carry = part(states, 0, n), part(carries, 0, n)
-        first = kept.first
-        result = cut(work, adaptive_work(n, len(first), REST))
-        increment, errors = result.increment, result.errors
+        following, former = view(memory, kept, "next"), view(memory, kept, "former")
+        smallest, largest = view(memory, kept, "smallest"), view(memory, kept, "largest")
+        known, first = view(memory, kept, "known"), view(memory, kept, "first")
+        result = adaptive_work(n, len(first), REST)
+        increment, errors = view(work, result, "increment"), view(work, result, "errors")
+        last = view(work, result, "last")
         t = states[n]
         remaining = (end - t) - carries[n]
         tries = 0
         failure = STEP_TOO_SMALL  # unless a try could not even be judged
         error = 0.0
         while True:
-            h = kept.next[0]
+            h = following[0]
             ends = abs(remaining) <= abs(h)
-            shortened = abs(remaining) < 2.0 * abs(h)
+            cut = abs(remaining) < 2.0 * abs(h)
             if ends:
                 h = remaining
-            elif shortened:  # two equal steps, not one and a tiny rest
+            elif cut:  # two equal steps, not one and a tiny rest
                 h = 0.5 * remaining
             tiny = not ends and abs(h) < SPACINGS * abs(t)
             tries += 1
             status, error = attempt(
-                functions,
-                params,
-                given.numbers,
-                reuse,
-                y,
-                carry,
-                first,
-                int(kept.known[0]),
-                work,
-                t,
-                h,
+                functions, params, numbers, reuse, y, carry, first, int(known[0]), work, t, h
             )
             if status == OK:
-                kept.known[0] = 1.0
+                known[0] = 1.0
                 error = error_size(
-                    given.rtol[0],
-                    given.atol[0],
-                    given.pieces,
+                    view(coefficients, given, "rtol")[0],
+                    view(coefficients, given, "atol")[0],
+                    pieces,
                     y,
                     increment,
                     part(errors, 0, n),
@@ -134,7 +138,7 @@ def _step(attempt: Recorded) -> Recorded:
                 failure = status
             if tiny or tries > MAX_REJECTIONS:
                 return failure, tries, error
-            kept.next[0] = retry_factor(order, error if status == OK else HUGE) * h
+            following[0] = retry_factor(order, error if status == OK else HUGE) * h
         for r in range(n):
             add_compensated(y, carry, r, increment[r])
         if ends:
@@ -142,20 +146,20 @@ def _step(attempt: Recorded) -> Recorded:
             carries[n] = 0.0
         else:
             add_compensated(states, carries, n, h)
-        if not shortened:
-            kept.smallest[0] = min(abs(h), kept.smallest[0])
-            kept.largest[0] = max(abs(h), kept.largest[0])
+        if not cut:
+            smallest[0] = min(abs(h), smallest[0])
+            largest[0] = max(abs(h), largest[0])
         if reuse == 1:
             for r in range(len(first)):
-                first[r] = result.last[r]
-        kept.known[0] = 1.0 * reuse
-        factor = next_factor(order, error, kept.former[0])
+                first[r] = last[r]
+        known[0] = 1.0 * reuse
+        factor = next_factor(order, error, former[0])
         if tries > 1:
             factor = min(factor, 1.0)
-        longest = given.max_step[0]
+        longest = view(coefficients, given, "max_step")[0]
         proposed = factor * h
-        kept.next[0] = min(max(proposed, -longest), longest)
-        kept.former[0] = logarithm(max(error, LEAST_FORMER))
+        following[0] = min(max(proposed, -longest), longest)
+        former[0] = logarithm(max(error, LEAST_FORMER))
         return OK, tries, error
 
     return step
@@ -187,7 +191,7 @@ def _loop(attempt: Recorded) -> Recorded:
         """
         saved = 0
         tries = 0
-        end = cut(coefficients, adaptive_coefficients(rows - 1, REST)).end[0]
+        end = view(coefficients, adaptive_coefficients(rows - 1, REST), "end")[0]
         for k in range(count):
             if memory[rows - 1] == end:
                 return OK, k, tries, 0.0

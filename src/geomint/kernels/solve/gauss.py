@@ -18,7 +18,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, maximum, top
-from ..numbers.blocks import REST, as_lanes, cut, part
+from ..numbers.blocks import REST, as_lanes, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -192,24 +192,24 @@ def gauss_step(
 ) -> tuple[int, int, float]:
     """Solve for the stages by fixed-point iteration and add the update."""
     field = functions[0]
-    numbers = cut(coefficients, gauss_coefficients(rows, groups, REST))
-    cap = int(top(numbers.cap[0]))
-    tolerance = top(numbers.tolerance[0])
-    pieces = numbers.pieces
-    c = as_lanes(numbers.c, 0, groups)
-    b = as_lanes(numbers.b, 0, groups)
+    numbers = gauss_coefficients(rows, groups, REST)
+    cap = int(top(view(coefficients, numbers, "cap")[0]))
+    tolerance = top(view(coefficients, numbers, "tolerance")[0])
+    pieces = view(coefficients, numbers, "pieces")
+    c = as_lanes(view(coefficients, numbers, "c"), 0, groups)
+    b = as_lanes(view(coefficients, numbers, "b"), 0, groups)
     columns = 8 * groups * groups
-    mu = as_lanes(numbers.mu, 0, columns)
-    predictors = numbers.predictors
+    mu = as_lanes(view(coefficients, numbers, "mu"), 0, columns)
+    predictors = view(coefficients, numbers, "predictors")
     predictor = as_lanes(predictors, 8 * columns * substep, columns)
-    kept = cut(memory, gauss_memory(rows, groups))
-    y, carry = kept.y, kept.carry
-    stages = as_lanes(kept.stages, 0, rows * groups)
-    own = cut(work, gauss_work(rows, groups, REST))
-    Y = as_lanes(own.Y, 0, rows * groups)
-    F = as_lanes(own.F, 0, rows * groups)
-    scales = own.scales
-    free = own.scratch
+    kept = gauss_memory(rows, groups)
+    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
+    stages = as_lanes(view(memory, kept, "stages"), 0, rows * groups)
+    own = gauss_work(rows, groups, REST)
+    Y = as_lanes(view(work, own, "Y"), 0, rows * groups)
+    F = as_lanes(view(work, own, "F"), 0, rows * groups)
+    scales = view(work, own, "scales")
+    free = view(work, own, "scratch")
     scratch = as_lanes(free, 0, len(free) // 8)
 
     for r in range(rows):
@@ -263,8 +263,8 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
 
     @helper
     def gauss(functions, params, coefficients, substep, memory, work, t, h):
-        header = cut(coefficients, gauss_coefficients(0, groups, REST))
-        n = rows if rows > 0 else int(top(header.rows[0]))
+        header = gauss_coefficients(0, groups, REST)
+        n = rows if rows > 0 else int(top(view(coefficients, header, "rows")[0]))
         return gauss_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
     if field is None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import REST, cut, part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -91,20 +91,20 @@ def gauss_trajectories_step(
 ) -> tuple[int, int, float]:
     """Solve ``L_i = h b_i f(t + c_i h, y + Σ_j μ_ij L_j)``, one stage after the other, and add ΣL."""
     field = functions[0]
-    header = cut(coefficients, gauss_trajectories_coefficients(0, 0, REST))
-    rows = int(header.rows[0])
-    stages = int(header.stages[0])
-    cap = int(header.cap[0])
-    tolerance = header.tolerance[0]
-    numbers = cut(coefficients, gauss_trajectories_coefficients(rows, stages, stages * stages))
-    pieces, mu = numbers.pieces, numbers.mu
-    c, b = numbers.c, numbers.b
-    kept = cut(memory, gauss_trajectories_memory(rows, REST))
-    y, carry = kept.y, kept.carry
-    L = part(kept.increments, substep * stages * rows, stages * rows)
-    own = cut(work, gauss_trajectories_work(rows, REST))
-    Y, F = own.Y, own.F
-    inverse, scratch = own.inverse, own.scratch
+    header = gauss_trajectories_coefficients(0, 0, REST)
+    rows = int(view(coefficients, header, "rows")[0])
+    stages = int(view(coefficients, header, "stages")[0])
+    cap = int(view(coefficients, header, "cap")[0])
+    tolerance = view(coefficients, header, "tolerance")[0]
+    numbers = gauss_trajectories_coefficients(rows, stages, stages * stages)
+    pieces, mu = view(coefficients, numbers, "pieces"), view(coefficients, numbers, "mu")
+    c, b = view(coefficients, numbers, "c"), view(coefficients, numbers, "b")
+    kept = gauss_trajectories_memory(rows, REST)
+    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
+    L = part(view(memory, kept, "increments"), substep * stages * rows, stages * rows)
+    own = gauss_trajectories_work(rows, REST)
+    Y, F = view(work, own, "Y"), view(work, own, "F")
+    inverse, scratch = view(work, own, "inverse"), view(work, own, "scratch")
     zero = 0.0 * y[0]
     last = like(BEGINNING, y[0])
     before = like(BEGINNING, y[0])

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, select, top
-from ..numbers.blocks import REST, cut, part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -204,23 +204,22 @@ def rattle_step(
     gradients = functions[0]
     constraint = functions[1]
     clock = functions[2]
-    given = cut(coefficients, RATTLE)
-    cap = int(given.cap[0])
-    tolerance = given.tolerance[0]
-    clock_rows = int(given.clock_rows[0])
-    kept = cut(memory, rattle_memory(n, m, clock_rows))
-    qp, passed = kept.state, kept.clock
-    q, p, carry = part(qp, 0, n), part(qp, n, n), kept.carry
-    last_q, last_p = kept.last_q, kept.last_p
-    lam, last_h = kept.lam, kept.last_h
-    own = cut(work, rattle_work(n, m, REST))
-    P, Q, three = own.P, own.Q, own.three
-    dq0, dp0 = own.dq0, own.dp0
-    dq1, dp1 = own.dq1, own.dp1
+    cap = int(view(coefficients, RATTLE, "cap")[0])
+    tolerance = view(coefficients, RATTLE, "tolerance")[0]
+    clock_rows = int(view(coefficients, RATTLE, "clock_rows")[0])
+    kept = rattle_memory(n, m, clock_rows)
+    qp, passed = view(memory, kept, "state"), view(memory, kept, "clock")
+    q, p, carry = part(qp, 0, n), part(qp, n, n), view(memory, kept, "carry")
+    last_q, last_p = view(memory, kept, "last_q"), view(memory, kept, "last_p")
+    lam, last_h = view(memory, kept, "lam"), view(memory, kept, "last_h")
+    own = rattle_work(n, m, REST)
+    P, Q, three = view(work, own, "P"), view(work, own, "Q"), view(work, own, "three")
+    dq0, dp0 = view(work, own, "dq0"), view(work, own, "dp0")
+    dq1, dp1 = view(work, own, "dq1"), view(work, own, "dp1")
     trial, free = part(three, 0, n), part(three, n, n)
-    G0, G1 = own.G0, own.G1
-    response, matrix = own.response, own.matrix
-    g, scratch = own.g, own.scratch
+    G0, G1 = view(work, own, "G0"), view(work, own, "G1")
+    response, matrix = view(work, own, "response"), view(work, own, "matrix")
+    g, scratch = view(work, own, "g"), view(work, own, "scratch")
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     half = like(0.5 * h, q[0])
@@ -322,9 +321,8 @@ def rattle_stepper(n: int, m: int) -> Recorded:
 
     @helper
     def rattle(functions, params, coefficients, substep, memory, work, t, h):
-        given = cut(coefficients, RATTLE)
-        rows = n if n > 0 else int(given.rows[0])
-        rank = m if m > 0 else int(given.constraints[0])
+        rows = n if n > 0 else int(view(coefficients, RATTLE, "rows")[0])
+        rank = m if m > 0 else int(view(coefficients, RATTLE, "constraints")[0])
         return rattle_step(functions, params, coefficients, substep, memory, work, t, h, rows, rank)
 
     return stepper(rattle, 3)

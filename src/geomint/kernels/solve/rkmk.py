@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import NAN, like, select
-from ..numbers.blocks import REST, cut, part
+from ..numbers.blocks import REST, part, view
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
@@ -51,11 +51,11 @@ def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def numbers_of(coefficients: Any) -> Any:
-    """Return the parts of coefficients, whose first numbers lie where they do in any."""
-    header = cut(coefficients, rkmk_coefficients(0, 0, REST))
-    sizes = int(header.layout_rows[0]), int(header.stages[0])
-    return cut(coefficients, rkmk_coefficients(sizes[0], sizes[1], REST))
+def numbers_of(coefficients: Any) -> Coefficients:
+    """Return the layout that coefficients have, whose first numbers lie where they do in any."""
+    header = rkmk_coefficients(0, 0, REST)
+    layout_rows = int(view(coefficients, header, "layout_rows")[0])
+    return rkmk_coefficients(layout_rows, int(view(coefficients, header, "stages")[0]), REST)
 
 
 @inlined
@@ -67,9 +67,11 @@ def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> 
 
 
 @inlined
-def work_of(numbers: Any, rows: int, m: int) -> Work:
-    """Return the layout that scratch has with these parts of coefficients."""
-    return rkmk_work(rows, m, len(numbers.b), int(numbers.field_work[0]), REST)
+def work_of(coefficients: Any, rows: int, m: int) -> Work:
+    """Return the layout that scratch has with these coefficients."""
+    numbers = numbers_of(coefficients)
+    field_work = int(view(coefficients, numbers, "field_work")[0])
+    return rkmk_work(rows, m, len(view(coefficients, numbers, "b")), field_work, REST)
 
 
 @inlined
@@ -95,8 +97,8 @@ def dexpinv_series(
 
     def dexpinv(layout, u, v, out, work):
         rows = len(v)
-        own = cut(work, dexpinv_work(rows, REST))
-        a, b, scratch = own.a, own.b, own.scratch
+        own = dexpinv_work(rows, REST)
+        a, b, scratch = view(work, own, "a"), view(work, own, "b"), view(work, own, "scratch")
         for r in range(rows):
             out[r] = v[r]
             a[r] = v[r]
@@ -126,11 +128,10 @@ def stage_value(
     h: float, n: int, m: int,
 ) -> None:  # fmt: skip
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
-    numbers = numbers_of(coefficients)
-    own = cut(work, work_of(numbers, n, m))
-    a, layout = numbers.A, numbers.layout
-    stages = len(numbers.b)
-    u, step, Y = own.u, own.increment, own.Y
+    numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
+    a, layout = view(coefficients, numbers, "A"), view(coefficients, numbers, "layout")
+    stages = len(view(coefficients, numbers, "b"))
+    u, step, Y = view(work, own, "u"), view(work, own, "increment"), view(work, own, "Y")
     if i == 0:
         for r in range(n):
             Y[r] = y[r] + carry[r]
@@ -163,16 +164,15 @@ def write_stages(
     first. Nothing is checked: what is not finite spreads to the end of the step, see
     `diagnose`.
     """
-    numbers = numbers_of(coefficients)
-    own = cut(work, work_of(numbers, n, m))
-    c, layout = numbers.c, numbers.layout
+    numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
+    c, layout = view(coefficients, numbers, "c"), view(coefficients, numbers, "layout")
     u, xi, Y, k = (
-        own.u,
-        own.xi,
-        own.Y,
-        own.k,
+        view(work, own, "u"),
+        view(work, own, "xi"),
+        view(work, own, "Y"),
+        view(work, own, "k"),
     )
-    field_scratch, scratch = own.field_scratch, own.scratch
+    field_scratch, scratch = view(work, own, "field_scratch"), view(work, own, "scratch")
     for i in range(len(c)):
         stage_value(act, coefficients, i, k, y, carry, work, scratch, h, n, m)
         if i >= known:
@@ -200,11 +200,10 @@ def diagnose(
 ) -> tuple[int, float]:
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
     n = len(y)
-    numbers = numbers_of(coefficients)
-    c, own = numbers.c, cut(work, work_of(numbers, n, m))
-    xi, step, Y = own.xi, own.increment, own.Y
-    k, field_scratch = own.k, own.field_scratch
-    scratch = own.scratch
+    c, own = view(coefficients, numbers_of(coefficients), "c"), work_of(coefficients, n, m)
+    xi, step, Y = view(work, own, "xi"), view(work, own, "increment"), view(work, own, "Y")
+    k, field_scratch = view(work, own, "k"), view(work, own, "field_scratch")
+    scratch = view(work, own, "scratch")
     for i in range(len(c)):
         size = largest(part(k, i * m, m), m)
         if not size < HUGE:
@@ -249,13 +248,13 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
     ) -> tuple[int, int, float]:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
         numbers = numbers_of(coefficients)
-        n = rows if rows > 0 else int(numbers.rows[0])
-        d = m if m > 0 else int(numbers.algebra_rows[0])
-        b, layout = numbers.b, numbers.layout
-        state, own = cut(memory, compensated_state(n)), cut(work, work_of(numbers, n, d))
-        y, carry = state.y, state.carry
-        u, step, k = own.u, own.increment, own.k
-        scratch = own.scratch
+        n = rows if rows > 0 else int(view(coefficients, numbers, "rows")[0])
+        d = m if m > 0 else int(view(coefficients, numbers, "algebra_rows")[0])
+        b, layout = view(coefficients, numbers, "b"), view(coefficients, numbers, "layout")
+        state, own = compensated_state(n), work_of(coefficients, n, d)
+        y, carry = view(memory, state, "y"), view(memory, state, "carry")
+        u, step, k = view(work, own, "u"), view(work, own, "increment"), view(work, own, "k")
+        scratch = view(work, own, "scratch")
         write_stages(generator, act, inverse, params, coefficients, y, carry, work, t, h, 0, n, d)
         combine(b, k, h, 0.0 * y[0], u, d)
         act(layout, u, y, step, scratch)

@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.blocks import REST, cut, part
+from ..numbers.blocks import REST, part, view
 from .adaptive import adaptive_stepper, adaptive_work
 from .rkmk import diagnose, numbers_of, work_of, write_stages
 from .runge_kutta import HUGE, combine, largest
@@ -44,14 +44,14 @@ def adaptive_rkmk_stepper(
         """
         n = rows if rows > 0 else len(y)
         d = m if m > 0 else len(first)
-        sizes, result = numbers_of(numbers), cut(work, adaptive_work(n, d, REST))
-        b, layout = sizes.b, sizes.layout
-        estimates = sizes.errors
-        increment, errors = result.increment, result.errors
-        last, rest = result.last, result.attempt
-        own = cut(rest, work_of(sizes, n, d))
-        u, xi, step = own.u, own.xi, own.increment
-        k, scratch = own.k, own.scratch
+        sizes, result = numbers_of(numbers), adaptive_work(n, d, REST)
+        b, layout = view(numbers, sizes, "b"), view(numbers, sizes, "layout")
+        estimates = view(numbers, sizes, "errors")
+        increment, errors = view(work, result, "increment"), view(work, result, "errors")
+        last, rest = view(work, result, "last"), view(work, result, "attempt")
+        own = work_of(numbers, n, d)
+        u, xi, step = view(rest, own, "u"), view(rest, own, "xi"), view(rest, own, "increment")
+        k, scratch = view(rest, own, "k"), view(rest, own, "scratch")
         if known == 1:
             for r in range(d):
                 xi[r] = first[r]

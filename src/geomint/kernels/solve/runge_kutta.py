@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, cut, part
+from ..numbers.blocks import REST, part, view
 from .adaptive import adaptive_stepper, adaptive_work
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
@@ -37,10 +37,9 @@ def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def numbers_of(coefficients: Any) -> Any:
-    """Return the parts of coefficients."""
-    header = cut(coefficients, runge_kutta_coefficients(0, REST))
-    return cut(coefficients, runge_kutta_coefficients(int(header.stages[0]), REST))
+def stages_of(coefficients: Any) -> int:
+    """Return the number of stages that coefficients are for."""
+    return int(view(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
 
 
 @inlined
@@ -92,10 +91,10 @@ def runge_kutta_stages(
     y and its carry are an unevaluated sum; `Y` is scratch for one stage.
     """
     zero = 0.0 * y[0]
-    numbers = numbers_of(coefficients)
-    stages = len(numbers.b)
-    a = numbers.A
-    c = numbers.c
+    stages = stages_of(coefficients)
+    numbers = runge_kutta_coefficients(stages, REST)
+    a = view(coefficients, numbers, "A")
+    c = view(coefficients, numbers, "c")
     for i in range(known, stages):
         combine(part(a, i * stages, i), k, h, zero, Y, rows)
         for r in range(rows):
@@ -122,14 +121,15 @@ def runge_kutta_stepper(rows: int) -> Recorded:
         h: float,
     ) -> tuple[int, int, float]:
         """Add ``h Σ b_i k_i`` to the compensated state."""
-        numbers = numbers_of(coefficients)
-        n = rows if rows > 0 else int(numbers.rows[0])
-        state = cut(memory, compensated_state(n))
-        y, carry = state.y, state.carry
-        own = cut(work, runge_kutta_work(n, len(numbers.b), REST))
-        k, Y, scratch = own.k, own.Y, own.scratch
+        stages = stages_of(coefficients)
+        numbers = runge_kutta_coefficients(stages, REST)
+        n = rows if rows > 0 else int(view(coefficients, numbers, "rows")[0])
+        y = view(memory, compensated_state(n), "y")
+        carry = view(memory, compensated_state(n), "carry")
+        own = runge_kutta_work(n, stages, REST)
+        k, Y, scratch = view(work, own, "k"), view(work, own, "Y"), view(work, own, "scratch")
         runge_kutta_stages(functions[0], params, coefficients, y, carry, k, Y, scratch, t, h, 0, n)
-        combine(numbers.b, k, h, 0.0 * y[0], Y, n)
+        combine(view(coefficients, numbers, "b"), k, h, 0.0 * y[0], Y, n)
         size = largest(Y, n)
         if not size < HUGE:
             return NOT_FINITE, 1, size
@@ -163,22 +163,23 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
         The weights of the errors are ``b − b̂`` and perhaps ``b − b_low``.
         """
         n = rows if rows > 0 else len(y)
-        sizes, result = numbers_of(numbers), cut(work, adaptive_work(n, n, REST))
-        stages = len(sizes.b)
-        increment, errors = result.increment, result.errors
-        last, rest = result.last, result.attempt
-        own = cut(rest, runge_kutta_work(n, stages, REST))
-        k, Y, scratch = own.k, own.Y, own.scratch
+        stages = stages_of(numbers)
+        sizes = runge_kutta_coefficients(stages, REST)
+        result = adaptive_work(n, n, REST)
+        increment, errors = view(work, result, "increment"), view(work, result, "errors")
+        last, rest = view(work, result, "last"), view(work, result, "attempt")
+        own = runge_kutta_work(n, stages, REST)
+        k, Y, scratch = view(rest, own, "k"), view(rest, own, "Y"), view(rest, own, "scratch")
         if known == 1:
             for r in range(n):
                 k[r] = first[r]
         runge_kutta_stages(functions[0], params, numbers, y, carry, k, Y, scratch, t, h, known, n)
         zero = 0.0 * y[0]
-        combine(sizes.b, k, h, zero, increment, n)
+        combine(view(numbers, sizes, "b"), k, h, zero, increment, n)
         size = largest(increment, n)
         if not size < HUGE:
             return NOT_FINITE, size
-        estimates = sizes.errors
+        estimates = view(numbers, sizes, "errors")
         for i in range(len(estimates) // stages):
             weights = part(estimates, i * stages, stages)
             combine(weights, k, h, zero, part(errors, i * n, n), n)
