@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from geomint.kernels.compiling.bound import Bound
-from geomint.kernels.compiling.number_types import SCALAR
 from geomint.kernels.compiling.recorded import helper, inlined
 from geomint.kernels.compiling.signatures import BLOCK, WHOLE, takes
 from geomint.kernels.measure import memory as measure
@@ -99,7 +98,7 @@ def three(n: int, rest: int) -> Three:
 
 
 @helper
-def write_parts(block, n):
+def write_parts(block, n, row):
     layout = three(n, REST)
     matrix = view(block, layout, "matrix")
     for i in range(len(matrix)):
@@ -107,7 +106,7 @@ def write_parts(block, n):
     rest = view(block, layout, "rest")
     for i in range(len(rest)):
         rest[i] = -1.0 * len(rest)
-    view(block, layout, "head")[1] = 7.0  # the last use of a view, which is no dead code
+    view(block, layout, "head")[row] = 7.0  # the last use of a view, which is no dead code
 
 
 @pytest.mark.parametrize("n", [0, 1, 3])
@@ -116,7 +115,7 @@ def test_compiled_parts_lie_where_python_finds_them(n: int, rest: int) -> None:
     found = []
     for compiled in (True, False):
         block = scalar_block(2 + n * n + rest)
-        Bound(write_parts, takes(block=BLOCK, n=WHOLE)).entry(compiled, SCALAR)(block, n)
+        Bound(write_parts, takes(block=BLOCK, n=WHOLE, row=WHOLE)).entry(compiled)(block, n, 1)
         found.append(block.data.tolist())
     assert found[0] == found[1] == [0.0, 7.0, *range(1, n * n + 1), *[-float(rest)] * rest]
 
