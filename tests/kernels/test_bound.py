@@ -17,6 +17,7 @@ from geomint.kernels.compiling.signatures import (
     CONSTRAINT,
     FIELD,
     FLOW,
+    GENERATOR,
     GRADIENTS,
     VALUE,
     advance,
@@ -64,7 +65,9 @@ def test_a_size_of_no_argument_is_refused() -> None:
         bind(count_rows, FIELD, q=5)
 
 
-@pytest.mark.parametrize("signature", [FIELD, VALUE, ACTION, GRADIENTS, CONSTRAINT, FLOW])
+@pytest.mark.parametrize(
+    "signature", [FIELD, VALUE, GENERATOR, ACTION, GRADIENTS, CONSTRAINT, FLOW]
+)
 def test_signatures_follow_the_type_of_number(signature) -> None:
     for kind in TYPES:
         made = signature.of(kind)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import warnings
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
-from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part
+from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part, view
 from ..kernels.numbers.lanes import LANES, Lanes
 
 __all__ = ["lane_field", "no_clock", "with_clock"]
@@ -40,17 +41,23 @@ def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Bou
     return _renamed(bound, f)
 
 
+Work = namedtuple("Work", "y out work padding")
+
+
+def _adapter_work(rows: int, work: int) -> Work:
+    """Return the layout of an adapter's scratch, in whole lane values of single numbers."""
+    return Work(y=rows, out=rows, work=work, padding=-(2 * rows + work) % LANES)
+
+
 @functools.cache
 def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
     """Make a lane field of a field that compiles for float64 only: lane after lane."""
+    layout = _adapter_work(rows, work_rows)
 
     def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        source = as_scalars(y)
-        target = as_scalars(out)
-        scratch = as_scalars(work)
-        y1 = part(scratch, 0, rows)
-        out1 = part(scratch, rows, rows)
-        work1 = part(scratch, 2 * rows, work_rows)
+        source, target, scratch = as_scalars(y), as_scalars(out), as_scalars(work)
+        y1, out1 = view(scratch, layout, "y"), view(scratch, layout, "out")
+        work1 = view(scratch, layout, "work")
         for i in range(LANES):
             for r in range(rows):
                 y1[r] = source[r * LANES + i]
@@ -75,7 +82,7 @@ def lane_field(
     f = field.recorded
     if f.made(_compiles_for_lanes) if compiled else _runs_on_lanes(f, Block(params), y, work):
         return field.in_lanes, work
-    return _adapted(f, len(y), work).in_lanes, -(-(2 * len(y) + work) // LANES)
+    return _adapted(f, len(y), work).in_lanes, sum(_adapter_work(len(y), work)) // LANES
 
 
 def _compiles_for_lanes(f: Recorded) -> bool:

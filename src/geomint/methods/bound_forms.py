@@ -9,7 +9,15 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import ACTION, CONSTRAINT, FIELD, FLOW, GRADIENTS, VALUE
+from ..kernels.compiling.signatures import (
+    ACTION,
+    CONSTRAINT,
+    FIELD,
+    FLOW,
+    GENERATOR,
+    GRADIENTS,
+    VALUE,
+)
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
 from .binding import no_clock, with_clock
@@ -63,8 +71,8 @@ def action_of(s: Start) -> tuple[Bound, Group]:
     """Return the bound generator and the group of the action form."""
     action = s.problem.action
     assert action is not None
-    sizes = {"params": len(s.problem.params), "y": s.problem.rows, "out": action.group.algebra_rows}
-    return bind(action.generator, FIELD, **sizes), action.group
+    sizes = {"params": len(s.problem.params), "y": s.problem.rows, "xi": action.group.algebra_rows}
+    return bind(action.generator, GENERATOR, **sizes), action.group
 
 
 class Maps(NamedTuple):

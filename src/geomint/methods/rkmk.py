@@ -12,7 +12,13 @@ from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import packed, scalar_block
 from ..kernels.solve.compensated import compensated_state
-from ..kernels.solve.rkmk import dexpinv_series, rkmk_coefficients, rkmk_stepper, rkmk_work
+from ..kernels.solve.rkmk import (
+    dexpinv_series,
+    dexpinv_work,
+    rkmk_coefficients,
+    rkmk_stepper,
+    rkmk_work,
+)
 from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper
 from ..problems.forms import Group
 from ..tableaux import Tableau
@@ -54,7 +60,7 @@ def coordinates_of(group: Group, coordinates: str, order: int) -> tuple[Recorded
         numerators = tuple(float(w.numerator) for w in weights)
         denominators = tuple(float(w.denominator) for w in weights)
         series = dexpinv_series(group.bracket, numerators, denominators, group.extent)
-        return group.act, series, group.work + 2 * group.algebra_rows
+        return group.act, series, sum(dexpinv_work(group.algebra_rows, group.work))
     if group.cayley is None or group.dcayinv is None:
         raise FormError(
             f"the group {group.name} has no Cayley map: give its cayley and dcayinv, or take "

@@ -19,6 +19,7 @@ __all__ = [
     "CONSTRAINT",
     "FIELD",
     "FLOW",
+    "GENERATOR",
     "GIVEN",
     "GRADIENTS",
     "VALUE",
@@ -82,9 +83,10 @@ def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
     return Signature(tuple(arguments.items()), result)
 
 
-# Vector fields and generators; invariants, observables, clocks; a group acting, or a Lie bracket.
+# Vector fields; invariants, observables, clocks; generators; a group acting, or a Lie bracket.
 FIELD = takes(params=GIVEN, t=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
 VALUE = takes(NUMBER, params=GIVEN, t=NUMBER, y=BLOCK, work=BLOCK)
+GENERATOR = takes(params=GIVEN, t=NUMBER, y=BLOCK, xi=BLOCK, work=BLOCK)
 ACTION = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=BLOCK, work=BLOCK)
 # Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
 GRADIENTS = takes(params=GIVEN, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)

@@ -9,16 +9,13 @@ Algorithms: T. J. Dekker, Numer. Math. 18 (1971) 224; D. E. Knuth, TAOCP 2, 4.2.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from ...arguments import Array
 from .blocks import Block
 from .lanes import LANES
 
-__all__ = ["DoubleDoubleBlock", "join", "lane_rows"]
+__all__ = ["DoubleDoubleBlock", "lane_rows"]
 
 
 class DoubleDoubleBlock(Block):
@@ -38,8 +35,3 @@ def lane_rows(hi: Array, lo: Array) -> Array:
     """Return numbers of lane rows in memory order: eight hi, eight lo, and so on."""
     pairs = np.stack((hi.reshape(-1, LANES), lo.reshape(-1, LANES)), axis=1)
     return pairs.ravel()
-
-
-def join(block: DoubleDoubleBlock) -> npt.NDArray[Any]:
-    """Return the rows in extended precision (`numpy.longdouble`, as wide as the platform's)."""
-    return block.data[0::2].astype(np.longdouble) + block.data[1::2]

@@ -263,9 +263,8 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
 
     @helper
     def gauss(functions, params, coefficients, substep, memory, work, t, h):
-        n = rows
-        if n == 0:
-            n = int(top(view(coefficients, gauss_coefficients(0, groups, REST), "rows")[0]))
+        header = gauss_coefficients(0, groups, REST)
+        n = rows if rows > 0 else int(top(view(coefficients, header, "rows")[0]))
         return gauss_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
     if field is None:

@@ -16,6 +16,7 @@ from .status import NOT_FINITE, OK, OUTSIDE_CHART
 
 __all__ = [
     "dexpinv_series",
+    "dexpinv_work",
     "diagnose",
     "numbers_of",
     "rkmk_coefficients",
@@ -28,6 +29,7 @@ __all__ = [
 Coefficients = namedtuple(
     "Coefficients", "rows algebra_rows stages layout_rows field_work layout A b c errors"
 )
+Series = namedtuple("Series", "a b scratch")
 Work = namedtuple("Work", "u xi increment Y k field_scratch scratch")
 
 
@@ -72,6 +74,12 @@ def work_of(coefficients: Any, rows: int, m: int) -> Work:
     return rkmk_work(rows, m, len(view(coefficients, numbers, "b")), field_work, REST)
 
 
+@inlined
+def dexpinv_work(rows: int, scratch: int) -> Series:
+    """Return the layout of scratch of a series: two elements of the algebra, the bracket's own."""
+    return Series(a=rows, b=rows, scratch=scratch)
+
+
 @functools.cache
 def dexpinv_series(
     bracket: Recorded,
@@ -82,17 +90,15 @@ def dexpinv_series(
     """Return ``dexpinv(layout, u, v, out, work)`` as ``Σ_k w_k ad_u^k v``, a truncated series.
 
     w_k = numerators[k] / denominators[k] is B_k / k!, kept as whole numbers: exact in any kind of
-    number. It needs two algebra elements of scratch beside that of `bracket`. Where `extent` is
-    above 1 it writes NaN: a polynomial is no inverse there, and exponents grow until exp of them has
-    no correct digit.
+    number. Its scratch is `dexpinv_work`. Where `extent` is above 1 it writes NaN: a polynomial is no
+    inverse there, and exponents grow until exp of them has no correct digit.
     """
     terms = len(numerators)
 
     def dexpinv(layout, u, v, out, work):
         rows = len(v)
-        a = part(work, 0, rows)
-        b = part(work, rows, rows)
-        scratch = part(work, 2 * rows, len(work) - 2 * rows)
+        own = dexpinv_work(rows, REST)
+        a, b, scratch = view(work, own, "a"), view(work, own, "b"), view(work, own, "scratch")
         for r in range(rows):
             out[r] = v[r]
             a[r] = v[r]
