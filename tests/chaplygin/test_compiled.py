@@ -5,11 +5,11 @@ import pytest
 from numba.core import types
 from support import CASES
 
-from chaplygin.measures import constant_density
 from geomint.kernels.compiling import signatures
 from geomint.kernels.compiling.compile import LANE, SCALAR, compile_function, extended_type
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.numbers.blocks import as_lanes, part, scalar_block
+from geomint.problems.forms import constant_density
 
 LABELS = [
     "reduced-special-n3",

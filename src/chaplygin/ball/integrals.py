@@ -15,15 +15,13 @@ from geomint import part, sqrt
 from .angular_velocity import about_vertical
 from .fields import unpack
 
-__all__ = ["BallIntegrals", "ball_integrals", "frame_orthogonality"]
+__all__ = ["BallIntegrals", "ball_integrals"]
 
 
 class BallIntegrals(NamedTuple):
-    """Integrals by name, and conditions on γ and g."""
+    """Integrals by name, and the momentum in space."""
 
     invariants: dict[str, Any]
-    norm: Any
-    orthogonality: Any
     spatial_momentum: Any
 
 
@@ -54,25 +52,6 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @functools.cache
-def frame_orthogonality(n: int, first: int) -> Any:
-    """Return the Frobenius norm of g gᵀ − 1, g from row `first` on."""
-
-    def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = 0.0 * y[0]
-        for i in range(n):
-            for j in range(n):
-                entry = 0.0 * y[0]
-                if i == j:
-                    entry = entry - 1.0
-                for c in range(n):
-                    entry += y[first + i * n + c] * y[first + j * n + c]
-                total += entry * entry
-        return sqrt(total)
-
-    return gi.observable(ball_orthogonality)
-
-
-@functools.cache
 def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
     """Return the functions of states with k first, γ from row `vertical` and g from row `frame` on.
 
@@ -83,13 +62,6 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
     def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
         return about_vertical(n, part(y, 0, size), part(y, vertical, n), work)
-
-    def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """(γ, γ) − 1."""
-        total = y[vertical] * y[vertical]
-        for i in range(vertical + 1, vertical + n):
-            total += y[i] * y[i]
-        return total - 1.0
 
     def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|Ad_g k − k_0| in the norm of ⟨X, X⟩."""
@@ -120,7 +92,5 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
         invariants["trace-k4"] = ball_trace_k4
     return BallIntegrals(
         invariants,
-        gi.observable(ball_norm),
-        frame_orthogonality(n, frame),
         gi.observable(ball_spatial_momentum),
     )

@@ -11,7 +11,6 @@ from typing import Any
 import geomint as gi
 from geomint import part, sqrt
 
-from ..measures import haar_conditions
 from .angular_velocity import apply_to_gamma
 from .rolling_dynamics import RollingDynamics, rolled
 
@@ -94,7 +93,7 @@ def rolling_conditions(n: int, at: int, twist_free: bool) -> Any:
     ρ is the parameter `at`; y = (g, r, ω, v).
     """
     size, square = n * (n - 1) // 2, n * n
-    rotation, slipping = haar_conditions(0, n), n * (n + 1) // 2
+    rotation, slipping = gi.Rotations(n).manifold_at(0), n * (n + 1) // 2
 
     def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         rotation(params, t, y, out, work)

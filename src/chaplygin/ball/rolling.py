@@ -30,11 +30,10 @@ import geomint as gi
 from geomint import as_vector, part
 
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
-from ..manifold import Array, admit_frame, skew_components
+from ..manifold import Array, skew_components
 from ..operators import operator_applied
-from ..random_states import random_rotation
 from .angular_velocity import apply_to_gamma, full_omega, log_density_after
-from .integrals import ball_integrals, frame_orthogonality
+from .integrals import ball_integrals
 from .multiplier_fields import multiplier_fields, rolling_conditions
 from .rolling_dynamics import (
     contact_observables,
@@ -51,7 +50,7 @@ from .rolling_states import (
     rolling_velocity,
 )
 
-__all__ = ["rolling_problem"]
+__all__ = ["rolling_problem", "rolling_space"]
 
 
 @functools.cache
@@ -99,6 +98,12 @@ def density_in_omega(omega: Any, n: int) -> Any:
     return gi.observable(rolling_log_density)
 
 
+def rolling_space(n: int) -> gi.Space:
+    """Return SO(n) × R^(n−1) with velocities: (g, r, ω, v)."""
+    motions = gi.Rotations(n) * gi.Euclidean(n - 1, "r")
+    return motions * gi.Euclidean(n * (n - 1) // 2, "omega") * gi.Euclidean(n - 1, "v")
+
+
 def rolling_problem(
     inertia: SpecialInertia | GeneralInertia, m: Any, rho: Any, k0: Any = None
 ) -> gi.Problem:
@@ -125,7 +130,7 @@ def rolling_problem(
         g that is no rotation, a gamma that is not g⁻¹E_n, a v with which the ball slips.
     """
     n = inertia.n
-    size, square = n * (n - 1) // 2, n * n
+    size, space = n * (n - 1) // 2, rolling_space(n)
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
@@ -137,7 +142,7 @@ def rolling_problem(
 
     kept = ball_integrals(n, size, size + n)
     found = {name: reused(observable) for name, observable in kept.invariants.items()}
-    constraints = {"rolling": forms["rolling"], "orthogonality": frame_orthogonality(n, 0)}
+    constraints = {"rolling": forms["rolling"]}
     if k0 is not None:
         params = np.concatenate([params, skew_components("k0", k0, n)])
         constraints["spatial-momentum"] = reused(kept.spatial_momentum)
@@ -151,27 +156,25 @@ def rolling_problem(
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        g = random_rotation(rng, n)
-        return {"g": g, "omega": rng.normal(size=size), "r": rng.normal(size=n - 1)}
+        parts = space.random(rng)
+        return {name: parts[name] for name in ("g", "r", "omega")}
 
     def admit(y: Array) -> Array:
-        w = y[square + n - 1 : square + n - 1 + size]
-        g = admit_frame(y[:square], n)
-        v = admit_velocity(y[square + n - 1 + size :], rho, g, w)
-        return np.concatenate([g, y[square : square + n - 1], w, v])
+        parts = space.split(space.admit(y))
+        velocity = admit_velocity(parts["v"], rho, parts["g"], parts["omega"])
+        return space.join({**parts, "v": velocity})
 
     def physical(y: Array) -> dict[str, Array]:
-        gamma, w = np.array(y[square - n : square]), y[square + n - 1 : square + n - 1 + size]
+        parts = space.split(y)
+        gamma, w = parts["g"][-n:], parts["omega"]
         return {"gamma": gamma, "k": angular_momentum(inertia, D, gamma, w)}
 
     return gi.Problem(
         name="rolling-ball",
-        pieces=(("g", square), ("r", n - 1), ("omega", size), ("v", n - 1)),
+        space=space,
         params=params,
         field=forms["field"],
-        action=gi.GroupAction(
-            forms["generator"], gi.so_n(n, "frame", translations=size + 2 * (n - 1))
-        ),
+        action=space.action(forms["generator"]),
         work=rolling_work(omega, n),
         invariants={"energy": forms["energy"], **found},
         constraints=constraints,

@@ -37,9 +37,9 @@ from scipy.io import netcdf_file  # type: ignore[attr-defined]
 from .. import __version__
 from ..arguments import Array
 from ..errors import DomainError, GeomintError, quoted
-from ..files.outputs import whole_file
 from ..watch.drift import Drift
 from ..watch.windows import Windows
+from .files.outputs import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
