@@ -214,7 +214,7 @@ BELOW = {
     "solve": {"progress", "compiled"},
     "drift_report": {"scene", "out", "progress", "methods"},
     "run_scene": {"scene", "progress"},
-    "run_methods": {"scene", "methods", "progress", "tell"},
+    "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
     "load": {"path"},
     # Tested in tests/outputs.

@@ -25,6 +25,7 @@ import numpy as np
 import geomint as gi
 from geomint import part
 from geomint.arguments import whole
+from geomint.problems.spaces.sphere import product
 
 from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
@@ -103,19 +104,6 @@ def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         "K": gi.observable(stiefel_k),
         "log_density": gi.observable(stiefel_log_density),
     }
-
-
-@functools.cache
-def product(n: int, first: int, second: int) -> Any:
-    """Return the observable (u, v) of the vectors that begin at those rows."""
-
-    def inner_product(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = y[first] * y[second]
-        for i in range(1, n):
-            total += y[first + i] * y[second + i]
-        return total
-
-    return gi.observable(inner_product)
 
 
 def integrals(n: int, r: int) -> dict[str, Any]:

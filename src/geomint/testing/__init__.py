@@ -4,6 +4,8 @@ Each check raises `AssertionError` with a sentence that says what does not hold,
 """
 
 from .groups import check_group
+from .methods import check_method
+from .problems import check_problem
 from .spaces import check_space
 
-__all__ = ["check_group", "check_space"]
+__all__ = ["check_group", "check_method", "check_problem", "check_space"]

@@ -28,9 +28,9 @@ def check_space(space: Space, states: int = 5) -> None:
     """Raise `AssertionError` for the first property of a space that does not hold.
 
     It is a value (compared, hashed, pickled). Random points are admissible as they are; conditions and
-    constraints vanish there, and are independent; small defects are repaired with a warning, larger ones
-    refused. Tangent vectors leave the space to second order; retractions return to it; the group moves
-    points to points.
+    constraints vanish there, and are independent; small defects are repaired with a warning, larger
+    ones refused. Tangent parts are tangent; retractions return to the space; the group moves points to
+    points.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ class Sphere(Orthonormal):
 
     def constraints_at(self, first: int) -> dict[str, Recorded]:
         """(γ, γ) − 1."""
-        return {"norm": norm(self.n, first)}
+        return {"norm": product(self.n, first, first, 1.0)}
 
     def tangencies_at(self, first: int, second: int) -> dict[str, Recorded]:
         """(γ, v)."""
@@ -82,26 +82,13 @@ class Sphere(Orthonormal):
 
 
 @functools.cache
-def norm(n: int, first: int) -> Recorded:
-    """Return (γ, γ) − 1, γ from row `first` on."""
-
-    def square(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = y[first] * y[first]
-        for i in range(first + 1, first + n):
-            total += y[i] * y[i]
-        return total - 1.0
-
-    return observable(square)
-
-
-@functools.cache
-def product(n: int, first: int, second: int) -> Recorded:
-    """Return the observable (u, v) of the vectors of R^n that begin at those rows."""
+def product(n: int, first: int, second: int, less: float = 0.0) -> Recorded:
+    """Return the observable (u, v) less a number, of the vectors of R^n from those rows on."""
 
     def inner_product(params: Any, t: Any, y: Any, work: Any) -> Any:
         total = y[first] * y[second]
         for i in range(1, n):
             total += y[first + i] * y[second + i]
-        return total
+        return total - less
 
     return observable(inner_product)

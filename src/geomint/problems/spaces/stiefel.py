@@ -46,11 +46,11 @@ class Orthonormal(Space):
 
     def manifold_at(self, first: int) -> Recorded:
         """XXᵀ − 1 on and above the diagonal, row after row."""
-        return gram(self.n, self.vectors, first)
+        return gram(self.n, self.vectors, first, first)
 
     def tangency_at(self, first: int, second: int) -> Recorded:
         """XVᵀ + VXᵀ above the diagonal and half of it on the diagonal."""
-        return crossed_gram(self.n, self.vectors, first, second)
+        return gram(self.n, self.vectors, first, second)
 
     @property
     def constraint(self) -> Recorded:
@@ -59,11 +59,11 @@ class Orthonormal(Space):
 
     def constraints_at(self, first: int) -> dict[str, Recorded]:
         """Return the length of XXᵀ − 1 on and above the diagonal."""
-        return {"orthonormality": gram_defect(self.n, self.vectors, first)}
+        return {"orthonormality": gram_size(self.n, self.vectors, first, first)}
 
     def tangencies_at(self, first: int, second: int) -> dict[str, Recorded]:
         """Return the length of XVᵀ + VXᵀ on and above the diagonal."""
-        return {"cotangency": crossed_defect(self.n, self.vectors, first, second)}
+        return {"cotangency": gram_size(self.n, self.vectors, first, second)}
 
     def matrix(self, y: Array) -> Array:
         """Return X, shape (r, n)."""
@@ -152,17 +152,23 @@ def random_rotation(rng: np.random.Generator, n: int) -> Array:
 
 
 @functools.cache
-def gram(n: int, r: int, first: int) -> Recorded:
-    """Return the function that writes XXᵀ − 1 on and above the diagonal, X from row `first` on."""
+def gram(n: int, r: int, first: int, second: int) -> Recorded:
+    """Return the function that writes XXᵀ − 1, or of two blocks of rows half of the derivative along V.
+
+    On and above the diagonal, row after row; that is XVᵀ + VXᵀ off the diagonal, and XVᵀ on it.
+    """
 
     def gram_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         at = 0
-        for i in range(first, first + r * n, n):
-            for j in range(i, first + r * n, n):
-                total = y[i] * y[j]
-                for c in range(1, n):
-                    total += y[i + c] * y[j + c]
-                if i == j:
+        for i in range(0, r * n, n):
+            for j in range(i, r * n, n):
+                total = 0.0 * y[first]
+                for c in range(n):
+                    entry = y[first + i + c] * y[second + j + c]
+                    if i != j and first != second:
+                        entry = entry + y[first + j + c] * y[second + i + c]
+                    total += entry
+                if i == j and first == second:
                     total = total - 1.0
                 out[at] = total
                 at += 1
@@ -171,23 +177,25 @@ def gram(n: int, r: int, first: int) -> Recorded:
 
 
 @functools.cache
-def crossed_gram(n: int, r: int, first: int, second: int) -> Recorded:
-    """Return the function that writes half of the derivative of ½(XXᵀ − 1) along V, from those rows."""
+def gram_size(n: int, r: int, first: int, second: int) -> Recorded:
+    """Return the length of XXᵀ − 1, or of XVᵀ + VXᵀ, on and above the diagonal."""
 
-    def crossed_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        at = 0
-        for s in range(r):
-            for u in range(s, r):
-                total = 0.0 * y[0]
-                for i in range(n):
-                    entry = y[first + s * n + i] * y[second + u * n + i]
-                    if u > s:
-                        entry = entry + y[first + u * n + i] * y[second + s * n + i]
-                    total += entry
-                out[at] = total
-                at += 1
+    def size(params: Any, t: Any, y: Any, work: Any) -> Any:
+        total = 0.0 * y[first]
+        for i in range(0, r * n, n):
+            for j in range(i, r * n, n):
+                entry = 0.0 * y[first]
+                for c in range(n):
+                    term = y[first + i + c] * y[second + j + c]
+                    if first != second:
+                        term = term + y[first + j + c] * y[second + i + c]
+                    entry += term
+                if i == j and first == second:
+                    entry = entry - 1.0
+                total += entry * entry
+        return sqrt(total)
 
-    return field(crossed_conditions)
+    return observable(size)
 
 
 @functools.cache
@@ -210,40 +218,3 @@ def gram_constraint(n: int, r: int) -> Recorded:
                 at += 1
 
     return field(constraint)
-
-
-@functools.cache
-def gram_defect(n: int, r: int, first: int) -> Recorded:
-    """Return the length of XXᵀ − 1 on and above the diagonal, X from row `first` on."""
-
-    def orthonormality(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = 0.0 * y[0]
-        for s in range(r):
-            for u in range(s, r):
-                entry = 0.0 * y[0]
-                for i in range(n):
-                    entry += y[first + s * n + i] * y[first + u * n + i]
-                if s == u:
-                    entry = entry - 1.0
-                total += entry * entry
-        return sqrt(total)
-
-    return observable(orthonormality)
-
-
-@functools.cache
-def crossed_defect(n: int, r: int, first: int, second: int) -> Recorded:
-    """Return the length of XVᵀ + VXᵀ on and above the diagonal, X and V from those rows on."""
-
-    def cotangency(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = 0.0 * y[0]
-        for s in range(r):
-            for u in range(s, r):
-                entry = 0.0 * y[0]
-                for i in range(n):
-                    x, z = y[first + s * n + i], y[first + u * n + i]
-                    entry += x * y[second + u * n + i] + z * y[second + s * n + i]
-                total += entry * entry
-        return sqrt(total)
-
-    return observable(cotangency)
