@@ -116,7 +116,7 @@ def test_one_more_number_leaves_the_space() -> None:
     ("changes", "text"),
     [
         ({"field": slower}, "not one motion"),
-        ({"field": slower, "action": None}, "the Hamiltonian form .* is another"),
+        ({"field": slower, "action": None}, "field and hamiltonian .* are not one motion"),
         ({"invariants": {"height": height}}, "'height' .* is not constant along the motion"),
         ({"invariants": {"seven": seven}}, "'seven' .* is the same number at all states"),
         ({"constraints": {"height": height}}, "constraint 'height' .* is not 0"),
