@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 
 import geomint as gi
 from geomint import part, sqrt
+from geomint.problems.spaces.skew import unpack_skew
 
 from .angular_velocity import about_vertical
-from .fields import unpack
 
 __all__ = ["BallIntegrals", "ball_integrals"]
 
@@ -40,7 +40,7 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
     n = int(params[0])
     k = part(work, 0, n * n)
-    unpack(n, part(y, 0, n * (n - 1) // 2), k)
+    unpack_skew(n, part(y, 0, n * (n - 1) // 2), k)
     total = 0.0 * y[0]
     for i in range(n):
         for j in range(n):
@@ -67,7 +67,7 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
         """|Ad_g k − k_0| in the norm of ⟨X, X⟩."""
         k, gk = part(work, 0, n * n), part(work, n * n, n * n)
         g = part(y, frame, n * n)
-        unpack(n, part(y, 0, size), k)
+        unpack_skew(n, part(y, 0, size), k)
         for i in range(n):
             for j in range(n):
                 entry = g[i * n] * k[j]

@@ -16,12 +16,10 @@ __all__ = ["KEYS", "admit_on_level", "on_level", "veselova_tangent"]
 KEYS = ("p", "p_tilde", "k", "w")
 
 
-def veselova_tangent(
-    a: Array, D: float, gamma: Any, vector: bool = False, **components: Any
-) -> tuple[Array, Array]:
+def veselova_tangent(a: Array, D: float, gamma: Any, **components: Any) -> tuple[Array, Array]:
     """Return (γ, p) from γ and one of p, p_tilde, k = γ∧p, and the angular velocity w ∈ γ∧R^n.
 
-    With `vector` (n = 3), k and w are 3-vectors. Warns where it projects; see `manifold`.
+    Warns where it projects.
 
     Raises
     ------
@@ -33,7 +31,7 @@ def veselova_tangent(
     if name in ("p", "p_tilde"):
         p = gi.TangentSphere(n).vector(vertical, value, name)
         return vertical, p if name == "p" else p * multiplier(a, D, vertical)
-    triangle = skew_components(name, value, n, vector)
+    triangle = skew_components(name, value, n)
     if name == "k":
         return vertical, tangent_of_momentum(vertical, triangle)
     velocity = tangent_of_momentum(vertical, triangle, name, "w", "velocity")

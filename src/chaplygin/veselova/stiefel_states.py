@@ -11,15 +11,13 @@ import geomint as gi
 from ..inertia import GeneralInertia, SpecialInertia
 from ..initial_states import one_of
 from ..manifold import (
-    REPAIRED,
-    SILENT,
     Array,
     flat_triangle,
     length,
+    repaired,
     skew_components,
     skew_matrix,
     solved,
-    warn,
     wedge,
 )
 
@@ -86,14 +84,9 @@ def only_allowed(X: Array, triangle: Array, name: str, frame: str = "e") -> Arra
     """
     inside, size = allowed_part(X, triangle), length(triangle)
     defect = 0.0 if size == 0.0 else length(triangle / size - inside / size)
-    if defect <= SILENT:
-        return triangle
     planes = f"{frame}∧R^n" if len(X) == 1 else f"span{{{frame}_s∧R^n, s ≤ {len(X)}}}"
-    if defect > REPAIRED:
-        expected = f"an element of {planes}; |part outside|/|{name}| is {defect:.3g}"
-        raise gi.DomainError(name, triangle, expected)
-    warn(f"|part of {name} outside of {planes}|/|{name}| is {defect:.3g}: it is dropped")
-    return inside
+    said = f"|part of {name} outside of {planes}|/|{name}|"
+    return repaired(name, triangle, defect, said, f"an element of {planes}", lambda: inside)
 
 
 def allowed_basis(X: Array) -> Array:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..arguments import whole
@@ -15,7 +13,7 @@ from ..kernels.groups.translations import commute, shift, unchanged
 from .forms import Group
 from .joined_groups import joined
 
-__all__ = ["Sizes", "own_sizes", "product", "so3", "so_n", "translations"]
+__all__ = ["own_sizes", "product", "so3", "so_n", "translations"]
 
 _SO3 = (so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv)
 _SO_N = (so_n_act, so_n_bracket, so_n_cayley, so_n_dcayinv, so_3_dexpinv, so_n_extent)
@@ -105,25 +103,20 @@ def product(first: Group, second: Group) -> Group:
     return joined(first, second)
 
 
-class Sizes(NamedTuple):
-    """Rows that the functions of a group take: of algebra elements, of states, of scratch."""
+def own_sizes(group: Group) -> tuple[int, int, int] | None:
+    """Return the rows of algebra elements, states and scratch that the functions of a group take.
 
-    algebra: int
-    state: int
-    work: int
-
-
-def own_sizes(group: Group) -> Sizes | None:
-    """Return what a group of this module takes by its layout; None for one with other functions."""
+    By its layout, for a group of this module's own kernels; None for others.
+    """
     functions = group.functions.values()
     codes = [int(code) for code in group.layout[1:]]
     if all(f in _SO3 for f in functions):
-        return Sizes(3, 3 * int(group.layout[0]), 0)
-    if not all(f in _SO_N for f in functions):
+        own = so3(int(group.layout[0]))
+    elif all(f in _SO_N for f in functions):
+        n = int(group.layout[0])
+        shifted = group.algebra_rows - n * (n - 1) // 2
+        own = _so_n(n, codes, shifted if SHIFTED in codes else 0)
+    else:
         return None
-    n = int(group.layout[0])
-    triangle = n * (n - 1) // 2
-    shifted = group.algebra_rows - triangle if SHIFTED in codes else 0
-    rows = {VECTOR: n, ADJOINT: triangle, FRAME: n * n, SHIFTED: shifted}
-    algebra = triangle + shifted
-    return Sizes(algebra, sum(rows[code] for code in codes), so_n_work(n) + algebra)
+    assert own.rows is not None
+    return own.algebra_rows, own.rows, own.work

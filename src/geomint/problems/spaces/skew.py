@@ -9,10 +9,11 @@ import numpy as np
 
 from ...arguments import Array, as_array, as_vector
 from ...errors import DomainError
+from ...kernels.groups.so_n import unpack_skew
 from .repair import SILENT
 from .space import Space
 
-__all__ = ["Skew", "flat_triangle", "skew_matrix"]
+__all__ = ["Skew", "flat_triangle", "skew_matrix", "unpack_skew"]
 
 
 @dataclass(frozen=True)
