@@ -105,6 +105,21 @@ def test_what_is_given_wins() -> None:
         gi.Problem("none", space="sphere", field=field)
 
 
+def test_names_and_parameters_of_a_space() -> None:
+    """Constraints of one name get that of their piece; parameters begin with those of the space."""
+    two = gi.Problem("two", space=gi.Sphere(3, "x") * gi.Sphere(3, "w"), field=field)
+    assert list(two.constraints) == ["norm-x", "norm-w"]
+    assert two.measure is None
+
+    @dataclasses.dataclass(frozen=True)
+    class Scaled(gi.Euclidean):
+        params = np.array([2.0, 3.0])
+
+    assert gi.Problem("one", space=Scaled(6), params=[2, 3, 4], field=field).rows == 6
+    with pytest.raises(gi.DomainError, match="begin with those of the space"):
+        gi.Problem("one", space=Scaled(6), params=[2, 4, 4], field=field)
+
+
 def test_one_more_number_leaves_the_space() -> None:
     longer = gi.with_quadrature(GEODESIC, "s", height)
     assert longer.space is None

@@ -257,8 +257,8 @@ def classical_problem(
         return np.concatenate([vector_of_triangle(k), vertical, *last])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        parts = space.random(rng)
-        return {**parts, "gamma": parts["g"][-3:]} if attitude else parts
+        g = gi.Rotations(3).random(rng)["g"]
+        return {"gamma": g[-3:], "k": rng.normal(size=3), **({"g": g} if attitude else {})}
 
     def physical(y: Array) -> dict[str, Array]:
         return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}

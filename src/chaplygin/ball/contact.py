@@ -130,10 +130,6 @@ def contact_problem(
         k, _ = initial_rolling(inertia, D, vertical, **components)
         return np.concatenate([k, vertical, attitude, initial_position(r, n)])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        parts = space.random(rng)
-        return {name: parts[name] for name in ("g", "k", "r")}
-
     def admit(y: Array) -> Array:
         parts = space.split(space.admit(y))
         return space.join({**parts, "gamma": admit_vertical(parts["gamma"], parts["g"])})
@@ -150,7 +146,7 @@ def contact_problem(
         measure=gi.Measure(ball_forms(omega, n).log_density),
         observables=contact_observables(rolling_dynamics(omega, n, at), n, at, forms["locate"]),
         make_state=make_state,
-        make_random=make_random,
+        make_random=(gi.Rotations(n) * gi.Skew(n) * gi.Euclidean(n - 1, "r")).random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},

@@ -75,6 +75,7 @@ def cotangent_problem(
         constraints=constraints,
         measure=gi.Measure(forms.log_density),
         make_state=make_state,
+        make_random=(gi.Rotations(n) * gi.Skew(n)).random,
         physical=lambda y: {"gamma": np.array(y[vertical:]), "k": np.array(y[:size])},
         parameters=parameters_of(inertia, D),
     )

@@ -159,6 +159,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         invariants={"energy": hamiltonized_energy, "K": hamiltonized_k, **integrals},
         measure=gi.Measure(),
         make_state=make_state,
+        make_random=gi.TangentSphere(n).random,
         make_exact=exact_sphere(inertia.a, D, False),
         physical=physical,
         parameters=parameters_of(inertia, D),

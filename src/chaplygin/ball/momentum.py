@@ -68,8 +68,10 @@ def ball_problem(
         return np.concatenate([k, vertical, *([gi.Rotations(n).point(g)] if attitude else [])])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        parts = space.random(rng)
-        return {**parts, "gamma": parts["g"][-n:]} if attitude else parts
+        if not attitude:
+            return space.random(rng)
+        parts = (gi.Skew(n) * gi.Rotations(n)).random(rng)
+        return {**parts, "gamma": parts["g"][-n:]}
 
     return gi.Problem(
         name="chaplygin-ball",

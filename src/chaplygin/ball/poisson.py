@@ -127,6 +127,7 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         },
         measure=gi.Measure(forms["log_density"]),
         make_state=classical.make_state,
+        make_random=classical.make_random,
         physical=lambda y: {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])},
         parameters=parameters_of(inertia, D),
     )

@@ -34,7 +34,7 @@ from ..manifold import Array, skew_components
 from ..operators import operator_applied
 from .angular_velocity import apply_to_gamma, full_omega, log_density_after
 from .integrals import ball_integrals
-from .multiplier_fields import multiplier_fields, rolling_conditions
+from .multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from .rolling_dynamics import (
     contact_observables,
     rolling_dynamics,
@@ -50,7 +50,7 @@ from .rolling_states import (
     rolling_velocity,
 )
 
-__all__ = ["rolling_problem", "rolling_space"]
+__all__ = ["rolling_problem"]
 
 
 @functools.cache
@@ -58,11 +58,12 @@ def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
     """Return an observable of the ball in (k, γ, g) as one of (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
     apply_inertia = operator_applied(full, n, at + 2)
+    turning = rolling_space(n).slices["omega"].start
 
     def through(params: Any, t: Any, y: Any, work: Any) -> Any:
         z, u = part(work, 0, size + n + square), part(work, size + n + square, n)
         used = size + 2 * n + square
-        w = part(y, square + n - 1, size)
+        w = part(y, turning, size)
         for i in range(n):
             z[size + i] = y[square - n + i]
         for i in range(square):
@@ -89,19 +90,14 @@ def density_in_omega(omega: Any, n: int) -> Any:
     """Return log det(I + D pr)^(1/2): the measure of `momentum` in ω, as dk = det(I + D pr) dω."""
     size, square = n * (n - 1) // 2, n * n
     log_density = log_density_after(omega)
+    turning = rolling_space(n).slices["omega"].start
 
     def rolling_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
-        omega(n, params, part(y, square + n - 1, size), gamma, part(work, 0, size), rest)
+        omega(n, params, part(y, turning, size), gamma, part(work, 0, size), rest)
         return -log_density(n, params, gamma, rest)
 
     return gi.observable(rolling_log_density)
-
-
-def rolling_space(n: int) -> gi.Space:
-    """Return SO(n) × R^(n−1) with velocities: (g, r, ω, v)."""
-    motions = gi.Rotations(n) * gi.Euclidean(n - 1, "r")
-    return motions * gi.Euclidean(n * (n - 1) // 2, "omega") * gi.Euclidean(n - 1, "v")
 
 
 def rolling_problem(
@@ -131,6 +127,7 @@ def rolling_problem(
     """
     n = inertia.n
     size, space = n * (n - 1) // 2, rolling_space(n)
+    velocities = gi.Euclidean(size, "omega")
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
@@ -154,10 +151,6 @@ def rolling_problem(
         _, w = initial_rolling(inertia, D, vertical, **components)
         velocity = rolling_velocity(rho, attitude, w) if v is None else as_vector("v", v, n - 1)
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
-
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        parts = space.random(rng)
-        return {name: parts[name] for name in ("g", "r", "omega")}
 
     def admit(y: Array) -> Array:
         parts = space.split(space.admit(y))
@@ -185,7 +178,7 @@ def rolling_problem(
         ),
         observables=contact_observables(dynamics, n, at, forms["locate"]),
         make_state=make_state,
-        make_random=make_random,
+        make_random=(gi.Rotations(n) * velocities * gi.Euclidean(n - 1, "r")).random,
         admit=admit,
         physical=physical,
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},

@@ -25,8 +25,7 @@ from geomint import as_vector, part, sqrt
 
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
-from ..ball.multiplier_fields import multiplier_fields, rolling_conditions
-from ..ball.rolling import rolling_space
+from ..ball.multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from ..ball.rolling_dynamics import RollingDynamics, contact_observables
 from ..ball.rolling_states import (
     admit_velocity,
@@ -66,7 +65,7 @@ def rubber_dynamics(full: bool, n: int, at: int) -> RollingDynamics:
 def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
     """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
-    turning = square + n - 1
+    turning = rolling_space(n).slices["omega"].start
     dynamics = rubber_dynamics(full, n, at)
     apply = operator_applied(full, n, BASE + 1)
 
@@ -159,9 +158,9 @@ def rubber_rolling_problem(
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        parts = space.random(rng)
-        p = gi.Sphere(n).tangent(parts["g"][-n:], rng.normal(size=n))
-        return {"g": parts["g"], "p": p, "r": parts["r"]}
+        g = gi.Rotations(n).random(rng)["g"]
+        p = gi.Sphere(n).tangent(g[-n:], rng.normal(size=n))
+        return {"g": g, "p": p, "r": rng.normal(size=n - 1)}
 
     def admit(y: Array) -> Array:
         parts = space.split(space.admit(y))

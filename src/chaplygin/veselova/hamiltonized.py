@@ -124,6 +124,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         invariants={"energy": geodesic_energy, "K": hamiltonized_k, **integrals},
         measure=gi.Measure(),
         make_state=make_state,
+        make_random=gi.TangentSphere(n).random,
         make_exact=exact_veselova(a, D, False),
         physical=physical,
         parameters={"a": a.tolist(), "D": D},

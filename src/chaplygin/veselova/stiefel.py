@@ -31,7 +31,7 @@ from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array, wedge
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
-from .stiefel_states import initial_stiefel
+from .stiefel_states import allowed_part, initial_stiefel
 
 __all__ = ["stiefel_problem"]
 
@@ -149,6 +149,10 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
     def make_state(**components: Any) -> Array:
         return initial_stiefel(inertia, space, components)
 
+    def make_random(rng: np.random.Generator) -> dict[str, Any]:
+        X = gi.Rotations(n).random(rng)["g"][:rows].reshape(count, n)
+        return {space.pieces[0][0]: X, "k": allowed_part(X, rng.normal(size=n * (n - 1) // 2))}
+
     def physical(y: Array) -> dict[str, Array]:
         X, P = y[:rows].reshape(count, n), y[rows:].reshape(count, n)
         k = np.sum([wedge(x, p) for x, p in zip(X, P, strict=True)], axis=0)
@@ -164,6 +168,7 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
         invariants={"energy": forms["energy"], "K": forms["K"], **integrals(n, count)},
         measure=gi.Measure(forms["log_density"]),
         make_state=make_state,
+        make_random=make_random,
         physical=physical,
         parameters={**operator_parameters(inertia), "r": count},
     )

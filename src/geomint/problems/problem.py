@@ -107,9 +107,9 @@ class Problem:
 
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "parameters": Mapping})
+        object.__setattr__(self, "params", flat("params", self.params))
         if self.space is not None:
             self._stand_on(self.space)
-        object.__setattr__(self, "params", flat("params", self.params))
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
         object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
         if not (isinstance(self.time, str) and self.time in ("t", "tau")):
@@ -122,6 +122,9 @@ class Problem:
         check_types(self, {"space": Space, "constraints": Mapping})
         if self.pieces and tuple(self.pieces) != space.pieces:
             raise DomainError("pieces", self.pieces, f"none, or those of the space, {space.pieces}")
+        if not np.array_equal(self.params[: len(space.params)], space.params):
+            expected = f"parameters that begin with those of the space, {space.params}"
+            raise DomainError("params", self.params, expected)
         taken: dict[str, Any] = {
             "pieces": space.pieces,
             "make_state": self.make_state or space.project,

@@ -236,7 +236,9 @@ class Space:
             if size == 0.0 or (size >= 0.5 * before and before < 1e-12 * max(1.0, length(z))):
                 return z
             before = size
-            z = z - np.linalg.lstsq(self.normals(z), defects)[0]
+            normals = self.normals(z)
+            sizes = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+            z = z - np.linalg.lstsq(normals / sizes[:, None], defects / sizes)[0]
         raise DomainError("v", v, "a shorter vector: no point of the space was found near y + v")
 
     def distance(self, y: Array, z: Array) -> float:
