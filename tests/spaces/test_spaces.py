@@ -60,6 +60,18 @@ def doubled(params, t, y, work):
     return 3.0 * (y[0] * y[0] + y[1] * y[1] - 1.0)
 
 
+@gi.field
+def shifted(params, q, g, G, work):
+    gi.Sphere(2).constraint(params, q, g, G, work)
+    g[0] = g[0] + 1e-9
+
+
+@gi.field
+def bent(params, q, g, G, work):
+    gi.Sphere(2).constraint(params, q, g, G, work)
+    G[0] = 2.0 * G[0]
+
+
 @dataclass(frozen=True)
 class Circle(gi.Sphere):
     """A sphere whose parts are replaced."""
@@ -110,6 +122,11 @@ class Circle(gi.Sphere):
         return {"gamma": 2.0 * found["gamma"]} if self.broken == "random" else found
 
     @property
+    def constraint(self):
+        own = super().constraint
+        return {"zero": shifted, "jacobian": bent}.get(self.broken, own)
+
+    @property
     def group(self):
         return gi.translations(2) if self.broken == "group" else super().group
 
@@ -157,6 +174,8 @@ BROKEN = {
     "retract": "retractions .* leave it",
     "seed": "another point for the same seed",
     "constant": "one point for two seeds",
+    "zero": "`constraint` .* is not 0 on it",
+    "jacobian": "another Jacobian",
     "group": r"R\^2 moves points out",
 }
 

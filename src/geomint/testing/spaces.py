@@ -48,6 +48,7 @@ def check_space(space: Space, states: int = 5) -> None:
     for seed in range(states):
         y = _random(space, seed)
         _check_point(space, y)
+        _check_constraint(space, y)
         _check_repair(space, y, np.random.default_rng([seed, 1]))
         _check_tangents(space, y, np.random.default_rng([seed, 2]).normal(size=space.rows))
     for scale in SCALES:
@@ -83,6 +84,25 @@ def _check_point(space: Space, y: Array) -> None:
     values = np.linalg.svd(space.normals(y), compute_uv=False) if space.conditions else np.ones(1)
     text = f"conditions of {space!r} depend on each other: singular values {values}"
     sure(values[-1] > INDEPENDENT * values[0], text)
+
+
+def _check_constraint(space: Space, y: Array) -> None:
+    """Hold the constraint for RATTLE to be 0, with its Jacobian, if the space has one."""
+    try:
+        constraint = space.constraint
+    except NotImplementedError:
+        return
+
+    def written(x: Array) -> tuple[Array, Array]:
+        g, G = np.zeros(space.conditions), np.zeros(space.conditions * space.rows)
+        constraint(Block(space.params), Block(x), Block(g), Block(G), Block(np.zeros(0)))
+        return g, G.reshape(-1, space.rows)
+
+    steps = 1e-3 * np.eye(space.rows)
+    slopes = np.array([written(y + h)[0] - written(y - h)[0] for h in steps]).T / 2e-3
+    g, G = written(y)
+    small(g, ROUNDING * max(1.0, length(y)) ** 2, f"`constraint` of {space!r} is not 0 on it")
+    small(G - slopes, 1e-5 * max(1.0, length(y)), f"`constraint` of {space!r} has another Jacobian")
 
 
 def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:

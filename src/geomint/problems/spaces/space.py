@@ -79,7 +79,7 @@ class Space:
         """The spaces of which this one is the product; itself alone if it is none."""
         return (self,)
 
-    @property
+    @functools.cached_property
     def rows(self) -> int:
         """Length of the flat state."""
         return sum(rows for _, rows in self.pieces)
