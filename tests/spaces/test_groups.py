@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.kernels.numbers.blocks import Block
 from geomint.testing import check_group
 
 pytestmark = pytest.mark.nojit
@@ -79,6 +80,18 @@ def test_a_broken_group_is_noticed(changes: dict, text: str) -> None:
 def test_factors_need_their_rows() -> None:
     with pytest.raises(gi.DomainError, match="the length of the states"):
         replace(gi.so3(2), rows=None) * gi.translations(1)
+
+
+@pytest.mark.parametrize("long", [0, 1])
+def test_coordinates_of_a_product_end_with_those_of_either_factor(long: int) -> None:
+    """And of one whose coordinates end nowhere, with those of the other."""
+    four = gi.so_n(4, "vector")
+    for group in (four * gi.so_n(5, "vector"), four * gi.so3(1), gi.so3(1) * four):
+        sizes = [6, 10] if "SO(5)" in group.name else [6, 3] if group.name[3] == "4" else [3, 6]
+        u = np.repeat([1e-3, 10.0] if long else [10.0, 1e-3], sizes)
+        extent = group.extent(Block(group.layout), Block(u), Block(np.zeros(group.work)))
+        ends = "SO(5)" in group.name or sizes[long] == 6
+        assert (extent > 1.0) == ends
 
 
 @gi.field
