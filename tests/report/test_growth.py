@@ -325,7 +325,7 @@ def test_numbers_too_large_for_a_float_are_none():
     assert (drift.drift_class, drift.slope) == ("linear", None)
     assert drift.trend_bound == pytest.approx(1.7e308, rel=1e-3)
     jump = drift_of(np.where(T > 0.5, 1.7e308, -1.7e308))
-    assert (jump.kind, jump.jump_size) == ("jump", None)
+    assert (jump.drift_class, jump.jump_size) == ("jump", None)
 
 
 def test_every_class_is_explained():
