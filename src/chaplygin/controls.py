@@ -32,7 +32,7 @@ import numpy as np
 import geomint as gi
 
 from .inertia import GeneralInertia, SpecialInertia
-from .manifold import Array, skew_components, unit
+from .manifold import Array, skew_components
 
 __all__ = ["MultiplierDefects", "almost_poisson_tensor", "multiplier_defects"]
 
@@ -95,7 +95,7 @@ def multiplier_defects(
         For what describes no state, and for k = 0, where there is nothing to test.
     """
     n = inertia.n
-    y = np.concatenate([skew_components("k", k, n), unit(gamma, n)])
+    y = np.concatenate([skew_components("k", k, n), gi.Sphere(n).point(gamma)])
     if not np.any(y[:-n]):
         raise gi.DomainError("k", k, "a momentum that is not zero")
     steps = [y + 1j * STEP * e for e in np.eye(len(y))]

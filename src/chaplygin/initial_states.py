@@ -16,8 +16,6 @@ from .manifold import (
     length,
     skew_components,
     skew_matrix,
-    tangent,
-    unit,
     warn,
     wedge,
 )
@@ -56,7 +54,7 @@ def initial_momentum(
         For anything that does not describe a state.
     """
     name, n = one_of(components), inertia.n
-    vertical = unit(gamma, n)
+    vertical = gi.Sphere(n).point(gamma)
     if name in ("p", "p_tilde"):
         return vertical, wedge(vertical, _p(inertia, vertical, name, components[name]))
     value = skew_components(name, components[name], n, vector)
@@ -77,12 +75,12 @@ def initial_tangent(
     if name in ("k", "omega"):
         vertical, k = initial_momentum(inertia, D, gamma, **components)
         return vertical, tangent_of_momentum(vertical, k, name)
-    vertical = unit(gamma, inertia.n)
+    vertical = gi.Sphere(inertia.n).point(gamma)
     return vertical, _p(inertia, vertical, name, components[name])
 
 
 def _p(inertia: Inertia, gamma: Array, name: str, value: Any) -> Array:
-    result = tangent(gamma, value, name)
+    result = gi.TangentSphere(inertia.n).vector(gamma, value, name)
     if name == "p":
         return result
     if not isinstance(inertia, SpecialInertia):

@@ -29,7 +29,7 @@ import geomint as gi
 
 from .commuting_integrals import coefficient_tables, table_rows
 from .inertia import positive_vector
-from .manifold import Array, tangent, unit
+from .manifold import Array
 
 __all__ = ["Spheroconical", "SpheroconicalPoint"]
 
@@ -100,7 +100,7 @@ class Spheroconical:
 
     def coordinates(self, gamma: Any) -> tuple[Array, Array]:
         """Return λ, shape (n−1,), and the gaps λ_k − a_i, shape (n−1, n), of a unit vector."""
-        squares = unit(gamma, self.n) ** 2
+        squares = gi.Sphere(self.n).point(gamma) ** 2
         a, order = self.a, self._order
         lam, gaps = np.zeros(self.n - 1), np.zeros((self.n - 1, self.n))
         for k in range(self.n - 1):
@@ -123,8 +123,8 @@ class Spheroconical:
         geomint.DomainError
             If a γ_i is 0: λ = a_i is a turning point, where μ is infinite.
         """
-        direction = unit(gamma, self.n)
-        momentum = tangent(direction, p_tilde, "p_tilde")
+        direction = gi.Sphere(self.n).point(gamma)
+        momentum = gi.TangentSphere(self.n).vector(direction, p_tilde, "p_tilde")
         lam, gaps = self.coordinates(direction)
         self._refuse_turning_points(gaps, direction)
         mu = 0.5 * np.sum(momentum * direction / gaps, axis=1)
@@ -153,8 +153,8 @@ class Spheroconical:
 
     def polynomial(self, gamma: Any, p_tilde: Any) -> Array:
         """Return r_0, …, r_(n−2), the coefficients of R, at a point; also on γ_i = 0."""
-        direction = unit(gamma, self.n)
-        momentum = tangent(direction, p_tilde, "p_tilde")
+        direction = gi.Sphere(self.n).point(gamma)
+        momentum = gi.TangentSphere(self.n).vector(direction, p_tilde, "p_tilde")
         rows = table_rows(self.n)
         tables = coefficient_tables(self.a, range(self.n - 1), 1).reshape(self.n - 1, rows)
         i, j = np.triu_indices(self.n, 1)

@@ -1,5 +1,6 @@
 # The public names, for type checkers and for lazy_loader: what is not here is not public.
 
+from .arguments import as_vector as as_vector
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
@@ -18,12 +19,6 @@ from .errors import (
     StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
     UnknownReferenceError as UnknownReferenceError,
-)
-from .files.outputs import (
-    check_file as check_file,
-    check_folder as check_folder,
-    whole_file as whole_file,
-    whole_folder as whole_folder,
 )
 from .kernels.compiling.recorded import field as field, helper as helper, observable as observable
 from .kernels.groups.great_circle import (
@@ -68,13 +63,31 @@ from .problems.forms import (
     Measure as Measure,
     Splitting as Splitting,
 )
-from .problems.groups import so3 as so3, so_n as so_n
+from .problems.groups import so3 as so3, so_n as so_n, translations as translations
 from .problems.natural import natural_on_sphere as natural_on_sphere
 from .problems.pointwise import pointwise as pointwise
-from .problems.problem import Problem as Problem, as_vector as as_vector
+from .problems.problem import Problem as Problem
 from .problems.quadrature import with_quadrature as with_quadrature
+from .problems.spaces.euclidean import Euclidean as Euclidean
+from .problems.spaces.product import Product as Product
+from .problems.spaces.rotations import RigidMotions as RigidMotions, Rotations as Rotations
+from .problems.spaces.skew import Skew as Skew
+from .problems.spaces.space import Space as Space
+from .problems.spaces.sphere import Sphere as Sphere
+from .problems.spaces.stiefel import Stiefel as Stiefel
+from .problems.spaces.tangent_bundle import (
+    TangentBundle as TangentBundle,
+    TangentSphere as TangentSphere,
+    TangentStiefel as TangentStiefel,
+)
 from .problems.systems import Model as Model, System as System
 from .report.drift_page import drift_report as drift_report
+from .run.files.outputs import (
+    check_file as check_file,
+    check_folder as check_folder,
+    whole_file as whole_file,
+    whole_folder as whole_folder,
+)
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
 from .run.storage import SavedSolution as SavedSolution, load as load
@@ -104,6 +117,7 @@ __all__ = [
     "DeclarationError",
     "DomainError",
     "Drift",
+    "Euclidean",
     "FormError",
     "Gauss",
     "GeomintError",
@@ -118,22 +132,32 @@ __all__ = [
     "NonFiniteError",
     "OutputError",
     "Problem",
+    "Product",
     "Rattle",
     "Rescaled",
+    "RigidMotions",
+    "Rotations",
     "RungeKutta",
     "SavedSolution",
     "Scene",
     "SceneError",
     "SendingError",
     "SeveralRuns",
+    "Skew",
     "Solution",
+    "Space",
+    "Sphere",
     "Splitting",
     "StepError",
     "StepLimitError",
     "StepSizeError",
+    "Stiefel",
     "StressAxis",
     "StressCase",
     "System",
+    "TangentBundle",
+    "TangentSphere",
+    "TangentStiefel",
     "Term",
     "UnknownReferenceError",
     "Verlet",
@@ -169,6 +193,7 @@ __all__ = [
     "solve",
     "sqrt",
     "top",
+    "translations",
     "turn_coefficients",
     "value",
     "whole_file",

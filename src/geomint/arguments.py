@@ -16,6 +16,7 @@ __all__ = [
     "MOST_NUMBERS",
     "Array",
     "as_array",
+    "as_vector",
     "check_name",
     "finite",
     "flat",
@@ -97,6 +98,17 @@ def as_array(name: str, value: Any, expected: str = "numbers", kind: Any = np.fl
     except Exception:  # whatever a foreign object raises there
         raise DomainError(name, value, expected) from None
     raise DomainError(name, value, expected)
+
+
+def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
+    """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
+    rows = whole("rows", rows, 0)
+    vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
+    if len(vector) != rows:
+        raise DomainError(name, value, f"{rows} numbers{detail}, got {len(vector)}")
+    if not np.isfinite(vector).all():
+        raise DomainError(name, value, "finite numbers")
+    return vector
 
 
 def flat(name: str, value: Any) -> Array:

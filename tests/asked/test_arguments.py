@@ -150,9 +150,16 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "natural_on_sphere": ({"gradient": gradient}, {"gradient": other_gradient}),
     "so3": ({"vectors": 1}, {"vectors": 2}),
-    "so_n": (
-        {"n": 4, "pieces": ("vector",), "translations": 0},
-        {"n": 5, "pieces": ("vector", "frame"), "translations": 1},
+    "so_n": ({"n": 4, "pieces": ("vector",)}, {"n": 5, "pieces": ("vector", "frame")}),
+    "translations": ({"m": 1}, {"m": 2}),
+    "Product": ({"factors": [gi.Sphere(2)]}, {"factors": [gi.Sphere(2), gi.Skew(2)]}),
+    **{
+        name: ({"n": 3, "names": ("a", "b")}, {"n": 4, "names": ("a", "c")})
+        for name in ("RigidMotions", "TangentSphere")
+    },
+    "TangentStiefel": (
+        {"n": 3, "r": 2, "names": ("a", "b")},
+        {"n": 4, "r": 1, "names": ("a", "c")},
     ),
     "with_quadrature": (
         {"problem": IN_TAU, "name": "s", "rate": size},
@@ -185,9 +192,13 @@ LOOK: dict[str, Callable[..., Any]] = {
     "natural_on_sphere": lambda **given: flow_of(gi.natural_on_sphere(**given)),
     "great_circle": increment,
     "so3": lambda vectors: group_of(gi.so3(vectors)),
-    "so_n": lambda n, pieces, translations: group_of(
-        gi.so_n(n, *pieces, translations=translations)
-    ),
+    "so_n": lambda n, pieces: group_of(gi.so_n(n, *pieces)),
+    "translations": lambda m: group_of(gi.translations(m)),
+    "Product": lambda factors: repr(gi.Product(*factors)),
+    **{
+        name: lambda name=name, **given: repr(getattr(gi, name)(**given))
+        for name in ("RigidMotions", "TangentSphere", "TangentStiefel")
+    },
     "part": lambda **given: gi.part(**given).data,
     "load_scene": lambda source: gi.load_scene(source).sections,
     "make_plan": lambda **given: [
@@ -227,6 +238,11 @@ METHODS_BELOW = {  # methods of classes
     "Drift": {"stretched"},
     "Solution": {"piece", "save"},
     "SavedSolution": {"piece"},
+    # Tested in tests/spaces, by geomint.testing.
+    **{
+        name: methods_of(kind) for name, kind in {n: getattr(gi, n) for n in gi.__all__}.items()
+        if inspect.isclass(kind) and issubclass(kind, gi.Space)
+    },
 }  # fmt: skip
 
 
@@ -501,6 +517,7 @@ OTHERS: dict[str, Any] = {
     "admit": lambda y: 2.0 * y,
     "physical": lambda y: {"half": 0.5 * y},
     "parameters": {"a": 2.0},
+    "space": gi.Sphere(2, "y"),
 }
 
 

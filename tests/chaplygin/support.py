@@ -17,6 +17,7 @@ import numpy as np
 import chaplygin as ch
 import geomint as gi
 from chaplygin.manifold import skew_matrix, vector_of_triangle
+from chaplygin.related.ellipsoid import Ellipsoid
 from chaplygin.veselova.stiefel_states import allowed_part
 from geomint.kernels.numbers.blocks import Block
 
@@ -191,21 +192,16 @@ def random_full(n: int, seed: int = 0) -> ch.GeneralInertia:
 
 
 def random_direction(n: int, seed: int = 0) -> Any:
-    gamma = rng_for(n, seed + 1000).normal(size=n)
-    return gamma / np.sqrt(gamma @ gamma)
+    return gi.Sphere(n).random(rng_for(n, seed + 1000))["gamma"]
 
 
 def random_tangent(n: int, seed: int = 0) -> tuple[Any, Any]:
-    gamma, p = random_direction(n, seed), rng_for(n, seed + 2000).normal(size=n)
-    for _ in range(2):
-        p = p - (gamma @ p) / (gamma @ gamma) * gamma
-    return gamma, p
+    gamma = random_direction(n, seed)
+    return gamma, gi.Sphere(n).tangent(gamma, rng_for(n, seed + 2000).normal(size=n))
 
 
 def random_rotation(n: int, seed: int = 0) -> Any:
-    q, _ = np.linalg.qr(rng_for(n, seed + 3000).normal(size=(n, n)))
-    q[0] *= np.linalg.det(q)
-    return q
+    return gi.Rotations(n).random(rng_for(n, seed + 3000))["g"].reshape(n, n)
 
 
 def random_frame(gamma: Any) -> Any:
@@ -227,10 +223,8 @@ def random_body(n: int, seed: int = 0) -> ch.Veselova:
 
 def random_geodesic(a: Any, seed: int = 0) -> tuple[Any, Any]:
     """Return a point x of the ellipsoid (x, A⁻¹x) = 1 and a tangent p."""
-    gamma, p = random_direction(len(a), seed), rng_for(len(a), seed + 5000).normal(size=len(a))
-    x = gamma / np.sqrt(gamma @ (gamma / a))
-    for _ in range(2):
-        p = p - (p @ (x / a)) / ((x / a) @ (x / a)) * (x / a)
+    space = gi.TangentBundle(Ellipsoid(tuple(a)), "p")
+    x, p = space.random(rng_for(len(a), seed + 5000)).values()
     return x, p
 
 

@@ -5,12 +5,12 @@ import pytest
 from numba.core import types
 from support import CASES
 
-from chaplygin.measures import constant_density
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import EXTENDED, LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.kernels.compiling.signatures import CONSTRAINT, FIELD, VALUE
 from geomint.kernels.numbers.blocks import as_lanes, part, scalar_block
+from geomint.problems.forms import constant_density
 
 LABELS = [
     "reduced-special-n3",

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
-from geomint.files import outputs
+from geomint.run.files import outputs
 
 # A short call of every command that writes something, and what it writes under --out.
 COMMANDS = {
@@ -165,7 +165,7 @@ def test_a_run_that_failed_is_seen_in_every_file(tmp_path):
 def test_nothing_is_imported_for_it():
     """Taking over signals and testing outputs costs no import of numba or matplotlib."""
     script = (
-        "import sys, geomint.files.outputs, geomint.cli.signals\n"
+        "import sys, geomint.run.files.outputs, geomint.cli.signals\n"
         "print({'numba', 'matplotlib'} & {*sys.modules})"
     )
     done = subprocess.run(

@@ -105,6 +105,20 @@ def test_a_run_that_python_finds_longer_than_expected_is_compiled(monkeypatch):
     assert confirm(CIRCLE, EAST, 5.0, on_circle).method == "dop853-adaptive"
 
 
+def test_the_second_method_takes_states_as_they_are(monkeypatch):
+    """A start that is shifted off the space is not brought back to it."""
+    asked = []
+
+    def second(problem, y0, end, turns):
+        asked.append(problem.canonical(y0 * (1.0 + 1e-9)))
+        return "any", confirmation._named(problem, y0), 1e-12
+
+    monkeypatch.setattr(confirmation, "_second", second)
+    on_space = gi.Problem("circle", space=gi.Sphere(2, "x"), field=circle)
+    confirm(on_space, EAST, 1.0, on_circle)
+    np.testing.assert_array_equal(asked, [EAST * (1.0 + 1e-9)])
+
+
 @pytest.mark.nojit
 @pytest.mark.parametrize("end", [-3.0, 1e-12, 3.0])
 @pytest.mark.parametrize("size", [1e-150, 1.0, 1e150])

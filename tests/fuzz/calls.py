@@ -285,10 +285,8 @@ def calls() -> dict[str, Call]:
         ),
         "derivative": Call(lambda y, t: bool(len(gi.derivative(field, y, t))), {"y": y0, "t": 0.0}),
         "so3": Call(gi.so3, {"vectors": 2}),
-        "so_n pieces": Call(
-            lambda n, piece, translations: gi.so_n(n, piece, translations=translations),
-            {"n": 4, "piece": "vector", "translations": 2},
-        ),
+        "so_n pieces": Call(lambda n, piece: gi.so_n(n, piece), {"n": 4, "piece": "vector"}),
+        "translations": Call(lambda m: gi.so_n(2, "vector") * gi.translations(m), {"m": 2}),
         "natural_on_sphere": Call(gi.natural_on_sphere, {"gradient": field.field}),
         "with_quadrature": Call(
             gi.with_quadrature, {"problem": field, "name": "s", "rate": field.invariants["energy"]}

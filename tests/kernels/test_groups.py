@@ -19,7 +19,7 @@ from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES
 from geomint.methods.rkmk import coordinates_of
 from geomint.problems.forms import Group
-from geomint.problems.groups import so3, so_n
+from geomint.problems.groups import so3, so_n, translations
 
 pytestmark = pytest.mark.nojit
 EPSILON = 2.0**-52
@@ -279,7 +279,7 @@ def test_the_series_of_the_inverse_differential(n: int) -> None:
 def test_translations_are_their_own_coordinates() -> None:
     """In R^m beside SO(n), every map is the identity."""
     for n in (2, 3, 4):
-        group = so_n(n, "vector", translations=2)
+        group = so_n(n, "vector") * translations(2)
         rng = np.random.default_rng(n)
         u, v = rng.standard_normal((2, group.algebra_rows))
         y = rng.standard_normal(n + 2)

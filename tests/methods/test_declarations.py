@@ -826,9 +826,9 @@ def test_own_groups_fit() -> None:
     from geomint.problems.groups import own_sizes
 
     pieces = ("vector", "adjoint", "frame", "vector")
-    large = [gi.so_n(n, *pieces, translations=n - 2) for n in (2, 3, 5)]
+    large = [gi.so_n(n, *pieces) * gi.translations(n - 1) for n in (2, 3, 5)]
     for group in (gi.so3(1), gi.so3(3), *large):
-        rows = own_sizes(group).state
+        _, rows, _ = own_sizes(group)
         for n in (rows, rows - 1, rows + 1):
             problem = gi.Problem("any", (("y", n),), field=RECORDED)
             if n == rows:

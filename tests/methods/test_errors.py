@@ -120,7 +120,7 @@ def overflowing(params, t, y, out, work):
 OVERFLOWING = gi.Problem(
     "overflowing",
     (("v", 2), ("r", 7)),  # more than 8 rows: the stepper of all groups SO(n)
-    action=gi.GroupAction(overflowing, gi.so_n(2, "vector", translations=7)),
+    action=gi.GroupAction(overflowing, gi.so_n(2, "vector") * gi.translations(7)),
 )
 
 
@@ -271,10 +271,10 @@ def wall(params, t, q, p, dq, dp, work):
 
 def test_a_failure_inside_a_composition(monkeypatch: pytest.MonkeyPatch) -> None:
     """The partial result ends with a whole step, not with the substeps that succeeded."""
-    from geomint.problems.testproblems.spherical_pendulum import INITIAL, unit_sphere
+    from geomint.problems.testproblems.spherical_pendulum import INITIAL
 
     problem = gi.Problem(
-        "wall", (("q", 3), ("p", 3)), hamiltonian=gi.Hamiltonian(wall, unit_sphere, 1)
+        "wall", (("q", 3), ("p", 3)), hamiltonian=gi.Hamiltonian(wall, gi.Sphere(3).constraint, 1)
     )
     kwargs = {"step": 0.1, "method": "rattle-4"}
     with pytest.raises(gi.NonFiniteError) as caught:
@@ -367,7 +367,7 @@ def test_a_method_that_was_probably_meant() -> None:
 def test_a_form_that_does_not_fit(problem: gi.Problem, method: str, advice: str) -> None:
     """The error says what the method needs, what the problem offers, and what would fit."""
     with pytest.raises(gi.FormError, match=advice):
-        gi.solve(problem, np.ones(problem.rows), t_end=1.0, method=method)
+        gi.solve(problem, np.eye(problem.rows)[0], t_end=1.0, method=method)
 
 
 def test_what_is_advised_fits() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.problems.evaluate import value
 from geomint.problems.testproblems import (
     abc_flow,
     double_pendulum,
@@ -22,6 +21,7 @@ from geomint.problems.testproblems import (
     sphere_metric,
     spherical_pendulum,
 )
+from geomint.testing import check_problem
 
 
 def metric(n: int, **options: float) -> tuple[gi.Problem, np.ndarray]:
@@ -68,12 +68,10 @@ def admissible(name: str) -> tuple[gi.Problem, np.ndarray]:
 
 
 @each_case
-def test_initial_states_are_admissible(name: str) -> None:
-    """All constraints vanish at time 0."""
+def test_every_problem_is_one(name: str) -> None:
+    """The public suite, at the initial state: forms, constraints, invariants, groups."""
     problem, y0 = admissible(name)
-    assert problem.canonical(y0) is not None
-    for f in problem.constraints.values():
-        assert abs(value(problem, f, y0)) < 1e-15
+    check_problem(problem, [y0])
 
 
 @each_case
@@ -95,19 +93,6 @@ def test_forms_describe_one_flow(name: str) -> None:
             only = dataclasses.replace(problem, field=None)
             found = gi.solve(only, y0, step=1.0 / steps, method=method, **plain).y[-1]
             np.testing.assert_allclose(found, reference, rtol=0, atol=2e-9)
-
-
-@each_case
-def test_invariants_are_constant(name: str) -> None:
-    """And constraints stay, along the ODE."""
-    problem, y0 = admissible(name)
-    if not problem.diagnostics:
-        pytest.skip("nothing is conserved")
-    plain = {"save_every": 10, "compiled": False}
-    sol = gi.solve(problem, y0, t_end=2.0, step=0.02, method="dop853", **plain)
-    for quantity, f in problem.diagnostics.items():
-        found = [value(problem, f, y, t) for t, y in zip(sol.t, sol.y, strict=True)]
-        assert np.max(np.abs(np.subtract(found, found[0]))) < 1e-11, quantity
 
 
 def test_generators_do_not_commute() -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import geomint as gi
-from geomint.files import outputs, workplace
+from geomint.run.files import outputs, workplace
 
 posix = pytest.mark.skipif(os.name != "posix", reason="of POSIX")
 
@@ -218,7 +218,7 @@ def test_symlinks_in_a_folder_are_followed(tmp_path):
 
 WRITER = """
 import sys
-from geomint.files.outputs import whole_file, whole_folder
+from geomint.run.files.outputs import whole_file, whole_folder
 place, text, times, kind = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4]
 for _ in range(times):
     if kind == "file":
@@ -283,7 +283,7 @@ def test_names_are_looked_at_before_the_work(tmp_path):
 
 KILLED = """
 import os, sys
-from geomint.files.outputs import whole_folder
+from geomint.run.files.outputs import whole_folder
 with whole_folder(sys.argv[1]) as unfinished:
     os.kill(os.getpid(), 9)
 """

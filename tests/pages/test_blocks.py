@@ -27,7 +27,7 @@ PYTHON = ["tutorial", "systems", "exact-flow", "README"]
 
 def test_every_block_is_run_somewhere() -> None:
     """A page with Python or a console that no test runs is named here, or is an error."""
-    elsewhere = {"add-a-method", "add-a-system", "audit"}
+    elsewhere = {"add-a-method", "add-a-space", "add-a-system", "audit"}
     for path in sorted(Path(page("tutorial").parent).glob("*.md")):
         infos = {block.info for block in blocks(path)}
         if "console" in infos:
@@ -150,10 +150,7 @@ def test_a_system_of_ones_own_works_as_its_page_says(
     installed(package, project)
     scope: dict[str, object] = {}
     exec(compile(tests, "test_free_top.py", "exec"), scope)
-    for y in scope["STATES"]:
-        scope["test_forms_agree"](y)
-        for name in ("energy", "momentum-squared"):
-            scope["test_invariants_are_constant_along_the_field"](y, name)
+    scope["test_every_property"]()
     scope["test_methods_of_both_forms_agree"]()
     assert gi.load_scene("free-top").content.system.name == "free-top"
     bad = scene.replace("moments = [1.0, 2.0, 3.0]", "moment = [1.0, 2.0]")
@@ -163,6 +160,19 @@ def test_a_system_of_ones_own_works_as_its_page_says(
         main(shlex.split(shown.text)[1:])
     told = capsys.readouterr()
     assert same(shown.output, (told.out + told.err).splitlines())
+
+
+def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
+    """What is printed, the files of the page, and its tests."""
+    shown, space, particle, tests = examples(page("add-a-space"))
+    assert shown.output is not None
+    assert printed(shown.source, {}, "add-a-space", 0).rstrip() == shown.output.text.rstrip()
+    (package / "hyperboloid.py").write_text(space.source, "utf-8")
+    (package / "particle.py").write_text(particle.source, "utf-8")
+    scope: dict[str, object] = {}
+    exec(compile(tests.source, "test_hyperboloid.py", "exec"), scope)
+    ran = [scope[name]() for name in list(scope) if name.startswith("test_")]
+    assert len(ran) == 2
 
 
 def test_commands_of_pages_are_accepted() -> None:

@@ -29,21 +29,17 @@ from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
 from ..manifold import (
     Array,
-    admit_frame,
-    admit_unit,
-    frame,
     skew_components,
     triangle_of_vector,
     vector_of_triangle,
 )
-from ..measures import on_sphere
-from ..random_states import random_rotation
 
 __all__ = ["classical_problem"]
 
 # params: D; B_11, B_22, B_33; W_11, W_22, W_33; with a full tensor also B_12, B_13, B_23, W_12,
 # W_13, W_23; k0 where it is given
 DIAGONAL_SIZE = 7
+VECTORS = gi.Euclidean(3, "k", turned=True) * gi.Sphere(3)
 
 
 @gi.helper
@@ -163,25 +159,6 @@ def classical_area(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def classical_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """F_2 − 1 = (γ⃗, γ⃗) − 1, eq. (cl:int)."""
-    return y[3] * y[3] + y[4] * y[4] + y[5] * y[5] - 1.0
-
-
-@gi.observable
-def classical_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Frobenius norm of g gᵀ − 1."""
-    total = 0.0 * y[0]
-    for i in range(6, 15, 3):
-        for j in range(6, 15, 3):
-            entry = y[i] * y[j] + y[i + 1] * y[j + 1] + y[i + 2] * y[j + 2]
-            if i == j:
-                entry = entry - 1.0
-            total += entry * entry
-    return sqrt(total)
-
-
-@gi.observable
 def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """|g k⃗ − k⃗_0|; params ends with k⃗_0."""
     first = len(params) - 3
@@ -263,30 +240,25 @@ def classical_problem(
     full = len(params) > DIAGONAL_SIZE
     routh = {f"routh-{i + 1}": routh_integral(i) for i in axes_of_symmetry(params)}
     attitude = switch("attitude", attitude)
+    space = gi.Product(*VECTORS.factors, *([gi.Rotations(3)] if attitude else []))
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
-    constraints = {"norm": classical_norm}
-    if attitude:
-        constraints["orthogonality"] = classical_orthogonality
-        if k0 is not None:
-            momentum = vector_of_triangle(skew_components("k0", k0, 3, vector=True))
-            params = np.concatenate([params, momentum])
-            constraints["spatial-momentum"] = classical_spatial_momentum
+    constraints = {}
+    if k0 is not None:
+        momentum = vector_of_triangle(skew_components("k0", k0, 3, vector=True))
+        params = np.concatenate([params, momentum])
+        constraints["spatial-momentum"] = classical_spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         if g is not None and not attitude:
             raise gi.DomainError("g", g, "no attitude: this problem has attitude=False")
         vertical, k = initial_momentum(inertia, D, gamma, vector=True, **components)
-        last = [frame(g, 3)] if attitude else []
+        last = [gi.Rotations(3).point(g)] if attitude else []
         return np.concatenate([vector_of_triangle(k), vertical, *last])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        g = random_rotation(rng, 3)
-        return {"gamma": g[-1], "k": rng.normal(size=3), **({"g": g} if attitude else {})}
-
-    def admit(y: Array) -> Array:
-        last = [admit_frame(y[6:], 3)] if attitude else []
-        return np.concatenate([y[:3], admit_unit(y[3:6]), *last])
+        g = gi.Rotations(3).random(rng)["g"]
+        return {"gamma": g[-3:], "k": rng.normal(size=3), **({"g": g} if attitude else {})}
 
     def physical(y: Array) -> dict[str, Array]:
         return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
@@ -294,7 +266,7 @@ def classical_problem(
     group = gi.so3(5 if attitude else 2)
     return gi.Problem(
         name="classical-ball",
-        pieces=(("k", 3), ("gamma", 3), *((("g", 9),) if attitude else ())),
+        space=space,
         params=params,
         field=full_field if full else diagonal_field,
         action=gi.GroupAction(full_generator if full else diagonal_generator, group),
@@ -305,11 +277,10 @@ def classical_problem(
             **routh,
         },
         constraints=constraints,
-        measure=on_sphere(full_log_density if full else diagonal_log_density, 3, 3, attitude),
+        measure=gi.Measure(full_log_density if full else diagonal_log_density),
         make_state=make_state,
         make_exact=None if attitude else exact_ball(inertia, D),
         make_random=make_random,
-        admit=admit,
         physical=physical,
         parameters=parameters_of(inertia, D),
     )

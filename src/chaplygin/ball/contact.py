@@ -21,9 +21,7 @@ import geomint as gi
 from geomint import part, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
-from ..manifold import Array, admit_frame, admit_unit, skew_components
-from ..measures import on_sphere
-from ..random_states import random_rotation
+from ..manifold import Array, skew_components
 from .fields import ball_forms, turn
 from .integrals import ball_integrals
 from .rolling_dynamics import (
@@ -115,17 +113,14 @@ def contact_problem(
         g that is no rotation, or a gamma that is not g⁻¹E_n.
     """
     n = inertia.n
-    size, square = n * (n - 1) // 2, n * n
+    size = n * (n - 1) // 2
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
     forms = contact_forms(omega, n, at)
     kept = ball_integrals(n, size, size + n)
-    constraints = {
-        "norm": kept.norm,
-        "orthogonality": kept.orthogonality,
-        "vertical": forms["vertical"],
-    }
+    constraints = {"vertical": forms["vertical"]}
+    space = gi.Skew(n) * gi.Sphere(n) * gi.Rotations(n) * gi.Euclidean(n - 1, "r")
     if k0 is not None:
         params = np.concatenate([params, skew_components("k0", k0, n)])
         constraints["spatial-momentum"] = kept.spatial_momentum
@@ -135,30 +130,23 @@ def contact_problem(
         k, _ = initial_rolling(inertia, D, vertical, **components)
         return np.concatenate([k, vertical, attitude, initial_position(r, n)])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        g = random_rotation(rng, n)
-        return {"g": g, "k": rng.normal(size=size), "r": rng.normal(size=n - 1)}
-
     def admit(y: Array) -> Array:
-        g = admit_frame(y[size + n : size + n + square], n)
-        gamma = admit_vertical(admit_unit(y[size : size + n]), g)
-        return np.concatenate([y[:size], gamma, g, y[size + n + square :]])
+        parts = space.split(space.admit(y))
+        return space.join({**parts, "gamma": admit_vertical(parts["gamma"], parts["g"])})
 
     return gi.Problem(
         name="ball-with-contact",
-        pieces=(("k", size), ("gamma", n), ("g", square), ("r", n - 1)),
+        space=space,
         params=params,
         field=forms["field"],
-        action=gi.GroupAction(
-            forms["generator"], gi.so_n(n, "adjoint", "vector", "frame", translations=n - 1)
-        ),
+        action=space.action(forms["generator"]),
         work=rolling_work(omega, n),
         invariants={"energy": ball_forms(omega, n).energy, **kept.invariants},
         constraints=constraints,
-        measure=on_sphere(ball_forms(omega, n).log_density, size, n, True),
+        measure=gi.Measure(ball_forms(omega, n).log_density),
         observables=contact_observables(rolling_dynamics(omega, n, at), n, at, forms["locate"]),
         make_state=make_state,
-        make_random=make_random,
+        make_random=(gi.Rotations(n) * gi.Skew(n) * gi.Euclidean(n - 1, "r")).random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},

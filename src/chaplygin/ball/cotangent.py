@@ -17,9 +17,7 @@ import geomint as gi
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
-from ..manifold import Array, admit_frame, skew_components
-from ..measures import on_rotations
-from ..random_states import random_rotation
+from ..manifold import Array, skew_components
 from .angular_velocity import omega_for
 from .fields import ball_forms, ball_work
 from .integrals import ball_integrals
@@ -55,7 +53,8 @@ def cotangent_problem(
     vertical = size + square - n
     omega, params = omega_for(inertia, D)
     forms, kept = ball_forms(omega, n, vertical), ball_integrals(n, vertical, size)
-    constraints = {"orthogonality": kept.orthogonality}
+    constraints = {}
+    space = gi.Skew(n) * gi.Rotations(n)
     if k0 is not None:
         params = np.concatenate([params, skew_components("k0", k0, n)])
         constraints["spatial-momentum"] = kept.spatial_momentum
@@ -67,17 +66,16 @@ def cotangent_problem(
 
     return gi.Problem(
         name="ball-on-group",
-        pieces=(("k", size), ("g", square)),
+        space=space,
         params=params,
         field=forms.field,
-        action=gi.GroupAction(forms.generator, gi.so_n(n, "adjoint", "frame")),
+        action=space.action(forms.generator),
         work=ball_work(omega, n),
         invariants={"energy": forms.energy, **kept.invariants},
         constraints=constraints,
-        measure=on_rotations(forms.log_density, size, n),
+        measure=gi.Measure(forms.log_density),
         make_state=make_state,
-        make_random=lambda rng: {"g": random_rotation(rng, n), "k": rng.normal(size=size)},
-        admit=lambda y: np.concatenate([y[:size], admit_frame(y[size:], n)]),
+        make_random=(gi.Rotations(n) * gi.Skew(n)).random,
         physical=lambda y: {"gamma": np.array(y[vertical:]), "k": np.array(y[:size])},
         parameters=parameters_of(inertia, D),
     )

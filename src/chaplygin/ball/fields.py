@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 
 import geomint as gi
 from geomint import part
+from geomint.problems.spaces.skew import unpack_skew
 
 from .angular_velocity import log_density_after, omega_work
 
-__all__ = ["BallForms", "ball_forms", "ball_work", "turn", "unpack"]
+__all__ = ["BallForms", "ball_forms", "ball_work", "turn"]
 
 
 class BallForms(NamedTuple):
@@ -33,24 +34,12 @@ def ball_work(omega: Any, n: int) -> int:
 
 
 @gi.helper
-def unpack(n: int, triangle: Any, full: Any) -> None:
-    """Write the n×n matrix of a flat triangle."""
-    at = 0
-    for i in range(n):
-        full[i * n + i] = 0.0 * triangle[0]
-        for j in range(i + 1, n):
-            full[i * n + j] = triangle[at]
-            full[j * n + i] = -triangle[at]
-            at += 1
-
-
-@gi.helper
 def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
     """Write ([k, ω], −ωγ, gω) for the flat triangle of ω."""
     size = n * (n - 1) // 2
     w, k = part(work, 0, n * n), part(work, n * n, n * n)
-    unpack(n, omega, w)
-    unpack(n, part(y, 0, size), k)
+    unpack_skew(n, omega, w)
+    unpack_skew(n, part(y, 0, size), k)
     at = 0
     for i in range(n):
         for j in range(i + 1, n):

@@ -26,15 +26,7 @@ from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
 from ..initial_states import initial_tangent, multiplier
 from ..integrable import shared_integrals
-from ..manifold import Array, admit_tangent, admit_unit, wedge
-from ..measures import (
-    constant_density,
-    norm,
-    on_tangent_bundle,
-    sphere_constraint,
-    tangency,
-)
-from ..random_states import random_tangent_state
+from ..manifold import Array, wedge
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 
 __all__ = ["hamiltonized_problem"]
@@ -145,13 +137,11 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
     start = np.concatenate([[D], 1.0 / inertia.a, inertia.a, splitting_parameters(inertia)])
     tables, integrals = shared_integrals(inertia.a, len(start), False)
 
+    space = gi.TangentSphere(n, ("gamma", "p_tilde"))
+
     def make_state(gamma: Any = None, **components: Any) -> Array:
         vertical, p = initial_tangent(inertia, D, gamma, **components)
         return np.concatenate([vertical, p / multiplier(inertia.a, D, vertical)])
-
-    def admit(y: Array) -> Array:
-        gamma = admit_unit(y[:n])
-        return np.concatenate([gamma, admit_tangent(gamma, y[n:], "p_tilde")])
 
     def physical(y: Array) -> dict[str, Array]:
         gamma = np.array(y[:n])
@@ -159,20 +149,18 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
 
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",
-        pieces=(("gamma", n), ("p_tilde", n)),
+        space=space,
         params=np.concatenate([start, tables]),
         field=hamiltonized_field,
-        hamiltonian=gi.Hamiltonian(hamiltonized_gradients, sphere_constraint, 1),
+        hamiltonian=space.hamiltonian(hamiltonized_gradients),
         splitting=hamiltonized_splitting(n),
         time="tau",
         clock=hamiltonized_clock,
         invariants={"energy": hamiltonized_energy, "K": hamiltonized_k, **integrals},
-        constraints={"norm": norm, "tangency": tangency},
-        measure=on_tangent_bundle(constant_density),
+        measure=gi.Measure(),
         make_state=make_state,
+        make_random=gi.TangentSphere(n).random,
         make_exact=exact_sphere(inertia.a, D, False),
-        make_random=lambda rng: random_tangent_state(rng, n),
-        admit=admit,
         physical=physical,
         parameters=parameters_of(inertia, D),
     )

@@ -11,19 +11,17 @@ from typing import Any, NamedTuple
 
 import geomint as gi
 from geomint import part, sqrt
+from geomint.problems.spaces.skew import unpack_skew
 
 from .angular_velocity import about_vertical
-from .fields import unpack
 
-__all__ = ["BallIntegrals", "ball_integrals", "frame_orthogonality"]
+__all__ = ["BallIntegrals", "ball_integrals"]
 
 
 class BallIntegrals(NamedTuple):
-    """Integrals by name, and conditions on γ and g."""
+    """Integrals by name, and the momentum in space."""
 
     invariants: dict[str, Any]
-    norm: Any
-    orthogonality: Any
     spatial_momentum: Any
 
 
@@ -42,7 +40,7 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
     n = int(params[0])
     k = part(work, 0, n * n)
-    unpack(n, part(y, 0, n * (n - 1) // 2), k)
+    unpack_skew(n, part(y, 0, n * (n - 1) // 2), k)
     total = 0.0 * y[0]
     for i in range(n):
         for j in range(n):
@@ -51,25 +49,6 @@ def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
                 entry += k[i * n + c] * k[j * n + c]
             total += entry * entry
     return total
-
-
-@functools.cache
-def frame_orthogonality(n: int, first: int) -> Any:
-    """Return the Frobenius norm of g gᵀ − 1, g from row `first` on."""
-
-    def ball_orthogonality(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = 0.0 * y[0]
-        for i in range(n):
-            for j in range(n):
-                entry = 0.0 * y[0]
-                if i == j:
-                    entry = entry - 1.0
-                for c in range(n):
-                    entry += y[first + i * n + c] * y[first + j * n + c]
-                total += entry * entry
-        return sqrt(total)
-
-    return gi.observable(ball_orthogonality)
 
 
 @functools.cache
@@ -84,18 +63,11 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
         """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
         return about_vertical(n, part(y, 0, size), part(y, vertical, n), work)
 
-    def ball_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """(γ, γ) − 1."""
-        total = y[vertical] * y[vertical]
-        for i in range(vertical + 1, vertical + n):
-            total += y[i] * y[i]
-        return total - 1.0
-
     def ball_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|Ad_g k − k_0| in the norm of ⟨X, X⟩."""
         k, gk = part(work, 0, n * n), part(work, n * n, n * n)
         g = part(y, frame, n * n)
-        unpack(n, part(y, 0, size), k)
+        unpack_skew(n, part(y, 0, size), k)
         for i in range(n):
             for j in range(n):
                 entry = g[i * n] * k[j]
@@ -120,7 +92,5 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
         invariants["trace-k4"] = ball_trace_k4
     return BallIntegrals(
         invariants,
-        gi.observable(ball_norm),
-        frame_orthogonality(n, frame),
         gi.observable(ball_spatial_momentum),
     )

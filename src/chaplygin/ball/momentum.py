@@ -16,9 +16,7 @@ from geomint.arguments import switch
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
-from ..manifold import Array, admit_frame, admit_unit, frame, skew_components
-from ..measures import on_sphere
-from ..random_states import random_direction, random_rotation
+from ..manifold import Array, skew_components
 from .angular_velocity import omega_for
 from .fields import ball_forms, ball_work
 from .integrals import ball_integrals
@@ -52,49 +50,41 @@ def ball_problem(
     """
     n = inertia.n
     size = n * (n - 1) // 2
+    attitude = switch("attitude", attitude)
+    space = gi.Product(gi.Skew(n), gi.Sphere(n), *([gi.Rotations(n)] if attitude else []))
     omega, params = omega_for(inertia, D)
     forms, kept = ball_forms(omega, n), ball_integrals(n, size, size + n)
-    attitude = switch("attitude", attitude)
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
-    constraints = {"norm": kept.norm}
-    if attitude:
-        constraints["orthogonality"] = kept.orthogonality
-        if k0 is not None:
-            params = np.concatenate([params, skew_components("k0", k0, n)])
-            constraints["spatial-momentum"] = kept.spatial_momentum
+    constraints = {}
+    if k0 is not None:
+        params = np.concatenate([params, skew_components("k0", k0, n)])
+        constraints["spatial-momentum"] = kept.spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         if g is not None and not attitude:
             raise gi.DomainError("g", g, "no attitude: this problem has attitude=False")
         vertical, k = initial_momentum(inertia, D, gamma, **components)
-        return np.concatenate([k, vertical, *([frame(g, n)] if attitude else [])])
+        return np.concatenate([k, vertical, *([gi.Rotations(n).point(g)] if attitude else [])])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        k = rng.normal(size=size)
         if not attitude:
-            return {"gamma": random_direction(rng, n), "k": k}
-        g = random_rotation(rng, n)
-        return {"gamma": g[-1], "k": k, "g": g}
+            return space.random(rng)
+        parts = (gi.Skew(n) * gi.Rotations(n)).random(rng)
+        return {**parts, "gamma": parts["g"][-n:]}
 
-    def admit(y: Array) -> Array:
-        last = [admit_frame(y[size + n :], n)] if attitude else []
-        return np.concatenate([y[:size], admit_unit(y[size : size + n]), *last])
-
-    pieces = ("adjoint", "vector", "frame") if attitude else ("adjoint", "vector")
     return gi.Problem(
         name="chaplygin-ball",
-        pieces=(("k", size), ("gamma", n), *((("g", n * n),) if attitude else ())),
+        space=space,
         params=params,
         field=forms.field,
-        action=gi.GroupAction(forms.generator, gi.so_n(n, *pieces)),
+        action=space.action(forms.generator),
         work=ball_work(omega, n),
         invariants={"energy": forms.energy, **kept.invariants},
         constraints=constraints,
-        measure=on_sphere(forms.log_density, size, n, attitude),
+        measure=gi.Measure(forms.log_density),
         make_state=make_state,
         make_random=make_random,
-        admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters=parameters_of(inertia, D),
     )

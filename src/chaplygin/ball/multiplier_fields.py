@@ -11,18 +11,24 @@ from typing import Any
 import geomint as gi
 from geomint import part, sqrt
 
-from ..measures import haar_conditions
 from .angular_velocity import apply_to_gamma
 from .rolling_dynamics import RollingDynamics, rolled
 
-__all__ = ["multiplier_fields", "rolling_conditions"]
+__all__ = ["multiplier_fields", "rolling_conditions", "rolling_space"]
+
+
+def rolling_space(n: int) -> gi.Space:
+    """Return SO(n) × R^(n−1) with velocities: (g, r, ω, v)."""
+    motions = gi.Rotations(n) * gi.Euclidean(n - 1, "r")
+    return motions * gi.Euclidean(n * (n - 1) // 2, "omega") * gi.Euclidean(n - 1, "v")
 
 
 @functools.cache
 def multiplier_fields(dynamics: RollingDynamics, n: int, at: int) -> dict[str, Any]:
     """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
-    turning, moving = square + n - 1, square + n - 1 + size  # where ω and v begin
+    rows = rolling_space(n).slices
+    turning, moving = rows["omega"].start, rows["v"].start
     accelerate, apply_inertia = dynamics
 
     def locate(params: Any, y: Any, work: Any) -> Any:
@@ -94,15 +100,17 @@ def rolling_conditions(n: int, at: int, twist_free: bool) -> Any:
     ρ is the parameter `at`; y = (g, r, ω, v).
     """
     size, square = n * (n - 1) // 2, n * n
-    rotation, slipping = haar_conditions(0, n), n * (n + 1) // 2
+    rotation, slipping = gi.Rotations(n).manifold_at(0), gi.Rotations(n).conditions
+    rows = rolling_space(n).slices
+    turning, moving = rows["omega"].start, rows["v"].start
 
     def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         rotation(params, t, y, out, work)
-        g, w = part(y, 0, square), part(y, square + n - 1, size)
+        g, w = part(y, 0, square), part(y, turning, size)
         v = part(out, slipping, n - 1)
         rolled(n, params[at], g, part(y, square - n, n), w, v, work)
         for i in range(n - 1):
-            v[i] = y[square + n - 1 + size + i] - v[i]
+            v[i] = y[moving + i] - v[i]
         if twist_free:
             entry, image = slipping + n - 1, part(work, 0, n)
             for q in range(1, n - 1):

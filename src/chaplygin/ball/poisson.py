@@ -25,12 +25,10 @@ from geomint import log, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, triangle_of_vector
-from ..measures import on_sphere
 from .classical import (
     DIAGONAL_SIZE,
     classical_area,
     classical_k,
-    classical_norm,
     classical_problem,
     diagonal_energy,
     diagonal_omega,
@@ -116,7 +114,7 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     square = D * np.sqrt(D / np.prod(weights))
     return gi.Problem(
         name="ball-poisson",
-        pieces=classical.pieces,
+        space=classical.space,
         params=np.append(classical.params, square),
         field=forms["field"],
         action=gi.GroupAction(forms["generator"], gi.so3(2)),
@@ -127,11 +125,9 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
             "K": classical_k,
             "area": classical_area,
         },
-        constraints={"norm": classical_norm},
-        measure=on_sphere(forms["log_density"], 3, 3, False),
+        measure=gi.Measure(forms["log_density"]),
         make_state=classical.make_state,
         make_random=classical.make_random,
-        admit=classical.admit,
         physical=lambda y: {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])},
         parameters=parameters_of(inertia, D),
     )

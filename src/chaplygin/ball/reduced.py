@@ -28,14 +28,11 @@ import numpy as np
 import geomint as gi
 from geomint import log, part
 
-from ..actions import action_on_vectors
 from ..exact.motions import exact_sphere
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_tangent
 from ..integrable import shared_integrals
-from ..manifold import Array, admit_tangent, admit_unit, wedge
-from ..measures import norm, on_tangent_bundle, tangency
-from ..random_states import random_tangent_state
+from ..manifold import Array, wedge
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 
 __all__ = ["reduced_problem"]
@@ -223,27 +220,22 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         field, generator, energy, log_density = general_forms(omega, n)
         work = n * (n - 1) + omega_work(omega, n)
 
+    space = gi.TangentSphere(n)
+
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))
 
-    def admit(y: Array) -> Array:
-        gamma = admit_unit(y[:n])
-        return np.concatenate([gamma, admit_tangent(gamma, y[n:])])
-
     return gi.Problem(
         name="chaplygin-sphere-reduced",
-        pieces=(("gamma", n), ("p", n)),
+        space=space,
         params=params,
         field=field,
-        action=action_on_vectors(generator, n, 2),
+        action=space.action(generator),
         work=work,
         invariants={"energy": energy, "K": reduced_k, **integrals},
-        constraints={"norm": norm, "tangency": tangency},
-        measure=on_tangent_bundle(log_density),
+        measure=gi.Measure(log_density),
         make_state=make_state,
         make_exact=exact,
-        make_random=lambda rng: random_tangent_state(rng, n),
-        admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
         parameters=parameters_of(inertia, D),
     )

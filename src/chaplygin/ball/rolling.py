@@ -30,12 +30,11 @@ import geomint as gi
 from geomint import as_vector, part
 
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
-from ..manifold import Array, admit_frame, skew_components
+from ..manifold import Array, skew_components
 from ..operators import operator_applied
-from ..random_states import random_rotation
 from .angular_velocity import apply_to_gamma, full_omega, log_density_after
-from .integrals import ball_integrals, frame_orthogonality
-from .multiplier_fields import multiplier_fields, rolling_conditions
+from .integrals import ball_integrals
+from .multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from .rolling_dynamics import (
     contact_observables,
     rolling_dynamics,
@@ -59,11 +58,12 @@ def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
     """Return an observable of the ball in (k, γ, g) as one of (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
     apply_inertia = operator_applied(full, n, at + 2)
+    turning = rolling_space(n).slices["omega"].start
 
     def through(params: Any, t: Any, y: Any, work: Any) -> Any:
         z, u = part(work, 0, size + n + square), part(work, size + n + square, n)
         used = size + 2 * n + square
-        w = part(y, square + n - 1, size)
+        w = part(y, turning, size)
         for i in range(n):
             z[size + i] = y[square - n + i]
         for i in range(square):
@@ -90,10 +90,11 @@ def density_in_omega(omega: Any, n: int) -> Any:
     """Return log det(I + D pr)^(1/2): the measure of `momentum` in ω, as dk = det(I + D pr) dω."""
     size, square = n * (n - 1) // 2, n * n
     log_density = log_density_after(omega)
+    turning = rolling_space(n).slices["omega"].start
 
     def rolling_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
-        omega(n, params, part(y, square + n - 1, size), gamma, part(work, 0, size), rest)
+        omega(n, params, part(y, turning, size), gamma, part(work, 0, size), rest)
         return -log_density(n, params, gamma, rest)
 
     return gi.observable(rolling_log_density)
@@ -125,7 +126,8 @@ def rolling_problem(
         g that is no rotation, a gamma that is not g⁻¹E_n, a v with which the ball slips.
     """
     n = inertia.n
-    size, square = n * (n - 1) // 2, n * n
+    size, space = n * (n - 1) // 2, rolling_space(n)
+    velocities = gi.Euclidean(size, "omega")
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, params, at = rolling_parameters(inertia, D, m, rho)
@@ -137,7 +139,7 @@ def rolling_problem(
 
     kept = ball_integrals(n, size, size + n)
     found = {name: reused(observable) for name, observable in kept.invariants.items()}
-    constraints = {"rolling": forms["rolling"], "orthogonality": frame_orthogonality(n, 0)}
+    constraints = {"rolling": forms["rolling"]}
     if k0 is not None:
         params = np.concatenate([params, skew_components("k0", k0, n)])
         constraints["spatial-momentum"] = reused(kept.spatial_momentum)
@@ -150,28 +152,22 @@ def rolling_problem(
         velocity = rolling_velocity(rho, attitude, w) if v is None else as_vector("v", v, n - 1)
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        g = random_rotation(rng, n)
-        return {"g": g, "omega": rng.normal(size=size), "r": rng.normal(size=n - 1)}
-
     def admit(y: Array) -> Array:
-        w = y[square + n - 1 : square + n - 1 + size]
-        g = admit_frame(y[:square], n)
-        v = admit_velocity(y[square + n - 1 + size :], rho, g, w)
-        return np.concatenate([g, y[square : square + n - 1], w, v])
+        parts = space.split(space.admit(y))
+        velocity = admit_velocity(parts["v"], rho, parts["g"], parts["omega"])
+        return space.join({**parts, "v": velocity})
 
     def physical(y: Array) -> dict[str, Array]:
-        gamma, w = np.array(y[square - n : square]), y[square + n - 1 : square + n - 1 + size]
+        parts = space.split(y)
+        gamma, w = parts["g"][-n:], parts["omega"]
         return {"gamma": gamma, "k": angular_momentum(inertia, D, gamma, w)}
 
     return gi.Problem(
         name="rolling-ball",
-        pieces=(("g", square), ("r", n - 1), ("omega", size), ("v", n - 1)),
+        space=space,
         params=params,
         field=forms["field"],
-        action=gi.GroupAction(
-            forms["generator"], gi.so_n(n, "frame", translations=size + 2 * (n - 1))
-        ),
+        action=space.action(forms["generator"]),
         work=rolling_work(omega, n),
         invariants={"energy": forms["energy"], **found},
         constraints=constraints,
@@ -182,7 +178,7 @@ def rolling_problem(
         ),
         observables=contact_observables(dynamics, n, at, forms["locate"]),
         make_state=make_state,
-        make_random=make_random,
+        make_random=(gi.Rotations(n) * velocities * gi.Euclidean(n - 1, "r")).random,
         admit=admit,
         physical=physical,
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},

@@ -15,12 +15,10 @@ from ..manifold import (
     REPAIRED,
     SILENT,
     Array,
-    frame,
     length,
     skew_components,
     skew_matrix,
     solved,
-    unit,
     upright,
     warn,
     wedge,
@@ -88,11 +86,11 @@ def initial_attitude(gamma: Any, g: Any, n: int) -> tuple[Array, Array]:
     if g is None:
         if gamma is None:
             raise gi.DomainError("gamma", None, f"{n} numbers, or the attitude g")
-        vertical = unit(gamma, n)
+        vertical = gi.Sphere(n).point(gamma)
         return vertical, upright(vertical).reshape(-1)
-    attitude = frame(g, n)
+    attitude = gi.Rotations(n).point(g)
     if gamma is not None:
-        admit_vertical(unit(gamma, n), attitude)
+        admit_vertical(gi.Sphere(n).point(gamma), attitude)
     return attitude[-n:].copy(), attitude
 
 

@@ -19,7 +19,7 @@ import geomint as gi
 from geomint.arguments import as_array
 
 from ..inertia import positive_number
-from ..manifold import PARALLEL, Array, admit_frame, upright
+from ..manifold import PARALLEL, Array, upright
 from .classical import ExactBall
 
 __all__ = ["ContactPath", "attitude"]
@@ -52,11 +52,7 @@ def attitude(k: Any, gamma: Any, g0: Any = None) -> Array:
         raise gi.DomainError("k", momenta, f"as many vectors as of gamma, {verticals.shape}")
     frames = _frames(momenta, verticals)
     first = frames.reshape(-1, 3, 3)[0]
-    start = (
-        upright(first[:, 0])
-        if g0 is None
-        else admit_frame(gi.as_vector("g0", g0, 9), 3).reshape(3, 3)
-    )
+    start = upright(first[:, 0]) if g0 is None else gi.Rotations(3, "g0").point(g0).reshape(3, 3)
     return np.asarray(start @ first @ np.swapaxes(frames, -1, -2))
 
 

@@ -32,15 +32,7 @@ import geomint as gi
 
 from ..commuting_integrals import coefficient_tables, neumann_integral, table_rows, tabulated
 from ..inertia import positive_vector
-from ..manifold import Array, admit_tangent, admit_unit, tangent, unit
-from ..measures import (
-    constant_density,
-    norm,
-    on_tangent_bundle,
-    sphere_constraint,
-    tangency,
-)
-from ..random_states import random_direction, random_tangent
+from ..manifold import Array
 
 __all__ = ["clebsch_problem", "neumann_problem"]
 
@@ -141,6 +133,11 @@ def clebsch_forms(n: int) -> dict[str, Any]:
     }
 
 
+def space(n: int) -> gi.TangentBundle:
+    """T*S^(n−1) with positions q and velocities v."""
+    return gi.TangentSphere(n, ("q", "v"))
+
+
 def clebsch_problem(a: Any, strength: Any, x: Any, y: Any) -> gi.Problem:
     """Return Clebsch's system on T*S^(n−1), a flow that commutes with Neumann's.
 
@@ -178,7 +175,7 @@ def clebsch_problem(a: Any, strength: Any, x: Any, y: Any) -> gi.Problem:
         forms["energy"],
         {"strength": sigma, "x": wx, "y": wy},
         field=forms["field"],
-        hamiltonian=gi.Hamiltonian(forms["gradients"], sphere_constraint, 1),
+        hamiltonian=space(n).hamiltonian(forms["gradients"]),
     )
 
 
@@ -214,7 +211,7 @@ def neumann_problem(a: Any, strength: Any = 1.0) -> gi.Problem:
         clebsch_forms(n)["energy"],
         {"strength": sigma},
         field=neumann_field,
-        hamiltonian=gi.Hamiltonian(neumann_gradients, sphere_constraint, 1, separable=True),
+        hamiltonian=space(n).hamiltonian(neumann_gradients, separable=True),
         splitting=gi.natural_on_sphere(neumann_force),
     )
 
@@ -238,28 +235,12 @@ def _problem(
         f"N{k}": neumann_integral(n, len(start) + at * rows) for at, k in enumerate(degrees)
     }
 
-    def make_state(q: Any = None, v: Any = None) -> Array:
-        position = unit(q, n, "q")
-        return np.concatenate([position, tangent(position, v, "v", "q")])
-
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        q = random_direction(rng, n)
-        return {"q": q, "v": random_tangent(rng, q)}
-
-    def admit(y: Array) -> Array:
-        position = admit_unit(y[:n], "q")
-        return np.concatenate([position, admit_tangent(position, y[n:], "v", "q")])
-
     return gi.Problem(
         name=name,
-        pieces=(("q", n), ("v", n)),
+        space=space(n),
         params=np.concatenate([start, coefficient_tables(a, degrees, 0)]),
         invariants={"energy": energy, **integrals},
-        constraints={"norm": norm, "tangency": tangency},
-        measure=on_tangent_bundle(constant_density),
-        make_state=make_state,
-        make_random=make_random,
-        admit=admit,
+        measure=gi.Measure(),
         physical=lambda y: {"q": np.array(y[:n]), "v": np.array(y[n:])},
         parameters={"a": a.tolist(), **parameters},
         **forms,

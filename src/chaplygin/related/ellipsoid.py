@@ -25,6 +25,8 @@ misprinted for |Ax|.
 
 from __future__ import annotations
 
+import functools
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,8 +36,7 @@ from geomint import log
 
 from ..commuting_integrals import chasles_integral, coefficient_tables, table_rows, tabulated
 from ..inertia import positive_vector
-from ..manifold import REPAIRED, SILENT, Array, admit_tangent, length, tangent, warn
-from ..random_states import random_direction, random_tangent
+from ..manifold import SILENT, Array, length, repaired, warn
 
 __all__ = ["ellipsoid_problem"]
 
@@ -108,36 +109,101 @@ def joachimsthal(params: Any, t: Any, y: Any, work: Any) -> Any:
     return total * normal_squared(params, y)
 
 
-@gi.observable
-def ellipsoid_equation(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(x, A⁻¹x) − 1."""
-    total = params[0] * y[0] * y[0]
-    for i in range(1, len(y) // 2):
-        total += params[i] * y[i] * y[i]
-    return total - 1.0
+@functools.cache
+def weighted_product(n: int, first: int, second: int) -> Any:
+    """Return the observable (u, A⁻¹v) of the vectors from those rows on, less 1 if they are one."""
 
+    def weighted(params: Any, t: Any, y: Any, work: Any) -> Any:
+        total = params[0] * y[first] * y[second]
+        for i in range(1, n):
+            total += params[i] * y[first + i] * y[second + i]
+        if first == second:
+            total = total - 1.0
+        return total
 
-@gi.observable
-def ellipsoid_tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(A⁻¹x, p)."""
-    n = len(y) // 2
-    total = params[0] * y[0] * y[n]
-    for i in range(1, n):
-        total += params[i] * y[i] * y[n + i]
-    return total
-
-
-@gi.field
-def ellipsoid_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """(x, A⁻¹x) − 1 and (A⁻¹x, p)."""
-    out[0] = ellipsoid_equation(params, t, y, work)
-    out[1] = ellipsoid_tangency(params, t, y, work)
+    return gi.observable(weighted)
 
 
 @gi.observable
 def ellipsoid_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return log N, the symplectic volume by N δ(c) dx dp."""
     return log(normal_squared(params, y))
+
+
+@dataclass(frozen=True)
+class Ellipsoid(gi.Space):
+    """The ellipsoid (x, A⁻¹x) = 1; its functions read 1/a_i from the first parameters.
+
+    Parameters
+    ----------
+    a : tuple of float
+        The squares of the semi-axes.
+    name : str
+        Of the piece of the state.
+    """
+
+    a: tuple[float, ...]
+    name: str = "x"
+    codes = None
+    normal = "normal"
+
+    def __post_init__(self) -> None:
+        self.check_names()
+
+    @property
+    def n(self) -> int:  # type: ignore[override]
+        """The dimension of R^n."""
+        return len(self.a)
+
+    @property
+    def pieces(self) -> tuple[tuple[str, int], ...]:
+        """One piece."""
+        return ((self.name, self.n),)
+
+    @property
+    def params(self) -> Array:
+        """1/a_i."""
+        return 1.0 / np.array(self.a)
+
+    constraint = ellipsoid_constraint
+
+    def constraints_at(self, first: int) -> dict[str, Any]:
+        """(x, A⁻¹x) − 1."""
+        return {"ellipsoid": weighted_product(self.n, first, first)}
+
+    def tangencies_at(self, first: int, second: int) -> dict[str, Any]:
+        """(A⁻¹x, p)."""
+        return {"tangency": weighted_product(self.n, first, second)}
+
+    def tangent(self, y: Array, v: Array) -> Array:
+        """Return v less its part along the normal A⁻¹x."""
+        normal = y / np.array(self.a)
+        return gi.Sphere(self.n).tangent(normal / length(normal), v)
+
+    def point(self, value: Any) -> Array:
+        """Return the point in the direction of `value`; warn if that is not `value` itself."""
+        given = gi.as_vector(self.name, value, self.n)
+        largest = float(np.max(np.abs(given)))
+        if largest == 0.0:
+            raise gi.DomainError(self.name, value, "a vector that is not zero")
+        direction = given / largest
+        size = length(direction / np.sqrt(self.a))
+        if abs(size * largest - 1.0) <= 0.5 * SILENT:
+            return given
+        x = self.name
+        warn(f"√({x}, {x}/a) is {size * largest!r}, not 1: the state uses {x} over it")
+        return np.asarray(direction / size)
+
+    def admit(self, y: Array) -> Array:
+        """Return a point of a flat state, repaired if need be."""
+        size = length(y / np.sqrt(self.a))
+        defect, said = abs(size - 1.0) * (size + 1.0), f"({self.name}, {self.name}/a) − 1"
+        return repaired(self.name, y, defect, said, "a point of the ellipsoid", lambda: y / size)
+
+    def random(self, rng: np.random.Generator) -> dict[str, Array]:
+        """Return a point whose direction is uniform."""
+        (x,) = gi.Sphere(self.n).random(rng).values()
+        return {self.name: x / np.sqrt(x @ (x / np.array(self.a)))}
 
 
 def ellipsoid_problem(a: Any) -> gi.Problem:
@@ -158,70 +224,19 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
         For other a; from ``state`` and ``canonical`` for what describes no state.
     """
     squares = positive_vector("a", a)
-    n = len(squares)
+    n, space = len(squares), gi.TangentBundle(Ellipsoid(tuple(squares.tolist())), "p")
     degrees = tabulated(n, range(2, n - 1))
     integrals = {
         f"F{k}": chasles_integral(n, n + at * table_rows(n)) for at, k in enumerate(degrees)
     }
-
-    def make_state(x: Any = None, p: Any = None) -> Array:
-        position = _on_ellipsoid(squares, x)
-        return np.concatenate([position, tangent(_normal(squares, position), p, "p", "normal")])
-
-    def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        x = random_direction(rng, n)
-        x = x / np.sqrt(x @ (x / squares))
-        return {"x": x, "p": random_tangent(rng, x / squares)}
-
-    def admit(y: Array) -> Array:
-        position = _admit_position(squares, y[:n])
-        normal = _normal(squares, position)
-        return np.concatenate([position, admit_tangent(normal, y[n:], "p", "normal")])
-
     return gi.Problem(
         name="ellipsoid",
-        pieces=(("x", n), ("p", n)),
+        space=space,
         params=np.concatenate([1.0 / squares, coefficient_tables(squares, degrees, 0)]),
         field=ellipsoid_field,
-        hamiltonian=gi.Hamiltonian(ellipsoid_gradients, ellipsoid_constraint, 1, separable=True),
+        hamiltonian=space.hamiltonian(ellipsoid_gradients, separable=True),
         invariants={"energy": ellipsoid_energy, "joachimsthal": joachimsthal, **integrals},
-        constraints={"ellipsoid": ellipsoid_equation, "tangency": ellipsoid_tangency},
-        measure=gi.Measure(ellipsoid_log_density, ellipsoid_conditions, 2),
-        make_state=make_state,
-        make_random=make_random,
-        admit=admit,
+        measure=gi.Measure(ellipsoid_log_density),
         physical=lambda y: {"x": np.array(y[:n]), "p": np.array(y[n:])},
         parameters={"a": squares.tolist()},
     )
-
-
-def _normal(a: Array, x: Array) -> Array:
-    """Return the unit normal at x."""
-    normal = x / a
-    return np.asarray(normal / length(normal))
-
-
-def _on_ellipsoid(a: Array, x: Any) -> Array:
-    """Return the point of the ellipsoid in the direction of `x`; warn if that is not `x` itself."""
-    given = gi.as_vector("x", x, len(a))
-    largest = float(np.max(np.abs(given)))
-    if largest == 0.0:
-        raise gi.DomainError("x", x, "a vector that is not zero")
-    direction = given / largest
-    size = length(direction / np.sqrt(a))
-    if abs(size * largest - 1.0) <= 0.5 * SILENT:
-        return given
-    warn(f"√(x, x/a) is {size * largest!r}, not 1: the state uses x over it")
-    return np.asarray(direction / size)
-
-
-def _admit_position(a: Array, x: Array) -> Array:
-    """Return an x of a flat state, repaired if need be; see `manifold`."""
-    size = length(x / np.sqrt(a))
-    defect = abs(size - 1.0) * (size + 1.0)
-    if defect <= SILENT:
-        return x
-    if defect > REPAIRED:
-        raise gi.DomainError("x", x, f"a point of the ellipsoid; (x, x/a) − 1 is {defect:.3g}")
-    warn(f"(x, x/a) − 1 of the state is {defect:.3g}: projected to 0")
-    return np.asarray(x / size)

@@ -25,8 +25,7 @@ from geomint import as_vector, part, sqrt
 
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
-from ..ball.integrals import frame_orthogonality
-from ..ball.multiplier_fields import multiplier_fields, rolling_conditions
+from ..ball.multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from ..ball.rolling_dynamics import RollingDynamics, contact_observables
 from ..ball.rolling_states import (
     admit_velocity,
@@ -35,9 +34,8 @@ from ..ball.rolling_states import (
     rolling_velocity,
 )
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
-from ..manifold import Array, admit_frame
+from ..manifold import Array
 from ..operators import operator_applied, operator_entries
-from ..random_states import random_rotation, random_tangent
 from ..veselova.bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from ..veselova.stiefel_states import allowed_part, bound_solution, initial_bound, only_allowed
 
@@ -67,7 +65,7 @@ def rubber_dynamics(full: bool, n: int, at: int) -> RollingDynamics:
 def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
     """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
-    turning = square + n - 1
+    turning = rolling_space(n).slices["omega"].start
     dynamics = rubber_dynamics(full, n, at)
     apply = operator_applied(full, n, BASE + 1)
 
@@ -140,7 +138,7 @@ def rubber_rolling_problem(
         omega with which the ball twists, a v with which it slips.
     """
     n = inertia.n
-    size, square = n * (n - 1) // 2, n * n
+    size, square, space = n * (n - 1) // 2, n * n, rolling_space(n)
     full, bound = bound_parameters(total)
     kept_full, entries = operator_entries(inertia)
     if full != kept_full:
@@ -160,34 +158,32 @@ def rubber_rolling_problem(
         return np.concatenate([attitude, initial_position(r, n), w, velocity])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        g = random_rotation(rng, n)
-        return {"g": g, "p": random_tangent(rng, g[-1]), "r": rng.normal(size=n - 1)}
+        g = gi.Rotations(n).random(rng)["g"]
+        p = gi.Sphere(n).tangent(g[-n:], rng.normal(size=n))
+        return {"g": g, "p": p, "r": rng.normal(size=n - 1)}
 
     def admit(y: Array) -> Array:
-        g = admit_frame(y[:square], n)
-        turning = square + n - 1
-        w = only_allowed(g[None, square - n :], y[turning : turning + size], "omega", "gamma")
-        v = admit_velocity(y[turning + size :], rho, g, w)
-        return np.concatenate([g, y[square:turning], w, v])
+        parts = space.split(space.admit(y))
+        w = only_allowed(parts["g"][None, -n:], parts["omega"], "omega", "gamma")
+        velocity = admit_velocity(parts["v"], rho, parts["g"], w)
+        return space.join({**parts, "omega": w, "v": velocity})
 
     def physical(y: Array) -> dict[str, Array]:
-        gamma = np.array(y[square - n : square])
-        moment = total.apply(y[square + n - 1 : square + n - 1 + size])
+        parts = space.split(y)
+        gamma, moment = parts["g"][-n:], total.apply(parts["omega"])
         return {"gamma": gamma, "k": allowed_part(gamma[None], moment)}
 
-    constraints = {"rolling": forms["rolling"], "orthogonality": frame_orthogonality(n, 0)}
+    constraints = {"rolling": forms["rolling"]}
     if n > 2:
         constraints["twist"] = own["twist"]
     observables = contact_observables(dynamics, n, at, forms["locate"])
     observables.pop("pivoting", None)  # which is the twist
     return gi.Problem(
         name="rubber-ball-rolling",
-        pieces=(("g", square), ("r", n - 1), ("omega", size), ("v", n - 1)),
+        space=space,
         params=params,
         field=forms["field"],
-        action=gi.GroupAction(
-            forms["generator"], gi.so_n(n, "frame", translations=size + 2 * (n - 1))
-        ),
+        action=space.action(forms["generator"]),
         work=7 * size + 2 * n + max(2 * square, bound_work(n, 1)),
         invariants={"energy": forms["energy"], "K": own["K"]},
         constraints=constraints,

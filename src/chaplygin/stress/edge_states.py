@@ -97,9 +97,7 @@ def _placed(motion: Motion, gamma_at: GammaAt, n: int, distance: float) -> gi.Mo
     gamma = gamma / np.linalg.norm(gamma)
     p = np.zeros(n)
     p[:2] = np.array([1.3, -0.7])
-    for _ in range(2):
-        p = p - (gamma @ p) / (gamma @ gamma) * gamma
-    return motion(a_values(n), D, gamma, p)
+    return motion(a_values(n), D, gamma, gi.Sphere(n).tangent(gamma, p))
 
 
 def near_an_axis(n: int, distance: float) -> Array:

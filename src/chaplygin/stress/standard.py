@@ -51,8 +51,7 @@ def direction(n: int) -> Array:
 def momentum(gamma: Array) -> Array:
     """Return a p ⟂ γ with |p| = 2."""
     p = np.sin(0.4 + 2.3 * np.arange(len(gamma)))
-    for _ in range(2):
-        p = p - (gamma @ p) / (gamma @ gamma) * gamma
+    p = gi.Sphere(len(gamma)).tangent(gamma, p)
     return np.asarray(2.0 * p / np.linalg.norm(p))
 
 
@@ -131,9 +130,7 @@ def bound_body(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
 
 def spinning(gamma: Array, p: Array) -> Array:
     """Return γ∧p and a part that turns about the vertical (n > 2), as long as p."""
-    v = np.cos(0.3 + 1.1 * np.arange(len(gamma)))
-    for _ in range(2):
-        v = v - (gamma @ v) / (gamma @ gamma) * gamma
+    v = gi.Sphere(len(gamma)).tangent(gamma, np.cos(0.3 + 1.1 * np.arange(len(gamma))))
     return np.asarray(wedge(gamma, p) + 0.5 * wedge(p, v))
 
 

@@ -29,18 +29,10 @@ import numpy as np
 import geomint as gi
 from geomint import log
 
-from ..ball.classical import classical_area, classical_k, classical_norm, turn
+from ..ball.classical import VECTORS, classical_area, classical_k, turn
 from ..exact.motions import exact_body
 from ..initial_states import one_of
-from ..manifold import (
-    Array,
-    admit_unit,
-    skew_components,
-    triangle_of_vector,
-    unit,
-    vector_of_triangle,
-)
-from ..random_states import random_direction, random_tangent
+from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
 __all__ = ["veselova_classical_problem"]
@@ -99,10 +91,13 @@ def veselova_vectors_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     return -0.5 * log(w)
 
 
+unit_norm = VECTORS.constraints["norm"]
+
+
 @gi.field
 def level_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """(γ⃗, γ⃗) − 1 and (k⃗, γ⃗) − f₁."""
-    out[0] = classical_norm(params, t, y, work)
+    out[0] = unit_norm(params, t, y, work)
     out[1] = veselova_constraint(params, t, y, work)
 
 
@@ -135,7 +130,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
         if name in ("p", "p_tilde"):
             vertical, p = veselova_tangent(a, D, gamma, **components)
             return np.concatenate([np.cross(p, vertical) + level * vertical, vertical])
-        vertical = unit(gamma, 3)
+        vertical = gi.Sphere(3).point(gamma)
         triangle = skew_components(name, components[name], 3, vector=True)
         v = on_level(vertical, vector_of_triangle(triangle), level, name)
         if name == "w":
@@ -144,21 +139,21 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
         return np.concatenate([v, vertical])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        gamma = random_direction(rng, 3)
-        return {"gamma": gamma, "k": random_tangent(rng, gamma) + level * gamma}
+        gamma, p = gi.TangentSphere(3).random(rng).values()
+        return {"gamma": gamma, "k": p + level * gamma}
 
     def admit(y: Array) -> Array:
-        vertical = admit_unit(y[3:])
-        return np.concatenate([admit_on_level(vertical, y[:3], level), vertical])
+        k, vertical = VECTORS.split(VECTORS.admit(y)).values()
+        return np.concatenate([admit_on_level(vertical, k, level), vertical])
 
     return gi.Problem(
         name="veselova-classical",
-        pieces=(("k", 3), ("gamma", 3)),
+        space=VECTORS,
         params=np.concatenate([inverse, [level]]),
         field=veselova_vectors_field,
         action=gi.GroupAction(veselova_vectors_generator, gi.so3(2)),
         invariants={"energy": veselova_vectors_energy, "K": classical_k},
-        constraints={"norm": classical_norm, "constraint": veselova_constraint},
+        constraints={"constraint": veselova_constraint},
         measure=gi.Measure(veselova_vectors_log_density, level_conditions, 2),
         make_state=make_state,
         make_exact=exact_body(inverse, level),

@@ -20,10 +20,13 @@ import numpy as np
 import geomint as gi
 from geomint import log
 
-from ..manifold import Array, admit_unit, triangle_of_vector
+from ..manifold import Array, triangle_of_vector
 from .classical import veselova_classical_problem
 
 __all__ = ["veselova_multiplier_problem"]
+
+SPACE = gi.Sphere(3) * gi.Euclidean(3, "w")
+unit_norm = SPACE.constraints["norm"]
 
 
 @gi.helper
@@ -87,12 +90,6 @@ def multiplier_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @gi.observable
-def multiplier_norm(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """f_2 − 1 = (γ⃗, γ⃗) − 1."""
-    return y[0] * y[0] + y[1] * y[1] + y[2] * y[2] - 1.0
-
-
-@gi.observable
 def multiplier_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(w⃗, γ⃗) − f₁, eq. (classical)."""
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5] - params[3]
@@ -115,7 +112,7 @@ def multiplier_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.field
 def multiplier_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """(γ⃗, γ⃗) − 1 and (w⃗, γ⃗) − f₁."""
-    out[0] = multiplier_norm(params, t, y, work)
+    out[0] = unit_norm(params, t, y, work)
     out[1] = multiplier_constraint(params, t, y, work)
 
 
@@ -152,7 +149,7 @@ def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem
         return np.concatenate([full - ((full - w) @ gamma) * gamma, gamma])
 
     def admit(y: Array) -> Array:
-        state = to_momentum(np.concatenate([admit_unit(y[:3]), y[3:]]))
+        state = to_momentum(SPACE.admit(y))
         admitted = classical.canonical(state)
         return y if np.array_equal(admitted, state) else from_momentum(admitted)
 
@@ -160,12 +157,12 @@ def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem
     make_state = classical.make_state
     return gi.Problem(
         name="veselova-multiplier",
-        pieces=(("gamma", 3), ("w", 3)),
+        space=SPACE,
         params=classical.params,
         field=multiplier_field,
-        action=gi.GroupAction(multiplier_generator, gi.so_n(3, "vector", translations=3)),
+        action=SPACE.action(multiplier_generator),
         invariants={"energy": multiplier_energy, "K": multiplier_k},
-        constraints={"norm": multiplier_norm, "constraint": multiplier_constraint},
+        constraints={"constraint": multiplier_constraint},
         observables={"multiplier": multiplier},
         measure=gi.Measure(multiplier_log_density, multiplier_conditions, 2),
         make_state=lambda **components: from_momentum(make_state(**components)),

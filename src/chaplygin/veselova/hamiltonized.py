@@ -25,15 +25,7 @@ from geomint import fma
 from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..exact.motions import exact_veselova
 from ..initial_states import multiplier
-from ..manifold import Array, admit_tangent, admit_unit, wedge
-from ..measures import (
-    constant_density,
-    norm,
-    on_tangent_bundle,
-    sphere_constraint,
-    tangency,
-)
-from ..random_states import random_tangent_state
+from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
 from .reduced import veselova_parameters
 
@@ -111,13 +103,11 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
     n = len(a)
     params, integrals = veselova_parameters(a, D, False)
 
+    space = gi.TangentSphere(n, ("gamma", "p_tilde"))
+
     def make_state(gamma: Any = None, **components: Any) -> Array:
         vertical, p = veselova_tangent(a, D, gamma, **components)
         return np.concatenate([vertical, p / multiplier(a, D, vertical)])
-
-    def admit(y: Array) -> Array:
-        gamma = admit_unit(y[:n])
-        return np.concatenate([gamma, admit_tangent(gamma, y[n:], "p_tilde")])
 
     def physical(y: Array) -> dict[str, Array]:
         gamma = np.array(y[:n])
@@ -125,19 +115,17 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
 
     return gi.Problem(
         name="veselova-hamiltonized",
-        pieces=(("gamma", n), ("p_tilde", n)),
+        space=space,
         params=params,
         field=geodesic_field,
-        hamiltonian=gi.Hamiltonian(geodesic_gradients, sphere_constraint, 1),
+        hamiltonian=space.hamiltonian(geodesic_gradients),
         time="tau",
         clock=hamiltonized_clock,
         invariants={"energy": geodesic_energy, "K": hamiltonized_k, **integrals},
-        constraints={"norm": norm, "tangency": tangency},
-        measure=on_tangent_bundle(constant_density),
+        measure=gi.Measure(),
         make_state=make_state,
+        make_random=gi.TangentSphere(n).random,
         make_exact=exact_veselova(a, D, False),
-        make_random=lambda rng: random_tangent_state(rng, n),
-        admit=admit,
         physical=physical,
         parameters={"a": a.tolist(), "D": D},
     )

@@ -9,19 +9,17 @@ import numpy as np
 import geomint as gi
 
 from ..initial_states import multiplier, one_of, tangent_of_momentum
-from ..manifold import REPAIRED, SILENT, Array, length, skew_components, tangent, unit, warn
+from ..manifold import SILENT, Array, length, repaired, skew_components, warn
 
 __all__ = ["KEYS", "admit_on_level", "on_level", "veselova_tangent"]
 
 KEYS = ("p", "p_tilde", "k", "w")
 
 
-def veselova_tangent(
-    a: Array, D: float, gamma: Any, vector: bool = False, **components: Any
-) -> tuple[Array, Array]:
+def veselova_tangent(a: Array, D: float, gamma: Any, **components: Any) -> tuple[Array, Array]:
     """Return (γ, p) from γ and one of p, p_tilde, k = γ∧p, and the angular velocity w ∈ γ∧R^n.
 
-    With `vector` (n = 3), k and w are 3-vectors. Warns where it projects; see `manifold`.
+    Warns where it projects.
 
     Raises
     ------
@@ -29,11 +27,11 @@ def veselova_tangent(
         For anything that does not describe a state; also if k or w are not in γ∧R^n.
     """
     n, name = len(a), one_of(components, KEYS)
-    vertical, value = unit(gamma, n), components[name]
+    vertical, value = gi.Sphere(n).point(gamma), components[name]
     if name in ("p", "p_tilde"):
-        p = tangent(vertical, value, name)
+        p = gi.TangentSphere(n).vector(vertical, value, name)
         return vertical, p if name == "p" else p * multiplier(a, D, vertical)
-    triangle = skew_components(name, value, n, vector)
+    triangle = skew_components(name, value, n)
     if name == "k":
         return vertical, tangent_of_momentum(vertical, triangle)
     velocity = tangent_of_momentum(vertical, triangle, name, "w", "velocity")
@@ -60,14 +58,9 @@ def on_level(gamma: Array, v: Array, f1: float, name: str) -> Array:
 
 def admit_on_level(gamma: Array, k: Array, f1: float) -> Array:
     """Return the k of a flat state, repaired if need be; see `manifold`."""
-    defect = _defect(gamma, k, f1)
-    if defect <= SILENT:
-        return k
-    if defect > REPAIRED:
-        expected = f"a vector with (k, gamma) = f1 = {f1!r}; |(k, gamma) − f1| is {defect:.3g}"
-        raise gi.DomainError("k", k, f"{expected} of the larger of |k| and |f1|")
-    warn(f"(k, gamma) − f1 of the state is {defect:.3g} of |k|: projected to 0")
-    return _moved(gamma, k, f1)
+    defect, expected = _defect(gamma, k, f1), f"a vector with (k, gamma) = f1 = {f1!r}"
+    said = "|(k, gamma) − f1| over the larger of |k| and |f1|"
+    return repaired("k", k, defect, said, expected, lambda: _moved(gamma, k, f1))
 
 
 def _defect(gamma: Array, v: Array, f1: float) -> float:

@@ -30,13 +30,10 @@ from geomint import part, sqrt
 
 from ..ball.angular_velocity import apply_to_gamma
 from ..ball.fields import turn
-from ..ball.integrals import frame_orthogonality
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..initial_states import one_of
-from ..manifold import Array, admit_frame, frame, skew_components
-from ..measures import haar_conditions
+from ..manifold import Array, skew_components
 from ..operators import operator_applied
-from ..random_states import random_rotation
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel import frame_count
 from .stiefel_states import allowed_part, bound_solution, only_allowed
@@ -173,7 +170,7 @@ def size_in_planes(n: int, r: int, triangle: Any, g: Any, work: Any) -> Any:
 @functools.cache
 def lr_conditions(n: int, r: int) -> Any:
     """Return the function that writes g gᵀ − 1 and the ⟨w, e_p∧e_q⟩."""
-    rotation, square = haar_conditions(0, n), n * n
+    rotation, square = gi.Rotations(n).manifold_at(0), n * n
     size, first = n * (n - 1) // 2, n * (n + 1) // 2
 
     def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
@@ -212,12 +209,13 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
     n = inertia.n
     count = frame_count(r, n)
     size, square = n * (n - 1) // 2, n * n
+    space = gi.Rotations(n) * gi.Euclidean(size, "w")
     full, params = bound_parameters(inertia)
     forms = lr_forms(full, n, count)
     bound = (n - count) * (n - count - 1) // 2
 
     def make_state(g: Any = None, **components: Any) -> Array:
-        attitude = frame(g, n)
+        attitude = gi.Rotations(n).point(g)
         X = attitude.reshape(n, n)[:count]
         name = one_of(components, ("w", "k"))
         inside = only_allowed(X, skew_components(name, components[name], n), name)
@@ -225,30 +223,28 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
         return np.concatenate([attitude, w])
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        g = random_rotation(rng, n)
-        return {"g": g, "w": allowed_part(g[:count], rng.normal(size=size))}
+        parts = space.random(rng)
+        return {**parts, "w": allowed_part(parts["g"].reshape(n, n)[:count], parts["w"])}
 
     def admit(y: Array) -> Array:
-        g = admit_frame(y[:square], n)
-        return np.concatenate([g, only_allowed(g.reshape(n, n)[:count], y[square:], "w")])
+        parts = space.split(space.admit(y))
+        inside = only_allowed(parts["g"].reshape(n, n)[:count], parts["w"], "w")
+        return space.join({**parts, "w": inside})
 
     def physical(y: Array) -> dict[str, Array]:
         X = y[: count * n].reshape(count, n)
         k = allowed_part(X, inertia.apply(y[square:]))
         return {"gamma" if count == 1 else "X": np.array(y[: count * n]), "k": k}
 
-    constraints = {"orthogonality": frame_orthogonality(n, 0)}
-    if bound:
-        constraints["forbidden"] = forms["forbidden"]
     return gi.Problem(
         name="veselova-lr",
-        pieces=(("g", square), ("w", size)),
+        space=space,
         params=params,
         field=forms["field"],
-        action=gi.GroupAction(forms["generator"], gi.so_n(n, "frame", translations=size)),
+        action=space.action(forms["generator"]),
         work=4 * size + max(2 * square, bound_work(n, count)) + n,
         invariants={"energy": forms["energy"], **forms["momenta"]},
-        constraints=constraints,
+        constraints={"forbidden": forms["forbidden"]} if bound else {},
         observables=forms["multipliers"] if bound else {},
         measure=gi.Measure(forms["log_density"], lr_conditions(n, count), n * (n + 1) // 2 + bound),
         make_state=make_state,

@@ -25,13 +25,10 @@ import numpy as np
 
 import geomint as gi
 
-from ..actions import action_on_vectors
 from ..ball.reduced import reduced_k, reduced_log_density
 from ..exact.motions import exact_veselova
 from ..integrable import shared_integrals
-from ..manifold import Array, admit_tangent, admit_unit, wedge
-from ..measures import norm, on_tangent_bundle, tangency
-from ..random_states import random_tangent_state
+from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
 
 __all__ = ["veselova_parameters", "veselova_reduced_problem"]
@@ -126,26 +123,21 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
     n = len(a)
     params, integrals = veselova_parameters(a, D, True)
 
+    space = gi.TangentSphere(n)
+
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(veselova_tangent(a, D, gamma, **components))
 
-    def admit(y: Array) -> Array:
-        gamma = admit_unit(y[:n])
-        return np.concatenate([gamma, admit_tangent(gamma, y[n:])])
-
     return gi.Problem(
         name="veselova-reduced",
-        pieces=(("gamma", n), ("p", n)),
+        space=space,
         params=params,
         field=veselova_field,
-        action=action_on_vectors(veselova_generator, n, 2),
+        action=space.action(veselova_generator),
         invariants={"energy": veselova_energy, "K": reduced_k, **integrals},
-        constraints={"norm": norm, "tangency": tangency},
-        measure=on_tangent_bundle(reduced_log_density),
+        measure=gi.Measure(reduced_log_density),
         make_state=make_state,
         make_exact=exact_veselova(a, D, True),
-        make_random=lambda rng: random_tangent_state(rng, n),
-        admit=admit,
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
         parameters={"a": a.tolist(), "D": D},
     )

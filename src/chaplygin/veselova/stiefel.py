@@ -23,17 +23,15 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, sqrt
+from geomint import part
 from geomint.arguments import whole
+from geomint.problems.spaces.sphere import product
 
-from ..actions import action_on_vectors
 from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array, wedge
-from ..measures import norm, tangency
-from ..random_states import random_rotation
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
-from .stiefel_states import admit_stiefel, allowed_part, initial_stiefel
+from .stiefel_states import allowed_part, initial_stiefel
 
 __all__ = ["stiefel_problem"]
 
@@ -108,58 +106,6 @@ def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     }
 
 
-@functools.cache
-def product(n: int, first: int, second: int) -> Any:
-    """Return the observable (u, v) of the vectors that begin at those rows."""
-
-    def inner_product(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = y[first] * y[second]
-        for i in range(1, n):
-            total += y[first + i] * y[second + i]
-        return total
-
-    return gi.observable(inner_product)
-
-
-@functools.cache
-def conditions(n: int, r: int) -> Any:
-    """Return the function that writes XᵀX − 1 and XᵀP + PᵀX, on and above the diagonal."""
-
-    def stiefel_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        at = 0
-        for s in range(r):
-            for u in range(s, r):
-                plain, crossed = 0.0 * y[0], 0.0 * y[0]
-                for i in range(n):
-                    x, z = y[s * n + i], y[u * n + i]
-                    plain += x * z
-                    crossed += x * y[(r + u) * n + i] + z * y[(r + s) * n + i]
-                if s == u:
-                    plain = plain - 1.0
-                out[at] = plain
-                out[at + 1] = crossed
-                at += 2
-
-    return gi.field(stiefel_conditions)
-
-
-@functools.cache
-def defect(n: int, r: int, which: int) -> Any:
-    """Return the observable: the norm of XᵀX − 1 (`which` = 0) or of XᵀP + PᵀX (1)."""
-    count = r * (r + 1)
-    written = conditions(n, r)
-
-    def stiefel_defect(params: Any, t: Any, y: Any, work: Any) -> Any:
-        out = part(work, 0, count)
-        written(params, t, y, out, part(work, count, 0))
-        total = 0.0 * y[0]
-        for i in range(which, count, 2):
-            total += out[i] * out[i]
-        return sqrt(total)
-
-    return gi.observable(stiefel_defect)
-
-
 def integrals(n: int, r: int) -> dict[str, Any]:
     """Return (p_s, p_t), s ≤ t, and (e_s, p_t), s < t, by name."""
     rows = n * r
@@ -198,40 +144,31 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
     rows = n * count
     full, params = bound_parameters(inertia)
     forms = stiefel_forms(full, n, count)
-    names, constraints = ("gamma", "p"), {"norm": norm, "tangency": tangency}
-    if count > 1:
-        names = ("X", "P")
-        defects = defect(n, count, 0), defect(n, count, 1)
-        constraints = dict(zip(("orthonormality", "cotangency"), defects, strict=True))
+    space = gi.TangentStiefel(n, count) if count > 1 else gi.TangentSphere(n)
 
     def make_state(**components: Any) -> Array:
-        return initial_stiefel(inertia, count, names, components)
+        return initial_stiefel(inertia, space, components)
 
     def make_random(rng: np.random.Generator) -> dict[str, Any]:
-        X = random_rotation(rng, n)[:count]
-        return {names[0]: X, "k": allowed_part(X, rng.normal(size=n * (n - 1) // 2))}
-
-    def admit(y: Array) -> Array:
-        return admit_stiefel(y, n, count, names)
+        X = gi.Rotations(n).random(rng)["g"][:rows].reshape(count, n)
+        return {space.pieces[0][0]: X, "k": allowed_part(X, rng.normal(size=n * (n - 1) // 2))}
 
     def physical(y: Array) -> dict[str, Array]:
         X, P = y[:rows].reshape(count, n), y[rows:].reshape(count, n)
         k = np.sum([wedge(x, p) for x, p in zip(X, P, strict=True)], axis=0)
-        return {names[0]: np.array(y[:rows]), "k": np.asarray(k)}
+        return {space.pieces[0][0]: np.array(y[:rows]), "k": np.asarray(k)}
 
     return gi.Problem(
         name="veselova-stiefel",
-        pieces=((names[0], rows), (names[1], rows)),
+        space=space,
         params=params,
         field=forms["field"],
-        action=action_on_vectors(forms["generator"], n, 2 * count),
+        action=space.action(forms["generator"]),
         work=n * (n - 1) + bound_work(n, count),
         invariants={"energy": forms["energy"], "K": forms["K"], **integrals(n, count)},
-        constraints=constraints,
-        measure=gi.Measure(forms["log_density"], conditions(n, count), count * (count + 1)),
+        measure=gi.Measure(forms["log_density"]),
         make_state=make_state,
         make_random=make_random,
-        admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "r": count},
     )

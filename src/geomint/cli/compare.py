@@ -62,11 +62,11 @@ def command(
 
     The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
-    from ..files.outputs import check_folder
     from ..plan import comparison_time
     from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, run_compare
     from ..report.summary import print_comparison
+    from ..run.files.outputs import check_folder
     from ..scene.entries import split_list
 
     chosen = chosen_scene(scene, None, None, None, None).for_compare()

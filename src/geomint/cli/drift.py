@@ -69,9 +69,9 @@ def command(
 
 def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
     from ..errors import StepError
-    from ..files.outputs import check_folder
     from ..plan import expected_time, make_plan
     from ..report import DRIFT_FILES
+    from ..run.files.outputs import check_folder
 
     plan = make_plan(scene, "drift")
     print_notes(scene, plan.notes)
@@ -96,9 +96,9 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
 
 
 def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool) -> int:
-    from ..files.outputs import check_folder
     from ..plan import Plan, expected_plans, expected_time, run_methods
     from ..report import DRIFT_FILES
+    from ..run.files.outputs import check_folder
 
     print_notes(scene)
     plans = [p for p in expected_plans(scene, methods).values() if isinstance(p, Plan)]

@@ -45,7 +45,7 @@ def command(
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
     from ..errors import StepError
-    from ..files.outputs import check_file
+    from ..run.files.outputs import check_file
 
     chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe)
 

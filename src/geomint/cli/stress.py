@@ -50,8 +50,8 @@ def command(
     The exit code is 1 if anything forbidden happened: a number that is not finite, an accuracy or a
     kept quantity lost without a word, an error without a type, a hang.
     """
-    from ..files.outputs import check_folder
     from ..report import STRESS_FILES
+    from ..run.files.outputs import check_folder
     from ..stress.page import forbidden, stress_record, write_stress_report
     from ..stress.sweep import Selection, run_selection
     from ..stress.terminal import Watch

@@ -98,7 +98,7 @@ def confirm(
     """
     if problem.field is None:
         raise FormError(f"problem {problem.name!r} has no field: no reference can be confirmed")
-    problem = dataclasses.replace(problem, admit=None)  # states are as they are
+    problem = dataclasses.replace(problem, admit=None, space=None)  # states are as they are
     turns = abs(own_end) / characteristic_time(problem, y0, direction=own_end)
     end = own_end * min(1.0, 12.0 * MOST_STEPS / max(1.0, EVALUATIONS * turns))
     found = Confirmation("DOP853", end, math.inf, math.inf)

@@ -18,8 +18,8 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import UnknownReferenceError
-from ..files.outputs import whole_file
 from ..problems.problem import Problem
+from ..run.files.outputs import whole_file
 from .confirmation import Confirmation
 
 __all__ = ["MARGIN", "RESOLUTION", "SMALL", "Reference", "place_of", "stored"]

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..arguments import MOST_NUMBERS, Array, flat, whole
 from ..errors import DomainError
-from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.recorded import Recorded, observable
 from ..kernels.compiling.sending import Sendable
 
 __all__ = ["FORMS", "Group", "GroupAction", "Hamiltonian", "Measure", "Splitting"]
@@ -56,6 +56,8 @@ class Group(Sendable):
     cayley, dcayinv : recorded, optional
         The same as `act` and `dexpinv` for ``cay(ξ) = (1 − ξ/2)⁻¹(1 + ξ/2)`` instead of exp, where
         the group is quadratic: ``dcay_u⁻¹ v = (1 − u/2) v (1 + u/2)``.
+    rows : int, optional
+        Length of the states that it acts on: what products of groups need to know.
     extent : recorded ``extent(layout, u, work) -> number``, optional
         How far u is towards where exp is no longer a coordinate: RKMK methods that take the series
         of dexp⁻¹ refuse what is beyond 1. Without it they refuse nothing.
@@ -67,6 +69,8 @@ class Group(Sendable):
     -----
     Where an argument lies outside of the coordinates' domain, `dexpinv`, `cayley` and `dcayinv`
     write NaN. Methods make a typed failure of it, or take a smaller step.
+
+    Groups are multiplied: ``so3(2) * translations(1)`` acts on 6 rows and then on one.
     """
 
     name: str
@@ -80,6 +84,7 @@ class Group(Sendable):
     dcayinv: Recorded | None = None
     inline: bool = False
     extent: Recorded | None = None
+    rows: int | None = None
 
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "inline": bool})
@@ -87,6 +92,13 @@ class Group(Sendable):
         object.__setattr__(self, "algebra_rows", whole("algebra_rows", self.algebra_rows, 1))
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
         object.__setattr__(self, "layout", flat("layout", self.layout))
+        if self.rows is not None:
+            object.__setattr__(self, "rows", whole("rows", self.rows, 0))
+
+    def __mul__(self, other: Any) -> Group:
+        from .groups import product
+
+        return product(self, other) if isinstance(other, Group) else NotImplemented
 
     @property
     def functions(self) -> dict[str, Recorded]:
@@ -162,6 +174,12 @@ class Splitting(Sendable):
         object.__setattr__(self, "parts", whole("parts", self.parts, 2))
 
 
+@observable
+def constant_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """Return log 1."""
+    return 0.0 * y[0]
+
+
 @dataclass(frozen=True, eq=False)
 class Measure(Sendable):
     r"""An invariant measure: a density on the manifold of states.
@@ -173,14 +191,14 @@ class Measure(Sendable):
     Parameters
     ----------
     log_density : recorded ``f(params, t, y, work) -> number``
-        log μ, up to a constant.
+        log μ, up to a constant; 0 unless given.
     manifold : recorded ``f(params, t, y, out, work)`` or None
-        Writes c(y).
+        Writes c(y); that of the problem's space unless given.
     conditions : int
         m, the length of c; 0 without `manifold`.
     """
 
-    log_density: Recorded
+    log_density: Recorded = constant_density
     manifold: Recorded | None = None
     conditions: int = 0
 

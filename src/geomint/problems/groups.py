@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..arguments import whole
@@ -11,9 +9,11 @@ from ..errors import DomainError, nearest
 from ..kernels.groups.so3 import so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv
 from ..kernels.groups.so_n import ADJOINT, FRAME, SHIFTED, VECTOR, so_n_act, so_n_bracket, so_n_work
 from ..kernels.groups.so_n_coordinates import so_3_dexpinv, so_n_cayley, so_n_dcayinv, so_n_extent
+from ..kernels.groups.translations import commute, shift, unchanged
 from .forms import Group
+from .joined_groups import joined
 
-__all__ = ["Sizes", "own_sizes", "so3", "so_n"]
+__all__ = ["own_sizes", "product", "so3", "so_n", "translations"]
 
 _SO3 = (so3_act, so3_bracket, so3_cayley, so3_dcayinv, so3_dexpinv)
 _SO_N = (so_n_act, so_n_bracket, so_n_cayley, so_n_dcayinv, so_3_dexpinv, so_n_extent)
@@ -34,11 +34,12 @@ def so3(vectors: int) -> Group:
         dexpinv=so3_dexpinv,
         dcayinv=so3_dcayinv,
         inline=True,
+        rows=3 * vectors,
     )
 
 
-def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
-    """SO(n), or SO(n) × R^m, acting on a state made of pieces.
+def so_n(n: int, *pieces: str) -> Group:
+    """SO(n) acting on a state made of pieces.
 
     Parameters
     ----------
@@ -47,53 +48,75 @@ def so_n(n: int, *pieces: str, translations: int = 0) -> Group:
     *pieces : str
         In the order of the state: ``"vector"`` (v ↦ E v), ``"adjoint"`` (X ↦ E X Eᵀ, X skew, as the
         flat upper triangle), ``"frame"`` (g ↦ g Eᵀ, an n×n matrix row after row).
-    translations : int
-        m: the last m rows of the state, after the pieces, are moved by R^m, r ↦ r + ξ_r. Algebra
-        elements are then a flat triangle and m numbers.
     """
     n = whole("n", n, 2)
-    translations = whole("translations", translations, 0)
     for piece in pieces:
         if not (isinstance(piece, str) and piece in _CODES):
             hint = nearest(piece, _CODES) if isinstance(piece, str) else ""
             raise DomainError("pieces", piece, f"one of {list(_CODES)}.{hint}")
-    codes = [*(_CODES[piece] for piece in pieces), *([SHIFTED] if translations else [])]
-    layout = np.array([float(n), *(float(code) for code in codes)])
-    name = f"SO({n}) × R^{translations}" if translations else f"SO({n})"
-    rows = n * (n - 1) // 2 + translations
+    return _so_n(n, [_CODES[piece] for piece in pieces], 0)
+
+
+def _so_n(n: int, codes: list[int], m: int) -> Group:
+    """SO(n), or SO(n) × R^m where the last of the codes is `SHIFTED`: one kernel."""
+    layout, algebra = np.array([float(n), *codes]), n * (n - 1) // 2 + m
+    rows = {VECTOR: n, ADJOINT: n * (n - 1) // 2, FRAME: n * n, SHIFTED: m}
     return Group(
-        name,
-        rows,
+        f"SO({n}) × R^{m}" if m else f"SO({n})",
+        algebra,
         layout,
         so_n_act,
         so_n_bracket,
-        so_n_work(n) + rows,
+        so_n_work(n) + algebra,
         cayley=so_n_cayley,
         dexpinv=so_3_dexpinv if n == 3 else None,
         dcayinv=so_n_dcayinv,
         extent=so_n_extent if n > 2 else None,  # in SO(2) the series ends at once, and is exact
+        rows=sum(rows[code] for code in codes),
     )
 
 
-class Sizes(NamedTuple):
-    """Rows that the functions of a group take: of algebra elements, of states, of scratch."""
+def translations(m: int) -> Group:
+    """R^m acting on m rows: r ↦ r + ξ."""
+    m = whole("m", m, 1)
+    layout = np.array([float(m)])
+    return Group(f"R^{m}", m, layout, shift, commute, 0, shift, unchanged, unchanged, rows=m)
 
-    algebra: int
-    state: int
-    work: int
+
+def product(first: Group, second: Group) -> Group:
+    """Return G × H, acting on the rows of G and then on those of H.
+
+    Elements of its algebra are those of G and then of H. Of SO(n) and R^m there is a kernel; else the
+    functions of both are joined, and what only one of them has, no product has.
+
+    Raises
+    ------
+    DomainError
+        If one of them does not say its `rows`.
+    """
+    for group in (first, second):
+        if group.rows is None:
+            raise DomainError("rows", None, f"the length of the states that {group.name} acts on")
+    codes = [int(code) for code in first.layout[1:]]
+    if first.act is so_n_act and second.act is shift and SHIFTED not in codes:
+        return _so_n(int(first.layout[0]), [*codes, SHIFTED], second.algebra_rows)
+    return joined(first, second)
 
 
-def own_sizes(group: Group) -> Sizes | None:
-    """Return what a group of this module takes by its layout; None for one with other functions."""
+def own_sizes(group: Group) -> tuple[int, int, int] | None:
+    """Return the rows of algebra elements, states and scratch that the functions of a group take.
+
+    By its layout, for a group of this module's own kernels; None for others.
+    """
     functions = group.functions.values()
     codes = [int(code) for code in group.layout[1:]]
     if all(f in _SO3 for f in functions):
-        return Sizes(3, 3 * int(group.layout[0]), 0)
-    if not all(f in _SO_N for f in functions):
+        own = so3(int(group.layout[0]))
+    elif all(f in _SO_N for f in functions):
+        n = int(group.layout[0])
+        shifted = group.algebra_rows - n * (n - 1) // 2
+        own = _so_n(n, codes, shifted if SHIFTED in codes else 0)
+    else:
         return None
-    n = int(group.layout[0])
-    triangle = n * (n - 1) // 2
-    shifted = group.algebra_rows - triangle if SHIFTED in codes else 0
-    rows = {VECTOR: n, ADJOINT: triangle, FRAME: n * n, SHIFTED: shifted}
-    algebra = triangle + shifted
-    return Sizes(algebra, sum(rows[code] for code in codes), so_n_work(n) + algebra)
+    assert own.rows is not None
+    return own.algebra_rows, own.rows, own.work

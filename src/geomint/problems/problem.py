@@ -17,8 +17,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import MOST_NUMBERS, Array, as_array, check_name, flat, whole
-from ..errors import DomainError, FormError, nearest
+from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, check_name, flat, whole
+from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
 from .forms import (
@@ -30,6 +30,7 @@ from .forms import (
     check_recorded,
     check_types,
 )
+from .spaces.space import Space, joined_pieces, piece_slices
 
 __all__ = ["Problem", "Time"]
 
@@ -48,8 +49,9 @@ class Problem(Sendable):
     ----------
     name : str
         For messages and reports.
-    pieces : tuple of (name, rows)
-        The documented order of the flat state, such as ``(("gamma", 3), ("p_tilde", 3))``.
+    pieces : tuple of (name, rows), optional
+        The documented order of the flat state, such as ``(("gamma", 3), ("p_tilde", 3))``; that of the
+        space where there is one. Without a space all states are admissible.
     params : array_like
         The flat parameters that all functions get.
     field, action, hamiltonian, splitting
@@ -78,10 +80,14 @@ class Problem(Sendable):
         what makes results in different times and representations comparable.
     parameters : mapping
         The parameters by name, for reports.
+    space : Space, optional
+        The space of states, such as ``geomint.TangentSphere(3)``. `make_state`, `make_random`, `admit`
+        and the manifold of the measure are taken from it where they are not given, and its
+        constraints are added by name.
     """
 
     name: str
-    pieces: tuple[tuple[str, int], ...]
+    pieces: tuple[tuple[str, int], ...] = ()
     params: Array = dataclasses.field(default_factory=lambda: np.zeros(0))
     field: Recorded | None = None
     action: GroupAction | None = None
@@ -100,16 +106,40 @@ class Problem(Sendable):
     admit: Callable[[Array], Array] | None = None
     physical: Callable[[Array], dict[str, Array]] | None = None
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    space: Space | None = None
 
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "parameters": Mapping})
         object.__setattr__(self, "params", flat("params", self.params))
+        if self.space is not None:
+            self._stand_on(self.space)
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
         object.__setattr__(self, "pieces", _checked_pieces(self.pieces))
         if not (isinstance(self.time, str) and self.time in ("t", "tau")):
             raise DomainError("time", self.time, "'t' or 'tau'")
         self._check_functions()
         self._check_forms()
+
+    def _stand_on(self, space: Space) -> None:
+        """Take from the space what is not given."""
+        check_types(self, {"space": Space, "constraints": Mapping})
+        if self.pieces and tuple(self.pieces) != space.pieces:
+            raise DomainError("pieces", self.pieces, f"none, or those of the space, {space.pieces}")
+        if not np.array_equal(self.params[: len(space.params)], space.params):
+            expected = f"parameters that begin with those of the space, {space.params}"
+            raise DomainError("params", self.params, expected)
+        taken: dict[str, Any] = {
+            "pieces": space.pieces,
+            "make_state": self.make_state or space.project,
+            "make_random": self.make_random or space.random,
+            "admit": self.admit or space.admit,
+            "constraints": {**space.constraints, **self.constraints},
+        }
+        if isinstance(self.measure, Measure) and self.measure.manifold is None:
+            density = self.measure.log_density
+            taken["measure"] = Measure(density, space.manifold, space.conditions)
+        for name, value in taken.items():
+            object.__setattr__(self, name, value)
 
     def _check_functions(self) -> None:
         check_recorded(self, optional=("field", "clock"))
@@ -169,11 +199,7 @@ class Problem(Sendable):
     @property
     def slices(self) -> dict[str, slice]:
         """Where each piece lies in the flat state."""
-        result, start = {}, 0
-        for name, rows in self.pieces:
-            result[name] = slice(start, start + rows)
-            start += rows
-        return result
+        return piece_slices(self.pieces)
 
     @property
     def diagnostics(self) -> dict[str, Recorded]:
@@ -183,7 +209,7 @@ class Problem(Sendable):
     def state(self, **components: Any) -> Array:
         """Return a flat state from named components; see the problem's own documentation."""
         if self.make_state is None:
-            return self._assemble(components)
+            return self.canonical(joined_pieces(self.pieces, components))
         return self.canonical(self.make_state(**components))
 
     def random_state(self, rng: Any = None) -> Array:
@@ -218,18 +244,6 @@ class Problem(Sendable):
         if self.make_exact is None:
             raise FormError(f"problem {self.name!r} has no exact flow")
         return self.make_exact(self.canonical(y0))
-
-    def _assemble(self, components: Mapping[str, Any]) -> Array:
-        names = [name for name, _ in self.pieces]
-        for name in components:
-            if name not in names:
-                raise DomainError(name, components[name], f"one of {names}.{nearest(name, names)}")
-        parts = []
-        for name, rows in self.pieces:
-            if name not in components:
-                raise DomainError(name, None, f"{rows} numbers")
-            parts.append(as_vector(name, components[name], rows))
-        return self.canonical(np.concatenate(parts))
 
     def canonical(self, y: Any) -> Array:
         """Return `y` as a flat, finite, admissible float64 state, or raise `DomainError`."""
@@ -284,14 +298,3 @@ def _checked_pieces(pieces: Any) -> tuple[tuple[str, int], ...]:
     if not pairs or len({name for name, _ in pairs}) < len(pairs):
         raise DomainError("pieces", pieces, expected)
     return tuple(pairs)
-
-
-def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
-    """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
-    rows = whole("rows", rows, 0)
-    vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
-    if len(vector) != rows:
-        raise DomainError(name, value, f"{rows} numbers{detail}, got {len(vector)}")
-    if not np.isfinite(vector).all():
-        raise DomainError(name, value, "finite numbers")
-    return vector

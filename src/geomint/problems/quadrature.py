@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, check_name
+from ..arguments import Array, as_vector, check_name
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded, field, observable
 from ..kernels.numbers.blocks import part
-from .problem import Problem, as_vector
+from .problem import Problem
 
 __all__ = ["with_quadrature"]
 
@@ -74,6 +74,7 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
 
     return dataclasses.replace(
         problem,
+        space=None,
         pieces=(*problem.pieces, (name, 1)),
         field=field(extended),
         action=None,

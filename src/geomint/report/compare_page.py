@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from ..compare.endpoint import Source
 from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison, compare
-from ..files.outputs import whole_folder
 from ..plots.drift_plots import drift_figure
 from ..plots.style import data_uri, save_figure
+from ..run.files.outputs import whole_folder
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import COMPARE_FILES

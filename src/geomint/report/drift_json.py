@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..files.outputs import whole_folder
 from ..plan.several import MethodRun, SeveralRuns
 from ..plots.style import save_figure
+from ..run.files.outputs import whole_folder
 from ..run.provenance import finite_json, json_text, run_record
 from ..watch.drift import Drift
 from ..watch.quantities import kind_of

@@ -37,10 +37,10 @@ from scipy.io import netcdf_file  # type: ignore[attr-defined]
 from .. import __version__
 from ..arguments import Array
 from ..errors import DomainError, GeomintError, quoted
-from ..files.outputs import whole_file
 from ..kernels.compiling.sameness import Compared
 from ..watch.drift import Drift
 from ..watch.windows import Windows
+from .files.outputs import whole_file
 from .result import Result
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ..files.outputs import whole_folder
 from ..methods import find_method
 from ..plots.style import data_uri, save_figure
 from ..report import STRESS_FILES
 from ..report.pages import render
+from ..run.files.outputs import whole_folder
 from ..run.provenance import environment, finite_json
 from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell

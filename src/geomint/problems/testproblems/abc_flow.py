@@ -37,12 +37,6 @@ def shears(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> 
     out[(k + 1) % 3] = amplitude * cos(y[rests])
 
 
-@field
-def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0: the flow keeps volumes."""
-    return 0.0 * y[0]
-
-
 def problem(A: float = 1.0, B: float = 0.8, C: float = 0.6, season: float = 0.4) -> Problem:
     """Return the ABC flow with A pulsating as A (1 + ε cos 2t).
 
@@ -63,6 +57,6 @@ def problem(A: float = 1.0, B: float = 0.8, C: float = 0.6, season: float = 0.4)
         params=np.array([A, B, C, season]),
         field=motion,
         splitting=Splitting(shears, 3, symplectic=False),
-        measure=Measure(log_density),
+        measure=Measure(),
         parameters={"A": A, "B": B, "C": C, "season": season},
     )

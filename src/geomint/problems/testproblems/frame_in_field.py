@@ -11,8 +11,11 @@ from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos
 from ..forms import Hamiltonian, Measure
 from ..problem import Problem
+from ..spaces.stiefel import Stiefel
 
 __all__ = ["initial", "problem"]
+
+FRAMES = Stiefel(3, 2)
 
 # params = [m, M, weight, stiffness, ε]; q = (x, w), p = (p_x, p_w)
 
@@ -65,21 +68,6 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
 
 
 @field
-def orthonormality(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
-    """½(|x|² − 1), ½(|w|² − 1), (x, w) and their Jacobian."""
-    g[0] = 0.5 * (product(q, 0, 0) - 1.0)
-    g[1] = 0.5 * (product(q, 3, 3) - 1.0)
-    g[2] = product(q, 0, 3)
-    for i in range(3):
-        G[i] = 1.0 * q[i]
-        G[3 + i] = 0.0 * q[i]
-        G[6 + i] = 0.0 * q[i]
-        G[9 + i] = 1.0 * q[3 + i]
-        G[12 + i] = 1.0 * q[3 + i]
-        G[15 + i] = 1.0 * q[i]
-
-
-@field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = |p_x|²/2m + |p_w|²/2M + V."""
     kinetic = 0.5 * (product(y, 6, 6) / params[0] + product(y, 9, 9) / params[1])
@@ -94,32 +82,8 @@ def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 
 @field
-def first_length(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """|x|² − 1."""
-    return product(y, 0, 0) - 1.0
-
-
-@field
-def second_length(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """|w|² − 1."""
-    return product(y, 3, 3) - 1.0
-
-
-@field
-def right_angle(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(x, w)."""
-    return product(y, 0, 3)
-
-
-@field
-def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0: det(G M⁻¹ Gᵀ) is constant on the manifold; see `double_pendulum`."""
-    return 0.0 * y[0]
-
-
-@field
 def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """½(|x|² − 1), ½(|w|² − 1), (x, w) and their rates."""
+    """½(|x|² − 1), ½(|w|² − 1), (x, w) and their rates: det(G M⁻¹ Gᵀ) is constant there."""
     m, M = params[0], params[1]
     out[0] = 0.5 * (product(y, 0, 0) - 1.0)
     out[1] = 0.5 * (product(y, 3, 3) - 1.0)
@@ -171,14 +135,10 @@ def problem(
         pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
         params=np.array([first, second, weight, stiffness, season]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, orthonormality, 3, separable),
+        hamiltonian=Hamiltonian(gradients, FRAMES.constraint, FRAMES.conditions, separable),
         invariants=invariants if season else {**invariants, "energy": energy},
-        constraints={
-            "first-length": first_length,
-            "second-length": second_length,
-            "right-angle": right_angle,
-        },
-        measure=Measure(log_density, manifold, 6),
+        constraints=FRAMES.constraints,
+        measure=Measure(manifold=manifold, conditions=6),
         parameters={
             "first": first,
             "second": second,

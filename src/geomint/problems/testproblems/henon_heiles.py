@@ -34,12 +34,6 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return kinetic + 0.5 * (q1 * q1 + q2 * q2) + params[0] * cubic
 
 
-@field
-def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0: the Lebesgue measure of phase space."""
-    return 0.0 * y[0]
-
-
 def problem(coupling: float = 1.0) -> Problem:
     """Return the system of Hénon and Heiles, H = ½(|p|² + |q|²) + λ (q₁² q₂ − q₂³/3).
 
@@ -55,6 +49,6 @@ def problem(coupling: float = 1.0) -> Problem:
         params=np.array([coupling]),
         field=motion,
         invariants={"energy": energy},
-        measure=Measure(log_density),
+        measure=Measure(),
         parameters={"coupling": coupling},
     )

@@ -10,10 +10,10 @@ import numpy.typing as npt
 
 from ...kernels.compiling.recorded import Recorded, field, helper
 from ...kernels.numbers.arithmetic import cos
-from ..forms import Hamiltonian, Measure
+from ..forms import Measure
 from ..natural import natural_on_sphere
 from ..problem import Problem
-from .spherical_pendulum import unit_sphere
+from ..spaces.tangent_bundle import TangentSphere
 
 __all__ = ["initial", "problem"]
 
@@ -86,38 +86,6 @@ def uhlenbeck(k: int) -> Recorded:
     return integral
 
 
-@field
-def sphere(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(q, q) − 1."""
-    total = -1.0 + 0.0 * y[0]
-    for i in range(len(y) // 2):
-        total += y[i] * y[i]
-    return total
-
-
-@field
-def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(q, p)."""
-    n = len(y) // 2
-    total = y[0] * y[n]
-    for i in range(1, n):
-        total += y[i] * y[n + i]
-    return total
-
-
-@field
-def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0: the symplectic volume of T*S^(n−1)."""
-    return 0.0 * y[0]
-
-
-@field
-def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """½((q, q) − 1) and (q, p)."""
-    out[0] = 0.5 * sphere(params, t, y, work)
-    out[1] = tangency(params, t, y, work)
-
-
 def initial(n: int = 3) -> npt.NDArray[np.float64]:
     """Return a state on T*S^(n−1)."""
     q = np.cos(0.4 + 1.3 * np.arange(n))
@@ -144,17 +112,16 @@ def problem(a: Sequence[float] = (0.5, 1.3, 2.6), season: float = 0.0) -> Proble
     C. Neumann, J. reine angew. Math. 56 (1859) 46; J. Moser, *Geometry of quadrics and spectral
     theory*, The Chern Symposium 1979, Springer 1980, 147.
     """
-    n = len(a)
+    n, space = len(a), TangentSphere(len(a), ("q", "p"))
     integrals = {"energy": energy, **{f"F{k + 1}": uhlenbeck(k) for k in range(n)}}
     return Problem(
         name=f"neumann-{n}",
-        pieces=(("q", n), ("p", n)),
+        space=space,
         params=np.array([season, *a]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, unit_sphere, 1, separable=True),
+        hamiltonian=space.hamiltonian(gradients, separable=True),
         splitting=natural_on_sphere(potential_gradient),
         invariants={} if season else integrals,
-        constraints={"sphere": sphere, "tangency": tangency},
-        measure=Measure(log_density, manifold, 2),
+        measure=Measure(),
         parameters={"a": list(a), "season": season},
     )

@@ -61,12 +61,6 @@ def inclination(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
-@field
-def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0: the divergence of (m × Ω, γ × Ω) vanishes in R⁶."""
-    return 0.0 * y[0]
-
-
 def problem(
     inertia: tuple[float, float, float] = (1.0, 1.6, 2.3),
     pulse: tuple[float, float, float] = (0.3, -0.2, 0.25),
@@ -100,7 +94,7 @@ def problem(
             "direction-squared": direction_squared,
             "inclination": inclination,
         },
-        measure=Measure(log_density),
+        measure=Measure(),
         parameters={
             "inertia": list(inertia),
             "pulse": list(pulse),

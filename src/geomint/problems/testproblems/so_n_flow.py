@@ -11,9 +11,11 @@ from ...kernels.compiling.recorded import field, helper
 from ...kernels.groups.so_n import unpack_skew
 from ...kernels.numbers.arithmetic import cos
 from ...kernels.numbers.blocks import part
-from ..forms import GroupAction
-from ..groups import so_n
 from ..problem import Problem
+from ..spaces.euclidean import Euclidean
+from ..spaces.product import Product
+from ..spaces.rotations import Rotations
+from ..spaces.skew import Skew
 
 __all__ = ["initial", "problem"]
 
@@ -132,13 +134,14 @@ def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
     """
     a = 1.0 + 0.6 * np.arange(n)
     c = np.array([1.0 / (1.0 + 0.5 * i + 0.3 * j) for i in range(n) for j in range(i + 1, n)])
-    pieces = (("k", len(c)), ("gamma", n))
+    vectors = Skew(n), Euclidean(n, "gamma", turned=True)
+    space = Product(*vectors, Rotations(n)) if frame else Product(*vectors)
     return Problem(
         name=f"so-{n}-flow",
-        pieces=(*pieces, ("g", n * n)) if frame else pieces,
+        space=space,
         params=np.concatenate([[season], a, c]),
         field=motion,
-        action=GroupAction(generator, so_n(n, "adjoint", "vector", *(("frame",) if frame else ()))),
+        action=space.action(generator),
         work=len(c) + 2 * n * n,
         invariants={
             "momentum-squared": momentum_squared,

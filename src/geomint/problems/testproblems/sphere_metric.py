@@ -11,7 +11,7 @@ from ...kernels.compiling.recorded import field
 from ...kernels.numbers.arithmetic import cos, sin
 from ..forms import Hamiltonian
 from ..problem import Problem
-from .spherical_pendulum import unit_sphere
+from ..spaces.sphere import Sphere
 
 __all__ = ["initial", "problem"]
 
@@ -76,15 +76,6 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @field
-def sphere(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(q, q) − 1."""
-    total = -1.0 + 0.0 * y[0]
-    for i in range(len(y) // 2):
-        total += y[i] * y[i]
-    return total
-
-
-@field
 def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(q, ∂H/∂p)."""
     n = len(y) // 2
@@ -108,14 +99,14 @@ def problem(n: int = 3, pulse: float = 0.3, bend: float = 0.7, pull: float = 0.5
     The hidden constraint (q, ∂H/∂p) = φ (q, p) + ψ (b, p)(b, q) = 0 is not (q, p) = 0, and changes
     with time. Nothing else is conserved. Parameters: ε, δ, ψ. Forms: ODE and Hamiltonian.
     """
-    b, c = _vectors(n)
+    (b, c), sphere = _vectors(n), Sphere(n, "q")
     return Problem(
         name=f"sphere-metric-{n}",
         pieces=(("q", n), ("p", n)),
         params=np.concatenate([[pulse, bend, pull], b, c]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, unit_sphere, 1),
-        constraints={"sphere": sphere, "tangency": tangency},
+        hamiltonian=Hamiltonian(gradients, sphere.constraint, sphere.conditions),
+        constraints={**sphere.constraints, "tangency": tangency},
         parameters={"n": n, "pulse": pulse, "bend": bend, "pull": pull},
     )
 

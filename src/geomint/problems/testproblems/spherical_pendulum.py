@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from ...kernels.compiling.recorded import field
-from ..forms import Hamiltonian, Measure
+from ..forms import Measure
 from ..natural import natural_on_sphere
 from ..problem import Problem
+from ..spaces.tangent_bundle import TangentSphere
 
-__all__ = ["INITIAL", "problem", "unit_sphere"]
+__all__ = ["INITIAL", "problem"]
 
 INITIAL = np.array([0.6, 0.0, -0.8, 0.2, 0.9, 0.15])
 
@@ -46,17 +47,6 @@ def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None
 
 
 @field
-def unit_sphere(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
-    """½((q, q) − 1) and its Jacobian q, in any dimension."""
-    total = q[0] * q[0]
-    for i in range(1, len(q)):
-        total += q[i] * q[i]
-    g[0] = 0.5 * (total - 1.0)
-    for i in range(len(q)):
-        G[i] = 1.0 * q[i]
-
-
-@field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½(p, p) + g q₃."""
     return 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) + params[0] * y[2]
@@ -66,31 +56,6 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
     """q₁p₂ − q₂p₁."""
     return y[0] * y[4] - y[1] * y[3]
-
-
-@field
-def sphere(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(q, q) − 1."""
-    return (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) - 1.0
-
-
-@field
-def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(q, p)."""
-    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
-
-
-@field
-def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """0: δ(½|q|² − ½) δ((q, p)) dq dp is the symplectic volume of T*S²."""
-    return 0.0 * y[0]
-
-
-@field
-def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """½((q, q) − 1) and (q, p)."""
-    out[0] = 0.5 * sphere(params, t, y, work)
-    out[1] = tangency(params, t, y, work)
 
 
 def problem(gravity: float = 1.0) -> Problem:
@@ -103,15 +68,15 @@ def problem(gravity: float = 1.0) -> Problem:
     ----------
     E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., VII.1.2.
     """
+    space = TangentSphere(3, ("q", "p"))
     return Problem(
         name="spherical-pendulum",
-        pieces=(("q", 3), ("p", 3)),
+        space=space,
         params=np.array([gravity]),
         field=motion,
-        hamiltonian=Hamiltonian(gradients, unit_sphere, 1, separable=True),
+        hamiltonian=space.hamiltonian(gradients, separable=True),
         splitting=natural_on_sphere(potential_gradient),
         invariants={"energy": energy, "angular-momentum": angular_momentum},
-        constraints={"sphere": sphere, "tangency": tangency},
-        measure=Measure(log_density, manifold, 2),
+        measure=Measure(),
         parameters={"gravity": gravity},
     )

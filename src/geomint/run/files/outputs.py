@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from os import PathLike
 from pathlib import Path
 
-from ..errors import DomainError, OutputError, quoted
+from ...errors import DomainError, OutputError, quoted
 from .workplace import alone, synced, undisturbed, workplace
 
 __all__ = ["check_file", "check_folder", "whole_file", "whole_folder"]

@@ -1,0 +1,1 @@
+"""Spaces of states: points, conditions, random points, groups that move them; one file each."""

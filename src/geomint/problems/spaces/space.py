@@ -1,0 +1,319 @@
+"""A space of states as a value: pieces, conditions, admissible points, the group that moves them."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import operator
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ...arguments import Array, as_vector, check_name, whole
+from ...errors import DomainError, FormError, nearest
+from ...kernels.compiling.recorded import Recorded, field
+from ...kernels.numbers.blocks import Block, part
+from ..forms import Group, GroupAction
+from ..groups import so3, so_n, translations
+from .repair import length
+
+__all__ = ["Space", "both", "check_known", "joined_pieces", "piece_slices", "written"]
+
+ROUNDS = 30  # of Newton's method in `Space.retract`; it takes 4 or 5
+Pieces = tuple[tuple[str, int], ...]
+STEP = 0.125  # of central differences, over the size of the piece: exact for quadratic conditions
+
+
+class Space:
+    """A set of states c(y) = 0 in flat coordinates: what systems and tests know about it, once.
+
+    A subclass is a frozen dataclass: a value that can be compared, hashed, pickled, and printed so
+    that the text makes it again. Spaces are multiplied: ``Skew(3) * Sphere(3)``. What a subclass gives
+    beside its fields: `pieces`; `constraints_at`, unless all states are admissible; `admit`, `random`;
+    and what else it knows better than the defaults. `geomint.testing.check_space` holds it to that.
+
+    Attributes
+    ----------
+    pieces : tuple of (name, rows)
+        The order of the flat state.
+    conditions : int
+        The length of c.
+    codes : tuple of str, or None
+        How SO(n) moves the points: a code for each part of the state, as `so_n` takes them; empty where
+        translations move them, and None where no group does.
+    params : array
+        The parameters that recorded functions of the space read, from row 0 on; those of a problem
+        begin with them.
+    """
+
+    n: int
+    least = 2  # of n
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "n", whole("n", self.n, self.least))
+        self.check_names()
+
+    @property
+    def conditions(self) -> int:
+        """The length of c: one for each constraint."""
+        return len(self.constraints_at(0))
+
+    @property
+    def codes(self) -> tuple[str, ...] | None:
+        """How SO(n) moves the points."""
+        return ()
+
+    @property
+    def pieces(self) -> tuple[tuple[str, int], ...]:
+        """Names and rows, in the order of the flat state."""
+        raise NotImplementedError
+
+    @property
+    def params(self) -> Array:
+        """What recorded functions of the space read: nothing, for most."""
+        return np.zeros(0)
+
+    @property
+    def factors(self) -> tuple[Space, ...]:
+        """The spaces of which this one is the product; itself alone if it is none."""
+        return (self,)
+
+    @functools.cached_property
+    def rows(self) -> int:
+        """Length of the flat state."""
+        return sum(rows for _, rows in self.pieces)
+
+    @property
+    def dimension(self) -> int:
+        """How many numbers are free: rows less conditions."""
+        return self.rows - self.conditions
+
+    @property
+    def slices(self) -> dict[str, slice]:
+        """Where each piece lies in the flat state."""
+        return piece_slices(self.pieces)
+
+    def split(self, y: Array) -> dict[str, Array]:
+        """Return the pieces of a flat state by name, as copies."""
+        return {name: np.array(y[rows]) for name, rows in self.slices.items()}
+
+    def join(self, components: Mapping[str, Any]) -> Array:
+        """Return the flat state of these pieces, or raise `DomainError` for others."""
+        return joined_pieces(self.pieces, components)
+
+    def admit(self, y: Array) -> Array:
+        """Return a flat state, repaired with a warning if need be, or raise; see `repair`."""
+        return y
+
+    def project(self, **components: Any) -> Array:
+        """Return the flat state that is named, projected with a warning if need be."""
+        check_known(self.pieces, components)
+        if len(self.pieces) == 1:
+            name = self.pieces[0][0]
+            components = {**components, name: self.point(components.get(name))}
+        return self.admit(self.join(components))
+
+    def point(self, value: Any) -> Array:
+        """Return the only piece, as a user names it, projected with a warning if need be."""
+        ((name, rows),) = self.pieces
+        return as_vector(name, value, rows)
+
+    def random(self, rng: np.random.Generator) -> dict[str, Array]:
+        """Return the components of a random point: directions uniform, vectors normal."""
+        return {name: rng.normal(size=rows) for name, rows in self.pieces}
+
+    # --- recorded functions -----------------------------------------------------------------------
+
+    def manifold_at(self, first: int) -> Recorded | None:
+        """Return the recorded function that writes c of the state from row `first` on, or None.
+
+        The constraints, one after another, unless a subclass knows better.
+        """
+        constraints = self.constraints_at(first)
+        return written(*constraints.values()) if constraints else None
+
+    @property
+    def manifold(self) -> Recorded | None:
+        """What `geomint.Measure` calls so: writes c(y)."""
+        return self.manifold_at(0)
+
+    def constraints_at(self, first: int) -> dict[str, Recorded]:
+        """Return observables by name that are 0 on the space, the state from row `first`."""
+        return {}
+
+    @property
+    def constraints(self) -> dict[str, Recorded]:
+        """Functions by name that are 0 on the space."""
+        return self.constraints_at(0)
+
+    # What a `TangentBundle` over a space of one piece asks for.
+
+    @property
+    def normal(self) -> str:
+        """What the directions normal to the space are called in messages."""
+        return self.pieces[0][0]
+
+    def tangency_at(self, first: int, second: int) -> Recorded:
+        """Return the function that writes ½ dc(v), the point from row `first`, v from `second` on."""
+        return written(*self.tangencies_at(first, second).values())
+
+    def tangencies_at(self, first: int, second: int) -> dict[str, Recorded]:
+        """Return observables by name that are 0 where v is tangent."""
+        return {}
+
+    @property
+    def constraint(self) -> Recorded:
+        """The constraint of `geomint.Hamiltonian`: c/2 and its Jacobian."""
+        raise NotImplementedError
+
+    # --- groups -----------------------------------------------------------------------------------
+
+    @property
+    def group(self) -> Group | None:
+        """The group that moves points: one SO(n) for neighbours, R^m for what translations move."""
+        parts = []
+        for n, factors in itertools.groupby(self.factors, lambda f: f.n if f.codes else 0):
+            run = list(factors)
+            codes = [code for factor in run for code in factor.codes or ()]
+            if any(factor.codes is None for factor in run):
+                return None
+            parts.append(so_n(n, *codes) if n else translations(sum(f.rows for f in run)))
+        return functools.reduce(operator.mul, parts)
+
+    def action(self, generator: Recorded) -> GroupAction:
+        """Return the form ẏ = ξ·y; `generator` writes ξ as flat triangles and translations.
+
+        Where SO(3) turns nothing but vectors it is that of R³ (`so3`), whose exponential is a closed
+        formula: several times faster.
+        """
+        codes = [code for factor in self.factors for code in factor.codes or ()]
+        if {f.n if f.codes else 0 for f in self.factors} == {3} and set(codes) == {"vector"}:
+            return GroupAction(_vector_generator(generator), so3(len(codes)))
+        group = self.group
+        if group is None:
+            raise FormError(f"{self!r} has no group that moves its points")
+        return GroupAction(generator, group)
+
+    # --- geometry, in plain Python ----------------------------------------------------------------
+
+    def defects(self, y: Array) -> Array:
+        """Return c(y)."""
+        out, manifold = np.zeros(self.conditions), self.manifold
+        if manifold is not None:
+            manifold(Block(self.params), 0.0, Block(y), Block(out), Block(np.zeros(0)))
+        return out
+
+    def normals(self, y: Array) -> Array:
+        """Return c_y, by central differences."""
+        sizes = [length(y[s]) or 1.0 for s in self.slices.values() for _ in range(s.stop - s.start)]
+        columns = [
+            (self.defects(y + h * e) - self.defects(y - h * e)) / (2.0 * h)
+            for h, e in zip(STEP * np.array(sizes), np.eye(self.rows), strict=True)
+        ]
+        return np.array(columns).T
+
+    def tangent(self, y: Array, v: Array) -> Array:
+        """Return the part of a vector of R^N that is tangent to the space at y."""
+        normals = self.normals(y)
+        basis, _ = np.linalg.qr((normals / np.linalg.norm(normals, axis=1, keepdims=True)).T)
+        for _ in range(2):
+            v = v - basis @ (basis.T @ v)
+        return np.asarray(v)
+
+    def retract(self, y: Array, v: Array) -> Array:
+        """Return the point near y + v in the directions normal to the space, by Newton's method.
+
+        Raises
+        ------
+        DomainError
+            Where v is too long for it.
+        """
+        z, before = y + v, np.inf
+        for _ in range(ROUNDS):
+            defects = self.defects(z)
+            size = float(np.max(np.abs(defects), initial=0.0))
+            if size == 0.0 or (size >= 0.5 * before and before < 1e-12 * max(1.0, length(z))):
+                return z
+            before = size
+            normals = self.normals(z)
+            sizes = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+            z = z - np.linalg.lstsq(normals / sizes[:, None], defects / sizes)[0]
+        raise DomainError("v", v, "a shorter vector: no point of the space was found near y + v")
+
+    def distance(self, y: Array, z: Array) -> float:
+        """Return |y − z| in the flat coordinates."""
+        return length(np.asarray(y) - np.asarray(z))
+
+    def __mul__(self, other: Any) -> Space:
+        from .product import Product
+
+        return Product(self, other) if isinstance(other, Space) else NotImplemented
+
+    def check_names(self) -> None:
+        """Raise `DomainError` unless the pieces have names of their own."""
+        names = [name for name, _ in self.pieces]
+        for name in names:
+            check_name("name", name)
+        if len(set(names)) < len(names):
+            raise DomainError("names", names, "names unlike each other")
+
+
+def piece_slices(pieces: Pieces) -> dict[str, slice]:
+    """Return where each piece lies in the flat state."""
+    bounds = itertools.pairwise(itertools.accumulate((rows for _, rows in pieces), initial=0))
+    return {name: slice(*ends) for (name, _), ends in zip(pieces, bounds, strict=True)}
+
+
+def check_known(pieces: Pieces, components: Mapping[str, Any]) -> None:
+    """Raise `DomainError` for a component that is none of the pieces."""
+    names = [name for name, _ in pieces]
+    for name in components:
+        if name not in names:
+            raise DomainError(name, components[name], f"one of {names}.{nearest(name, names)}")
+
+
+def joined_pieces(pieces: Pieces, components: Mapping[str, Any]) -> Array:
+    """Return the flat state of these pieces, or raise `DomainError` for others."""
+    check_known(pieces, components)
+    for name, rows in pieces:
+        if name not in components:
+            raise DomainError(name, None, f"{rows} numbers")
+    return np.concatenate([as_vector(name, components[name], rows) for name, rows in pieces])
+
+
+@functools.cache
+def both(first: Recorded, m: int, second: Recorded, k: int) -> Recorded:
+    """Return the function that writes m conditions and then k others."""
+
+    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        first(params, t, y, part(out, 0, m), work)
+        second(params, t, y, part(out, m, k), work)
+
+    return field(conditions)
+
+
+@functools.cache
+def written(*observables: Recorded) -> Recorded:
+    """Return the function that writes their values."""
+    first, *others = observables
+    if others:
+        return both(written(first), 1, written(*others), len(others))
+
+    def condition(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = first(params, t, y, work)
+
+    return field(condition)
+
+
+@functools.cache
+def _vector_generator(generator: Recorded) -> Recorded:
+    """Return the generator that writes a 3-vector by the hat map."""
+
+    def vector_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        generator(params, t, y, out, work)
+        first = out[0]
+        out[0] = -out[2]
+        out[2] = -first
+
+    return field(vector_generator)

@@ -1,0 +1,94 @@
+"""The unit sphere of R^n."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arguments import Array, as_vector
+from ...errors import DomainError
+from ...kernels.compiling.recorded import Recorded, observable
+from .repair import SILENT, length, repaired, warn
+from .stiefel import Orthonormal
+
+__all__ = ["Sphere"]
+
+
+@dataclass(frozen=True)
+class Sphere(Orthonormal):
+    """S^(n−1), the unit vectors of R^n, turned by SO(n).
+
+    Parameters
+    ----------
+    n : int
+        At least 2.
+    name : str
+        Of the piece of the state.
+    """
+
+    n: int
+    name: str = "gamma"
+    vectors = 1
+
+    def constraints_at(self, first: int) -> dict[str, Recorded]:
+        """(γ, γ) − 1."""
+        return {"norm": product(self.n, first, first, 1.0)}
+
+    def tangencies_at(self, first: int, second: int) -> dict[str, Recorded]:
+        """(γ, v)."""
+        return {"tangency": product(self.n, first, second)}
+
+    def point(self, value: Any) -> Array:
+        """Return the unit vector along `value`; warn if that is another one.
+
+        Raises
+        ------
+        DomainError
+            If `value` is zero, not finite or not n numbers.
+        """
+        name = self.name
+        given = as_vector(name, value, self.n)
+        size = length(given)
+        if size == 0.0:
+            raise DomainError(name, value, "a vector that is not zero")
+        if abs(size - 1.0) <= 0.5 * SILENT:
+            return given
+        warn(f"{name} has length {size!r}, not 1: the state uses {name}/|{name}|")
+        result = given / np.max(np.abs(given))
+        return np.asarray(result / length(result))
+
+    def admit(self, y: Array) -> Array:
+        """Return a vector of a flat state, divided by its length if need be."""
+        size = length(y)
+        defect = abs(size - 1.0) * (size + 1.0)
+        said = f"|{self.name}|² − 1"
+        return repaired(self.name, y, defect, said, "a unit vector", lambda: y / size)
+
+    def tangent(self, y: Array, v: Array) -> Array:
+        """Return v less its part along y; twice, so that the result is orthogonal to round-off."""
+        size = length(v)
+        result = v / (size or 1.0)
+        for _ in range(2):
+            result = result - (y @ result) / (y @ y) * y
+        return np.asarray(result * size)
+
+    def random(self, rng: np.random.Generator) -> dict[str, Array]:
+        """Return a unit vector, uniform."""
+        v = rng.normal(size=self.n)
+        return {self.name: np.asarray(v / np.sqrt(v @ v))}
+
+
+@functools.cache
+def product(n: int, first: int, second: int, less: float = 0.0) -> Recorded:
+    """Return the observable (u, v) less a number, of the vectors of R^n from those rows on."""
+
+    def inner_product(params: Any, t: Any, y: Any, work: Any) -> Any:
+        total = y[first] * y[second]
+        for i in range(1, n):
+            total += y[first + i] * y[second + i]
+        return total - less
+
+    return observable(inner_product)

@@ -1,0 +1,140 @@
+"""Tangent bundles: a point and a vector there, or a momentum, which is one by the metric of R^N."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arguments import Array, as_vector
+from ...errors import DomainError
+from ...kernels.compiling.recorded import Recorded
+from ..forms import Hamiltonian
+from .repair import PARALLEL, SILENT, length, repaired, warn
+from .space import Space, both, check_known
+from .sphere import Sphere
+from .stiefel import Stiefel
+
+__all__ = ["TangentBundle", "TangentSphere", "TangentStiefel"]
+
+
+@dataclass(frozen=True)
+class TangentBundle(Space):
+    """TQ, and T*Q: a point q of Q and a vector p of R^N tangent to it.
+
+    Parameters
+    ----------
+    base : Space
+        Q, of one piece.
+    name : str
+        Of the vector, the second piece.
+    """
+
+    base: Space
+    name: str = "p"
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.base, Space) and len(self.base.pieces) == 1):
+            raise DomainError("base", self.base, "a space of one piece that has tangent vectors")
+        self.check_names()
+
+    @property
+    def n(self) -> int:  # type: ignore[override]
+        """That of the base."""
+        return self.base.n
+
+    @property
+    def pieces(self) -> tuple[tuple[str, int], ...]:
+        """The point and the vector."""
+        return (*self.base.pieces, (self.name, self.base.rows))
+
+    @property
+    def params(self) -> Array:
+        """Those of the base."""
+        return self.base.params
+
+    @property
+    def conditions(self) -> int:
+        """Twice those of the base."""
+        return 2 * self.base.conditions
+
+    @property
+    def codes(self) -> tuple[str, ...] | None:
+        """Both are turned alike; translations of a point move no vectors."""
+        return self.base.codes * 2 if self.base.codes else None
+
+    def manifold_at(self, first: int) -> Recorded | None:
+        """c(q) and ½ dc(p)."""
+        base, m = self.base, self.base.conditions
+        point, vector = base.manifold_at(first), base.tangency_at(first, first + base.rows)
+        return None if point is None else both(point, m, vector, m)
+
+    def constraints_at(self, first: int) -> dict[str, Recorded]:
+        """Those of the point, and tangency."""
+        base = self.base
+        return {**base.constraints_at(first), **base.tangencies_at(first, first + base.rows)}
+
+    def hamiltonian(self, gradients: Recorded, separable: bool = False) -> Hamiltonian:
+        """Return the form of a Hamiltonian whose hidden constraint is that p is tangent."""
+        return Hamiltonian(gradients, self.base.constraint, self.base.conditions, separable)
+
+    def project(self, **components: Any) -> Array:
+        """Return the state with the point and the tangent vector that are named."""
+        check_known(self.pieces, components)
+        vector = as_vector(self.name, components.get(self.name), self.base.rows)
+        point = self.base.point(components.get(self.pieces[0][0]))
+        return np.concatenate([point, self.vector(point, vector)])
+
+    def vector(self, q: Array, value: Any, name: str = "") -> Array:
+        """Return the part of `value` that is tangent at q; warn if that is another one.
+
+        `name` says in messages what it is called, if not as the piece.
+
+        Raises
+        ------
+        DomainError
+            If it is not as many finite numbers, or so nearly normal that no direction is left.
+        """
+        name = name or self.name
+        given = as_vector(name, value, self.base.rows)
+        defect = self._defect(q, given)
+        if defect <= SILENT:
+            return given
+        result = self.base.tangent(q, given)
+        if length(result) < PARALLEL * length(given):
+            raise DomainError(name, value, f"a vector that is not parallel to {self.base.normal}")
+        warn(f"{self._said(name)} is {defect:.3g}, not 0: the state uses the tangent part")
+        return result
+
+    def admit(self, y: Array) -> Array:
+        """Return a flat state, the point repaired and then the vector."""
+        q, p = self.base.admit(y[: self.base.rows]), y[self.base.rows :]
+        expected = f"a vector orthogonal to {self.base.normal}"
+        said, defect = self._said(self.name), self._defect(q, p)
+        mended = repaired(self.name, p, defect, said, expected, lambda: self.base.tangent(q, p))
+        return np.concatenate([q, mended])
+
+    def _defect(self, q: Array, p: Array) -> float:
+        """Return the length of the part of p that is not tangent, over |p|."""
+        size = length(p)
+        return 0.0 if size == 0.0 else length(p / size - self.base.tangent(q, p / size))
+
+    def _said(self, name: str) -> str:
+        return f"({self.base.normal}, {name})/|{name}|"
+
+    def random(self, rng: np.random.Generator) -> dict[str, Array]:
+        """Return a random point, and the tangent part of a normal vector."""
+        point = self.base.random(rng)
+        (q,) = point.values()
+        return {**point, self.name: self.base.tangent(q, rng.normal(size=len(q)))}
+
+
+def TangentSphere(n: int, names: tuple[str, str] = ("gamma", "p")) -> TangentBundle:  # noqa: N802
+    """T*S^(n−1) and TS^(n−1): a unit vector and one orthogonal to it."""
+    return TangentBundle(Sphere(n, names[0]), names[1])
+
+
+def TangentStiefel(n: int, r: int, names: tuple[str, str] = ("X", "P")) -> TangentBundle:  # noqa: N802
+    """T*V(n, r): r orthonormal vectors X and P with XPᵀ + PXᵀ = 0."""
+    return TangentBundle(Stiefel(n, r, names[0]), names[1])

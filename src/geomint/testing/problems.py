@@ -1,0 +1,102 @@
+"""What every problem has."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..kernels.compiling.recorded import Recorded
+from ..methods.method import Start
+from ..methods.registry import find_method
+from ..problems.declaration import check_problem as check_declared
+from ..problems.evaluate import derivative, rounding_scale, value
+from ..problems.problem import Problem
+from ..problems.spaces.repair import length
+from .groups import check_group
+from .judge import hold, small, sure
+
+__all__ = ["check_problem"]
+
+ROUNDING = 1e-13
+SLOPES = 1e-6  # of central differences
+H, STEP = 1e-5, 1e-4
+CURVED = 100.0  # over H²: how far constraints may bend away
+
+
+def check_problem(problem: Problem, states: Any = 3) -> None:
+    """Raise `AssertionError` for the first property of a problem that does not hold.
+
+    Random states are admissible; functions fit what the problem declares; all forms have one
+    derivative; constraints vanish, and they and the invariants are constant along it, and none of them
+    everywhere; the group is one.
+
+    Parameters
+    ----------
+    problem : Problem
+    states : int or sequence of arrays
+        How many random states are taken, from seeds 0, 1, …; or the states, for a problem that has no
+        random ones.
+    """
+    chosen = list(_random(problem, states) if isinstance(states, int) else states)
+    for y in chosen:
+        hold(problem.canonical(y), y, f"problem {problem.name!r} changes an admissible state")
+        for form in problem.forms:
+            check_declared(problem, y, form, clock=problem.clock is not None)
+        rate = _rate(problem, y)
+        for name, f in {**problem.constraints, **problem.invariants}.items():
+            _check_constant(problem, name, f, y, rate)
+    for name, f in {**problem.constraints, **problem.invariants}.items():
+        way = np.random.default_rng(len(name)).normal(size=problem.rows)
+        moves = any(value(problem, f, y + 0.1 * way) != value(problem, f, y) for y in chosen)
+        sure(moves, f"{name!r} of {problem.name!r} is the same number at all states")
+    if problem.action is not None:
+        check_group(problem.action.group, problem.rows, 1)
+
+
+def _random(problem: Problem, count: int) -> Iterator[Array]:
+    """Yield random states: admissible as they are, others for other seeds."""
+    before = None
+    for seed in range(count):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            y = problem.random_state(seed)
+        sure(before is None or (y != before).any(), f"{problem.name!r} has one random state")
+        before = y
+        yield y
+
+
+def _rate(problem: Problem, y: Array) -> Array:
+    """Return ẏ, the same by all forms."""
+    rates = {}
+    for form in problem.forms:
+        others = {other: None for other in problem.forms if other != form}
+        alone = dataclasses.replace(problem, **others)  # type: ignore[arg-type]
+        rates[form] = _by_steps(alone, y) if form == "hamiltonian" else derivative(alone, y)
+    first, rate = next(iter(rates.items()))
+    for form, other in rates.items():
+        text = f"{first} and {form} of {problem.name!r} are not one motion"
+        small(other - rate, SLOPES * max(1.0, length(rate)), text)
+    return rate
+
+
+def _by_steps(problem: Problem, y: Array) -> Array:
+    """Return ẏ of the Hamiltonian form, whose multipliers RATTLE finds."""
+    stepper = find_method("rattle-2").start(Start(problem, y, 0.0, STEP, compiled=False))
+    above, below = (stepper.single_step(y, 0.0, h) for h in (STEP, -STEP))
+    return (above - below) / (2.0 * STEP)
+
+
+def _check_constant(problem: Problem, name: str, f: Recorded, y: Array, rate: Array) -> None:
+    """Hold a quantity to be constant along the motion, and to be 0 if it is a constraint."""
+    h, scale = H / max(1.0, length(rate)), max(1.0, rounding_scale(problem, f, y))
+    here, above, below = (value(problem, f, y + s * h * rate) for s in (0.0, 1.0, -1.0))
+    text = f"{name!r} of {problem.name!r} is not constant along the motion"
+    if name in problem.constraints:
+        small(here, ROUNDING * scale, f"constraint {name!r} of {problem.name!r} is not 0")
+        small([above, below], CURVED * H * H * scale, text)
+    small((above - below) / (2.0 * h), SLOPES * scale * max(1.0, length(rate)), text)

@@ -1,0 +1,131 @@
+"""Groups and their products, held to the public suite."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.kernels.numbers.blocks import Block
+from geomint.testing import check_group
+
+pytestmark = pytest.mark.nojit
+GROUPS = [
+    gi.so3(2),
+    gi.so_n(2, "vector"),
+    *(gi.so_n(n, "vector", "adjoint", "frame") for n in (3, 4)),
+    gi.translations(2),
+    gi.so_n(4, "frame") * gi.translations(3),
+    gi.so3(1) * gi.translations(2),
+    gi.translations(2) * gi.so_n(3, "adjoint"),
+    gi.so_n(2, "vector") * gi.so_n(4, "vector") * gi.so3(1),
+]
+
+
+@pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.name)
+def test_every_group_is_one(group: gi.Group) -> None:
+    check_group(group, group.rows)
+
+
+@gi.helper
+def shifts(layout, xi, y, out, work):
+    for i in range(len(y)):
+        out[i] = 1e-9 + 0.0 * y[i]
+
+
+@gi.helper
+def unwritten(layout, xi, y, out, work):
+    out[0] = 0.0 * y[0]
+
+
+@gi.helper
+def backwards(layout, x, y, out, work):
+    for i in range(3):
+        out[i] = y[(i + 1) % 3] * x[(i + 2) % 3] - y[(i + 2) % 3] * x[(i + 1) % 3]
+
+
+@gi.helper
+def squared(layout, x, y, out, work):
+    for i in range(3):
+        out[i] = x[i] * y[i]
+
+
+@gi.helper
+def unlike(layout, x, y, out, work):
+    for i in range(3):
+        out[i] = y[i] + 0.1 * x[i]
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"act": shifts, "cayley": None}, "moves a state where ξ is 0"),
+        ({"act": unwritten, "cayley": None}, "leaves rows unwritten"),
+        ({"act": gi.so3(2).cayley}, "is not exp"),
+        ({"bracket": squared}, r"\[x, y\] \+ \[y, x\]"),
+        ({"bracket": backwards}, "the bracket .* is not that of its action"),
+        ({"cayley": gi.translations(3).act, "dcayinv": None}, "cay|unwritten"),
+        ({"dexpinv": unlike}, "dexpinv .* is not the inverse differential"),
+        ({"dcayinv": gi.so3(2).dexpinv}, "dcayinv .* is not the inverse differential"),
+        ({"rows": 5}, "acts on 5 rows"),
+    ],
+)
+def test_a_broken_group_is_noticed(changes: dict, text: str) -> None:
+    with pytest.raises(AssertionError, match=text):
+        check_group(replace(gi.so3(2), **changes), 6)
+
+
+def test_factors_need_their_rows() -> None:
+    with pytest.raises(gi.DomainError, match="the length of the states"):
+        replace(gi.so3(2), rows=None) * gi.translations(1)
+
+
+@pytest.mark.parametrize("long", [0, 1])
+def test_coordinates_of_a_product_end_with_those_of_either_factor(long: int) -> None:
+    """And of one whose coordinates end nowhere, with those of the other."""
+    four = gi.so_n(4, "vector")
+    for group in (four * gi.so_n(5, "vector"), four * gi.so3(1), gi.so3(1) * four):
+        sizes = [6, 10] if "SO(5)" in group.name else [6, 3] if group.name[3] == "4" else [3, 6]
+        u = np.repeat([1e-3, 10.0] if long else [10.0, 1e-3], sizes)
+        extent = group.extent(Block(group.layout), Block(u), Block(np.zeros(group.work)))
+        ends = "SO(5)" in group.name or sizes[long] == 6
+        assert (extent > 1.0) == ends
+
+
+@gi.field
+def turning_and_shifting(params, t, y, out, work):
+    for i in range(3):
+        out[i] = params[i] * (1.0 + 0.5 * gi.cos(t)) + 0.2 * y[i] * y[3]
+    out[3] = y[0] * y[1]
+
+
+def test_methods_take_products() -> None:
+    """SO(3) × R by joined functions and by the kernel of SO(n) × R^m are one motion."""
+
+    def generator(params, t, y, out, work):
+        turning_and_shifting(params, t, y, out, work)
+        first = out[0]
+        out[0] = -out[2]
+        out[2] = -first
+
+    ends = []
+    for group, xi in (
+        (gi.so3(1) * gi.translations(1), turning_and_shifting),
+        (gi.so_n(3, "vector") * gi.translations(1), gi.field(generator)),
+    ):
+        problem = gi.Problem(
+            "screw",
+            space=gi.Sphere(3) * gi.Euclidean(1, "s"),
+            params=[0.3, -0.4, 0.8],
+            action=gi.GroupAction(xi, group),
+        )
+        for method in ("cf-4", "rkmk-4", "rkmk-cayley-4"):
+            y0 = [0.6, 0.0, 0.8, 0.1]
+            plain = {"t_end": 1.0, "step": 0.02, "compiled": False}
+            ends.append(gi.solve(problem, y0, method=method, **plain).y[-1])
+    for end in ends:
+        assert abs(end[:3] @ end[:3] - 1.0) < 1e-14
+        np.testing.assert_allclose(end, ends[0], rtol=0, atol=1e-7)
+    np.testing.assert_allclose(ends[3:], ends[:3], rtol=0, atol=1e-14)

@@ -1,0 +1,178 @@
+"""Problems that name their space, and the public suite for problems and methods."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.methods.registry import methods
+from geomint.testing import check_method, check_problem
+
+
+@gi.field
+def field(params, t, y, out, work):
+    """A great circle: q̇ = p, ṗ = −(p, p) q."""
+    pp = y[3] * y[3] + y[4] * y[4] + y[5] * y[5]
+    for i in range(3):
+        out[i] = 1.0 * y[3 + i]
+        out[3 + i] = -pp * y[i]
+
+
+@gi.field
+def generator(params, t, y, out, work):
+    """ξ = p∧q as a flat triangle, that of q̇ = ξq, ṗ = ξp."""
+    at = 0
+    for i in range(3):
+        for j in range(i + 1, 3):
+            out[at] = y[3 + i] * y[j] - y[i] * y[3 + j]
+            at += 1
+
+
+@gi.field
+def gradients(params, t, q, p, dq, dp, work):
+    for i in range(3):
+        dq[i] = 0.0 * q[i]
+        dp[i] = 1.0 * p[i]
+
+
+@gi.observable
+def energy(params, t, y, work):
+    return 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5])
+
+
+@gi.observable
+def height(params, t, y, work):
+    return 1.0 * y[2]
+
+
+@gi.observable
+def seven(params, t, y, work):
+    return 7.0 + 0.0 * y[0]
+
+
+@gi.field
+def slower(params, t, y, out, work):
+    field(params, t, y, out, work)
+    out[0] = 0.999 * out[0]
+
+
+SPACE = gi.TangentSphere(3, ("q", "p"))
+GEODESIC = gi.Problem(
+    "geodesic",
+    space=SPACE,
+    field=field,
+    action=SPACE.action(generator),
+    hamiltonian=SPACE.hamiltonian(gradients, separable=True),
+    invariants={"energy": energy},
+    measure=gi.Measure(),
+)
+
+
+def test_all_is_taken_from_the_space() -> None:
+    assert GEODESIC.pieces == SPACE.pieces
+    assert list(GEODESIC.constraints) == ["norm", "tangency"]
+    assert GEODESIC.measure == gi.Measure(manifold=SPACE.manifold, conditions=2)
+    y = GEODESIC.random_state(3)
+    np.testing.assert_array_equal(y, SPACE.join(SPACE.random(np.random.default_rng(3))))
+    with pytest.warns(gi.GeomintWarning, match="q has length"):
+        GEODESIC.state(q=[0, 0, 2], p=[1, 0, 0])
+    with pytest.raises(gi.DomainError, match="unit vector"):
+        GEODESIC.canonical(2.0 * y)
+    again = dataclasses.replace(GEODESIC, name="again")
+    assert again.space == SPACE
+    check_problem(GEODESIC)
+
+
+def test_what_is_given_wins() -> None:
+    given = dataclasses.replace(
+        GEODESIC,
+        constraints={"norm": height},
+        make_state=lambda **components: np.array([0, 0, 1.0, 1, 0, 0]),
+        make_random=lambda rng: {"any": 1},
+        admit=lambda y: y + 0.0,
+        measure=gi.Measure(manifold=field, conditions=1),
+    )
+    assert given.constraints["norm"] is height
+    np.testing.assert_array_equal(given.random_state(), [0, 0, 1.0, 1, 0, 0])
+    np.testing.assert_array_equal(given.canonical(np.ones(6)), np.ones(6))
+    assert given.measure.conditions == 1
+    with pytest.raises(gi.DomainError, match="those of the space"):
+        dataclasses.replace(GEODESIC, pieces=(("x", 6),))
+    with pytest.raises(gi.DomainError, match="a Space"):
+        gi.Problem("none", space="sphere", field=field)
+
+
+def test_names_and_parameters_of_a_space() -> None:
+    """Constraints of one name get that of their piece; parameters begin with those of the space."""
+    two = gi.Problem("two", space=gi.Sphere(3, "x") * gi.Sphere(3, "w"), field=field)
+    assert list(two.constraints) == ["norm-x", "norm-w"]
+    assert two.measure is None
+
+    @dataclasses.dataclass(frozen=True)
+    class Scaled(gi.Euclidean):
+        params = np.array([2.0, 3.0])
+
+    assert gi.Problem("one", space=Scaled(6), params=[2, 3, 4], field=field).rows == 6
+    with pytest.raises(gi.DomainError, match="begin with those of the space"):
+        gi.Problem("one", space=Scaled(6), params=[2, 4, 4], field=field)
+
+
+def test_one_more_number_leaves_the_space() -> None:
+    longer = gi.with_quadrature(GEODESIC, "s", height)
+    assert longer.space is None
+    y = longer.random_state(1)
+    assert (len(y), y[-1]) == (7, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"field": slower}, "not one motion"),
+        ({"field": slower, "action": None}, "field and hamiltonian .* are not one motion"),
+        ({"invariants": {"height": height}}, "'height' .* is not constant along the motion"),
+        ({"invariants": {"seven": seven}}, "'seven' .* is the same number at all states"),
+        ({"constraints": {"height": height}}, "constraint 'height' .* is not 0"),
+        ({"make_random": lambda rng: {"q": [0, 0, 1], "p": [1, 0, 0]}}, "one random state"),
+        ({"admit": lambda y: y + 1e-9}, "changes an admissible state"),
+    ],
+)
+def test_a_broken_problem_is_noticed(changes: dict, text: str) -> None:
+    with pytest.raises(AssertionError, match=text):
+        check_problem(dataclasses.replace(GEODESIC, **changes))
+
+
+def test_functions_are_held_to_what_is_declared() -> None:
+    with pytest.raises(gi.DeclarationError):
+        check_problem(dataclasses.replace(GEODESIC, field=generator, action=None))
+
+
+FIXED = [name for name, method in methods().items() if not method.adaptive]
+
+
+@pytest.mark.parametrize("name", FIXED)
+def test_every_method_is_one(name: str) -> None:
+    check_method(gi.find_method(name))
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("rk-4", {"order": 5}),
+        ("rk-4", {"order": 3}),
+        ("rk-4", {"symmetric": True}),
+        ("gauss-8", {"order": 2}),
+        ("gauss-5", {"order": 8}),
+        ("rattle-2", {"order": 4}),
+    ],
+)
+def test_a_false_claim_is_noticed(name: str, changes: dict) -> None:
+    with pytest.raises(AssertionError, match=r"not of order|does not go back"):
+        check_method(dataclasses.replace(gi.find_method(name), **changes))
+
+
+def test_adaptive_methods_have_no_steps_to_halve() -> None:
+    with pytest.raises(gi.DomainError, match="fixed steps"):
+        check_method(gi.find_method("dop853-adaptive"))

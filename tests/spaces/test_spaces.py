@@ -1,0 +1,301 @@
+"""Spaces: every one of them is held to the public suite, and what the suite cannot know is here."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.kernels.compiling.recorded import Recorded
+from geomint.problems.spaces.repair import repaired
+from geomint.testing import check_space
+
+pytestmark = pytest.mark.nojit
+SPACES = [
+    gi.Euclidean(1),
+    gi.Euclidean(4, "v", turned=True),
+    *(space(n) for n in (2, 3, 5, 7) for space in (gi.Sphere, gi.TangentSphere, gi.Skew)),
+    *(gi.Rotations(n) for n in (2, 3, 4)),
+    gi.RigidMotions(3),
+    *(
+        space(n, r)
+        for n, r in ((3, 2), (4, 2), (4, 4))
+        for space in (gi.Stiefel, gi.TangentStiefel)
+    ),
+    gi.TangentBundle(gi.Rotations(3), "m"),
+    gi.Skew(3) * gi.Sphere(3) * gi.Rotations(3) * gi.Euclidean(2, "r"),
+    gi.Sphere(3, "x") * gi.Sphere(3, "w"),
+    gi.Euclidean(2, "r") * gi.TangentSphere(4) * gi.Euclidean(1, "s") * gi.Sphere(2, "w"),
+]
+
+
+@pytest.mark.parametrize("space", SPACES, ids=repr)
+def test_every_space_is_one(space: gi.Space) -> None:
+    check_space(space)
+    assert eval(repr(space), {name: getattr(gi, name) for name in gi.__all__}) == space
+
+
+def test_spaces_are_different() -> None:
+    """By every field; and a product is one of its factors, however it is written."""
+    for one, other in itertools.combinations(SPACES, 2):
+        assert one != other, (one, other)
+    a, b, c = gi.Sphere(3), gi.Skew(3), gi.Euclidean(2)
+    assert a * (b * c) == (a * b) * c == gi.Product(a, b, c)
+    assert a * b != b * a
+
+
+# --- each property is looked at: what breaks it is noticed ----------------------------------------
+
+
+@gi.observable
+def above_one(params, t, y, work):
+    return y[0] * y[0] + y[1] * y[1] - 1.0 + 1e-9 * y[0]
+
+
+@gi.observable
+def doubled(params, t, y, work):
+    return 3.0 * (y[0] * y[0] + y[1] * y[1] - 1.0)
+
+
+@gi.field
+def shifted(params, q, g, G, work):
+    gi.Sphere(2).constraint(params, q, g, G, work)
+    g[0] = g[0] + 1e-9
+
+
+@gi.field
+def bent(params, q, g, G, work):
+    gi.Sphere(2).constraint(params, q, g, G, work)
+    G[0] = 2.0 * G[0]
+
+
+@dataclass(frozen=True)
+class Circle(gi.Sphere):
+    """A sphere whose parts are replaced."""
+
+    n: int = 2
+    broken: str = ""
+
+    def constraints_at(self, first: int) -> dict[str, Recorded]:
+        own = super().constraints_at(first)
+        return {"norm": above_one} if self.broken == "constraint" else own
+
+    def manifold_at(self, first: int) -> Recorded:
+        if self.broken == "conditions":
+            return gi.Space.manifold_at(Dependent(), first)
+        return super().manifold_at(first)
+
+    @property
+    def conditions(self) -> int:
+        return 2 if self.broken == "count" else super().conditions
+
+    def admit(self, y):
+        if self.broken in ("all", "silent"):
+            size = np.linalg.norm(y)
+            return y if self.broken == "all" or abs(size - 1.0) < 1e-12 else y / size
+        if self.broken == "refused":
+            raise gi.DomainError("gamma", y, "another")
+        if self.broken == "badly":
+            size = np.linalg.norm(y)
+            return repaired("gamma", y, abs(size - 1.0), "|γ| − 1", "unit", lambda: y + 1e-9)
+        return super().admit(y)
+
+    def project(self, **components):
+        found = super().project(**components)
+        return -found if self.broken == "projects" else found
+
+    def tangent(self, y, v):
+        return v if self.broken == "tangent" else super().tangent(y, v)
+
+    def retract(self, y, v):
+        return y + v if self.broken == "retract" else super().retract(y, v)
+
+    def random(self, rng):
+        if self.broken == "seed":
+            return super().random(np.random.default_rng())
+        if self.broken == "constant":
+            return {"gamma": np.array([0.0, 1.0])}
+        found = super().random(rng)
+        return {"gamma": 2.0 * found["gamma"]} if self.broken == "random" else found
+
+    @property
+    def constraint(self):
+        own = super().constraint
+        return {"zero": shifted, "jacobian": bent}.get(self.broken, own)
+
+    @property
+    def group(self):
+        return gi.translations(2) if self.broken == "group" else super().group
+
+
+class Dependent(gi.Space):
+    """Two conditions that are one."""
+
+    def constraints_at(self, first: int) -> dict[str, Recorded]:
+        return {"one": gi.Sphere(2).constraints["norm"], "two": doubled}
+
+
+@dataclass(frozen=True)
+class Twice(gi.Space):
+    """A circle by two conditions that are one."""
+
+    n: int = 3
+    codes = None
+
+    @property
+    def pieces(self):
+        return (("x", 3),)
+
+    constraints_at = Dependent.constraints_at
+
+    def random(self, rng):
+        angle, height = rng.normal(size=2)
+        return {"x": np.array([np.cos(angle), np.sin(angle), height])}
+
+
+class Unequal(gi.Euclidean):
+    """Compared by identity."""
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+
+BROKEN = {
+    "constraint": "constraint 'norm' .* is not 0",
+    "count": "as many conditions as rows",
+    "all": "without a warning",
+    "silent": "without a warning",
+    "badly": "repairs a state badly",
+    "projects": "`project` changes a random point",
+    "tangent": "tangent parts .* are not tangent",
+    "retract": "retractions .* leave it",
+    "seed": "another point for the same seed",
+    "constant": "one point for two seeds",
+    "zero": "`constraint` .* is not 0 on it",
+    "jacobian": "another Jacobian",
+    "group": r"R\^2 moves points out",
+}
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_a_broken_space_is_noticed(broken: str) -> None:
+    with pytest.raises(AssertionError, match=BROKEN[broken]):
+        check_space(Circle(broken=broken))
+
+
+def test_other_broken_spaces_are_noticed() -> None:
+    check_space(Circle())
+    with pytest.raises(gi.DomainError):
+        check_space(Circle(broken="refused"))
+    with pytest.raises(gi.GeomintWarning):
+        check_space(Circle(broken="random"))
+    with pytest.raises(AssertionError, match="depend on each other"):
+        check_space(Twice())
+    with pytest.raises(AssertionError, match="is not the value that it pickles"):
+        check_space(Unequal(2))
+
+
+# --- what is admitted -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [1e-300, 1e-160, 1e-3, 1e150, 1e300])
+@pytest.mark.parametrize("n", [2, 3, 7])
+def test_directions_of_any_length(n: int, size: float) -> None:
+    """γ/|γ| and the tangent part of p, without overflow; parallel to rounding is refused."""
+    space, rng = gi.TangentSphere(n), np.random.default_rng(n)
+    gamma, p = rng.normal(size=(2, n))
+    with pytest.warns(gi.GeomintWarning, match="the state uses"):
+        y = space.project(gamma=size * gamma, p=size * p)
+    q, v = y[:n], y[n:] / size
+    np.testing.assert_allclose(q, gamma / np.linalg.norm(gamma), rtol=0, atol=1e-15)
+    np.testing.assert_allclose(v, p - (q @ p) * q, rtol=0, atol=1e-14)
+    for small in (0.0, 1e-12):
+        away = q + small * v / np.linalg.norm(v)
+        with pytest.raises(gi.DomainError, match="not parallel to gamma"):
+            space.project(gamma=q, p=size * away)
+    rest = space.project(gamma=q, p=np.zeros(n))
+    np.testing.assert_array_equal(rest, [*q, *np.zeros(n)])
+
+
+@pytest.mark.parametrize("defect", [1e-12, 1e-9, 3e-7])
+def test_repairs_say_what_and_by_how_much(defect: float) -> None:
+    y = gi.Sphere(3, "q").point([0.6, 0.0, 0.8])
+    with pytest.warns(gi.GeomintWarning, match=rf"\|q\|² − 1 of the state is {2 * defect:.2g}"):
+        gi.Sphere(3, "q").admit((1.0 + defect) * y)
+    frame = np.eye(3).ravel() * (1.0 + defect)
+    with pytest.warns(gi.GeomintWarning, match="largest entry of gᵀg − 1 of the state"):
+        np.testing.assert_allclose(gi.Rotations(3).admit(frame), np.eye(3).ravel(), atol=1e-15)
+    with pytest.warns(gi.GeomintWarning, match="the vectors X are not orthonormal"):
+        gi.Stiefel(3, 2).point(frame[:6])
+
+
+@pytest.mark.parametrize(
+    ("space", "components", "text"),
+    [
+        (gi.Sphere(3), {"gamma": [0, 0, 0]}, "not zero"),
+        (gi.Sphere(3), {}, "gamma = None"),
+        (gi.Sphere(3), {"gamma": [0, 0, 1], "gama": 1}, "Did you mean 'gamma'"),
+        (gi.Rotations(2), {"g": [[0, 1], [1, 0]]}, "determinant 1"),
+        (gi.Rotations(2), {"g": [[2, 0], [0, 2]]}, "a rotation matrix; the largest entry"),
+        (gi.Skew(3), {"k": np.eye(3)}, "skew-symmetric"),
+        (gi.Skew(3), {"k": [1, 2]}, "3 numbers"),
+        (gi.Stiefel(3, 2), {"X": [[1, 0, 0], [2, 0, 0]]}, "2 linearly independent"),
+        (gi.TangentSphere(2), {"gamma": [0, 1]}, "p = None"),
+        (gi.Sphere(3) * gi.Euclidean(1), {"gamma": [0, 0, 1]}, "x = None"),
+        (gi.Sphere(3) * gi.Euclidean(1), {"gamma": [0, 0, 1], "x": 1, "y": 1}, "y = 1"),
+    ],
+)
+def test_what_describes_no_point(space: gi.Space, components: dict, text: str) -> None:
+    with pytest.raises(gi.DomainError, match=text):
+        space.project(**components)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: gi.Sphere(1),
+        lambda: gi.Euclidean(0),
+        lambda: gi.Sphere(3, ""),
+        lambda: gi.Euclidean(2, turned=1),
+        lambda: gi.Stiefel(3, 4),
+        lambda: gi.TangentSphere(3, ("p", "p")),
+        lambda: gi.TangentBundle(gi.TangentSphere(3), "v"),
+        lambda: gi.Sphere(3) * gi.Sphere(3),
+        lambda: gi.Product(gi.Sphere(3), 3),
+    ],
+)
+def test_what_is_no_space(make) -> None:
+    with pytest.raises(gi.DomainError):
+        make()
+
+
+def test_a_tangent_vector_too_long_is_refused() -> None:
+    with pytest.raises(gi.DomainError, match="a shorter vector"):
+        gi.Sphere(2).retract(np.array([1.0, 0.0]), np.array([-1.0, 0.0]))
+
+
+# --- groups of spaces -----------------------------------------------------------------------------
+
+
+def told(group: gi.Group) -> tuple:
+    return group.name, group.layout.tolist(), group.functions
+
+
+def test_neighbours_turn_together() -> None:
+    """One SO(n) for factors of one n, one kernel with translations behind them, else a product."""
+    space = gi.Skew(4) * gi.Sphere(4) * gi.Rotations(4) * gi.Euclidean(3, "r") * gi.Euclidean(1)
+    pieces = "adjoint", "vector", "frame"
+    assert told(space.group) == told(gi.so_n(4, *pieces) * gi.translations(4))
+    assert space.group.name == "SO(4) × R^4"
+    assert (gi.Sphere(3) * gi.Sphere(4, "w")).group.name == "SO(3) × SO(4)"
+    turning = gi.field(lambda params, t, y, out, work: None)
+    assert told(gi.TangentSphere(3).action(turning).group) == told(gi.so3(2))
+    four = gi.TangentSphere(4).action(turning).group
+    assert told(four) == told(gi.so_n(4, "vector", "vector"))
+    no_group = gi.TangentBundle(gi.Euclidean(2), "v")
+    assert no_group.group is None
+    with pytest.raises(gi.FormError, match="no group"):
+        no_group.action(turning)
