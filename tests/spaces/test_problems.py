@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -157,6 +158,14 @@ def test_every_method_is_one(name: str) -> None:
     check_method(gi.find_method(name))
 
 
+def claiming(method: gi.Method, **claims: object) -> gi.Method:
+    """Return the method with false attributes."""
+    other = copy.copy(method)
+    for name, claim in claims.items():
+        object.__setattr__(other, name, claim)
+    return other
+
+
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
@@ -170,7 +179,7 @@ def test_every_method_is_one(name: str) -> None:
 )
 def test_a_false_claim_is_noticed(name: str, changes: dict) -> None:
     with pytest.raises(AssertionError, match=r"not of order|does not go back"):
-        check_method(dataclasses.replace(gi.find_method(name), **changes))
+        check_method(claiming(gi.find_method(name), **changes))
 
 
 def test_adaptive_methods_have_no_steps_to_halve() -> None:
