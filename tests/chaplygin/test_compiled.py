@@ -104,7 +104,7 @@ class Together:
     """All functions of a problem in one: an entry of its own for each would take long to compile."""
 
     def __init__(self, problem):
-        space, lines, self.rows, at = {"part": part}, [], {}, 0
+        space, lines, self.rows, at = {"__name__": __name__, "part": part}, [], {}, 0
         for i, (name, (f, rows)) in enumerate(functions_of(problem).items()):
             space[f"f{i}"] = f
             at, self.rows[name] = at + (rows or 1), slice(at, at + (rows or 1))
