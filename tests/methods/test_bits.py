@@ -107,8 +107,13 @@ def plain_equals_compiled(name: str, problem: str, steps: int) -> None:
 
 @families
 def test_compiled_is_plain(name: str, problem: str) -> None:
-    """All of memory, predictors and carries included."""
+    """All of memory, predictors and carries included; and no process compiles it again."""
     plain_equals_compiled(name, problem, 10)
+    stepper = start(name, problem)
+    code = bound_stepper(stepper.kernel, stepper.functions).entry()
+    libraries = [overload.library for overload in code.overloads.values()]
+    assert libraries
+    assert not any(library.has_dynamic_globals for library in libraries)
 
 
 @pytest.mark.parametrize(

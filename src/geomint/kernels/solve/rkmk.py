@@ -185,7 +185,7 @@ def write_stages(
             inverse(layout, u, xi, derivative, scratch)
 
 
-@helper
+@inlined
 def diagnose(
     generator: Any,
     act: Any,
@@ -199,6 +199,7 @@ def diagnose(
     m: int,
 ) -> tuple[int, float]:
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
+    # Inlined: code in which a function is handed over by its address cannot be kept on disk.
     n = len(y)
     c, own = view(coefficients, numbers_of(coefficients), "c"), work_of(coefficients, n, m)
     xi, step, Y = view(work, own, "xi"), view(work, own, "increment"), view(work, own, "Y")
