@@ -17,12 +17,10 @@ from .points import Point
 
 __all__ = ["claim"]
 
-claim = Section("2.3 Classical Chaplygin sphere")
+claim = Section("2.3 Classical Chaplygin sphere", n=(3,))
 
 
-@claim(
-    "iso", "X⃗ ↦ X: X y = X⃗ × y, [X, Y] is the matrix of X⃗ × Y⃗, ⟨X, Y⟩ = (X⃗, Y⃗)", "486–494", n=(3,)
-)
+@claim("iso", "X⃗ ↦ X: X y = X⃗ × y, [X, Y] is the matrix of X⃗ × Y⃗, ⟨X, Y⟩ = (X⃗, Y⃗)", "486–494")
 def iso(point: Point) -> Sides:
     x, y = point.normal("x", 3), point.normal("y", 3)
     left = [hat(x) @ y, vector(bracket(hat(x), hat(y)))]
@@ -30,7 +28,7 @@ def iso(point: Point) -> Sides:
     return [*np.ravel(left), inner(hat(x), hat(y))], [*cross, *cross, x @ y]
 
 
-@claim("Chap", "dk⃗/dt = k⃗ × ω⃗, dγ⃗/dt = γ⃗ × ω⃗, k⃗ = Iω⃗ + Dω⃗ − D(ω⃗, γ⃗)γ⃗", "495–502", n=(3,))
+@claim("Chap", "dk⃗/dt = k⃗ × ω⃗, dγ⃗/dt = γ⃗ × ω⃗, k⃗ = Iω⃗ + Dω⃗ − D(ω⃗, γ⃗)γ⃗", "495–502")
 def classical(point: Point) -> Sides:
     moving = general_motion(point)
     k, rate = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
@@ -45,7 +43,6 @@ def classical(point: Point) -> Sides:
     "mu-ch",
     "ϱ = 1/√(det(I + D)(1 − D(γ⃗, (I + D)⁻¹γ⃗))) is invariant, and (mu*) at n = 3",
     "502–509",
-    n=(3,),
 )
 def chaplygin_density(point: Point) -> Sides:
     tensor, gamma = tensor_of(point.general), point.gamma
@@ -76,7 +73,6 @@ def classical_integrals(point: Point, tensor: Array, y: Array) -> Array:
     "cl:int",
     "F_1 = (k⃗, γ⃗), F_2 = (γ⃗, γ⃗), F_3 = ½(k⃗, ω⃗), F_4 = (k⃗, k⃗) are integrals",
     "510–515",
-    n=(3,),
     everywhere=True,
 )
 def four_integrals(point: Point) -> Sides:
@@ -91,7 +87,6 @@ def four_integrals(point: Point) -> Sides:
     "text:euler-jacobi",
     "four independent integrals and a measure in R⁶: tori by the Euler–Jacobi theorem",
     "517–519",
-    n=(3,),
 )
 def euler_jacobi(point: Point) -> Sides:
     tensor = tensor_of(point.general)
@@ -104,7 +99,6 @@ def euler_jacobi(point: Point) -> Sides:
     "a linear change (k⃗, γ⃗) ↦ (k⃗_1, γ⃗_1) carries any area constant to the zero "
     "one, the ball staying the same",
     "284–286, 522–525",
-    n=(3,),
     restriction="with I, D changed too: I_1 + D_1 = I + D, (2hD_1 − F_4)(D_1/D − 1) = F_1², and "
     "time, by the factor |ω⃗|/|ω⃗_1|",
 )

@@ -23,7 +23,6 @@ _SUZUKI = "M. Suzuki, Phys. Lett. A 146 (1990) 319"
 _YOSHIDA = "H. Yoshida, Phys. Lett. A 150 (1990) 262"
 
 
-
 def _about_one(name: str, sides: int, order: int, reference: str) -> Composition:
     """Return the composition of s equal steps on either side of one: 1/(2s − (2s)^(1/(order − 1))).
 
