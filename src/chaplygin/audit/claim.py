@@ -49,6 +49,7 @@ __all__ = [
     "Result",
     "Section",
     "evaluate",
+    "half",
     "residual",
 ]
 
@@ -209,6 +210,11 @@ def residual(sides: Sides) -> float:
     if not np.isfinite(sizes).all():
         return float("inf")
     return float(np.max(np.abs(left - right), initial=0.0) / max(LEAST, *sizes))
+
+
+def half(check: Check, which: int) -> Check:
+    """Return a check of the first (0) or second (1) half of both sides: of γ or p in (γ, p)."""
+    return lambda point: tuple(np.split(np.asarray(side), 2)[which] for side in check(point))
 
 
 def evaluate(claim: Claim, points: Sequence[Point]) -> Result:

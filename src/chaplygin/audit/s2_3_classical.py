@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from .equations import log_rho
 from .momenta import contact_momentum
 from .motion import general_motion
 from .points import Point
+from .two_forms import conserved
 
 __all__ = ["claim"]
 
@@ -78,9 +80,9 @@ def classical_integrals(point: Point, tensor: Array, y: Array) -> Array:
 def four_integrals(point: Point) -> Sides:
     tensor = tensor_of(point.general)
     y = np.concatenate([point.normal("k", 3), point.gamma])
-    slope = gradient(lambda z: classical_integrals(point, tensor, z), y)
-    rate = classical_field(point, tensor, y)
-    return slope @ rate, np.zeros(4), np.max(np.abs(slope) @ np.abs(rate))
+    return conserved(
+        partial(classical_integrals, point, tensor), classical_field(point, tensor, y), y
+    )
 
 
 @claim(

@@ -19,6 +19,7 @@ from .classical import (
 )
 from .motion import constrained_rotation
 from .points import Point
+from .two_forms import conserved
 
 __all__ = ["claim"]
 
@@ -76,11 +77,10 @@ def first_integral(point: Point) -> Sides:
     return integral(point, lambda y: y[:3] @ y[3:])
 
 
-def integral(point: Point, f: Any, constrained: bool = False) -> Sides:
+def integral(point: Point, f: Any) -> Sides:
     """Return the derivative of f along (3.1), (la), and 0."""
-    inertia, y = tensor(point), state(point, constrained)
-    slope, rate = gradient(f, y), veselova_field(inertia, y)
-    return slope @ rate, np.zeros(np.shape(slope)[:-1]), np.abs(slope) @ np.abs(rate)
+    y = state(point)
+    return conserved(f, veselova_field(tensor(point), y), y)
 
 
 @claim(
@@ -148,8 +148,7 @@ def f3_f4(inertia: Array, y: Array, any_length: bool = False) -> Array:
     finding="3.2",
 )
 def ints(point: Point, amended: bool) -> Sides:
-    left, right, size = integral(point, lambda y: f3_f4(tensor(point), y, amended))
-    return left, right, np.max(size)
+    return integral(point, lambda y: f3_f4(tensor(point), y, amended))
 
 
 @claim(
@@ -212,7 +211,7 @@ def fedorov(point: Point, corrected: bool) -> Sides:
 @claim("text:fedorov-tangent", "both flows are tangent to the common tori, at any f_1", "1206–1213")
 def fedorov_tangent(point: Point) -> Sides:
     """F_1 … F_4 of the ball, as functions of (K⃗, γ⃗) = (−k⃗, γ⃗), are constant along (3.2)."""
-    script, y = tensor(point), state(point)
+    script = tensor(point)
     latin = ball_tensor(point, script)
 
     def ball_integrals(z: Array) -> Array:
@@ -220,8 +219,7 @@ def fedorov_tangent(point: Point) -> Sides:
         omega = classical_omega(point, latin, k, gamma)
         return np.array([k @ gamma, 0.5 * (k @ omega), k @ k])
 
-    slope, rate = gradient(ball_integrals, y), veselova_field(script, y)
-    return slope @ rate, np.zeros(3), np.max(np.abs(slope) @ np.abs(rate))
+    return integral(point, ball_integrals)
 
 
 @claim(

@@ -191,19 +191,13 @@ def cond_p(point: Point) -> Sides:
     return left, [*np.zeros(r * r), len(tangents)], np.max(np.abs(P))
 
 
-@claim(
+claim(
     "rest_St",
     "Theorem 7: the reduction of (VC), (PoissonV), (VFK) to T*V(n, r) is (dot_P)",
     "1327–1338",
     cites=("VC", "VFK"),
-)
-def theorem_stiefel(point: Point) -> Sides:
-    return stiefel_rates(point)
-
-
-@claim("dot_P", "Ẋ = −Φ_r X, Ṗ = −Φ_r P", "1330–1335")
-def dot_p(point: Point) -> Sides:
-    return stiefel_rates(point)
+)(stiefel_rates)
+claim("dot_P", "Ẋ = −Φ_r X, Ṗ = −Φ_r P", "1330–1335")(stiefel_rates)
 
 
 @claim("remark:FeJo", "Φ* = 𝓘ω|_{𝒟_r} = XPᵀ − PXᵀ", "1340–1347")

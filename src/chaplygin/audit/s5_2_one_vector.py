@@ -80,17 +80,15 @@ def ham_ves(point: Point) -> Sides:
 )
 def ellipsoid(point: Point, corrected: bool) -> Sides:
     """Both γ are unit vectors with the same path: γ̈ agrees modulo γ̇ and γ at the same γ̇."""
-    A = point.a
-    x = point.normal("x", point.n)
-    x = x / np.sqrt(x @ (A * x))
-    v = point.normal("v", point.n)
-    v = v - (v @ (A * x)) / np.sum((A * x) ** 2) * (A * x)
-    return gauss_map_defect(point, A, x, v, corrected)
+    return gauss_map_defect(point, point.a, corrected)
 
 
-def gauss_map_defect(point: Point, B: Array, x: Array, v: Array, corrected: bool) -> Sides:
-    """Return γ̈ of the mapped geodesic of (x, Bx) = 1 and of (extended1), both modulo γ and γ̇."""
+def gauss_map_defect(point: Point, B: Array, corrected: bool = True) -> Sides:
+    """Return γ̈ of a mapped geodesic of (x, Bx) = 1 and of (extended1), both modulo γ and γ̇."""
     n = point.n
+    x, v = point.normal("x", n), point.normal("v", n)
+    x = x / np.sqrt(x @ (B * x))
+    v = v - (v @ (B * x)) / np.sum((B * x) ** 2) * (B * x)
     pull = -(v @ (B * v)) / np.sum((B * x) ** 2) * (B * x)  # ẍ
 
     def unit(t: Array) -> Array:
@@ -127,9 +125,4 @@ def second(f: Any) -> Array:
     negative=True,
 )
 def other_ellipsoid(point: Point) -> Sides:
-    B = 1.0 / point.a
-    x = point.normal("x", point.n)
-    x = x / np.sqrt(x @ (B * x))
-    v = point.normal("v", point.n)
-    v = v - (v @ (B * x)) / np.sum((B * x) ** 2) * (B * x)
-    return gauss_map_defect(point, B, x, v, True)
+    return gauss_map_defect(point, 1.0 / point.a)

@@ -20,7 +20,7 @@ from .equations import (
     veselova,
     veselova_hamiltonian,
 )
-from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
+from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents, together
 from .points import Point
 from .two_forms import canonical, dirac_field, tangent_basis
 
@@ -37,10 +37,8 @@ claim = Section("5.3 Integrability")
 )
 def integrable(point: Point) -> Sides:
     y = point.state
-    values = relative_brackets(
-        lambda z: np.array([*integral_polynomial(point, z), hamiltonian_tau(point, z)]), y
-    )
-    independent = rank(slopes_on_tangents(lambda z: integral_polynomial(point, z), y))
+    values = relative_brackets(together(point, integral_polynomial, hamiltonian_tau), y)
+    independent = rank(slopes_on_tangents(partial(integral_polynomial, point), y))
     return [*np.ravel(values), independent - point.n + 1], np.zeros(values.size + 1), 1.0
 
 
@@ -78,11 +76,7 @@ def same_angles(point: Point) -> Sides:
         X = flow_in_tau(point, y, field(point, y))
         left += [canonical(z, Y, X) for Y in basis]
         right += list(basis @ gradient(partial(h, point), z))
-
-    def functions(w: Array) -> Array:
-        first = [hamiltonian_tau(point, w), veselova_hamiltonian(point, w)]
-        return np.array([*first, *integral_polynomial(point, w)])
-
+    functions = together(point, hamiltonian_tau, veselova_hamiltonian, integral_polynomial)
     values = np.ravel(relative_brackets(functions, z)[:2])
     return [*left, *values], [*right, *np.zeros(values.size)]
 
@@ -125,11 +119,8 @@ def combination(point: Point) -> Sides:
 
 @claim("komutiranje", "{H, K}_d = {H, 𝓗}_d = {𝓗, K}_d = 0 on T*S^(n−1)", "1430–1434")
 def commute(point: Point) -> Sides:
-    def functions(y: Array) -> Array:
-        first = [hamiltonian_tau(point, y), joachimsthal(point, y)]
-        return np.array([*first, veselova_hamiltonian(point, y)])
-
-    return relative_brackets(functions, point.state), np.zeros((3, 3)), 1.0
+    functions = together(point, hamiltonian_tau, joachimsthal, veselova_hamiltonian)
+    return relative_brackets(functions, point.state), 0.0, 1.0
 
 
 def elliptic(point: Point) -> Array:
@@ -237,9 +228,5 @@ def staeckel(point: Point) -> Sides:
 
 @claim("proof:CH-VP:K", "K and H commute with F_1 … F_(n−1)", "1473–1486")
 def k_commutes(point: Point) -> Sides:
-    def functions(y: Array) -> Array:
-        first = [joachimsthal(point, y), hamiltonian_tau(point, y)]
-        return np.array([*first, *integral_polynomial(point, y)])
-
-    values = relative_brackets(functions, point.state)[:2]
-    return values, np.zeros(values.shape), 1.0
+    functions = together(point, joachimsthal, hamiltonian_tau, integral_polynomial)
+    return relative_brackets(functions, point.state)[:2], 0.0, 1.0

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from .algebra import Array, apply, rank, skew
-from .calculus import Function, derivative, gradient
+from .calculus import Function, derivative
 from .claim import Section, Sides
 from .classical import classical_field, classical_omega, tensor_of
 from .equations import ham_flow, hamiltonian, hamiltonian_tau, ro, to_tau, u_of
 from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
 from .points import Point, lagrange_case
-from .two_forms import lie_derivative, symplectic_divergence
+from .two_forms import conserved, symplectic_divergence
 
 __all__ = ["claim"]
 
@@ -43,10 +43,7 @@ def linear_integral(i: int, j: int, n: int) -> Function:
 )
 def equal_pair(point: Point) -> Sides:
     case = equal_parameters(point, [2] + [1] * (point.n - 2))
-    value, size = lie_derivative(
-        linear_integral(0, 1, point.n), lambda y: ham_flow(case, y), case.state
-    )
-    return value, 0.0, size
+    return conserved(linear_integral(0, 1, point.n), ham_flow(case, case.state), case.state)
 
 
 def is_complete(point: Point, functions: Function) -> tuple[int, int, float]:
@@ -145,12 +142,6 @@ def operator_of_tr1(point: Point) -> Sides:
     return [*np.ravel(tensor), float(greater)], [*np.ravel(printed), 1.0]
 
 
-def flow_of(functions: Function, rate: Array, y: Array) -> Sides:
-    """Return the rates of f_1 … f_m, 0, and the size of the largest sum."""
-    slope = gradient(functions, y)
-    return slope @ rate, np.zeros(len(slope)), np.max(np.abs(slope) @ np.abs(rate))
-
-
 def equal_pairs(n: int) -> list[tuple[int, int]]:
     """Return 1 ≤ i < j ≤ n − 1."""
     return [(i, j) for i in range(n - 1) for j in range(i + 1, n - 1)]
@@ -168,7 +159,7 @@ def lagrange_integrals(point: Point) -> Sides:
     def functions(y: Array) -> Array:
         return np.array([linear_integral(i, j, case.n)(y) for i, j in equal_pairs(case.n)])
 
-    return flow_of(functions, ham_flow(case, case.state), case.state)
+    return conserved(functions, ham_flow(case, case.state), case.state)
 
 
 SI = "F_ij = (γ_ip_j − γ_jp_i)²/(γ, A⁻¹γ)"
@@ -192,7 +183,7 @@ def printed_si(case: Point, y: Array, corrected: bool) -> Array:
 def si(point: Point, corrected: bool) -> Sides:
     case = lagrange_case(point)
     y = case.state
-    return flow_of(lambda z: printed_si(case, z, corrected), ro(case, y), y)
+    return conserved(lambda z: printed_si(case, z, corrected), ro(case, y), y)
 
 
 @claim(
@@ -231,9 +222,9 @@ def theorem_lagrange(point: Point, corrected: bool) -> Sides:
     def functions(z: Array) -> Array:
         return np.array([*printed_si(case, z, corrected), hamiltonian_tau(case, to_tau(case, z))])
 
-    left, right, size = flow_of(functions, ro(case, y), y)
+    left, _, size = conserved(functions, ro(case, y), y)
     dimension = 2 * case.n - 2 - rank(slopes_on_tangents(functions, y))
-    return [*left, dimension], [*right, 2], size
+    return [*left, dimension], [*np.zeros(len(left)), 2], size
 
 
 @claim(
@@ -283,5 +274,4 @@ def routh(point: Point, corrected: bool) -> Sides:
         return chosen[2] ** 2 - point.D * (gamma @ (shifted * gamma)) * chosen[2] ** 2
 
     y = np.concatenate([point.normal("k", 3), point.gamma])
-    value, size = lie_derivative(printed, lambda z: classical_field(point, tensor, z), y)
-    return value, 0.0, size
+    return conserved(printed, classical_field(point, tensor, y), y)
