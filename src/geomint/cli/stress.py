@@ -46,7 +46,8 @@ def command(
     """
     from ..report import STRESS_FILES
     from ..run.files.outputs import check_folder
-    from ..stress.page import forbidden, stress_record, write_stress_report
+    from ..stress.judge import forbidden
+    from ..stress.page import stress_record, write_stress_report
     from ..stress.sweep import Selection, run_selection
     from ..stress.terminal import Watch
 
