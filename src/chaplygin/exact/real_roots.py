@@ -31,7 +31,7 @@ def real_roots(polynomial: list[Any], alpha: list[Any], paired: Array) -> list[A
     """
     if len(polynomial) == 1:
         return []
-    monic = [c / polynomial[-1] for c in reversed(polynomial)]
+    monic = [c / polynomial[-1] for c in polynomial]
     found = _starts(alpha, paired)
     for _ in range(ITERATIONS):
         try:
@@ -47,8 +47,10 @@ def _improve(monic: list[Any], found: list[Any]) -> tuple[Any, Any]:
     """Improve the roots; return the largest step and imaginary part over the next root's distance."""
     change, off_axis = mp.mpf(0), mp.mpf(0)
     for i, e in enumerate(found):
-        value, slope = mp.polyval(monic, e, derivative=True)
-        repelled, nearest = mp.mpc(0), abs(e)
+        value, slope, repelled, nearest = mp.mpc(0), mp.mpc(0), mp.mpc(0), abs(e)
+        for c in reversed(monic):
+            slope = slope * e + value
+            value = value * e + c
         for s, other in enumerate(found):
             if s != i:
                 repelled += 1 / (e - other)

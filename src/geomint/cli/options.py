@@ -229,9 +229,9 @@ def patience(doing: str) -> Iterator[None]:
         timer.cancel()
 
 
-def reproducing_command(arguments: list[str] | None = None) -> str:
+def reproducing_command() -> str:
     """Return the command line of this run."""
-    return shlex.join(["geomint", *(sys.argv[1:] if arguments is None else arguments)])
+    return shlex.join(["geomint", *sys.argv[1:]])
 
 
 def exit_code(status: str) -> int:

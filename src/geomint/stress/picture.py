@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..plots.style import WIDTH, figure_style
+from ..plots.style import WIDTH, new_figure
 from .judge import FORBIDDEN, VERDICTS
 
 if TYPE_CHECKING:
@@ -69,13 +69,10 @@ def stress_figure(
     A square of one colour: the verdict on all systems, with the largest error. Else its upper left
     half is the best verdict, the lower right half the worst.
     """
-    from matplotlib.figure import Figure
-
     panels = {axis["name"]: _columns(cells, axis["name"]) for axis in axes}
     lines = _lines(panels)
-    with figure_style():
-        height = len(lines) * (HEAD + ROW * len(methods)) + 0.55
-        figure = Figure(figsize=(WIDTH, height))
+    height = len(lines) * (HEAD + ROW * len(methods)) + 0.55
+    with new_figure(WIDTH, height) as figure:
         for number, line in enumerate(lines):
             top = 1.0 - number * (HEAD + ROW * len(methods)) / height
             _draw_line(figure, line, top, height, cells, methods, families, panels, axes)
