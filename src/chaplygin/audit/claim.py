@@ -143,12 +143,9 @@ class Result:
         if claim.negative:
             return "they differ"
         if claim.cites and self.verdict == TRUE:
-            return f"cites {_named(claim.cites)}: true of what holds there, not of what is printed"
+            labels = ", ".join(f"({label})" for label in claim.cites)
+            return f"cites {labels}: true of what holds there, not of what is printed"
         return self.reason
-
-
-def _named(labels: Sequence[str]) -> str:
-    return ", ".join(f"({label})" for label in labels)
 
 
 class Section:
