@@ -187,11 +187,16 @@ def separated(point: Point, x: Array, power: int) -> Any:
     return -4.0 * total
 
 
-@claim("text:S_n-pp", "(p̃, p̃) = −4 Σ_k Π_i(λ_k − a_i)/Π_{s≠k}(λ_k − λ_s) μ_k²", "1452–1457")
-def elliptic_norm(point: Point) -> Sides:
+def elliptic_norm(point: Point, power: int) -> Sides:
+    """Compare (A^power p̃, p̃) with its separated form."""
     x = elliptic(point)
     p = split(from_elliptic(point, x))[1]
-    return p @ p, separated(point, x, 0)
+    return p @ (point.a**power * p), separated(point, x, power)
+
+
+claim("text:S_n-pp", "(p̃, p̃) = −4 Σ_k Π_i(λ_k − a_i)/Π_{s≠k}(λ_k − λ_s) μ_k²", "1452–1457")(
+    partial(elliptic_norm, power=0)
+)
 
 
 @claim("text:S_n-U", "(γ, A⁻¹γ) = λ_1…λ_(n−1)/(a_1…a_n)", "1458")
@@ -200,11 +205,9 @@ def elliptic_u(point: Point) -> Sides:
     return u_of(point, sphere_of(point, places)), np.prod(places) / np.prod(point.a)
 
 
-@claim("text:S_n-pAp", "(Ap̃, p̃) = −4 Σ_k Π_i(λ_k − a_i) λ_k/Π_{s≠k}(λ_k − λ_s) μ_k²", "1459–1463")
-def elliptic_inertia(point: Point) -> Sides:
-    x = elliptic(point)
-    p = split(from_elliptic(point, x))[1]
-    return p @ (point.a * p), separated(point, x, 1)
+claim("text:S_n-pAp", "(Ap̃, p̃) = −4 Σ_k Π_i(λ_k − a_i) λ_k/Π_{s≠k}(λ_k − λ_s) μ_k²", "1459–1463")(
+    partial(elliptic_norm, power=1)
+)
 
 
 @claim(
@@ -216,14 +219,11 @@ def staeckel(point: Point) -> Sides:
     n, x = point.n, elliptic(point)
     y = from_elliptic(point, x)
     r = integral_polynomial(point, y)
-    left = [np.polyval(r[::-1], place) for place in x[: n - 1]]
-    right = [-4 * x[k] * np.prod(x[k] - point.a) * x[n - 1 + k] ** 2 for k in range(n - 1)]
-    size = max(abs(v) for v in right)
-    leading = point.D**2 / 2 * r[-1]
-    return [*(np.array(left) / size), leading], [
-        *(np.array(right) / size),
-        veselova_hamiltonian(point, y),
-    ]
+    left = np.array([np.polyval(r[::-1], place) for place in x[: n - 1]])
+    pairs = np.reshape(x, (2, n - 1)).T
+    right = np.array([-4 * z * np.prod(z - point.a) * mu**2 for z, mu in pairs])
+    size, leading = np.max(np.abs(right)), point.D**2 / 2 * r[-1]
+    return [*(left / size), leading], [*(right / size), veselova_hamiltonian(point, y)]
 
 
 @claim("proof:CH-VP:K", "K and H commute with F_1 … F_(n−1)", "1473–1486")

@@ -19,7 +19,7 @@ from .two_forms import conserved, symplectic_divergence
 
 __all__ = ["claim"]
 
-claim = Section("5.3, 5.4 Equal parameters and the Lagrange case")
+claim = Section("5.3, 5.4 Equal parameters and the Lagrange case", n=range(3, 8))
 
 
 def equal_parameters(point: Point, groups: Sequence[int]) -> Point:
@@ -39,7 +39,6 @@ def linear_integral(i: int, j: int, n: int) -> Function:
     "text:linear-integrals",
     "a_i = a_j: f_ij = γ_ip̃_j − γ_jp̃_i is an integral of (ham_q), (ham_p)",
     "1494–1496",
-    n=range(3, 8),
 )
 def equal_pair(point: Point) -> Sides:
     case = equal_parameters(point, [2] + [1] * (point.n - 2))
@@ -120,6 +119,7 @@ def non_commutative(point: Point) -> Sides:
     "remark:operators",
     "D𝓘 = 1 + DI⁻¹ ⇔ I = D(D𝓘 − 1)⁻¹ for (operator), (inertia_tensor)",
     "1503–1509",
+    n=range(2, 8),
 )
 def operators(point: Point) -> Sides:
     script = point.special_veselova
@@ -151,7 +151,6 @@ def equal_pairs(n: int) -> list[tuple[int, int]]:
     "text:lagrange-integrals",
     "Lagrange case: f_ij, i < j ≤ n − 1, are integrals of (ham_q), (ham_p)",
     "1515–1518",
-    n=range(3, 8),
 )
 def lagrange_integrals(point: Point) -> Sides:
     case = lagrange_case(point)
@@ -177,7 +176,6 @@ def printed_si(case: Point, y: Array, corrected: bool) -> Array:
     "SI",
     "F_ij = (γ, A⁻¹γ)(γ_ip_j − γ_jp_i)², i < j ≤ n − 1, are integrals of (ro1), (ro2)",
     "1518–1523",
-    n=range(3, 8),
     misprint=SI,
 )
 def si(point: Point, corrected: bool) -> Sides:
@@ -190,7 +188,6 @@ def si(point: Point, corrected: bool) -> Sides:
     "text:lagrange-levels",
     "the levels of H and the integrals are two-dimensional, with an invariant measure",
     "1525–1530",
-    n=range(3, 8),
     cites=("SI",),
 )
 def lagrange_levels(point: Point) -> Sides:
@@ -209,7 +206,6 @@ def lagrange_levels(point: Point) -> Sides:
     "Theorem 9: the invariant manifolds of (SI) and (hamiltonian*) are "
     "two-dimensional tori, solvable by quadratures",
     "1531–1536",
-    n=range(3, 8),
     misprint="with " + SI + " in place of (SI)",
     finding="SI",
     cites=("SI",),
@@ -231,7 +227,6 @@ def theorem_lagrange(point: Point, corrected: bool) -> Sides:
     "remark:right-invariance",
     "Lagrange case: the Lagrangian is invariant under the right SO(n−1)-action",
     "1538–1540",
-    n=range(3, 8),
 )
 def right_invariance(point: Point) -> Sides:
     case, n = lagrange_case(point), point.n
@@ -245,7 +240,6 @@ def right_invariance(point: Point) -> Sides:
     "remark:not-noether",
     "the vector fields of the right action do not satisfy (ch-constr)",
     "1540–1543",
-    n=range(3, 8),
     negative=True,
 )
 def not_noether(point: Point) -> Sides:

@@ -181,14 +181,10 @@ def print_failure(failure: BaseException, arguments: Sequence[str] | None = None
 
 def carried_out(plan: Plan, quiet: bool) -> Solution:
     """Carry a plan out; of a run that fails print the error, and return what was computed."""
-    from ..errors import StepError
-
-    try:
-        return plan.solve(progress=not quiet)
-    except StepError as error:
-        print_failure(error)
-        partial: Solution = error.partial
-        return partial
+    solution, failure = plan.attempt(progress=not quiet)
+    if failure is not None:
+        print_failure(failure)
+    return solution
 
 
 def partly(result: Solution | SeveralRuns | Comparison) -> str:
