@@ -15,7 +15,7 @@ import numpy as np
 
 from .algebra import Array
 
-__all__ = ["Function", "derivative", "gradient", "nested", "nested_gradient"]
+__all__ = ["Function", "derivative", "gradient", "nested", "nested_gradient", "slope_at_zero"]
 
 STEP = 1e-30
 RADIUS = 0.05
@@ -32,6 +32,11 @@ def derivative(f: Function, x: Array, v: Array) -> Any:
 def gradient(f: Function, x: Array, along: Callable[..., Any] = derivative) -> Array:
     """Return the derivatives `along` all coordinates, which count along the last axis."""
     return np.stack([along(f, x, e) for e in np.eye(len(x))], axis=-1)
+
+
+def slope_at_zero(f: Callable[[Any], Any]) -> Any:
+    """Return f′(0) of a function of one number."""
+    return derivative(lambda s: f(s[0]), np.zeros(1), np.ones(1))
 
 
 def nested(f: Function, x: Array, v: Array) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .algebra import Array, apply, bracket, coordinates, inner, project, rank, skew, wedge
-from .calculus import derivative, gradient
+from .calculus import derivative, gradient, slope_at_zero
 from .claim import Section, Sides
 from .equations import multiplier, ro
 from .momenta import contact_momentum, space_momentum
@@ -175,14 +175,12 @@ def lr_measure(point: Point) -> Sides:
 
     w = coordinates(point.omega)
     terms = [derivative(rate, w, e)[i] for i, e in enumerate(np.eye(size))]
-    turning = derivative(
-        lambda s: (
-            0.5 * np.log(np.linalg.det(gram([C + s[0] * bracket(C, point.omega) for C in bodies])))
-        ),
-        np.zeros(1),
-        np.ones(1),
-    )
-    return sum(terms), -turning, np.sum(np.abs(terms))
+
+    def log_density(s: Any) -> Any:
+        moved = [C + s * bracket(C, point.omega) for C in bodies]
+        return 0.5 * np.log(np.linalg.det(gram(moved)))
+
+    return sum(terms), -slope_at_zero(log_density), np.sum(np.abs(terms))
 
 
 @claim(
