@@ -20,7 +20,6 @@ from geomint.stress import step_cases
 from geomint.stress.special_states import (
     Make,
     admitted,
-    at_rest,
     equal_rows,
     on_axes,
     zero_rows,
@@ -60,6 +59,15 @@ def generic(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
         return problem.random_state(rng)
     size = np.max(np.abs(y0))
     return y0 * (1.0 + 0.3 * rng.normal(size=len(y0))) + 0.05 * size * rng.normal(size=len(y0))
+
+
+def at_rest(problem: gi.Problem, y0: Array, rng: np.random.Generator) -> Array:
+    """Return the state with some pieces zero, or all."""
+    y = y0.copy()
+    pieces = list(problem.slices.values())
+    for piece in rng.permutation(len(pieces))[: rng.integers(1, len(pieces) + 1)]:
+        y[pieces[piece]] = 0.0
+    return y
 
 
 def made(make: Make) -> Make:

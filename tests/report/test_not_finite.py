@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
-from geomint.plan import several
+from geomint.plan import Plan
 from geomint.watch import drift, observe
 from geomint.watch.growth import NOT_FINITE
 from geomint.watch.windows import Windows
@@ -116,19 +116,19 @@ def test_it_is_kept_in_a_file(tmp_path):
 @pytest.fixture
 def _vanishing(monkeypatch):
     """The second method of several loses its measure half-way."""
-    solution_of = several._solution
+    attempt = Plan.attempt
 
     def spoiled(plan, progress):
-        solution = solution_of(plan, progress)
+        solution, failure = attempt(plan, progress)
         if plan.scene.method.name == "rk-4":
             scale = solution.drift["energy"].scale
             windows = Windows(0.0)
             windows.add(np.arange(1.0, 101.0), np.where(np.arange(100) < 50, 1e-9, np.nan))
             solution.drift["energy"] = drift.drift_from_windows("energy", windows, scale)
             solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
-        return solution
+        return solution, failure
 
-    monkeypatch.setattr(several, "_solution", spoiled)
+    monkeypatch.setattr(Plan, "attempt", spoiled)
 
 
 @pytest.mark.usefixtures("_vanishing")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.plan import several
+from geomint.plan import Plan
 from geomint.plots.panels import Line, thinned
 from geomint.report.kind_plots import kinds_figure, swatch
 from geomint.report.kinds import kinds_in_words, names_by_kind
@@ -133,14 +133,14 @@ def test_where_every_method_fails_the_report_failed(tmp_path):
 
 
 def test_ctrl_c_leaves_what_was_computed(monkeypatch, tmp_path):
-    solution = several._solution
+    attempt = Plan.attempt
 
     def interrupted(plan, progress):
         if plan.scene.method.name == "rk-4":
             raise KeyboardInterrupt
-        return solution(plan, progress)
+        return attempt(plan, progress)
 
-    monkeypatch.setattr(several, "_solution", interrupted)
+    monkeypatch.setattr(Plan, "attempt", interrupted)
     runs = gi.drift_report(SCENE, tmp_path, False, methods=["gauss-8", "rk-4", "cf-4"])
     assert [run.status for run in runs] == ["success", "interrupted", "not run"]
     assert runs.status == "interrupted"

@@ -29,7 +29,7 @@ DIGITS = {
     "suzuki-8": 50,
     "triple-jump-6": 50,
     "suzuki-6": 50,
-    "triple-jump-4": 49,
+    "triple-jump-4": 50,
     "suzuki-4": 50,
     "yoshida-6": 49,
     "kahan-li-6": 26,

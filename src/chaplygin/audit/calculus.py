@@ -15,7 +15,7 @@ import numpy as np
 
 from .algebra import Array
 
-__all__ = ["Function", "derivative", "gradient", "nested", "nested_gradient"]
+__all__ = ["Function", "derivative", "gradient", "nested", "nested_gradient", "slope_at_zero"]
 
 STEP = 1e-30
 RADIUS = 0.05
@@ -29,9 +29,14 @@ def derivative(f: Function, x: Array, v: Array) -> Any:
     return np.imag(f(x + 1j * STEP * v)) / STEP
 
 
-def gradient(f: Function, x: Array) -> Array:
-    """Return the derivatives along all coordinates, which count along the last axis."""
-    return np.stack([derivative(f, x, e) for e in np.eye(len(x))], axis=-1)
+def gradient(f: Function, x: Array, along: Callable[..., Any] = derivative) -> Array:
+    """Return the derivatives `along` all coordinates, which count along the last axis."""
+    return np.stack([along(f, x, e) for e in np.eye(len(x))], axis=-1)
+
+
+def slope_at_zero(f: Callable[[Any], Any]) -> Any:
+    """Return f′(0) of a function of one number."""
+    return derivative(lambda s: f(s[0]), np.zeros(1), np.ones(1))
 
 
 def nested(f: Function, x: Array, v: Array) -> Any:
@@ -43,4 +48,4 @@ def nested(f: Function, x: Array, v: Array) -> Any:
 
 def nested_gradient(f: Function, x: Array) -> Array:
     """Return all derivatives by Cauchy's formula, along the last axis."""
-    return np.stack([nested(f, x, e) for e in np.eye(len(x))], axis=-1)
+    return gradient(f, x, nested)

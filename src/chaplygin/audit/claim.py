@@ -49,6 +49,7 @@ __all__ = [
     "Result",
     "Section",
     "evaluate",
+    "half",
     "residual",
 ]
 
@@ -61,6 +62,12 @@ STRONGER, MISPRINT = "condition stronger than needed", "misprint"
 UNCHECKED, UNEXPLAINED = "not checkable numerically", "unexplained"
 FINDINGS = (ON_MANIFOLD, RESTRICTED, STRONGER, MISPRINT)
 VERDICTS = (TRUE, *FINDINGS, UNCHECKED)
+AMENDMENTS = {
+    "misprint": MISPRINT,
+    "restriction": RESTRICTED,
+    "wider": STRONGER,
+    "off_manifold": ON_MANIFOLD,
+}
 
 Sides = tuple[Any, ...]
 Check = Callable[..., Sides]
@@ -136,19 +143,16 @@ class Result:
         if claim.negative:
             return "they differ"
         if claim.cites and self.verdict == TRUE:
-            return f"cites {_named(claim.cites)}: true of what holds there, not of what is printed"
+            labels = ", ".join(f"({label})" for label in claim.cites)
+            return f"cites {labels}: true of what holds there, not of what is printed"
         return self.reason
 
 
-def _named(labels: Sequence[str]) -> str:
-    return ", ".join(f"({label})" for label in labels)
-
-
 class Section:
-    """The claims of one part of the paper, in its order."""
+    """The claims of one part of the paper, in its order; `n` are the dimensions that most speak of."""
 
-    def __init__(self, title: str) -> None:
-        self.title = title
+    def __init__(self, title: str, n: Sequence[int] = range(2, 8)) -> None:
+        self.title, self.n = title, n
         self.claims: list[Claim] = []
 
     def __call__(
@@ -157,41 +161,31 @@ class Section:
         statement: str,
         lines: str,
         *,
-        n: Sequence[int] = range(2, 8),
+        n: Sequence[int] | None = None,
         everywhere: bool = False,
         negative: bool = False,
-        misprint: str = "",
-        restriction: str = "",
-        wider: str = "",
-        off_manifold: str = "",
         finding: str = "",
         cites: tuple[str, ...] = (),
+        **amendment: str,
     ) -> Callable[[Check], Check]:
-        """Register a function as a claim; at most one amendment, named by the argument.
+        """Register a function as a claim; at most one amendment, named by a key of `AMENDMENTS`.
 
         `off_manifold` is the form that holds off the manifold as well, `wider` a weaker condition under
         which the statement holds.
         """
-        amendments = {
-            MISPRINT: misprint,
-            RESTRICTED: restriction,
-            STRONGER: wider,
-            ON_MANIFOLD: off_manifold,
-        }
-        given = [(verdict, text) for verdict, text in amendments.items() if text]
-        verdict, text = given[0] if given else (None, "")
+        ((kind, text),) = amendment.items() or [(None, "")]
 
         def register(check: Check) -> Check:
             claim = Claim(
-                label=label,
-                statement=statement,
-                section=self.title,
-                lines=lines,
-                check=check,
-                dimensions=n,
-                everywhere=everywhere,
-                negative=negative,
-                verdict_if_amended=verdict,
+                label,
+                statement,
+                self.title,
+                lines,
+                check,
+                self.n if n is None else n,
+                everywhere,
+                negative,
+                verdict_if_amended=AMENDMENTS[kind] if kind else None,
                 amendment=text,
                 finding=finding,
                 cites=cites,
@@ -213,6 +207,11 @@ def residual(sides: Sides) -> float:
     if not np.isfinite(sizes).all():
         return float("inf")
     return float(np.max(np.abs(left - right), initial=0.0) / max(LEAST, *sizes))
+
+
+def half(check: Check, which: int) -> Check:
+    """Return a check of the first (0) or second (1) half of both sides: of γ or p in (γ, p)."""
+    return lambda point: tuple(np.split(np.asarray(side), 2)[which] for side in check(point))
 
 
 def evaluate(claim: Claim, points: Sequence[Point]) -> Result:

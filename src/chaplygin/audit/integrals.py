@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from .algebra import Array, wedge
@@ -10,7 +13,7 @@ from .equations import split
 from .points import Point
 from .two_forms import dirac_brackets, tangent_basis
 
-__all__ = ["integral_polynomial", "relative_brackets", "slopes_on_tangents"]
+__all__ = ["integral_polynomial", "relative_brackets", "slopes_on_tangents", "together"]
 
 
 def integral_polynomial(point: Point, y: Array) -> Array:
@@ -29,6 +32,11 @@ def integral_polynomial(point: Point, y: Array) -> Array:
             pair = np.poly(np.delete(a, [i, j]))
             total[-n:] = total[-n:] + m2[i, j] * np.append(pair, 0.0)
     return total[::-1][: n - 1]
+
+
+def together(point: Point, *functions: Callable[[Point, Array], Any]) -> Function:
+    """Return the function of y with all values of some functions of a point and y."""
+    return lambda y: np.hstack([f(point, y) for f in functions])
 
 
 def slopes_on_tangents(functions: Function, y: Array) -> Array:

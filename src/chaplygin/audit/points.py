@@ -112,6 +112,11 @@ class Point:
         """An angular velocity of any momentum."""
         return self.skew("omega")
 
+    @property
+    def Omega(self) -> Array:  # noqa: N802 - the paper's symbol
+        """That angular velocity in space, gωg⁻¹."""
+        return np.asarray(self.g @ self.omega @ self.g.T)
+
     def metric(self, inertia: Array, gamma: Array) -> Array:
         """Return κ_red = I + D pr as a matrix on so(n)."""
         rows = [coordinates(project(skew(e, self.n), gamma)) for e in np.eye(len(inertia))]

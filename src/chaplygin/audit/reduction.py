@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .algebra import Array, bracket, inner, project
-from .calculus import derivative, gradient
+from .calculus import gradient, slope_at_zero
 from .equations import extended_energy
 from .momenta import true_rates
 from .motion import zero_momentum_motion
@@ -79,12 +79,11 @@ def group_exterior_derivative(
     """Return dβ(Y, Z, W) on T*SO(n), for vectors extended as left-invariant fields, and its size."""
 
     def along(A: Vector, B: Vector, C: Vector) -> Any:
-        def moved(s: Array) -> Any:
-            return form(g + s[0] * (g @ A[0]), k + s[0] * A[1], B, C)
+        def moved(s: Any) -> Any:
+            return form(g + s * (g @ A[0]), k + s * A[1], B, C)
 
-        zero = 0.0 * g[0, :1]
         turned = (bracket(A[0], B[0]), 0.0 * k)
-        return derivative(moved, zero, zero + 1.0) - form(g, k, turned, C)
+        return slope_at_zero(moved) - form(g, k, turned, C)
 
     terms = [along(Y, Z, W), along(Z, W, Y), along(W, Y, Z)]
     return sum(terms), sum(abs(term) for term in terms)
@@ -94,12 +93,11 @@ def energy_slope(point: Point, inertia: Array, k: Array, Y: Vector) -> Any:
     """Return dH(Y) of H = ½⟨k, ω(k, γ)⟩ on T*SO(n)."""
     gamma = point.gamma
 
-    def along(s: Array) -> Any:
-        momentum, vertical = k + s[0] * Y[1], gamma - s[0] * (Y[0] @ gamma)
+    def along(s: Any) -> Any:
+        momentum, vertical = k + s * Y[1], gamma - s * (Y[0] @ gamma)
         return 0.5 * inner(momentum, point.omega_of(inertia, momentum, vertical))
 
-    zero = gamma[:1] * 0.0
-    return derivative(along, zero, zero + 1.0)
+    return slope_at_zero(along)
 
 
 def almost_hamiltonian_on_bundle(point: Point, convention: bool) -> tuple[Any, Any]:

@@ -150,9 +150,9 @@ def _summary(audit: Audit) -> str:
     )
 
 
-def print_audit(audit: Audit, console: Console | None = None, everything: bool = True) -> None:
+def print_audit(audit: Audit, everything: bool = True) -> None:
     """Print a table of all claims, or of those that do not simply hold."""
-    screen = console or Console()
+    screen = Console()
     for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
         chosen = [r for r in group if everything or r.verdict not in (TRUE, UNCHECKED)]
         if not chosen:

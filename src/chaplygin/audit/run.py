@@ -3,48 +3,30 @@
 from __future__ import annotations
 
 import functools
+import importlib
+import pkgutil
+import re
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from . import (
-    s1_introduction,
-    s2_1_ball,
-    s2_3_classical,
-    s3_reduction,
-    s4_0_operator,
-    s4_1_measure,
-    s4_2_time,
-    s4_2_time_proof,
-    s5_1_veselova,
-    s5_2_frames,
-    s5_2_one_vector,
-    s5_3_integrability,
-    s5_4_equal,
-)
 from .claim import FAILS, FINDINGS, UNEXPLAINED, Claim, Result, evaluate
 from .points import Point, sample
 
 __all__ = ["CLAIMS", "Audit", "audit"]
 
-_SECTIONS = (
-    s1_introduction,
-    s2_1_ball,
-    s2_3_classical,
-    s3_reduction,
-    s4_0_operator,
-    s4_1_measure,
-    s4_2_time,
-    s4_2_time_proof,
-    s5_1_veselova,
-    s5_2_frames,
-    s5_2_one_vector,
-    s5_3_integrability,
-    s5_4_equal,
+# The files of sections are named by their numbers: their order is the paper's.
+_SECTIONS = sorted(
+    m.name for m in pkgutil.iter_modules([str(Path(__file__).parent)]) if re.match(r"s\d", m.name)
 )
-CLAIMS: tuple[Claim, ...] = tuple(claim for part in _SECTIONS for claim in part.claim.claims)
+CLAIMS: tuple[Claim, ...] = tuple(
+    claim
+    for name in _SECTIONS
+    for claim in importlib.import_module(f".{name}", __package__).claim.claims
+)
 
 
 @dataclass(frozen=True)

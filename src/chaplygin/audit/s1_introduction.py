@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from .algebra import Array, apply, bracket, coordinates, inner, project, rank, skew, wedge
-from .calculus import derivative, gradient
+from .calculus import derivative, gradient, slope_at_zero
 from .claim import Section, Sides
 from .equations import multiplier, ro
 from .momenta import contact_momentum, space_momentum
@@ -103,18 +104,19 @@ claim.unchecked(
     restriction=CONVENTION,
 )
 def red_eq(point: Point, restricted: bool) -> Sides:
-    def form(k: Array, omega: Array, Y: Vector, Z: Vector) -> Any:
-        return canonical_group_form(k, Y, Z) + curvature_form(point, omega, Y, Z)
-
-    return almost_hamiltonian(point, form, restricted)
+    return almost_hamiltonian(point, partial(curvature_form, point), restricted)
 
 
-def almost_hamiltonian(point: Point, form: Any, convention: bool) -> Sides:
-    """Return w(X, Y) or, with the convention, w(Y, X), and dH(Y), at a random tangent vector Y."""
+def almost_hamiltonian(point: Point, extra: Any, convention: bool) -> Sides:
+    """Return w(X, Y) or, with the convention, w(Y, X), and dH(Y), at a random tangent vector Y.
+
+    w is Ω + `extra`.
+    """
     moving = general_motion(point)
     k, k_dot = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
     X, Y = (moving.omega, k_dot), (point.skew("eta"), point.skew("kappa"))
-    left = form(k, moving.omega, Y, X) if convention else form(k, moving.omega, X, Y)
+    pair = (Y, X) if convention else (X, Y)
+    left = canonical_group_form(k, *pair) + extra(moving.omega, *pair)
     size = np.sqrt(inner(k_dot, k_dot) * inner(Y[0], Y[0]))
     return left, energy_slope(point, point.general, k, Y), size
 
@@ -173,14 +175,12 @@ def lr_measure(point: Point) -> Sides:
 
     w = coordinates(point.omega)
     terms = [derivative(rate, w, e)[i] for i, e in enumerate(np.eye(size))]
-    turning = derivative(
-        lambda s: (
-            0.5 * np.log(np.linalg.det(gram([C + s[0] * bracket(C, point.omega) for C in bodies])))
-        ),
-        np.zeros(1),
-        np.ones(1),
-    )
-    return sum(terms), -turning, np.sum(np.abs(terms))
+
+    def log_density(s: Any) -> Any:
+        moved = [C + s * bracket(C, point.omega) for C in bodies]
+        return 0.5 * np.log(np.linalg.det(gram(moved)))
+
+    return sum(terms), -slope_at_zero(log_density), np.sum(np.abs(terms))
 
 
 @claim(
@@ -236,10 +236,7 @@ def symmetry(point: Point) -> Sides:
     negative=True,
 )
 def not_momentum(point: Point) -> Sides:
-    def extra(omega: Array, Y: Vector, Z: Vector) -> Any:
-        return curvature_form(point, omega, Y, Z)
-
-    return momentum_defect(point, extra)
+    return momentum_defect(point, partial(curvature_form, point))
 
 
 @claim(
@@ -249,10 +246,7 @@ def not_momentum(point: Point) -> Sides:
     n=range(3, 8),
 )
 def truncated_momentum(point: Point) -> Sides:
-    def extra(omega: Array, Y: Vector, Z: Vector) -> Any:
-        return truncated_form(point.D, point.gamma, omega, Y, Z)
-
-    return momentum_defect(point, extra)
+    return momentum_defect(point, partial(truncated_form, point.D, point.gamma))
 
 
 def momentum_defect(point: Point, extra: Any) -> Sides:
@@ -274,21 +268,17 @@ def momentum_defect(point: Point, extra: Any) -> Sides:
     finding="red:eq",
 )
 def truncated_flow(point: Point, restricted: bool) -> Sides:
-    def form(k: Array, omega: Array, Y: Vector, Z: Vector) -> Any:
-        return canonical_group_form(k, Y, Z) + truncated_form(point.D, point.gamma, omega, Y, Z)
-
-    return almost_hamiltonian(point, form, restricted)
+    extra = partial(truncated_form, point.D, point.gamma)
+    return almost_hamiltonian(point, extra, restricted)
 
 
-@claim(
+claim(
     "red:eq2",
     "i_X w_η = dH_η, evaluated at η = 0 on T*S^(n−1)",
     "223–233",
     restriction=CONVENTION,
     finding="red:eq",
-)
-def red_eq2(point: Point, restricted: bool) -> Sides:
-    return almost_hamiltonian_on_bundle(point, restricted)
+)(almost_hamiltonian_on_bundle)
 
 
 @claim(

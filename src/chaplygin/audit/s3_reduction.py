@@ -8,7 +8,7 @@ import numpy as np
 
 from .algebra import Array, apply, bracket, coordinates, inner, null_space, project, rank, wedge
 from .calculus import derivative, gradient
-from .claim import Section, Sides
+from .claim import Section, Sides, half
 from .equations import extended_energy, extended_field, extended_xi, multiplier, ro, split
 from .momenta import contact_momentum, space_momentum, true_rates
 from .motion import ball_motion, general_motion, zero_momentum_motion
@@ -16,8 +16,8 @@ from .points import Point
 from .reduction import CONVENTION, almost_hamiltonian_on_bundle, reduced_form
 from .two_forms import (
     canonical,
+    conserved,
     exterior_derivative,
-    lie_derivative,
     symplectic_divergence,
     tangent_basis,
 )
@@ -144,16 +144,8 @@ def theorem_t1(point: Point) -> Sides:
     return extended_field(point, point.general, point.state), actual
 
 
-@claim("r1", "γ̇ = −ωγ = −I⁻¹(γ∧ξ)γ", "600")
-def r1(point: Point) -> Sides:
-    field = extended_field(point, point.general, point.state)
-    return field[: point.n], true_rates(point, point.general)[0]
-
-
-@claim("r2", "ṗ = −ωp = −I⁻¹(γ∧ξ)p", "601–602")
-def r2(point: Point) -> Sides:
-    field = extended_field(point, point.general, point.state)
-    return field[point.n :], true_rates(point, point.general)[1]
+claim("r1", "γ̇ = −ωγ = −I⁻¹(γ∧ξ)γ", "600")(half(theorem_t1, 0))
+claim("r2", "ṗ = −ωp = −I⁻¹(γ∧ξ)p", "601–602")(half(theorem_t1, 1))
 
 
 @claim("proof:T1", "γ̇∧p + γ∧ṗ = [γ∧p, ω] ⇒ … ⇒ γ∧ṗ = ωpγᵀ + γpᵀω = (ωp)∧γ, ṗ = −ωp + λγ", "606–620")
@@ -193,8 +185,7 @@ claim.unchecked("hat", "R̂²ⁿ = R²ⁿ ∖ {γ = 0}", "636–639", "definitio
 
 def preserved(point: Point, f: Any) -> Sides:
     """Return X(f) and 0 for the extended system of a general operator."""
-    value, size = lie_derivative(f, lambda z: extended_field(point, point.general, z), point.state)
-    return value, 0.0, size
+    return conserved(f, extended_field(point, point.general, point.state), point.state)
 
 
 @claim(
@@ -233,15 +224,13 @@ def preserves_k(point: Point) -> Sides:
     return [value, inner(k, k)], [zero, printed(point.state)], size
 
 
-@claim(
+claim(
     "text:almost-hamiltonian",
     "i_X(w) = dH on T*S^(n−1) with w = ω + semi-basic",
     "650–655",
     restriction=CONVENTION,
     finding="red:eq",
-)
-def almost_hamiltonian(point: Point, restricted: bool) -> Sides:
-    return almost_hamiltonian_on_bundle(point, restricted)
+)(almost_hamiltonian_on_bundle)
 
 
 @claim("text:nondegenerate", "w is non-degenerate", "652–653")

@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 
 from .algebra import Array, apply, inner, wedge
-from .calculus import gradient
-from .claim import Section, Sides
+from .claim import Section, Sides, half
 from .classical import iop1, tensor_of, three_moments
 from .equations import extended_field, extended_xi, ro, special_omega, split, u_of
 from .momenta import true_rates
 from .points import Point, lagrange_case
-from .two_forms import lie_derivative
+from .two_forms import conserved
 
 __all__ = ["claim"]
 
@@ -154,14 +153,13 @@ def theorem_ro(point: Point, amended: bool) -> Sides:
     return left, extended_field(place, point.special, place.state)
 
 
-@claim("ro1", "(ro1) is −ωγ of the rolling ball, special operator", "803–806")
-def ro1(point: Point) -> Sides:
-    return ro(point, point.state)[: point.n], true_rates(point, point.special)[0]
+def rolling(point: Point) -> Sides:
+    """Compare (ro1), (ro2) with the motion of the rolling ball."""
+    return ro(point, point.state), np.concatenate(true_rates(point, point.special))
 
 
-@claim("ro2", "(ro2) is −ωp of the rolling ball, special operator", "807–810")
-def ro2(point: Point) -> Sides:
-    return ro(point, point.state)[point.n :], true_rates(point, point.special)[1]
+claim("ro1", "(ro1) is −ωγ of the rolling ball, special operator", "803–806")(half(rolling, 0))
+claim("ro2", "(ro2) is −ωp of the rolling ball, special operator", "807–810")(half(rolling, 1))
 
 
 @claim(
@@ -175,8 +173,7 @@ def ro_preserves(point: Point) -> Sides:
         k = (gamma @ gamma) * (p @ p) - (gamma @ p) ** 2
         return np.array([gamma @ gamma, gamma @ p, k])
 
-    slope, rate = gradient(integrals, point.state), ro(point, point.state)
-    return slope @ rate, np.zeros(3), np.max(np.abs(slope) @ np.abs(rate))
+    return conserved(integrals, ro(point, point.state), point.state)
 
 
 @claim(
@@ -197,8 +194,7 @@ def ro_preserves_energy(point: Point, amended: bool) -> Sides:
     y = point.state
     turning = omega(y)
     rate = np.concatenate([-turning @ part for part in split(y)])
-    value, size = lie_derivative(energy, lambda z: rate, y)
-    return value, 0.0, size
+    return conserved(energy, rate, y)
 
 
 @claim("operator*", "I⁻¹(γ∧ξ) = A⁻¹γ∧A⁻¹ξ − γ∧ξ/D", "813–819", everywhere=True)

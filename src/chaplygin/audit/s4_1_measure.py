@@ -10,7 +10,7 @@ from .claim import Section, Sides
 from .classical import iop1, three_moments
 from .equations import log_mu, log_rho, ro, split, u_of
 from .points import Point
-from .two_forms import canonical, divergence, symplectic_divergence
+from .two_forms import canonical, conserved, divergence, symplectic_divergence
 
 __all__ = ["claim"]
 
@@ -90,20 +90,14 @@ def volume(point: Point) -> Sides:
     return [np.linalg.det(slope), size, gamma @ p / size], [1.0, x[n - 1], x[-1]]
 
 
-def density_defect(point: Point) -> Sides:
+@claim("redLR", "Proposition 4: (ro1), (ro2) on T*S^(n−1) have an invariant measure", "866–872")
+def density(point: Point) -> Sides:
     y = point.state
     value, size = symplectic_divergence(lambda z: ro(point, z), y)
     return value, -derivative(lambda z: log_mu(point, z), y, ro(point, y)), size
 
 
-@claim("redLR", "Proposition 4: (ro1), (ro2) on T*S^(n−1) have an invariant measure", "866–872")
-def proposition(point: Point) -> Sides:
-    return density_defect(point)
-
-
-@claim("DENSITY", "μσ = (A⁻¹γ, γ)^(−(n−2)/2) σ is invariant", "869–871")
-def density(point: Point) -> Sides:
-    return density_defect(point)
+claim("DENSITY", "μσ = (A⁻¹γ, γ)^(−(n−2)/2) σ is invariant", "869–871")(density)
 
 
 @claim(
@@ -181,8 +175,7 @@ def radial(point: Point) -> Sides:
         r = np.sqrt(y[:n] @ y[:n])
         return np.array([r, (y[:n] @ y[n:]) / r])
 
-    slope, rate = gradient(functions, point.state), ro(point, point.state)
-    return slope @ rate, np.zeros(2), np.max(np.abs(slope) @ np.abs(rate))
+    return conserved(functions, ro(point, point.state), point.state)
 
 
 @claim(

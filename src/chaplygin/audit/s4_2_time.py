@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from .algebra import Array, inner, wedge
 from .calculus import gradient, nested_gradient
-from .claim import Section, Sides
+from .claim import Section, Sides, half
 from .equations import (
     extended_energy,
     flow_in_tau,
@@ -66,8 +67,7 @@ def multiplier_guess(point: Point) -> Sides:
 def main(point: Point) -> Sides:
     y = point.state
     left = flow_in_tau(point, y, np.concatenate(true_rates(point, point.special)))
-    z = to_tau(point, y)
-    return left, dirac_field(lambda w: hamiltonian_tau(point, w), z)
+    return left, dirac_field(partial(hamiltonian_tau, point), to_tau(point, y))
 
 
 @claim(
@@ -82,26 +82,21 @@ def geodesic(point: Point) -> Sides:
     return float(np.sum(values > 1e-12)), float(point.n - 1)
 
 
-@claim(
+def reparametrized(point: Point) -> Sides:
+    """Compare (ro1), (ro2) in τ with the flow of (hamiltonian*)."""
+    y = point.state
+    left = flow_in_tau(point, y, ro(point, y))
+    return left, dirac_field(partial(hamiltonian_tau, point), to_tau(point, y))
+
+
+claim(
     "CM",
     "dτ = 𝒩dt, 𝒩 = 1/(D√(A⁻¹γ, γ)), is a reducing multiplier: γ′ as (hamiltonian*) has it",
     "959–962",
+)(half(reparametrized, 0))
+claim("mapping", "p̃ = p/(D√(γ, A⁻¹γ)): p̃′ as (hamiltonian*) has it", "963–967")(
+    half(reparametrized, 1)
 )
-def cm(point: Point) -> Sides:
-    y = point.state
-    rate = flow_in_tau(point, y, ro(point, y))
-    return rate[: point.n], dirac_field(lambda w: hamiltonian_tau(point, w), to_tau(point, y))[
-        : point.n
-    ]
-
-
-@claim("mapping", "p̃ = p/(D√(γ, A⁻¹γ)): p̃′ as (hamiltonian*) has it", "963–967")
-def mapping(point: Point) -> Sides:
-    y = point.state
-    rate = flow_in_tau(point, y, ro(point, y))
-    return rate[point.n :], dirac_field(lambda w: hamiltonian_tau(point, w), to_tau(point, y))[
-        point.n :
-    ]
 
 
 @claim(
@@ -179,4 +174,4 @@ def jacobi(point: Point) -> Sides:
 )
 def hamiltonian_flow(point: Point) -> Sides:
     y = point.state
-    return dirac_field(lambda w: hamiltonian_tau(point, w), y), ham_flow(point, y)
+    return dirac_field(partial(hamiltonian_tau, point), y), ham_flow(point, y)

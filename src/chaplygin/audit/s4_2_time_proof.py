@@ -9,7 +9,7 @@ import numpy as np
 
 from .algebra import Array, null_space, project, rank, wedge
 from .calculus import derivative, gradient
-from .claim import Section, Sides
+from .claim import Section, Sides, half
 from .equations import (
     flow_in_tau,
     ham_flow,
@@ -74,34 +74,28 @@ def multipliers_keep_constraints(point: Point) -> Sides:
     return [gamma @ first, first @ p + gamma @ second], [0.0, 0.0], abs(p @ slope[point.n :])
 
 
-def with_multipliers(point: Point) -> Array:
-    """Return ∂H*/∂p̃ and −∂H*/∂γ with the multipliers."""
+def with_multipliers(point: Point) -> Sides:
+    """Compare (ham_q), (ham_p) with ∂H*/∂p̃ and −∂H*/∂γ."""
     gamma, p = split(point.state)
     lam, mu = multipliers(point, point.state)
     slope = gradient(lambda z: hamiltonian_tau(point, z), point.state)
-    return np.concatenate(
-        [slope[point.n :] - mu * gamma, -slope[: point.n] + 2 * lam * gamma + mu * p]
-    )
+    first = slope[point.n :] - mu * gamma
+    second = -slope[: point.n] + 2 * lam * gamma + mu * p
+    return ham_flow(point, point.state), np.concatenate([first, second])
 
 
-@claim(
+claim(
     "ham_q",
     "γ′ = D(A⁻¹γ, γ)p̃ − Ap̃ + (γ, Ap̃)γ/(γ, γ) − D(γ, A⁻¹γ)(p̃, γ)γ/(γ, γ)",
     "1037–1039",
     everywhere=True,
-)
-def ham_q(point: Point) -> Sides:
-    return ham_flow(point, point.state)[: point.n], with_multipliers(point)[: point.n]
-
-
-@claim(
+)(half(with_multipliers, 0))
+claim(
     "ham_p",
     "p̃′ = −D(p̃, p̃)A⁻¹γ + (p̃, Ap̃)γ/(γ, γ) − (γ, Ap̃)p̃/(γ, γ) + D(γ, A⁻¹γ)(p̃, γ)p̃/(γ, γ)",
     "1040–1045",
     everywhere=True,
-)
-def ham_p(point: Point) -> Sides:
-    return ham_flow(point, point.state)[point.n :], with_multipliers(point)[point.n :]
+)(half(with_multipliers, 1))
 
 
 def star(point: Point, y: Array) -> Array:

@@ -19,10 +19,11 @@ from .classical import (
 )
 from .motion import constrained_rotation
 from .points import Point
+from .two_forms import conserved
 
 __all__ = ["claim"]
 
-claim = Section("5.1 Classical Chaplygin sphere and the Veselova problem")
+claim = Section("5.1 Classical Chaplygin sphere and the Veselova problem", n=(3,))
 
 claim.unchecked("classical", "(w⃗, γ⃗) = 0", "1130–1137", "definition of the constraint")
 
@@ -45,7 +46,7 @@ def operator_of(inertia: Array) -> Array:
     return np.array([row[np.triu_indices(3, 1)] for row in rows]).T
 
 
-@claim("3.1", "d/dt 𝓘w⃗ = 𝓘w⃗ × w⃗ + λγ⃗, dγ⃗/dt = γ⃗ × w⃗", "1138–1147", n=(3,))
+@claim("3.1", "d/dt 𝓘w⃗ = 𝓘w⃗ × w⃗ + λγ⃗, dγ⃗/dt = γ⃗ × w⃗", "1138–1147")
 def euler_with_multiplier(point: Point) -> Sides:
     """Use d'Alembert's principle on SO(3) with the constraint ⟨Ad_g w, E_1∧E_2⟩ = 0."""
     inertia, y = tensor(point), state(point, constrained=True)
@@ -58,7 +59,7 @@ def euler_with_multiplier(point: Point) -> Sides:
     return left, [np.cross(inertia @ w, w) + force * gamma, np.cross(gamma, w)]
 
 
-@claim("la", "λ = −(𝓘w⃗ × w⃗, 𝓘⁻¹γ⃗)/(𝓘⁻¹γ⃗, γ⃗)", "1147–1152", n=(3,))
+@claim("la", "λ = −(𝓘w⃗ × w⃗, 𝓘⁻¹γ⃗)/(𝓘⁻¹γ⃗, γ⃗)", "1147–1152")
 def la(point: Point) -> Sides:
     inertia, y = tensor(point), state(point, constrained=True)
     E = np.eye(3)
@@ -70,25 +71,22 @@ def la(point: Point) -> Sides:
     "text:f1",
     "f_1 = (w⃗, γ⃗) is an integral of (3.1), (la) on R⁶",
     "1156–1159",
-    n=(3,),
     everywhere=True,
 )
 def first_integral(point: Point) -> Sides:
     return integral(point, lambda y: y[:3] @ y[3:])
 
 
-def integral(point: Point, f: Any, constrained: bool = False) -> Sides:
+def integral(point: Point, f: Any) -> Sides:
     """Return the derivative of f along (3.1), (la), and 0."""
-    inertia, y = tensor(point), state(point, constrained)
-    slope, rate = gradient(f, y), veselova_field(inertia, y)
-    return slope @ rate, np.zeros(np.shape(slope)[:-1]), np.abs(slope) @ np.abs(rate)
+    y = state(point)
+    return conserved(f, veselova_field(tensor(point), y), y)
 
 
 @claim(
     "text:veselova-measure",
     "√(𝓘⁻¹γ⃗, γ⃗) is the density of an invariant measure on R⁶(w⃗, γ⃗)",
     "1159–1160",
-    n=(3,),
     everywhere=True,
 )
 def veselova_measure(point: Point) -> Sides:
@@ -112,7 +110,6 @@ ANY_LENGTH = "K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗/(γ⃗, γ⃗)"  # d
     "3.2",
     "dK⃗/dt = K⃗ × w⃗, dγ⃗/dt = γ⃗ × w⃗ with K⃗ = 𝓘w⃗ − (𝓘⁰w⃗, γ⃗)γ⃗, on R⁶(w⃗, γ⃗)",
     "1161–1169",
-    n=(3,),
     everywhere=True,
     off_manifold="with " + ANY_LENGTH,
 )
@@ -126,7 +123,6 @@ def momentum_form(point: Point, amended: bool) -> Sides:
     "text:f1-K",
     "f_1 = (w⃗, γ⃗) = (K⃗, γ⃗)",
     "1171",
-    n=(3,),
     everywhere=True,
     off_manifold="with " + ANY_LENGTH,
     finding="3.2",
@@ -147,21 +143,18 @@ def f3_f4(inertia: Array, y: Array, any_length: bool = False) -> Array:
     "ints",
     "f_3 = ½(K⃗, w⃗) − ½(K⃗, γ⃗)(𝓘⁰w⃗, γ⃗) and f_4 = (K⃗, K⃗) are integrals at any f_1",
     "1172–1178",
-    n=(3,),
     everywhere=True,
     off_manifold="with " + ANY_LENGTH + ", and the second factor in f_3 divided by (γ⃗, γ⃗) too",
     finding="3.2",
 )
 def ints(point: Point, amended: bool) -> Sides:
-    left, right, size = integral(point, lambda y: f3_f4(tensor(point), y, amended))
-    return left, right, np.max(size)
+    return integral(point, lambda y: f3_f4(tensor(point), y, amended))
 
 
 @claim(
     "text:reduced-integrals",
     "on f_1 = 0 these are ½(𝓘w⃗, w⃗) and (Iw⃗, Iw⃗) − (Iw⃗, γ⃗)², I of (tr1)",
     "1180–1183",
-    n=(3,),
     misprint="½(𝓘w⃗, w⃗) and (𝓘w⃗, 𝓘w⃗) − (𝓘w⃗, γ⃗)²: script 𝓘 throughout",
 )
 def reduced_integrals(point: Point, corrected: bool) -> Sides:
@@ -175,7 +168,6 @@ def reduced_integrals(point: Point, corrected: bool) -> Sides:
     "text:euler-jacobi-veselova",
     "f_1 … f_4 are independent: quadratures on all of R⁶",
     "1185–1187",
-    n=(3,),
 )
 def euler_jacobi(point: Point) -> Sides:
     def integrals(y: Array) -> Array:
@@ -189,7 +181,7 @@ def ball_tensor(point: Point, inertia: Array) -> Array:
     return point.D * np.linalg.inv(inertia - np.eye(3))
 
 
-@claim("tr1", "𝓘 = 1 + DI⁻¹, w⃗ = −Iω⃗ ⇔ I = D(𝓘 − 1)⁻¹, ω⃗ = −(𝓘 − 1)w⃗/D", "1198–1204", n=(3,))
+@claim("tr1", "𝓘 = 1 + DI⁻¹, w⃗ = −Iω⃗ ⇔ I = D(𝓘 − 1)⁻¹, ω⃗ = −(𝓘 − 1)w⃗/D", "1198–1204")
 def tr1(point: Point) -> Sides:
     script, w = tensor(point), point.normal("w", 3)
     latin = ball_tensor(point, script)
@@ -203,7 +195,6 @@ def tr1(point: Point) -> Sides:
     "Theorem 6: (tr1) maps f_1 = c_1, f_2 = 1, f_3 = c_3, f_4 = c_4 to F_1 = c_1, "
     "F_2 = 1, F_3 = c_3, F_4 = c_4",
     "1206–1213",
-    n=(3,),
     misprint="F_1 = −c_1, F_2 = 1, F_3 = (c_4/2 − c_3)/D, F_4 = c_4",
 )
 def fedorov(point: Point, corrected: bool) -> Sides:
@@ -217,15 +208,10 @@ def fedorov(point: Point, corrected: bool) -> Sides:
     return left, [-c1, 1.0, (c4 / 2 - c3) / D, c4] if corrected else [c1, 1.0, c3, c4]
 
 
-@claim(
-    "text:fedorov-tangent",
-    "both flows are tangent to the common tori, at any f_1",
-    "1206–1213",
-    n=(3,),
-)
+@claim("text:fedorov-tangent", "both flows are tangent to the common tori, at any f_1", "1206–1213")
 def fedorov_tangent(point: Point) -> Sides:
     """F_1 … F_4 of the ball, as functions of (K⃗, γ⃗) = (−k⃗, γ⃗), are constant along (3.2)."""
-    script, y = tensor(point), state(point)
+    script = tensor(point)
     latin = ball_tensor(point, script)
 
     def ball_integrals(z: Array) -> Array:
@@ -233,8 +219,7 @@ def fedorov_tangent(point: Point) -> Sides:
         omega = classical_omega(point, latin, k, gamma)
         return np.array([k @ gamma, 0.5 * (k @ omega), k @ k])
 
-    slope, rate = gradient(ball_integrals, y), veselova_field(script, y)
-    return slope @ rate, np.zeros(3), np.max(np.abs(slope) @ np.abs(rate))
+    return integral(point, ball_integrals)
 
 
 @claim(
@@ -242,7 +227,6 @@ def fedorov_tangent(point: Point) -> Sides:
     "f_1 = 0: the Veselova problem is a Neumann system, γ″ = −Aγ + νγ with 𝓘_i = a_i/(a_1a_2a_3), "
     "in the time ds = √((𝓘w⃗, w⃗)/(γ⃗, A⁻¹γ⃗)) dt",
     "1187–1189",
-    n=(3,),
 )
 def neumann(point: Point) -> Sides:
     A, y = point.a, state(point, constrained=True)

@@ -21,11 +21,10 @@ from .stiefel import (
 
 __all__ = ["claim"]
 
-claim = Section("5.2 Veselova problem on SO(n)")
-FRAMES = range(3, 7)
+claim = Section("5.2 Veselova problem on SO(n)", n=range(3, 7))
 
 
-@claim("text:LR-lagrangian", "L = ½⟨𝓘w, w⟩ = −¼ tr(𝓘w w)", "1228–1232", n=FRAMES)
+@claim("text:LR-lagrangian", "L = ½⟨𝓘w, w⟩ = −¼ tr(𝓘w w)", "1228–1232")
 def lr_lagrangian(point: Point) -> Sides:
     w = point.omega
     moment = apply(point.general, w)
@@ -36,7 +35,6 @@ def lr_lagrangian(point: Point) -> Sides:
     "VC",
     "𝒟_r, 𝔡 = span{E_i∧E_j, i ≤ r}, is ⟨w, e_i∧e_j⟩ = 0, n − r + 1 ≤ i < j ≤ n",
     "1232–1241",
-    n=FRAMES,
     misprint="r + 1 ≤ i < j ≤ n",
 )
 def vc(point: Point, corrected: bool) -> Sides:
@@ -52,7 +50,7 @@ def vc(point: Point, corrected: bool) -> Sides:
     return np.eye(size) - projection(space), projection(span(point))
 
 
-@claim("text:w", "w(t) = g⁻¹·g(t) ∈ so(n)", "1243", n=FRAMES, misprint="w(t) = g⁻¹·ġ(t)")
+@claim("text:w", "w(t) = g⁻¹·g(t) ∈ so(n)", "1243", misprint="w(t) = g⁻¹·ġ(t)")
 def angular_velocity(point: Point, corrected: bool) -> Sides:
     g_dot = point.g @ point.omega
     w = point.g.T @ (g_dot if corrected else point.g)
@@ -63,7 +61,6 @@ def angular_velocity(point: Point, corrected: bool) -> Sides:
     "text:frame",
     "e_i = g⁻¹E_i is an orthonormal frame, Ad_{g⁻¹}(E_i∧E_j) = e_i∧e_j",
     "1238–1249",
-    n=FRAMES,
 )
 def frame(point: Point) -> Sides:
     E, e = np.eye(point.n), point.g.T
@@ -71,7 +68,7 @@ def frame(point: Point) -> Sides:
     return left, [wedge(e[:, 0], e[:, 1]), E]
 
 
-@claim("PoissonV", "ė_i = −w e_i", "1251–1254", n=FRAMES)
+@claim("PoissonV", "ė_i = −w e_i", "1251–1254")
 def poisson(point: Point) -> Sides:
     w = admissible(point)
     return (point.g @ w).T, -w @ point.g.T
@@ -81,7 +78,6 @@ def poisson(point: Point) -> Sides:
     "VFK",
     "d/dt(𝓘w) = [𝓘w, w] + Σ λ_pq e_p∧e_q, n − r + 1 ≤ p < q ≤ n",
     "1256–1261",
-    n=FRAMES,
     misprint="r + 1 ≤ p < q ≤ n",
     finding="VC",
 )
@@ -110,12 +106,7 @@ def classical_case(point: Point, corrected: bool) -> Sides:
     return [len(rows), Omega[2, 1]], [2, 0.0]
 
 
-@claim(
-    "text:invariance",
-    "L and 𝒟_r are invariant under the left action of SO(n−r)",
-    "1268–1271",
-    n=FRAMES,
-)
+@claim("text:invariance", "L and 𝒟_r are invariant under the left action of SO(n−r)", "1268–1271")
 def invariance(point: Point) -> Sides:
     n, r = point.n, rank_of(point)
     h = np.eye(n)
@@ -132,7 +123,6 @@ def invariance(point: Point) -> Sides:
     "bundle",
     "𝒟_r is a principal connection of SO(n−r) → SO(n) → V(n, r): so(n) = 𝔡 ⊕ so(n−r)",
     "1271–1281",
-    n=FRAMES,
 )
 def connection(point: Point) -> Sides:
     n, r = point.n, rank_of(point)
@@ -142,7 +132,7 @@ def connection(point: Point) -> Sides:
     return ranks, [n * r - r * (r + 1) // 2, n * (n - 1) // 2]
 
 
-@claim("cond_X", "TV(n, r): XᵀX = 1, XᵀẊ + ẊᵀX = 0", "1282–1290", n=FRAMES)
+@claim("cond_X", "TV(n, r): XᵀX = 1, XᵀẊ + ẊᵀX = 0", "1282–1290")
 def cond_x(point: Point) -> Sides:
     X, X_dot, _ = stiefel(point)
     r = rank_of(point)
@@ -154,7 +144,6 @@ def cond_x(point: Point) -> Sides:
     "text:Phi_r",
     "Φ_r(X, Ẋ) = w, both forms: XẊᵀ − ẊXᵀ + ½X[XᵀẊ − ẊᵀX]Xᵀ and the sum of wedges",
     "1292–1305",
-    n=FRAMES,
 )
 def momentum(point: Point) -> Sides:
     X, X_dot, w = stiefel(point)
@@ -167,7 +156,7 @@ def momentum(point: Point) -> Sides:
     return [phi_r(X, X_dot), total], [w, w]
 
 
-@claim("text:L_red", "L_red = −¼ tr(𝓘Φ_r Φ_r) is the energy", "1292–1297", n=FRAMES)
+@claim("text:L_red", "L_red = −¼ tr(𝓘Φ_r Φ_r) is the energy", "1292–1297")
 def reduced_lagrangian(point: Point) -> Sides:
     X, X_dot, w = stiefel(point)
     phi = phi_r(X, X_dot)
@@ -175,12 +164,7 @@ def reduced_lagrangian(point: Point) -> Sides:
     return left, 0.5 * inner(apply(point.general, w), w)
 
 
-@claim(
-    "dotX->P",
-    "P = ∂L_red/∂Ẋ; L_red is degenerate in the redundant velocities",
-    "1307–1315",
-    n=FRAMES,
-)
+@claim("dotX->P", "P = ∂L_red/∂Ẋ; L_red is degenerate in the redundant velocities", "1307–1315")
 def degenerate(point: Point) -> Sides:
     X, _, _ = stiefel(point)
     n, r = X.shape
@@ -192,7 +176,6 @@ def degenerate(point: Point) -> Sides:
     "condX",
     "T*V(n, r): XᵀX = 1, XᵀP + PᵀX = 0, and Ẋ is uniquely determined by (X, P)",
     "1315–1325",
-    n=FRAMES,
 )
 def cond_p(point: Point) -> Sides:
     X, X_dot, _ = stiefel(point)
@@ -208,23 +191,16 @@ def cond_p(point: Point) -> Sides:
     return left, [*np.zeros(r * r), len(tangents)], np.max(np.abs(P))
 
 
-@claim(
+claim(
     "rest_St",
     "Theorem 7: the reduction of (VC), (PoissonV), (VFK) to T*V(n, r) is (dot_P)",
     "1327–1338",
-    n=FRAMES,
     cites=("VC", "VFK"),
-)
-def theorem_stiefel(point: Point) -> Sides:
-    return stiefel_rates(point)
+)(stiefel_rates)
+claim("dot_P", "Ẋ = −Φ_r X, Ṗ = −Φ_r P", "1330–1335")(stiefel_rates)
 
 
-@claim("dot_P", "Ẋ = −Φ_r X, Ṗ = −Φ_r P", "1330–1335", n=FRAMES)
-def dot_p(point: Point) -> Sides:
-    return stiefel_rates(point)
-
-
-@claim("remark:FeJo", "Φ* = 𝓘ω|_{𝒟_r} = XPᵀ − PXᵀ", "1340–1347", n=FRAMES)
+@claim("remark:FeJo", "Φ* = 𝓘ω|_{𝒟_r} = XPᵀ − PXᵀ", "1340–1347")
 def momentum_correction(point: Point) -> Sides:
     X, X_dot, w = stiefel(point)
     P = momentum_matrix(point, X, X_dot)

@@ -17,7 +17,7 @@ from .two_forms import canonical, tangent_basis
 
 __all__ = ["claim"]
 
-claim = Section("5.2 Veselova problem with r = 1")
+claim = Section("5.2 Veselova problem with r = 1", n=range(3, 7))
 
 
 @claim(
@@ -34,7 +34,6 @@ def reducible(point: Point) -> Sides:
     "inertia_tensor",
     "Φ_1 = γ∧γ̇ = γ∧Ap/(γ, A⁻¹γ) for 𝓘(E_i∧E_j) = a_i⁻¹a_j⁻¹ E_i∧E_j",
     "1352–1360",
-    n=range(3, 7),
 )
 def inertia_tensor(point: Point) -> Sides:
     gamma_dot = veselova_rates(point)[: point.n]
@@ -42,7 +41,7 @@ def inertia_tensor(point: Point) -> Sides:
     return left, wedge(point.gamma, gamma_dot)
 
 
-@claim("extended1", "γ̇ = −Φ_1γ = (−(p, Aγ)γ + (γ, γ)Ap)/(γ, A⁻¹γ)", "1363–1366", n=range(3, 7))
+@claim("extended1", "γ̇ = −Φ_1γ = (−(p, Aγ)γ + (γ, γ)Ap)/(γ, A⁻¹γ)", "1363–1366")
 def extended1(point: Point) -> Sides:
     return veselova(point, point.state)[: point.n], veselova_rates(point)[: point.n]
 
@@ -51,7 +50,6 @@ def extended1(point: Point) -> Sides:
     "extended2",
     "ṗ = −Φ_1p = ((p, Ap)γ − (p, γ)Ap)/(γ, A⁻¹γ)",
     "1367–1369",
-    n=range(3, 7),
     misprint="ṗ = −Φ_1p = (−(p, Ap)γ + (p, γ)Ap)/(γ, A⁻¹γ)",
 )
 def extended2(point: Point, corrected: bool) -> Sides:
@@ -62,7 +60,6 @@ def extended2(point: Point, corrected: bool) -> Sides:
     "ham:ves",
     "by (CM), (mapping) the reduced system becomes the flow of 𝓗 = D²/2 (Ap̃, p̃) on T*S^(n−1)",
     "1371–1378",
-    n=range(3, 7),
     cites=("extended2",),
 )
 def ham_ves(point: Point) -> Sides:
@@ -83,17 +80,15 @@ def ham_ves(point: Point) -> Sides:
 )
 def ellipsoid(point: Point, corrected: bool) -> Sides:
     """Both γ are unit vectors with the same path: γ̈ agrees modulo γ̇ and γ at the same γ̇."""
-    A = point.a
-    x = point.normal("x", point.n)
-    x = x / np.sqrt(x @ (A * x))
-    v = point.normal("v", point.n)
-    v = v - (v @ (A * x)) / np.sum((A * x) ** 2) * (A * x)
-    return gauss_map_defect(point, A, x, v, corrected)
+    return gauss_map_defect(point, point.a, corrected)
 
 
-def gauss_map_defect(point: Point, B: Array, x: Array, v: Array, corrected: bool) -> Sides:
-    """Return γ̈ of the mapped geodesic of (x, Bx) = 1 and of (extended1), both modulo γ and γ̇."""
+def gauss_map_defect(point: Point, B: Array, corrected: bool = True) -> Sides:
+    """Return γ̈ of a mapped geodesic of (x, Bx) = 1 and of (extended1), both modulo γ and γ̇."""
     n = point.n
+    x, v = point.normal("x", n), point.normal("v", n)
+    x = x / np.sqrt(x @ (B * x))
+    v = v - (v @ (B * x)) / np.sum((B * x) ** 2) * (B * x)
     pull = -(v @ (B * v)) / np.sum((B * x) ** 2) * (B * x)  # ẍ
 
     def unit(t: Array) -> Array:
@@ -130,9 +125,4 @@ def second(f: Any) -> Array:
     negative=True,
 )
 def other_ellipsoid(point: Point) -> Sides:
-    B = 1.0 / point.a
-    x = point.normal("x", point.n)
-    x = x / np.sqrt(x @ (B * x))
-    v = point.normal("v", point.n)
-    v = v - (v @ (B * x)) / np.sum((B * x) ** 2) * (B * x)
-    return gauss_map_defect(point, B, x, v, True)
+    return gauss_map_defect(point, 1.0 / point.a)

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 
 from .algebra import Array, apply, rank, skew
-from .calculus import Function, derivative, gradient
+from .calculus import Function, derivative
 from .claim import Section, Sides
 from .classical import classical_field, classical_omega, tensor_of
 from .equations import ham_flow, hamiltonian, hamiltonian_tau, ro, to_tau, u_of
 from .integrals import integral_polynomial, relative_brackets, slopes_on_tangents
 from .points import Point, lagrange_case
-from .two_forms import lie_derivative, symplectic_divergence
+from .two_forms import conserved, symplectic_divergence
 
 __all__ = ["claim"]
 
-claim = Section("5.3, 5.4 Equal parameters and the Lagrange case")
+claim = Section("5.3, 5.4 Equal parameters and the Lagrange case", n=range(3, 8))
 
 
 def equal_parameters(point: Point, groups: Sequence[int]) -> Point:
@@ -39,14 +39,10 @@ def linear_integral(i: int, j: int, n: int) -> Function:
     "text:linear-integrals",
     "a_i = a_j: f_ij = γ_ip̃_j − γ_jp̃_i is an integral of (ham_q), (ham_p)",
     "1494–1496",
-    n=range(3, 8),
 )
 def equal_pair(point: Point) -> Sides:
     case = equal_parameters(point, [2] + [1] * (point.n - 2))
-    value, size = lie_derivative(
-        linear_integral(0, 1, point.n), lambda y: ham_flow(case, y), case.state
-    )
-    return value, 0.0, size
+    return conserved(linear_integral(0, 1, point.n), ham_flow(case, case.state), case.state)
 
 
 def is_complete(point: Point, functions: Function) -> tuple[int, int, float]:
@@ -123,6 +119,7 @@ def non_commutative(point: Point) -> Sides:
     "remark:operators",
     "D𝓘 = 1 + DI⁻¹ ⇔ I = D(D𝓘 − 1)⁻¹ for (operator), (inertia_tensor)",
     "1503–1509",
+    n=range(2, 8),
 )
 def operators(point: Point) -> Sides:
     script = point.special_veselova
@@ -145,12 +142,6 @@ def operator_of_tr1(point: Point) -> Sides:
     return [*np.ravel(tensor), float(greater)], [*np.ravel(printed), 1.0]
 
 
-def flow_of(functions: Function, rate: Array, y: Array) -> Sides:
-    """Return the rates of f_1 … f_m, 0, and the size of the largest sum."""
-    slope = gradient(functions, y)
-    return slope @ rate, np.zeros(len(slope)), np.max(np.abs(slope) @ np.abs(rate))
-
-
 def equal_pairs(n: int) -> list[tuple[int, int]]:
     """Return 1 ≤ i < j ≤ n − 1."""
     return [(i, j) for i in range(n - 1) for j in range(i + 1, n - 1)]
@@ -160,7 +151,6 @@ def equal_pairs(n: int) -> list[tuple[int, int]]:
     "text:lagrange-integrals",
     "Lagrange case: f_ij, i < j ≤ n − 1, are integrals of (ham_q), (ham_p)",
     "1515–1518",
-    n=range(3, 8),
 )
 def lagrange_integrals(point: Point) -> Sides:
     case = lagrange_case(point)
@@ -168,7 +158,7 @@ def lagrange_integrals(point: Point) -> Sides:
     def functions(y: Array) -> Array:
         return np.array([linear_integral(i, j, case.n)(y) for i, j in equal_pairs(case.n)])
 
-    return flow_of(functions, ham_flow(case, case.state), case.state)
+    return conserved(functions, ham_flow(case, case.state), case.state)
 
 
 SI = "F_ij = (γ_ip_j − γ_jp_i)²/(γ, A⁻¹γ)"
@@ -186,20 +176,18 @@ def printed_si(case: Point, y: Array, corrected: bool) -> Array:
     "SI",
     "F_ij = (γ, A⁻¹γ)(γ_ip_j − γ_jp_i)², i < j ≤ n − 1, are integrals of (ro1), (ro2)",
     "1518–1523",
-    n=range(3, 8),
     misprint=SI,
 )
 def si(point: Point, corrected: bool) -> Sides:
     case = lagrange_case(point)
     y = case.state
-    return flow_of(lambda z: printed_si(case, z, corrected), ro(case, y), y)
+    return conserved(lambda z: printed_si(case, z, corrected), ro(case, y), y)
 
 
 @claim(
     "text:lagrange-levels",
     "the levels of H and the integrals are two-dimensional, with an invariant measure",
     "1525–1530",
-    n=range(3, 8),
     cites=("SI",),
 )
 def lagrange_levels(point: Point) -> Sides:
@@ -218,7 +206,6 @@ def lagrange_levels(point: Point) -> Sides:
     "Theorem 9: the invariant manifolds of (SI) and (hamiltonian*) are "
     "two-dimensional tori, solvable by quadratures",
     "1531–1536",
-    n=range(3, 8),
     misprint="with " + SI + " in place of (SI)",
     finding="SI",
     cites=("SI",),
@@ -231,16 +218,15 @@ def theorem_lagrange(point: Point, corrected: bool) -> Sides:
     def functions(z: Array) -> Array:
         return np.array([*printed_si(case, z, corrected), hamiltonian_tau(case, to_tau(case, z))])
 
-    left, right, size = flow_of(functions, ro(case, y), y)
+    left, _, size = conserved(functions, ro(case, y), y)
     dimension = 2 * case.n - 2 - rank(slopes_on_tangents(functions, y))
-    return [*left, dimension], [*right, 2], size
+    return [*left, dimension], [*np.zeros(len(left)), 2], size
 
 
 @claim(
     "remark:right-invariance",
     "Lagrange case: the Lagrangian is invariant under the right SO(n−1)-action",
     "1538–1540",
-    n=range(3, 8),
 )
 def right_invariance(point: Point) -> Sides:
     case, n = lagrange_case(point), point.n
@@ -254,7 +240,6 @@ def right_invariance(point: Point) -> Sides:
     "remark:not-noether",
     "the vector fields of the right action do not satisfy (ch-constr)",
     "1540–1543",
-    n=range(3, 8),
     negative=True,
 )
 def not_noether(point: Point) -> Sides:
@@ -283,5 +268,4 @@ def routh(point: Point, corrected: bool) -> Sides:
         return chosen[2] ** 2 - point.D * (gamma @ (shifted * gamma)) * chosen[2] ** 2
 
     y = np.concatenate([point.normal("k", 3), point.gamma])
-    value, size = lie_derivative(printed, lambda z: classical_field(point, tensor, z), y)
-    return value, 0.0, size
+    return conserved(printed, classical_field(point, tensor, y), y)

@@ -13,12 +13,12 @@ from .calculus import derivative, gradient
 __all__ = [
     "canonical",
     "canonical_bracket",
+    "conserved",
     "dirac_bracket",
     "dirac_brackets",
     "dirac_field",
     "divergence",
     "exterior_derivative",
-    "lie_derivative",
     "on_tangents",
     "symplectic_divergence",
     "tangent_basis",
@@ -57,10 +57,10 @@ def exterior_derivative(form: TwoForm, y: Array, Y: Array, Z: Array, W: Array) -
     return sum(terms), sum(abs(term) for term in terms)
 
 
-def lie_derivative(f: Function, field: Function, y: Array) -> tuple[Any, Any]:
-    """Return X(f) and the size of its terms, Σ |X_i ∂_i f|."""
-    slopes, rate = gradient(f, y), field(y)
-    return slopes @ rate, np.abs(slopes) @ np.abs(rate)
+def conserved(f: Function, rate: Array, y: Array) -> tuple[Any, float, Any]:
+    """Return both sides of X(f) = 0 with X = `rate` at y, and the sizes of its terms, Σ |X_i ∂_i f|."""
+    slopes = gradient(f, y)
+    return slopes @ rate, 0.0, np.abs(slopes) @ np.abs(rate)
 
 
 def divergence(field: Function, y: Array) -> tuple[float, float]:

@@ -50,6 +50,10 @@ class DoubleDouble:
         error = error + (self.high * other.low + self.low * other.high)
         return DoubleDouble(*_ordered_sum(product, error))
 
+    def __getitem__(self, at: Any) -> DoubleDouble:
+        """Return some of the numbers along the last axis."""
+        return DoubleDouble(self.high[..., at], self.low[..., at])
+
     def __neg__(self) -> DoubleDouble:
         return DoubleDouble(-self.high, -self.low)
 
@@ -77,19 +81,15 @@ class DoubleDouble:
     def total(self) -> DoubleDouble:
         """Return the sum over the last axis."""
         x = self
-        while x.high.shape[-1] > 1:
-            half = x.high.shape[-1] // 2
-            odd = DoubleDouble(x.high[..., 2 * half :], x.low[..., 2 * half :])
-            x = DoubleDouble(x.high[..., :half], x.low[..., :half]) + DoubleDouble(
-                x.high[..., half : 2 * half], x.low[..., half : 2 * half]
-            )
-            if odd.high.shape[-1]:
-                first = DoubleDouble(x.high[..., :1], x.low[..., :1]) + odd
-                x = DoubleDouble(
-                    np.concatenate([first.high, x.high[..., 1:]], axis=-1),
-                    np.concatenate([first.low, x.low[..., 1:]], axis=-1),
-                )
-        return DoubleDouble(x.high[..., 0], x.low[..., 0])
+        while (count := x.high.shape[-1]) > 1:
+            half = count // 2
+            odd = x[2 * half :]
+            x = x[:half] + x[half : 2 * half]
+            if count % 2:
+                first, rest = x[:1] + odd, x[1:]
+                high = np.concatenate([first.high, rest.high], axis=-1)
+                x = DoubleDouble(high, np.concatenate([first.low, rest.low], axis=-1))
+        return x[0]
 
 
 def _sum(a: Array, b: Array) -> tuple[Array, Array]:

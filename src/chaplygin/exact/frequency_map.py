@@ -90,16 +90,14 @@ def frequency_map(problem: gi.Problem, states: Iterable[Any]) -> FrequencyMap:
             exact = problem.exact(y)
         except gi.DomainError as error:
             refused[index] = str(error)
-            rows.append(None)
+            rows.append(())
             conditions.append(np.inf)
             continue
         rows.append(exact.frequencies)
         conditions.append(exact.condition)
-    size = max((len(row) for row in rows if row is not None), default=1)
-    filled = np.full((len(rows), size), np.nan)
+    filled = np.full((len(rows), max([1, *map(len, rows)])), np.nan)
     for values, row in zip(filled, rows, strict=True):
-        if row is not None:
-            values[: len(row)] = row
+        values[: len(row)] = row
     return FrequencyMap(filled, np.array(conditions), refused)
 
 

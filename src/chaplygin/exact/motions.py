@@ -20,24 +20,22 @@ def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
     physical : bool
         Whether states are (γ, p), else (γ, p̃).
     """
-
-    def motion(y: Array) -> Any:
-        from .flow import ExactFlow
-        from .separated_energy import SeparatedEnergy
-
-        return ExactFlow(a, D, SeparatedEnergy(D, -1.0), y, physical)
-
-    return motion
+    return _exact(a, D, (D, -1.0), physical)
 
 
 def exact_veselova(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
     """Return y0 ↦ the exact motion of the Veselova problem with r = 1; as `exact_sphere`."""
+    return _exact(a, D, (0.0, D * D), physical)
 
+
+def _exact(
+    a: Array, D: float, energy: tuple[float, float], physical: bool
+) -> Callable[[Array], Any]:
     def motion(y: Array) -> Any:
         from .flow import ExactFlow
         from .separated_energy import SeparatedEnergy
 
-        return ExactFlow(a, D, SeparatedEnergy(0.0, D * D), y, physical)
+        return ExactFlow(a, D, SeparatedEnergy(*energy), y, physical)
 
     return motion
 

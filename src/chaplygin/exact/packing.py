@@ -20,26 +20,7 @@ __all__ = ["evaluated", "packed_torus", "padded", "with_clock"]
 
 # Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then three numbers.
 OVALS, ANGLES, AXES, ROWS, LEAD, SCALE, PHYSICAL = range(7)
-SECTIONS = (
-    "radius",
-    "branch_gaps",
-    "axis_gaps",
-    "oval_gaps",
-    "terms",
-    "series",
-    "turns",
-    "turns_low",
-    "start",
-    "signs",
-    "spread",
-    "low",
-    "high",
-    "pair",
-    "ell",
-    "first",
-    "second",
-    "clock",
-)
+# Where each section begins.
 (
     RADIUS,
     BRANCH_GAPS,
@@ -59,8 +40,8 @@ SECTIONS = (
     FIRST,
     SECOND,
     CLOCK,
-) = range(7, 7 + len(SECTIONS))
-HEADER = 7 + len(SECTIONS)
+) = range(7, 25)
+HEADER = CLOCK + 1
 MOST_CHECKED = 4096  # numbers
 
 
@@ -97,34 +78,33 @@ def packed_torus(
             high[oval.high_axis] = k
     pair[axes.paired] = np.arange(np.count_nonzero(axes.paired))
     spread = [1.0 / np.prod(np.abs(np.delete(alpha, g) - alpha[g])) for g in range(count)]
-    sections = {
-        "radius": torus.radius,
-        "branch_gaps": torus.branch_gaps.reshape(-1),
-        "axis_gaps": torus.axis_gaps.reshape(-1),
-        "oval_gaps": torus.oval_gaps.reshape(-1),
-        "terms": [s.shape[1] for s in torus.shifts],
-        "series": np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)]),
-        "turns": torus.turns,
-        "turns_low": torus.turns_low,
-        "start": start,
-        "signs": signs,
-        "spread": spread,
-        "low": low,
-        "high": high,
-        "pair": pair,
-        "ell": [float(x) for x in separation.ell],
-        "first": axes.first.reshape(-1),
-        "second": axes.second.reshape(-1),
-        "clock": [],
+    sections: dict[int, Any] = {
+        RADIUS: torus.radius,
+        BRANCH_GAPS: torus.branch_gaps,
+        AXIS_GAPS: torus.axis_gaps,
+        OVAL_GAPS: torus.oval_gaps,
+        TERMS: [s.shape[1] for s in torus.shifts],
+        SERIES: np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)]),
+        TURNS: torus.turns,
+        TURNS_LOW: torus.turns_low,
+        START: start,
+        SIGNS: signs,
+        SPREAD: spread,
+        LOW: low,
+        HIGH: high,
+        PAIR: pair,
+        ELL: [float(x) for x in separation.ell],
+        FIRST: axes.first,
+        SECOND: axes.second,
+        CLOCK: [],
     }
     angles, n = len(torus.turns), axes.first.shape[1]
     header = [len(torus.middle), angles, count, n, torus.lead, scale, physical]
     at, parts = HEADER, []
-    for name in SECTIONS:
-        values = np.asarray(sections[name], dtype=np.float64)
+    for section in range(RADIUS, HEADER):
+        parts.append(np.ravel(sections[section]).astype(np.float64))
         header.append(at)
-        at += len(values)
-        parts.append(values)
+        at += len(parts[-1])
     return padded(np.concatenate([np.array(header, dtype=np.float64), *parts]))
 
 

@@ -63,7 +63,7 @@ def means_of(
     """Return the means over θ_k of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
     oval = separation.ovals[k]
     sine = _sine_squares(count)
-    cosine = DoubleDouble(sine.high[::-1], sine.low[::-1])
+    cosine = sine[::-1]
     width = DoubleDouble.one(oval.upper - oval.lower)
 
     def away(b: Any) -> DoubleDouble:  # |λ − b|
@@ -96,7 +96,6 @@ def means_of(
 
 def _mean(row: DoubleDouble, count: int) -> Any:
     """Return the mean of an even function of θ from its values over half of the circle."""
-    ends = DoubleDouble(row.high[[0, -1]], row.low[[0, -1]]).total()
-    inside = DoubleDouble(row.high[1:-1], row.low[1:-1]).total()
+    ends, inside = row[[0, -1]].total(), row[1:-1].total()
     parts = (2 * inside.high, 2 * inside.low, ends.high, ends.low)
     return mp.fsum(mp.mpf(float(x)) for x in parts) / count

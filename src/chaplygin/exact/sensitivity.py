@@ -14,6 +14,8 @@ harm, and how much separatrices do.
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from ..manifold import Array
@@ -74,15 +76,10 @@ def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus,
             if s != j:
                 row = row * _from_middle(torus, k, s, sine) / _between_middles(torus, j, s)
         rows.append(row)
-    h = np.array(
-        [
-            *rows,
-            *(
-                2.0 * float(separation.alpha[g]) * float(separation.ell[g]) * product / axis[g] ** 2
-                for g in np.flatnonzero(axes.paired)
-            ),
-        ]
-    )
+    for g in np.flatnonzero(axes.paired):
+        momentum = 2.0 * float(separation.alpha[g]) * float(separation.ell[g])
+        rows.append(momentum * product / axis[g] ** 2)
+    h = np.array(rows)
     ends = 4.0 * radius * radius * sine * (1.0 - sine)
     # In an order in which neither gaps of 1e-16 between ten a_i nor their quotients are too small.
     weight = -lam * (product / root_q) / root_q / (8.0 * ends * count) / root_q
@@ -127,12 +124,9 @@ def _constants(axes: ReducedAxes, torus: Torus, gamma: Array, p_tilde: Array) ->
             + np.where(np.signbit(torus.axis_gaps[k]), -1.0, 1.0) * torus.radius[k]
         )
         single = np.array([np.prod(np.delete(away, g)) for g in range(count)])
-        double = np.array(
-            [
-                [np.prod(np.delete(away, [g, h])) if g != h else 0.0 for h in range(count)]
-                for g in range(count)
-            ]
-        )
+        double = np.zeros((count, count))
+        for i, j in itertools.permutations(range(count), 2):
+            double[i, j] = np.prod(np.delete(away, [i, j]))
         pairs = np.where(axes.paired, single, 0.0)
         by_a = -single + lam * (double @ C) + pairs * C
         by_b = -2.0 * lam * (double @ B) - 2.0 * pairs * B

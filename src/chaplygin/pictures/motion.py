@@ -59,11 +59,13 @@ def draw_vertical(axis: Any, exact: ExactFlow, view: View | None = None) -> None
 
     Of the ball with area constant zero, where the motion is that of a ball with another.
     """
+    from matplotlib.patches import Circle
+
     if len(exact.a) != 3:
         raise gi.DomainError("n", len(exact.a), "a motion in three dimensions")
     view = View() if view is None else view
-    gamma = _gamma(exact, _times(exact))
-    axis.add_patch(_disc())
+    gamma = exact.inward(exact.at_tau(_times(exact)))[:, :3]
+    axis.add_patch(Circle((0, 0), 1, fill=False, color=COLOURS["grey"], lw=0.8))
     for curve in _boundaries(exact):
         draw_curve(axis, view, curve, color=COLOURS["orange"], lw=1.6)
     draw_curve(axis, view, gamma, color=COLOURS["blue"], lw=0.6)
@@ -138,10 +140,6 @@ def _times(exact: ExactFlow) -> Array:
     return np.linspace(0.0, 2 * np.pi * TURNS / fastest, SAMPLES)
 
 
-def _gamma(exact: ExactFlow, tau: Array) -> Array:
-    return exact.inward(exact.at_tau(tau))[:, : len(exact.a)]
-
-
 def _theta(exact: ExactFlow, tau: Array) -> Array:
     size = len(exact.torus.middle)
     if size == 0:
@@ -169,9 +167,3 @@ def _boundaries(exact: ExactFlow) -> list[Array]:
             signs = itertools.product((1.0, -1.0), repeat=3)
             curves += [points * np.array(s) for s in signs]
     return curves
-
-
-def _disc() -> Any:
-    from matplotlib.patches import Circle
-
-    return Circle((0, 0), 1, fill=False, color=COLOURS["grey"], lw=0.8)

@@ -42,12 +42,10 @@ class View:
         return np.asarray(points @ self.axes.T)
 
 
-def draw_curve(axis: Any, view: View, points: Array, centre: Any = (0.0, 0.0, 0.0), **style: Any):  # type: ignore[no-untyped-def]
-    """Draw a curve on a sphere about a centre: what is behind is faint. Returns both lines."""
-    relative = view(points - np.asarray(centre))
+def draw_curve(axis: Any, view: View, points: Array, **style: Any) -> None:
+    """Draw a curve on a sphere about the origin: what is behind is faint."""
     shown = view(points)
-    front = np.where(relative[:, 2:] >= 0.0, shown[:, :2], np.nan)
-    back = np.where(relative[:, 2:] < 0.0, shown[:, :2], np.nan)
-    (behind,) = axis.plot(*back.T, alpha=FAINT, zorder=1, **{**style, "label": None})
-    (before,) = axis.plot(*front.T, zorder=3, **style)
-    return before, behind
+    front = np.where(shown[:, 2:] >= 0.0, shown[:, :2], np.nan)
+    back = np.where(shown[:, 2:] < 0.0, shown[:, :2], np.nan)
+    axis.plot(*back.T, alpha=FAINT, zorder=1, **{**style, "label": None})
+    axis.plot(*front.T, zorder=3, **style)

@@ -6,7 +6,7 @@ from functools import partial
 
 import geomint as gi
 
-from .standard import MOTIONS, QUICK, THREE, D, Motion, a_values, direction, momentum
+from .standard import MOTIONS, QUICK, THREE, started
 
 __all__ = ["DIMENSION", "cases"]
 
@@ -30,7 +30,7 @@ def cases() -> list[gi.StressCase]:
             DIMENSION,
             n,
             n,
-            partial(_standard, MOTIONS[name], n),
+            partial(started, MOTIONS[name], n),
             quick=QUICK if (name, n) == ("sphere", 3) else (),
         )
         for name in MOTIONS
@@ -42,7 +42,7 @@ def cases() -> list[gi.StressCase]:
             DIMENSION,
             n,
             n,
-            partial(_standard, MOTIONS["sphere"], n),
+            partial(started, MOTIONS["sphere"], n),
             representations=("reduced", "hamiltonized", "ball"),
             span=_SHORT,
             reference="reduced",
@@ -50,12 +50,7 @@ def cases() -> list[gi.StressCase]:
         for n in _LARGE
     ]
     return found + [
-        gi.StressCase(name, DIMENSION, n, n, partial(_standard, MOTIONS[name], n), span=_SHORT)
+        gi.StressCase(name, DIMENSION, n, n, partial(started, MOTIONS[name], n), span=_SHORT)
         for name, sizes in _MANY.items()
         for n in sizes
     ]
-
-
-def _standard(motion: Motion, n: int) -> gi.Model:
-    gamma = direction(n)
-    return motion(a_values(n), D, gamma, momentum(gamma))

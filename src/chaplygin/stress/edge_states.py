@@ -10,7 +10,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from .standard import MOTIONS, QUICK, D, Motion, a_values, direction, momentum, representations
+from .standard import MOTIONS, QUICK, D, Motion, a_values, representations, started
 
 __all__ = ["MOMENTUM", "PLANES", "cases"]
 
@@ -70,23 +70,18 @@ def _scaled(name: str, n: int, power: int) -> gi.StressCase:
         MOMENTUM,
         4.0 * size * size,
         n,
-        partial(_moving, motion, n, size),
+        partial(started, motion, n, size),
         label=f"{4.0 * size * size:.0e}",
         rescaled=gi.Rescaled(
-            partial(_moving, motion, n, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size)
+            partial(started, motion, n, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size)
         ),
         representations=representations(name, n),
         quick=QUICK if (name, n) == ("sphere", 3) and abs(power) == 250 else (),
     )
 
 
-def _moving(motion: Motion, n: int, size: float) -> gi.Model:
-    gamma = direction(n)
-    return motion(a_values(n), D, gamma, size * momentum(gamma))
-
-
 def _at_rest(name: str, n: int) -> gi.StressCase:
-    build = partial(_moving, MOTIONS[name], n, 0.0)
+    build = partial(started, MOTIONS[name], n, 0.0)
     chosen = representations(name, n)
     return gi.StressCase(f"{name}-n{n}", MOMENTUM, 0.0, n, build, representations=chosen)
 

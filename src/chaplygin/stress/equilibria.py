@@ -17,7 +17,7 @@ from ..manifold import Array, wedge
 from ..systems.ball import GROUP, POISSON
 from ..systems.rolling import ROLLING
 from ..systems.veselova import VESELOVA
-from .standard import MOTIONS, D, a_values, built, representations
+from .standard import MOTIONS, D, a_values, built, only, representations
 
 __all__ = ["STEADY", "cases", "straight", "upright"]
 
@@ -75,8 +75,7 @@ def upright(name: str, n: int, distance: float) -> gi.Model:
     k = wedge(near_axis(n, 0, distance), near_axis(n, 1, distance))
     system = {"rolling": ROLLING, "group": GROUP, "poisson": POISSON}[name]
     model = built(system, {"a": a, "D": D}, {"gamma": gamma, "k": k})
-    names = ("rolling", "contact") if name == "rolling" else tuple(model.problems)
-    return gi.Model({k: model.problems[k] for k in names}, {k: model.states[k] for k in names})
+    return only(model, "rolling", "contact") if name == "rolling" else model
 
 
 def near_axis(n: int, i: int, distance: float) -> Array:

@@ -28,7 +28,9 @@ __all__ = [
     "built",
     "direction",
     "momentum",
+    "only",
     "representations",
+    "started",
 ]
 
 D = 4.0
@@ -65,6 +67,11 @@ def built(system: gi.System, parameters: Mapping[str, Any], initial: Mapping[str
     return system.build(*arguments)
 
 
+def only(model: gi.Model, *names: str) -> gi.Model:
+    """Return a model with some of its representations."""
+    return gi.Model({k: model.problems[k] for k in names}, {k: model.states[k] for k in names})
+
+
 def sphere(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
     """Return a ball without SO(n−1)-momentum in all its representations."""
     return built(REDUCED, {"a": a, "D": d}, {"gamma": gamma, "p": p})
@@ -73,8 +80,7 @@ def sphere(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
 def rolling(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
     """Return the same ball with attitude and contact point; the representations that carry them."""
     model = built(ROLLING, {"a": a, "D": d}, {"gamma": gamma, "p": p})
-    names = ("rolling", "contact")
-    return gi.Model({k: model.problems[k] for k in names}, {k: model.states[k] for k in names})
+    return only(model, "rolling", "contact")
 
 
 def veselova(a: Array, d: float, gamma: Array, p: Array) -> gi.Model:
@@ -160,6 +166,12 @@ MOTIONS: dict[str, Motion] = {
     "clebsch": clebsch,
 }
 THREE = ("poisson", "veselova-classical")  # motions that there are for n = 3 alone
+
+
+def started(motion: Motion, n: int, size: float = 1.0) -> gi.Model:
+    """Return a motion with generic numbers, |p| = 2 size."""
+    gamma = direction(n)
+    return motion(a_values(n), D, gamma, size * momentum(gamma))
 
 
 def representations(name: str, n: int) -> tuple[str, ...] | None:

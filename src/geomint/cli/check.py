@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .options import (
+    Asked,
     chosen_scene,
     methods_option,
     patience,
@@ -29,13 +30,7 @@ __all__ = ["command"]
 @methods_option
 @click.option("--for-drift", is_flag=True, help="Plan for `geomint drift`, not `geomint run`.")
 def command(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    t_end: float | None,
-    tau_end: float | None,
-    representation: str | None,
-    observe: str | None,
+    asked: Asked,
     methods: str | None,
     for_drift: bool,
 ) -> None:
@@ -52,8 +47,8 @@ def command(
     from ..plan import expected_plans, make_plan
 
     for_drift = for_drift or methods is not None
-    chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe, for_drift)
-    several = several_methods(chosen, methods, method, step) if for_drift else None
+    chosen = chosen_scene(asked, for_drift)
+    several = several_methods(chosen, methods, asked) if for_drift else None
     with patience("planning"):
         plans: dict[str, Plan | str]
         if several is None:

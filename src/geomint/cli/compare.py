@@ -8,9 +8,12 @@ from typing import Literal
 import click
 
 from .options import (
+    Asked,
     check_time,
     chosen_scene,
+    debug_option,
     exit_code,
+    folder_option,
     partly,
     print_message,
     print_notes,
@@ -27,13 +30,7 @@ __all__ = ["command"]
 @click.option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
 @click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed repeats of each point.")
-@click.option(
-    "--out",
-    default="report",
-    show_default=True,
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for compare.html, compare.json and the plots.",
-)
+@folder_option("report", "compare.html, compare.json and the plots")
 @click.option(
     "--reference",
     type=click.Choice(["auto", "extended", "exact"]),
@@ -45,7 +42,7 @@ __all__ = ["command"]
 )
 @yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
-@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+@debug_option
 def command(
     scene: str,
     methods: str | None,
@@ -69,7 +66,7 @@ def command(
     from ..run.files.outputs import check_folder
     from ..scene.entries import split_list
 
-    chosen = chosen_scene(scene, None, None, None, None).for_compare()
+    chosen = chosen_scene(Asked(scene)).for_compare()
     if t_end is not None or tau_end is not None:
         chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from .options import (
+    Asked,
+    carried_out,
     check_time,
     chosen_scene,
     exit_code,
+    folder_option,
     methods_option,
     partly,
-    print_failure,
     print_message,
     print_notes,
     reproducing_command,
@@ -33,23 +35,11 @@ __all__ = ["command"]
 @click.command("drift")
 @scene_options
 @methods_option
-@click.option(
-    "--out",
-    default="report",
-    show_default=True,
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for report.html, drift.json, drift.png and drift.svg.",
-)
+@folder_option("report", "report.html, drift.json, drift.png and drift.svg")
 @yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    t_end: float | None,
-    tau_end: float | None,
-    representation: str | None,
-    observe: str | None,
+    asked: Asked,
     methods: str | None,
     out: Path,
     yes: bool,
@@ -60,15 +50,14 @@ def command(
     With --methods, or methods in the scene's [drift] section, each method runs in the
     representation that suits it, and one report shows them all.
     """
-    chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe, drift=True)
-    several = several_methods(chosen, methods, method, step)
+    chosen = chosen_scene(asked, drift=True)
+    several = several_methods(chosen, methods, asked)
     if several is not None:
         return _several(chosen, several, out, yes, quiet)
     return _one(chosen, out, yes, quiet)
 
 
 def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
-    from ..errors import StepError
     from ..plan import expected_time, make_plan
     from ..report import DRIFT_FILES
     from ..run.files.outputs import check_folder
@@ -77,15 +66,10 @@ def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
     print_notes(scene, plan.notes)
     check_time(lambda: expected_time([plan]), yes)
     check_folder(out, DRIFT_FILES)
-    failure: StepError | None = None
-    try:
-        solution = plan.solve(progress=not quiet)
-    except StepError as error:
-        failure, solution = error, error.partial
+    solution = carried_out(plan, quiet)
 
     from ..report import write_drift_report
 
-    print_failure(failure)
     page = write_drift_report(solution, scene, out, plan, reproducing_command())
     if not quiet:
         from ..report.summary import print_summary

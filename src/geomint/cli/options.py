@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import shlex
 import sys
 import threading
@@ -9,24 +10,27 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from ..errors import printable
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from ..compare.runs import Comparison
-    from ..plan import Estimate, SeveralRuns
+    from ..plan import Estimate, Plan, SeveralRuns
     from ..run.solution import Solution
     from ..scene import Scene
 
 __all__ = [
+    "Asked",
+    "carried_out",
     "check_time",
     "chosen_scene",
+    "debug_option",
     "exit_code",
+    "folder_option",
     "methods_option",
     "partly",
     "patience",
@@ -40,8 +44,9 @@ __all__ = [
     "yes_option",
 ]
 
-F = TypeVar("F", bound=Callable[..., Any])
 PATIENCE = 1.0  # seconds
+
+debug_option = click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 
 _SCENE_OPTIONS = (
     click.argument("scene"),
@@ -59,7 +64,7 @@ _SCENE_OPTIONS = (
         metavar="LIST",
         help="Other quantities to watch: names and groups with commas between.",
     ),
-    click.option("--debug", is_flag=True, hidden=True, expose_value=False),
+    debug_option,
 )
 
 
@@ -75,46 +80,62 @@ yes_option = click.option(
 )
 
 
-def scene_options(command: F) -> F:
-    """Add the argument SCENE and the options that change it."""
-    for option in reversed(_SCENE_OPTIONS):
-        command = option(command)
-    return command
+def folder_option(default: str, files: str) -> Callable[..., Any]:
+    """Return the option --out of a command that writes those files into a folder."""
+    return click.option(
+        "--out",
+        default=default,
+        show_default=True,
+        type=click.Path(file_okay=False, path_type=Path),
+        help=f"Folder for {files}.",
+    )
 
 
-def chosen_scene(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    t_end: float | None,
-    tau_end: float | None,
-    representation: str | None = None,
-    observe: str | None = None,
-    drift: bool = False,
-) -> Scene:
+class Asked(NamedTuple):
+    """A scene by its name or path, and what the command line changes in it."""
+
+    scene: str
+    method: str | None = None
+    step: float | None = None
+    t_end: float | None = None
+    tau_end: float | None = None
+    representation: str | None = None
+    observe: str | None = None
+
+
+def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the argument SCENE and the options that change it: together they are an `Asked`."""
+
+    @functools.wraps(command)
+    def with_scene(**given: Any) -> Any:
+        return command(Asked(**{name: given.pop(name) for name in Asked._fields}), **given)
+
+    return functools.reduce(lambda f, option: option(f), reversed(_SCENE_OPTIONS), with_scene)
+
+
+def chosen_scene(asked: Asked, drift: bool = False) -> Scene:
     """Return the scene with what the command line changes in it, and print its notes."""
     from ..errors import GeomintWarning, SceneError
     from ..scene.load import load_scene
 
+    t_end, tau_end = asked.t_end, asked.tau_end
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
     with warnings.catch_warnings(), patience("building the scene"):
         warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
-        result = load_scene(scene)
+        result = load_scene(asked.scene)
     if drift:
         result = result.for_drift()
     if t_end is not None or tau_end is not None:
         result = result.changed(time={"t_end": t_end, "tau_end": tau_end})
-    if observe is not None:
+    if asked.observe is not None:
         from ..scene.entries import split_list
 
-        result = result.changed_observation(split_list(observe))
-    return result.changed_integration(method, step, representation)
+        result = result.changed_observation(split_list(asked.observe))
+    return result.changed_integration(asked.method, asked.step, asked.representation)
 
 
-def several_methods(
-    scene: Scene, methods: str | None, method: str | None, step: float | None
-) -> list[str] | None:
+def several_methods(scene: Scene, methods: str | None, asked: Asked) -> list[str] | None:
     """Return the methods of a report on several, or None for the scene's one method.
 
     The command line comes before the scene: --methods, or else --method or --step for one.
@@ -122,10 +143,10 @@ def several_methods(
     from ..errors import SceneError
     from ..scene.entries import methods_and_steps, split_list
 
+    single = asked.method is not None or asked.step is not None
     if methods is None:
-        single = method is not None or step is not None
         return None if single else scene.content.drift.methods
-    if method is not None or step is not None:
+    if single:
         raise SceneError("--methods: expected neither --method nor --step; write NAME:STEP")
     names = split_list(methods)
     methods_and_steps(names)
@@ -148,16 +169,22 @@ def say(what: str, path: Path) -> None:
     click.echo(f"{what}: {printable(str(path))}")
 
 
-def print_failure(failure: BaseException | None, arguments: Sequence[str] | None = None) -> None:
-    """Print an error; of a run that ended, before it is said where that which there is is written.
+def print_failure(failure: BaseException, arguments: Sequence[str] | None = None) -> None:
+    """Print an error.
 
     With ``--debug`` among the arguments, by default those of this process, the traceback too.
     """
-    if failure is None:
-        return
     if "--debug" in (sys.argv if arguments is None else arguments):
         traceback.print_exception(failure)
     print_message(str(failure))
+
+
+def carried_out(plan: Plan, quiet: bool) -> Solution:
+    """Carry a plan out; of a run that fails print the error, and return what was computed."""
+    solution, failure = plan.attempt(progress=not quiet)
+    if failure is not None:
+        print_failure(failure)
+    return solution
 
 
 def partly(result: Solution | SeveralRuns | Comparison) -> str:
@@ -198,9 +225,9 @@ def patience(doing: str) -> Iterator[None]:
         timer.cancel()
 
 
-def reproducing_command(arguments: list[str] | None = None) -> str:
+def reproducing_command() -> str:
     """Return the command line of this run."""
-    return shlex.join(["geomint", *(sys.argv[1:] if arguments is None else arguments)])
+    return shlex.join(["geomint", *sys.argv[1:]])
 
 
 def exit_code(status: str) -> int:

@@ -7,11 +7,12 @@ from pathlib import Path
 import click
 
 from .options import (
+    Asked,
+    carried_out,
     check_time,
     chosen_scene,
     exit_code,
     partly,
-    print_failure,
     print_notes,
     reproducing_command,
     say,
@@ -32,22 +33,15 @@ __all__ = ["command"]
 @yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    t_end: float | None,
-    tau_end: float | None,
-    representation: str | None,
-    observe: str | None,
+    asked: Asked,
     out: Path | None,
     yes: bool,
     quiet: bool,
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
-    from ..errors import StepError
     from ..run.files.outputs import check_file
 
-    chosen = chosen_scene(scene, method, step, t_end, tau_end, representation, observe)
+    chosen = chosen_scene(asked)
 
     from ..plan import expected_time, make_plan
 
@@ -56,16 +50,11 @@ def command(
     print_notes(chosen)
     check_time(lambda: expected_time([plan]), yes)
     check_file(out)
-    failure: StepError | None = None
-    try:
-        solution = plan.solve(progress=not quiet)
-    except StepError as error:
-        failure, solution = error, error.partial
+    solution = carried_out(plan, quiet)
 
     from ..run.storage import save_solution
     from ..scene.provenance import scene_provenance
 
-    print_failure(failure)
     save_solution(solution, out, scene_provenance(solution, chosen, reproducing_command()))
     if not quiet:
         from ..report.summary import print_summary

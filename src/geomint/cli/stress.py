@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from .options import reproducing_command, say
+from .options import debug_option, folder_option, reproducing_command, say
 
 __all__ = ["command"]
 
@@ -14,13 +14,7 @@ FORBIDDEN, INTERRUPTED = 1, 130
 
 
 @click.command("stress")
-@click.option(
-    "--out",
-    default="stress",
-    show_default=True,
-    type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for stress.html, stress.json, stress.png and stress.svg.",
-)
+@folder_option("stress", "stress.html, stress.json, stress.png and stress.svg")
 @click.option("--methods", help="Names with commas between; default: all.")
 @click.option("--systems", help="Names with commas between; default: all.")
 @click.option("--axis", help="Names with commas between; default: all.")
@@ -34,7 +28,7 @@ FORBIDDEN, INTERRUPTED = 1, 130
 )
 @click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-@click.option("--debug", is_flag=True, hidden=True, expose_value=False)
+@debug_option
 def command(
     out: Path,
     methods: str | None,
@@ -52,7 +46,8 @@ def command(
     """
     from ..report import STRESS_FILES
     from ..run.files.outputs import check_folder
-    from ..stress.page import forbidden, stress_record, write_stress_report
+    from ..stress.judge import forbidden
+    from ..stress.page import stress_record, write_stress_report
     from ..stress.sweep import Selection, run_selection
     from ..stress.terminal import Watch
 

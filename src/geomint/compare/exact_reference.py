@@ -40,17 +40,10 @@ class ExactMotion(Protocol):
         """Return an estimate of the error of physical time at times τ, as an angle in radians."""
 
 
-def exact_reference(
-    problem: Problem, y0: Array, end: dict[str, float], *, judges: float = SMALL
-) -> Reference:
+def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Reference:
     """Return the state at an end, ``{"t_end": …}`` or ``{"tau_end": …}``, by the exact motion.
 
     A second method confirms it (`geomint.compare.confirmation`).
-
-    Parameters
-    ----------
-    judges : float
-        The smallest error, relative, that it will be used to judge.
 
     Raises
     ------
@@ -59,7 +52,7 @@ def exact_reference(
     DomainError
         If there is none through this state.
     UnknownReferenceError
-        If its estimated error, or the second method, leaves more than a tenth of `judges`
+        If its estimated error, or the second method, leaves more than a tenth of errors of 1e-5
         uncertain.
     """
     motion: ExactMotion = problem.exact(y0)
@@ -84,4 +77,4 @@ def exact_reference(
         steps=(),
         method="exact flow",
         confirmation=confirm(problem, y0, own, first),
-    ).for_errors(judges)
+    ).for_errors(SMALL)

@@ -240,18 +240,13 @@ def _measure(
     result: Comparison,
 ) -> Point:
     point = _point(method, representation, step)
-    arguments: dict[str, Any] = {
-        **endpoint.end_for(problem),
-        "method": method,
-        "step": step,
-        "progress": False,
-    }
+    run: dict[str, Any] = {"method": method, "step": step, **endpoint.end_for(problem)}
     try:
         seconds = []
         for _ in range(max(repeats, 1)):
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "step = .* is longer than the run")
-                solution = solve(problem, y0, **arguments)
+                solution = solve(problem, y0, **run, progress=False)
             if solution.status == "interrupted":  # a part of a run has no error at the end
                 raise KeyboardInterrupt
             if not (solution.steps or method.adaptive):  # the step that was asked for is none of it
@@ -261,18 +256,15 @@ def _measure(
             if sum(seconds) > MAX_SECONDS:
                 break
     except GeomintError as error:
-        reason = f"{type(error).__name__}: {error}"
-        return Point(**{**asdict(point), "status": f"failed: {reason}"})
-    return Point(
-        **{
-            **asdict(point),
-            "step": abs(solution.step) if method.adaptive else step,
-            **endpoint.judged(problem, solution.y[-1]),
-            "seconds": statistics.median(seconds),
-            "steps": solution.steps,
-            "evaluations": solution.evaluations,
-            "repeats": len(seconds),
-        }
+        return replace(point, status=f"failed: {type(error).__name__}: {error}")
+    return replace(
+        point,
+        step=abs(solution.step) if method.adaptive else point.step,
+        seconds=statistics.median(seconds),
+        steps=solution.steps,
+        evaluations=solution.evaluations,
+        repeats=len(seconds),
+        **endpoint.judged(problem, solution.y[-1]),
     )
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from ..errors import FormError
 from ..problems.problem import Problem
-from ..watch.observe import GROUPS, MEASURE, quantities_of
+from ..watch.observe import MEASURE, expanded, quantities_of
 from .context import Choice, Context
 from .cost import Cost, cost_of
 
@@ -137,7 +135,7 @@ def wanted_quantities(c: Context, name: str) -> list[str]:
         elif quantity == "all":
             wanted += [q for q in quantities_of(own) if q not in own.constraints] + constraints
         else:
-            wanted += getattr(own, quantity) if quantity in GROUPS else [quantity]
+            wanted += expanded(own, [quantity])
     return list(dict.fromkeys(wanted))
 
 
@@ -145,14 +143,6 @@ def missing_quantities(c: Context, name: str) -> list[str]:
     """Return what is observed and a representation does not have."""
     has = quantities_of(c.scene.model.problems[name])
     return [quantity for quantity in wanted_quantities(c, name) if quantity not in has]
-
-
-def _expanded(c: Context, problem: Problem, groups: tuple[str, ...]) -> Iterator[str]:
-    for name in c.scene.content.observe.quantities:
-        if name not in GROUPS:
-            yield name
-        elif name in groups:
-            yield from quantities_of(problem) if name == "all" else getattr(problem, name)
 
 
 def _cheaper(c: Context, first: str) -> tuple[str, str]:
@@ -188,8 +178,8 @@ def _cost(c: Context, name: str) -> Cost:
 
 def _lacking(c: Context, first: str, name: str) -> list[str]:
     problems = c.scene.model.problems
-    groups = tuple(group for group in GROUPS if group != "constraints")
-    observed = dict.fromkeys(_expanded(c, problems[first], groups))
+    wanted = [name for name in c.scene.content.observe.quantities if name != "constraints"]
+    observed = dict.fromkeys(expanded(problems[first], wanted))
     # The measure is that of the numerical map of one representation.
     has = {*quantities_of(problems[name])} - {MEASURE}
     would = set(quantities_of(problems[first]))

@@ -34,14 +34,14 @@ def choose_clock(c: Context) -> Choice:
     problem, content = c.problem, c.scene.content
     if problem.time == "t":
         return Choice("physical time", "is the problem's own", "nothing to do", False)
+    reason = ""
     if content.time.t_end is not None:
         reason = "the end is given in physical time"
-        return Choice("physical time", "integrated beside the state", reason, True)
-    if c.purpose == "run" and content.save.t_eval is not None:
+    elif c.purpose == "run" and content.save.t_eval is not None:
         reason = "states are wanted at physical times"
-        return Choice("physical time", "integrated beside the state", reason, True)
-    if c.purpose == "run" and c.scene.method.needs != "action":
+    elif c.purpose == "run" and c.scene.method.needs != "action":
         reason = "saved states carry their physical times"
+    if reason:
         return Choice("physical time", "integrated beside the state", reason, True)
     return Choice("physical time", "not integrated", "nothing that is asked for needs it", False)
 

@@ -207,21 +207,13 @@ def _run(result: SeveralRuns, label: str, scene: Scene, progress: bool | None) -
     plan: Plan | None = None
     try:
         plan = _plan_method(scene, physical_end)
-        solution = _solution(plan, progress)
+        solution, _ = plan.attempt(progress)
     except GeomintError as error:
         return MethodRun(label, plan, None, "failed", f"{type(error).__name__}: {error}")
     except KeyboardInterrupt:
         return MethodRun(label, plan, None, "interrupted", INTERRUPTED)
     solution = _in_time_of(result, solution)
     return MethodRun(label, plan, solution, solution.status, solution.message)
-
-
-def _solution(plan: Plan, progress: bool | None) -> Solution:
-    try:
-        return plan.solve(progress)
-    except StepError as error:
-        partial: Solution = error.partial
-        return partial
 
 
 def _physical_end(scene: Scene, progress: bool | None) -> float:

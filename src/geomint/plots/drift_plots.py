@@ -9,7 +9,7 @@ import numpy as np
 
 from ..watch.drift import ROUNDOFF, Drift
 from .panels import Line, draw_lines, line_style, say, shared_legend, thinned, time_name
-from .style import WIDTH, figure_style
+from .style import WIDTH, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,15 +36,12 @@ def drift_figure(runs: Runs, time_label: str, status: str = "success") -> Figure
     One run: for each quantity the largest deviation of each window, and the mean of each window
     with its sign. Several runs: the largest deviations of all of them together.
     """
-    from matplotlib.figure import Figure
-
     names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
     order = {label: i for i, (label, _) in enumerate(runs)}  # one style a run in all panels
     single = len(runs) == 1
     rows = max(1, len(names) if single else -(-len(names) // 2))
     columns = 2 if single or len(names) > 1 else 1
-    with figure_style():
-        figure = Figure(figsize=(WIDTH, 0.6 + 1.55 * rows), layout="constrained")
+    with new_figure(WIDTH, 0.6 + 1.55 * rows, layout="constrained") as figure:
         grid = figure.subplots(rows, columns, squeeze=False)
         if status != "success":
             figure.suptitle(f"run {status}", color="#b00020", weight="bold")
@@ -78,10 +75,7 @@ _PANEL = {"left": 0.2, "right": 0.96, "bottom": 0.2, "top": 0.86}
 
 def panel_figure(kind: str, name: str, drift: Drift, time_label: str) -> Figure:
     """Return one panel, ``"sizes"`` or ``"means"``, small enough for a telephone."""
-    from matplotlib.figure import Figure
-
-    with figure_style():
-        figure = Figure(figsize=(3.6, 2.3))
+    with new_figure(3.6, 2.3) as figure:
         figure.subplots_adjust(**_PANEL)
         draw = draw_sizes if kind == "sizes" else draw_means
         draw(figure.subplots(), name, [("_", drift)], time_label)

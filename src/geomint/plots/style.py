@@ -18,6 +18,7 @@ __all__ = [
     "MARKERS",
     "data_uri",
     "figure_style",
+    "new_figure",
     "save_figure",
     "series_style",
 ]
@@ -55,6 +56,15 @@ def figure_style() -> Iterator[None]:
 
     with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
         yield
+
+
+@contextmanager
+def new_figure(width: float, height: float, **options: Any) -> Iterator[Figure]:
+    """Give a figure of that size in inches, within `figure_style`."""
+    from matplotlib.figure import Figure
+
+    with figure_style():
+        yield Figure(figsize=(width, height), **options)
 
 
 def series_style(i: int) -> dict[str, Any]:

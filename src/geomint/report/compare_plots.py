@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..plots.style import WIDTH, figure_style, series_style
+from ..plots.style import WIDTH, new_figure, series_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,10 +22,7 @@ def work_precision_figure(points: Sequence[Point]) -> Figure:
     judge are hollow, at what their error is at most. An error of exactly 0 is drawn at 1e-17, below
     what float64 resolves.
     """
-    from matplotlib.figure import Figure
-
-    with figure_style():
-        figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
+    with new_figure(WIDTH, 4.2, layout="constrained") as figure:
         axes = figure.subplots()
         axes.set_xscale("log")
         axes.set_yscale("log")

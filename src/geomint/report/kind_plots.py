@@ -10,7 +10,7 @@ import numpy as np
 from ..plan.several import MethodRun, SeveralRuns
 from ..plots.drift_plots import draw_sizes
 from ..plots.panels import Line, draw_lines, line_style, say, shared_legend, thinned
-from ..plots.style import WIDTH, figure_style, series_style
+from ..plots.style import WIDTH, new_figure, series_style
 from ..watch.drift import ROUNDOFF
 from ..watch.quantities import KINDS, kind_of
 from .kinds import conserved_by_kind
@@ -28,13 +28,10 @@ def kinds_figure(result: SeveralRuns) -> Figure:
     A line shows the largest deviation of the quantities of its kind, each relative to its scale,
     so that one level of round-off holds for all of them.
     """
-    from matplotlib.figure import Figure
-
     kinds = conserved_by_kind(result)
     rows = max(1, -(-len(kinds) // 2))
     columns = 2 if len(kinds) > 1 else 1
-    with figure_style():
-        figure = Figure(figsize=(WIDTH, 0.6 + 2.2 * rows), layout="constrained")
+    with new_figure(WIDTH, 0.6 + 2.2 * rows, layout="constrained") as figure:
         grid = figure.subplots(rows, columns, squeeze=False)
         for axes, kind in zip(grid.flat, kinds, strict=False):
             draw_kind(axes, result, kind, kinds[kind])
@@ -68,22 +65,16 @@ def _share_limits(panels: Iterable[Axes]) -> None:
 
 def kind_figure(result: SeveralRuns, kind: str, names: Sequence[str]) -> Figure:
     """Return one panel, small enough for a telephone."""
-    from matplotlib.figure import Figure
-
-    with figure_style():
-        figure = Figure(figsize=(3.6, 2.6), layout="constrained")
+    with new_figure(3.6, 2.6, layout="constrained") as figure:
         draw_kind(figure.subplots(), result, kind, names)
     return figure
 
 
 def quantity_figure(result: SeveralRuns, name: str) -> Figure:
     """Return the panel of one quantity, in its own units."""
-    from matplotlib.figure import Figure
-
     order = {run.title: i for i, run in enumerate(result)}
     runs = [(run.title, run.drift[name]) for run in result if name in run.drift]
-    with figure_style():
-        figure = Figure(figsize=(3.6, 2.6), layout="constrained")
+    with new_figure(3.6, 2.6, layout="constrained") as figure:
         if kind_of(name) == "measure":
             draw_kind(figure.subplots(), result, "measure", [name])
         else:
@@ -132,10 +123,7 @@ def _worst(run: MethodRun, names: Sequence[str], scales: Mapping[str, float] | N
 
 def swatch(i: int) -> Figure:
     """Return the sample of the i-th method's line that legends of pages show."""
-    from matplotlib.figure import Figure
-
-    with figure_style():
-        figure = Figure(figsize=(0.5, 0.16))
+    with new_figure(0.5, 0.16) as figure:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()
         axes.set_xlim(0.0, 2.0)

@@ -9,7 +9,7 @@ import dataclasses
 import functools
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ from ..watch.drift import ROUNDOFF
 from .known_end import KnownEnd, condition_of, field_rounding, known_end, separation_time
 from .preserved import Quantities
 
-__all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "judge"]
+__all__ = ["ALLOWED", "FORBIDDEN", "VERDICTS", "Cell", "Trial", "forbidden", "judge"]
 
 ALLOWED = ("ok", "unresolved", "failed", "refused")
 FORBIDDEN = ("wrong", "untyped", "hung")
@@ -45,9 +45,7 @@ HALVINGS = 3  # within which the order must show
 FULL_ORDER = 8  # beyond it, the order need not show at steps of the size that is useful
 SPARSE = 64  # steps of adaptive methods between looks
 LOOKS = 8  # how often in a run the preserved quantities are looked at
-SEPARATIONS = (
-    10.0  # in most motions so many times of separation are the characteristic time, or more
-)
+SEPARATIONS = 10.0  # in most motions so many separation times are the characteristic time, or more
 MOST_STEPS = 200_000  # of an adaptive method in a run
 LONGEST = 10.0  # characteristic times: no reference is computed for longer steps
 
@@ -91,6 +89,11 @@ class Cell:
     known: float | None = None
     confirmed: float | None = None
     seconds: float = 0.0
+
+
+def forbidden(cells: Iterable[Cell]) -> list[Cell]:
+    """Return the cells with a forbidden verdict."""
+    return [cell for cell in cells if cell.verdict in FORBIDDEN]
 
 
 class Trial:
@@ -251,11 +254,8 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
     if method.adaptive:
         common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
     if not np.isfinite(solution.y).all() or not np.isfinite(solution.tau).all():
-        return {
-            **common,
-            "verdict": "wrong",
-            "message": "success, with numbers that are not finite",
-        }
+        message = "success, with numbers that are not finite"
+        return {**common, "verdict": "wrong", "message": message}
     lost = _lost(trial, method, solution, end)
     if lost is not None:
         return {**common, **lost}

@@ -23,12 +23,7 @@ from .references import references_in_words, references_of
 from .rules import RULES
 from .sweep import family_of
 
-__all__ = ["forbidden", "stress_record", "write_stress_report"]
-
-
-def forbidden(cells: Iterable[Cell]) -> list[Cell]:
-    """Return the cells with a forbidden verdict."""
-    return [cell for cell in cells if cell.verdict in FORBIDDEN]
+__all__ = ["stress_record", "write_stress_report"]
 
 
 def stress_record(

@@ -6,9 +6,9 @@ import math
 import textwrap
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..plots.style import WIDTH, figure_style
+from ..plots.style import WIDTH, new_figure
 from .judge import FORBIDDEN, VERDICTS
 
 if TYPE_CHECKING:
@@ -69,82 +69,78 @@ def stress_figure(
     A square of one colour: the verdict on all systems, with the largest error. Else its upper left
     half is the best verdict, the lower right half the worst.
     """
-    from matplotlib.figure import Figure
-
-    panels = {axis["name"]: _columns(cells, axis["name"]) for axis in axes}
-    lines = _lines(panels)
-    with figure_style():
-        height = len(lines) * (HEAD + ROW * len(methods)) + 0.55
-        figure = Figure(figsize=(WIDTH, height))
+    lines = _lines([_Panel.of(axis, cells) for axis in axes])
+    height = len(lines) * (HEAD + ROW * len(methods)) + 0.55
+    with new_figure(WIDTH, height) as figure:
         for number, line in enumerate(lines):
             top = 1.0 - number * (HEAD + ROW * len(methods)) / height
-            _draw_line(figure, line, top, height, cells, methods, families, panels, axes)
+            _draw_line(figure, line, top, height, methods, families)
         _legend(figure, height)
     return figure
 
 
-def _columns(cells: Cells, axis: str) -> list[str]:
-    """Return the labels of an axis in the order of their values."""
-    values = {cell["label"]: cell["value"] for cell in cells if cell["axis"] == axis}
-    return sorted(values, key=lambda label: values[label])
+class _Panel(NamedTuple):
+    """An axis, its cells, and the labels of its values in their order."""
+
+    axis: Mapping[str, str]
+    cells: Cells
+    columns: list[str]
+
+    @classmethod
+    def of(cls, axis: Mapping[str, str], cells: Cells) -> _Panel:
+        own = [cell for cell in cells if cell["axis"] == axis["name"]]
+        values = {cell["label"]: cell["value"] for cell in own}
+        return cls(axis, own, sorted(values, key=values.__getitem__))
 
 
-def _lines(panels: Mapping[str, Sequence[str]]) -> list[list[str]]:
-    """Return the names of the panels, line by line: as few lines as there is room in, then even."""
-    needs = {name: GAP + max(NARROWEST, UNIT * len(columns)) for name, columns in panels.items()}
-    fewest = _filled(needs, ROOM + GAP)
+def _lines(panels: Sequence[_Panel]) -> list[list[_Panel]]:
+    """Return the panels, line by line: as few lines as there is room in, then even."""
+    fewest = _filled(panels, ROOM + GAP)
     for share in range(50, 100):
-        even = _filled(needs, 0.01 * share * (ROOM + GAP))
+        even = _filled(panels, 0.01 * share * (ROOM + GAP))
         if len(even) == len(fewest):
             return even
     return fewest
 
 
-def _filled(needs: Mapping[str, float], limit: float) -> list[list[str]]:
-    """Return names in lines that are filled up to a limit, each with one name at least."""
-    lines: list[list[str]] = [[]]
+def _filled(panels: Sequence[_Panel], limit: float) -> list[list[_Panel]]:
+    """Return panels in lines that are filled up to a limit, each with one at least."""
+    lines: list[list[_Panel]] = [[]]
     used = 0.0
-    for name, need in needs.items():
+    for panel in panels:
+        need = GAP + max(NARROWEST, UNIT * len(panel.columns))
         if lines[-1] and used + need > limit:
             lines.append([])
             used = 0.0
-        lines[-1].append(name)
+        lines[-1].append(panel)
         used += need
     return lines
 
 
 def _draw_line(
     figure: Figure,
-    line: Sequence[str],
+    line: Sequence[_Panel],
     top: float,
     height: float,
-    cells: Cells,
     methods: Sequence[str],
     families: Mapping[str, str],
-    panels: Mapping[str, Sequence[str]],
-    axes: Sequence[Mapping[str, str]],
 ) -> None:
     """Draw panels side by side, as wide as their numbers of columns want."""
-    described = {axis["name"]: axis for axis in axes}
-    widths = _widths([len(panels[name]) for name in line])
     left = LABELS
-    for i, name in enumerate(line):
-        columns = panels[name]
-        width = widths[i]
+    for panel, width in zip(line, _widths([len(p.columns) for p in line]), strict=True):
         box = (
             left / WIDTH,
             top - (TOP + ROW * len(methods)) / height,
             width / WIDTH,
             ROW * len(methods) / height,
         )
-        panel = figure.add_axes(box)
-        _draw_panel(panel, [c for c in cells if c["axis"] == name], methods, families, columns)
-        panel.set_title(_wrapped(described[name]["title"], width, 6.5), fontsize=6.5, pad=4)
-        panel.set_xlabel(
-            _wrapped(described[name]["quantity"], width, TINY), fontsize=TINY, labelpad=1.5
-        )
-        if i > 0:
-            panel.set_yticklabels([])
+        axes = figure.add_axes(box)
+        _draw_panel(axes, panel, methods, families)
+        axes.set_title(_wrapped(panel.axis["title"], width, 6.5), fontsize=6.5, pad=4)
+        quantity = _wrapped(panel.axis["quantity"], width, TINY)
+        axes.set_xlabel(quantity, fontsize=TINY, labelpad=1.5)
+        if panel is not line[0]:
+            axes.set_yticklabels([])
         left += width + GAP
 
 
@@ -165,22 +161,18 @@ def _wrapped(text: str, width: float, size: float) -> str:
 
 
 def _draw_panel(
-    panel: Axes,
-    cells: Cells,
-    methods: Sequence[str],
-    families: Mapping[str, str],
-    columns: Sequence[str],
+    axes: Axes, panel: _Panel, methods: Sequence[str], families: Mapping[str, str]
 ) -> None:
     from matplotlib.collections import PolyCollection
 
     places: dict[Place, list[Mapping[str, Any]]] = defaultdict(list)
-    for cell in cells:
+    for cell in panel.cells:
         places[cell["method"], cell["label"]].append(cell)
     squares, colours = [], []
     for (method, label), found in places.items():
         if method not in methods:
             continue
-        x, y = columns.index(label), methods.index(method)
+        x, y = panel.columns.index(label), methods.index(method)
         ranked = sorted(found, key=_rank)
         worst = ranked[-1]["verdict"]
         squares.append([(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)])
@@ -190,7 +182,7 @@ def _draw_panel(
             colours.append(colour_of(ranked[0]))
         if worst in SYMBOLS:
             ink = "white" if worst in FORBIDDEN else "black"
-            panel.text(
+            axes.text(
                 x + 0.68,
                 y + 0.66,
                 SYMBOLS[worst],
@@ -199,20 +191,22 @@ def _draw_panel(
                 ha="center",
                 va="center",
             )
-    panel.add_collection(PolyCollection(squares, facecolors=colours, linewidths=0))
-    panel.set_xlim(0, len(columns))
-    panel.set_ylim(len(methods), 0)
-    panel.set_xticks([i + 0.5 for i in range(len(columns))], columns, rotation=90, fontsize=TINY)
-    panel.set_yticks([i + 0.5 for i in range(len(methods))], methods, fontsize=TINY)
-    panel.tick_params(length=0, pad=1.5)
-    panel.set_axisbelow(False)
-    panel.grid(visible=False)
-    for i in range(1, len(columns)):
-        panel.axvline(i, color="white", linewidth=0.3)
+    axes.add_collection(PolyCollection(squares, facecolors=colours, linewidths=0))
+    axes.set_xlim(0, len(panel.columns))
+    axes.set_ylim(len(methods), 0)
+    axes.set_xticks(
+        [i + 0.5 for i in range(len(panel.columns))], panel.columns, rotation=90, fontsize=TINY
+    )
+    axes.set_yticks([i + 0.5 for i in range(len(methods))], methods, fontsize=TINY)
+    axes.tick_params(length=0, pad=1.5)
+    axes.set_axisbelow(False)
+    axes.grid(visible=False)
+    for i in range(1, len(panel.columns)):
+        axes.axvline(i, color="white", linewidth=0.3)
     for i in range(1, len(methods)):
         new = families[methods[i]] != families[methods[i - 1]]
-        panel.axhline(i, color="0.25" if new else "white", linewidth=0.5 if new else 0.3)
-    for spine in panel.spines.values():
+        axes.axhline(i, color="0.25" if new else "white", linewidth=0.5 if new else 0.3)
+    for spine in axes.spines.values():
         spine.set_visible(True)
         spine.set_linewidth(0.5)
 

@@ -22,7 +22,6 @@ __all__ = [
     "Make",
     "admitted",
     "allowed",
-    "at_rest",
     "equal_rows",
     "is_steady",
     "on_axes",
@@ -37,15 +36,6 @@ STEADY = 1e-14  # relative: generators that differ by less are the same
 ADMITTED = 1e-6
 NEWTON, ON, NEAR = 5, 1e-13, 1e-8  # steps; what is on a constraint; differences
 TURNS = (0.3, 1.7, 4.0)  # of the largest row of the generator
-
-
-def at_rest(problem: Problem, y0: Array, rng: np.random.Generator) -> Array:
-    """Return the state with some pieces zero, or all."""
-    y = y0.copy()
-    pieces = list(problem.slices.values())
-    for piece in rng.permutation(len(pieces))[: rng.integers(1, len(pieces) + 1)]:
-        y[pieces[piece]] = 0.0
-    return y
 
 
 def zero_rows(problem: Problem, y0: Array, rng: np.random.Generator) -> Array:

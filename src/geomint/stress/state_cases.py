@@ -77,13 +77,9 @@ def _first(problem: Problem, y0: Array, make: Make) -> Array | None:
     rng = np.random.default_rng(1)
     for _ in range(_TRIES):
         y = allowed(problem, make(problem, y0, rng))
-        if y is not None and _moves(problem, y):
+        if y is not None and np.isfinite(derivative(problem, y)).all():
             return y
     return None
-
-
-def _moves(problem: Problem, y: Array) -> bool:
-    return bool(np.isfinite(derivative(problem, y)).all())
 
 
 def _along(

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Any
 
-from .judge import FORBIDDEN, VERDICTS, Cell
+from .judge import FORBIDDEN, VERDICTS, Cell, forbidden
 from .references import references_in_words, references_of
 
 __all__ = ["Watch"]
@@ -24,12 +23,7 @@ class Watch:
     def __enter__(self) -> Watch:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._bar is not None:
             self._bar.stop()
 
@@ -80,7 +74,7 @@ class Watch:
             table.add_row(axis, *(str(counts[verdict] or "") for verdict in VERDICTS))
         console.print(table)
         console.print(references_in_words(references_of(cells)), highlight=False)
-        bad = [cell for cell in cells if cell.verdict in FORBIDDEN]
+        bad = forbidden(cells)
         for cell in bad[:MOST]:
             console.print(quoted(cell), markup=False, highlight=False)
         if len(bad) > MOST:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ._exact import Array, Exact, Row, nearest, row
+from ._exact import Array, Exact, Row, read_only, row
 from ._tableau import Tableau
 
 __all__ = ["CommutatorFreeTableau", "Flow", "flow"]
@@ -142,26 +142,16 @@ class CommutatorFreeTableau(Exact):
     @cached_property
     def starts(self) -> NDArray[np.int64]:
         """Stage each flow starts from (0: the old value), shape (s + 1,)."""
-        return _integers([each.start for each in self.flows])
+        return read_only([each.start for each in self.flows], np.int64)
 
     @cached_property
     def counts(self) -> NDArray[np.int64]:
         """Number of exponentials of each flow, shape (s + 1,)."""
-        return _integers([len(each.exponentials) for each in self.flows])
+        return read_only([len(each.exponentials) for each in self.flows], np.int64)
 
     @cached_property
     def coefficients(self) -> Array:
         """Rows of all exponentials in order of evaluation, shape (exponentials, s)."""
-        array = np.zeros((self.exponentials, len(self.stages)))
+        s = len(self.stages)
         every = chain.from_iterable(each.exponentials for each in self.flows)
-        for k, a in enumerate(every):
-            array[k, : len(a)] = nearest(a)
-        array.setflags(write=False)
-        return array
-
-
-def _integers(values: list[int]) -> NDArray[np.int64]:
-    """Return a read-only array of `values`."""
-    array = np.array(values, dtype=np.int64)
-    array.setflags(write=False)
-    return array
+        return read_only([[*map(float, a)] + [0.0] * (s - len(a)) for a in every])

@@ -14,15 +14,14 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Array
 
-__all__ = ["Array", "Exact", "Row", "nearest", "remainder", "row", "rows"]
+__all__ = ["Array", "Exact", "Row", "nearest", "read_only", "remainder", "row", "rows"]
 
 Row = tuple[Fraction, ...]
 """Coefficients of one row of a tableau."""
-
-"""Binary coefficients; always C-contiguous, and read-only because they are shared."""
 
 
 def row(text: str, length: int = 0) -> Row:
@@ -64,14 +63,19 @@ def rows(*texts: str) -> tuple[Row, ...]:
 
 def nearest(values: Iterable[Fraction]) -> Array:
     """Return the float64 numbers nearest to `values`, shape (n,)."""
-    array = np.array([float(value) for value in values], dtype=np.float64)
-    array.setflags(write=False)
-    return array
+    return read_only([float(value) for value in values])
 
 
 def remainder(values: Iterable[Fraction]) -> Array:
     """Return what `nearest` loses, itself rounded to nearest, shape (n,)."""
     return nearest(value - Fraction(float(value)) for value in values)
+
+
+def read_only(values: ArrayLike, dtype: type[np.generic] = np.float64) -> NDArray[Any]:
+    """Return an array of `values` that is C-contiguous, and read-only because it is shared."""
+    array = np.array(values, dtype, order="C")
+    array.setflags(write=False)
+    return array
 
 
 class Exact:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from fractions import Fraction
@@ -12,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ._exact import Array, Row
+from ._exact import Array, Row, read_only
 from ._tableau import Tableau
 
 __all__ = ["DIGITS", "HALF", "GaussTableau"]
@@ -143,7 +142,7 @@ class GaussTableau:
                 matrix.append(
                     [float(rho * b_i * p / w) for p, w in zip(products, scaled, strict=True)]
                 )
-        return _frozen(matrix)
+        return read_only(matrix)
 
     @cached_property
     def _splits(self) -> dict[str, tuple[Array, Array]]:
@@ -152,14 +151,8 @@ class GaussTableau:
             b = [_halves(x) for x in self.weights]
             c = [_halves_about_half(x - HALF) for x in self.nodes]
             mu = [[_halves_about_half(x) for x in e] for e in self.skew]
-        return {
-            "b": (_frozen([hi for hi, _ in b]), _frozen([lo for _, lo in b])),
-            "c": (_frozen([hi for hi, _ in c]), _frozen([lo for _, lo in c])),
-            "mu": (
-                _frozen([[hi for hi, _ in each] for each in mu]),
-                _frozen([[lo for _, lo in each] for each in mu]),
-            ),
-        }
+        pairs = {"b": np.array(b), "c": np.array(c), "mu": np.array(mu)}
+        return {name: (read_only(x[..., 0]), read_only(x[..., 1])) for name, x in pairs.items()}
 
 
 def _halves(x: Decimal) -> tuple[float, float]:
@@ -172,10 +165,3 @@ def _halves_about_half(e: Decimal) -> tuple[float, float]:
     """Split ``1/2 + e`` so that the parts for e and -e add up to 1 and 0 exactly."""
     hi, lo = _halves(HALF + abs(e))
     return (hi, lo) if e >= 0 else (1.0 - hi, -lo)
-
-
-def _frozen(values: Iterable[float] | Iterable[Iterable[float]]) -> Array:
-    """Return a read-only array of `values`."""
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array

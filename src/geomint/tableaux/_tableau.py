@@ -82,10 +82,9 @@ class Tableau(Exact):
             raise TypeError(f"{self.name}: coefficients must be Fractions; read text with row()")
         if s == 0 or len(self.A) != s or any(len(vector) != s for vector in vectors):
             raise ValueError(f"{self.name}: A must be {s} x {s}, and b, c, b_hat of length {s}")
-        if (self.b_hat is None) != (self.order_hat is None):
-            raise ValueError(f"{self.name}: b_hat and order_hat go together")
-        if (self.b_low is None) != (self.order_low is None):
-            raise ValueError(f"{self.name}: b_low and order_low go together")
+        for which in ("hat", "low"):
+            if (getattr(self, f"b_{which}") is None) != (getattr(self, f"order_{which}") is None):
+                raise ValueError(f"{self.name}: b_{which} and order_{which} go together")
         if self.b_low is not None and self.b_hat is None:
             raise ValueError(f"{self.name}: b_low comes beside b_hat")
         for i, (a, c) in enumerate(zip(self.A, self.c, strict=True), start=1):

@@ -1,8 +1,8 @@
 """Symmetric compositions of symmetric methods, mostly of order two; a method is one literal.
 
 The digits are those published; where order and number of stages leave no freedom they are continued
-to 50 (``yoshida-6``, Suzuki's and the triple jumps). The order conditions then hold up to the last
-digit given.
+to 50 (``yoshida-6``), or computed (Suzuki's and the triple jumps). The order conditions then hold up
+to the last digit given.
 
 References
 ----------
@@ -10,6 +10,8 @@ References
 """
 
 from __future__ import annotations
+
+from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 
 from ._composition import Composition
 
@@ -20,67 +22,27 @@ _SOFRONIOU_SPALETTA = "M. Sofroniou, G. Spaletta, Optim. Methods Softw. 20 (2005
 _SUZUKI = "M. Suzuki, Phys. Lett. A 146 (1990) 319"
 _YOSHIDA = "H. Yoshida, Phys. Lett. A 150 (1990) 262"
 
+
+def _about_one(name: str, sides: int, order: int, reference: str) -> Composition:
+    """Return the composition of s equal steps on either side of one: 1/(2s − (2s)^(1/(order − 1))).
+
+    For bases of the order before.
+    """
+    with localcontext(Context(prec=60, rounding=ROUND_HALF_EVEN)):
+        both = Decimal(2 * sides)
+        fraction = 1 / (both - both ** (1 / Decimal(order - 1)))
+        text = f"{fraction:.50f}"
+    return Composition(f"{name}-{order}", order, order - 2, (text,) * sides, reference)
+
+
 _METHODS = (
-    # The first fraction is 1 / (2 - 2^(1/3)).
-    Composition(
-        name="triple-jump-4",
-        order=4,
-        base_order=2,
-        fractions=("1.3512071919596576340476878089714608269219993762171",),
-        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
-    ),
-    # The first two fractions are 1 / (4 - 4^(1/3)).
-    Composition(
-        name="suzuki-4",
-        order=4,
-        base_order=2,
-        fractions=("0.41449077179437573714235406286076149571177460401671",) * 2,
-        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
-    ),
-    # For bases of order 4: 1 / (2 - 2^(1/5)), and 1 / (4 - 4^(1/5)).
-    Composition(
-        name="triple-jump-6",
-        order=6,
-        base_order=4,
-        fractions=("1.17467175808936338449506943655714546410018337000694",),
-        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
-    ),
-    Composition(
-        name="suzuki-6",
-        order=6,
-        base_order=4,
-        fractions=("0.37306582773327282477586304107341681850430137708064",) * 2,
-        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
-    ),
-    # For bases of order 6: 1 / (2 - 2^(1/7)), and 1 / (4 - 4^(1/7)).
-    Composition(
-        name="triple-jump-8",
-        order=8,
-        base_order=6,
-        fractions=("1.11618293932538579112684751508090556376232988447476",),
-        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
-    ),
-    Composition(
-        name="suzuki-8",
-        order=8,
-        base_order=6,
-        fractions=("0.35958464934999225261241734601896677555638072285759",) * 2,
-        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
-    ),
-    # For bases of order 8: 1 / (2 - 2^(1/9)), and 1 / (4 - 4^(1/9)).
-    Composition(
-        name="triple-jump-10",
-        order=10,
-        base_order=8,
-        fractions=("1.08702710629917075394822571519035878447463596912531",),
-        reference=f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)",
-    ),
-    Composition(
-        name="suzuki-10",
-        order=10,
-        base_order=8,
-        fractions=("0.35292403344426771680019442658802456010513505155485",) * 2,
-        reference=f"{_SUZUKI}; [HLW], Eq. II.(4.5)",
+    *(
+        _about_one(name, sides, order, reference)
+        for order in (4, 6, 8, 10)
+        for name, sides, reference in (
+            ("triple-jump", 1, f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)"),
+            ("suzuki", 2, f"{_SUZUKI}; [HLW], Eq. II.(4.5)"),
+        )
     ),
     # Solution A. Seven stages determine the coefficients up to a choice among finitely many.
     Composition(

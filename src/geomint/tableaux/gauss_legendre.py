@@ -20,16 +20,19 @@ and E is skew. It is computed in 60 digits, as is everything derived from it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from decimal import Decimal, localcontext
+from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from functools import cache
 
-from ._gauss_nodes import GAUSS_NODES
+import numpy as np
+
 from ._gauss_tableau import DIGITS, HALF, GaussTableau
 
 __all__ = ["MAX_GAUSS_STAGES", "gauss_legendre"]
 
-MAX_GAUSS_STAGES = max(GAUSS_NODES)
-"""Largest number of stages for which nodes are stored."""
+MAX_GAUSS_STAGES = 16
+"""Largest number of stages."""
+
+_NODE_DIGITS = Context(prec=50, rounding=ROUND_HALF_EVEN)
 
 
 @cache
@@ -46,10 +49,11 @@ def gauss_legendre(stages: int) -> GaussTableau:
     GaussTableau
         Always the same object for the same number.
     """
-    if stages not in GAUSS_NODES:
+    if stages not in range(1, MAX_GAUSS_STAGES + 1):
         raise ValueError(f"Gauss methods have 1 to {MAX_GAUSS_STAGES} stages, got {stages}")
     with localcontext(DIGITS):
-        below = [Decimal(text) for text in GAUSS_NODES[stages]]
+        starts = np.polynomial.legendre.leggauss(stages)[0]
+        below = [_node(Decimal(float(start)), stages) for start in starts[: stages // 2]]
         middle = [HALF] if stages % 2 else []
         c = (*below, *middle, *(1 - x for x in reversed(below)))
         x = [2 * c_i - 1 for c_i in c]
@@ -59,6 +63,14 @@ def gauss_legendre(stages: int) -> GaussTableau:
         # Half the difference of G and its transpose is G up to the last digits, and exactly skew.
         E = tuple(tuple((G[i][j] - G[j][i]) / 2 for j in range(stages)) for i in range(stages))
     return GaussTableau(stages, c, b, E)
+
+
+def _node(x: Decimal, stages: int) -> Decimal:
+    """Return the node next to (1 + x)/2, to 50 digits; x is known to double precision."""
+    for _ in range(3):  # of Newton's method: every one doubles the digits
+        P = _legendre(x, stages)
+        x -= P[-1] * (1 - x * x) / (stages * (P[-2] - x * P[-1]))
+    return _NODE_DIGITS.plus((1 + x) / 2)
 
 
 def _legendre(x: Decimal, degree: int) -> list[Decimal]:

@@ -24,7 +24,7 @@ from .drift import ROUNDOFF, Drift, drift_of_run, walk_level
 from .measure import MeasureObserver
 from .windows import Windows
 
-__all__ = ["MEASURE", "Observers", "choose_observables", "quantities_of"]
+__all__ = ["MEASURE", "Observers", "choose_observables", "expanded", "quantities_of"]
 
 GROUPS = ("invariants", "constraints", "observables", "all")
 MEASURE = "measure"
@@ -68,7 +68,7 @@ def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded | Me
     if problem.measure is not None:
         known[MEASURE] = problem.measure
     chosen: dict[str, Recorded | Measure] = {}
-    for name in _expanded(problem, names):
+    for name in expanded(problem, names):
         if name == MEASURE and name not in known:
             raise DomainError(
                 "observe", name, f"one of {list(known)}: {problem.name!r} states no measure"
@@ -93,7 +93,8 @@ def _recorded(name: str, f: Any) -> Recorded:
     return Recorded(f)
 
 
-def _expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
+def expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
+    """Yield the names of quantities, those of `GROUPS` in place of these."""
     for name in wanted:
         if name == "all":
             yield from quantities_of(problem)
