@@ -22,8 +22,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from functools import cache
-
-import numpy as np
+from math import cos, pi
 
 from ._gauss_tableau import DIGITS, HALF, GaussTableau
 
@@ -52,8 +51,7 @@ def gauss_legendre(stages: int) -> GaussTableau:
     if stages not in range(1, MAX_GAUSS_STAGES + 1):
         raise ValueError(f"Gauss methods have 1 to {MAX_GAUSS_STAGES} stages, got {stages}")
     with localcontext(DIGITS):
-        starts = np.polynomial.legendre.leggauss(stages)[0]
-        below = [_node(Decimal(float(start)), stages) for start in starts[: stages // 2]]
+        below = [_node(i, stages) for i in range(stages // 2)]
         middle = [HALF] if stages % 2 else []
         c = (*below, *middle, *(1 - x for x in reversed(below)))
         x = [2 * c_i - 1 for c_i in c]
@@ -65,9 +63,10 @@ def gauss_legendre(stages: int) -> GaussTableau:
     return GaussTableau(stages, c, b, E)
 
 
-def _node(x: Decimal, stages: int) -> Decimal:
-    """Return the node next to (1 + x)/2, to 50 digits; x is known to double precision."""
-    for _ in range(3):  # of Newton's method: every one doubles the digits
+def _node(i: int, stages: int) -> Decimal:
+    """Return the i-th node (1 + x)/2, P_s(x) = 0, to 50 digits."""
+    x = Decimal(-cos(pi * (i + 0.75) / (stages + 0.5)))  # three digits or more, by asymptotics
+    for _ in range(5):  # of Newton's method: every one doubles the digits
         P = _legendre(x, stages)
         x -= P[-1] * (1 - x * x) / (stages * (P[-2] - x * P[-1]))
     return _NODE_DIGITS.plus((1 + x) / 2)
