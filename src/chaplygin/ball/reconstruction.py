@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from scipy.linalg import expm
 
 import geomint as gi
 from geomint.arguments import as_array
@@ -164,13 +163,20 @@ def _transported(times: Array, omega: Array, g0: Array) -> Array:
     first = _bracket(b, linear)
     second = -_bracket(b, 2.0 * quadratic + first) / 60.0
     correction = _bracket(-20.0 * b - quadratic + first, linear + second) / 240.0
-    turns = expm(-(b + quadratic / 12.0 + correction))  # type: ignore[no-untyped-call]
+    turns = _rotations(-(b + quadratic / 12.0 + correction))
     result = np.empty((len(times), *g0.shape))
     result[0] = g0
     for i, turn in enumerate(turns):
         result[i + 1] = result[i] @ turn
     left, _, right = np.linalg.svd(result)
     return np.asarray(left @ right)
+
+
+def _rotations(skew: Array) -> Array:
+    """Return the exponentials of skew matrices, from the eigenvectors of iA, which is Hermitian."""
+    angles, vectors = np.linalg.eigh(1j * skew)
+    turned = vectors * np.exp(-1j * angles)[..., None, :]
+    return np.asarray((turned @ np.conj(np.moveaxis(vectors, -1, -2))).real)
 
 
 def _bracket(x: Array, y: Array) -> Array:
