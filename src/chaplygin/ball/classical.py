@@ -188,11 +188,16 @@ def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Array
     upper = np.triu_indices(3, 1)
     if np.count_nonzero(tensor[upper]) == 0:
         moments = np.diag(tensor)
-        b, w = 1.0 / (moments + D), moments / (moments + D)
-        return False, gi.packed(DIAGONAL, D=D, B=b, W=w, B_rest=(), W_rest=(), own=own).data
+        numbers = {
+            "B": 1.0 / (moments + D),
+            "W": moments / (moments + D),
+            "B_rest": (),
+            "W_rest": (),
+        }
+        return False, gi.packed(DIAGONAL, D=D, own=own, **numbers).data
     b = np.linalg.inv(tensor + D * np.eye(3))
     w = np.linalg.solve(tensor + D * np.eye(3), tensor)
-    b, w = 0.5 * (b + b.T), 0.5 * (w + w.T)
+    b, w = np.asarray(0.5 * (b + b.T)), np.asarray(0.5 * (w + w.T))
     numbers = {"B": np.diag(b), "W": np.diag(w), "B_rest": b[upper], "W_rest": w[upper]}
     return True, gi.packed(FULL, D=D, own=own, **numbers).data
 

@@ -38,7 +38,8 @@ from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
 __all__ = ["LEVEL", "veselova_classical_problem"]
 
-LEVEL = namedtuple("Level", "B f1")(B=3, f1=1)  # the layout of the parameters: 1/𝓘_i and f₁
+Level = namedtuple("Level", "B f1")
+LEVEL = Level(B=3, f1=1)  # the layout of the parameters: 1/𝓘_i and f₁
 
 
 @gi.helper
