@@ -114,7 +114,7 @@ def test_veselova_without_cancellation(ratio, f1):
     k = np.cross(gamma, [0.3, -1.0, 0.7]) + f1 * gamma
     b = ratio ** np.array([-0.5, 0.0, 0.5]) * np.array([1.1, 0.9, 1.2])
     params, y = np.concatenate([b, [f1]]), np.concatenate([k, gamma])
-    found = np.array([float(w) for w in angular_velocity(params, y)])
+    found = np.array([float(w) for w in angular_velocity(Block(params), y)])
     B, K, G = extended(b), extended(k), extended(gamma)
     m = (sum(K * G) - sum(G * B * K)) / sum(G * B * G)
     right = np.array([float(w) for w in (*(B * (K + m * G)), m)])

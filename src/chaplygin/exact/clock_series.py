@@ -20,7 +20,7 @@ import geomint as gi
 from ..manifold import Array
 from .clock import QUIET, Clock, Sampled, refuse_slow
 from .clock_functions import product_integral
-from .packing import evaluated, padded
+from .packing import evaluated
 from .torus import Torus
 
 __all__ = ["product_clock"]
@@ -167,7 +167,7 @@ class _Integrals:
             parts.append(np.concatenate([weights.T.reshape(-1), waves.reshape(-1)]))
             header += [float(phases.shape[1]), float(at)]
             at += len(parts[-1])
-        return padded(np.concatenate([header, *parts]))
+        return np.concatenate([header, *parts])
 
 
 def _column(torus: Torus, k: int) -> tuple[Array, Array]:
