@@ -27,7 +27,7 @@ Parts = namedtuple(
     "radius branch_gaps axis_gaps oval_gaps terms "
     "series turns turns_low start signs spread low high pair ell first second clock",
 )
-HEAD = Parts(*[1] * 8, *[0] * 17, gi.REST)  # as far as the sections
+HEAD = Parts._make([*[1] * 8, *[0] * 17, gi.REST])  # as far as the sections
 MOST_CHECKED = 4096  # numbers
 
 
