@@ -101,22 +101,28 @@ def default_of(function: Callable[..., Any], name: str) -> Any:
     return ... if argument.default is argument.empty else argument.default
 
 
-def keys_of(function: Callable[..., Any], **kinds: Any) -> type[Strict]:
-    """Return the keys of a section that are the arguments of a function; `kinds` are no numbers."""
+def keys_of(function: Callable[..., Any], home: str, name: str, **kinds: Any) -> type[Strict]:
+    """Return the keys of a section that are the arguments of a function, as the class `home`.`name`.
+
+    `kinds` are those of arguments that are no numbers.
+    """
     names = inspect.signature(function).parameters
-    fields: Any = {name: (kinds.get(name, Number), default_of(function, name)) for name in names}
-    return create_model(function.__name__, __base__=Strict, **fields)
+    fields: Any = {key: (kinds.get(key, Number), default_of(function, key)) for key in names}
+    return create_model(name, __base__=Strict, __module__=home, **fields)
 
 
 def system_of(
-    problem: Callable[..., gi.Problem], name: str, summary: str, form: str, *pieces: str
+    problem: Callable[..., gi.Problem],
+    form: str,
+    name: str,
+    summary: str,
+    parameters: type[Strict],
+    initial: type[Strict],
 ) -> gi.System:
-    """Return the system of one problem: arguments of its factory, pieces of its state are the keys."""
-    fields: Any = dict.fromkeys(pieces, (Numbers, ...))
+    """Return the system of one problem: keys are arguments of its factory and pieces of its state."""
 
     def build(parameters: Strict, initial: Strict) -> gi.Model:
         found = problem(**dict(parameters))
         return gi.Model({form: found}, {form: found.state(**dict(initial))})
 
-    initial = create_model("Initial", __base__=Strict, **fields)
-    return gi.System(name, summary, keys_of(problem, a=Numbers), initial, build)
+    return gi.System(name, summary, parameters, initial, build)

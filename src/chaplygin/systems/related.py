@@ -4,28 +4,50 @@ from __future__ import annotations
 
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem
-from .parameters import system_of
+from .parameters import Numbers, Strict, keys_of, system_of
 
 __all__ = ["CLEBSCH", "ELLIPSOID", "NEUMANN"]
 
+EllipsoidKeys = keys_of(ellipsoid_problem, __name__, "EllipsoidKeys", a=Numbers)
+NeumannKeys = keys_of(neumann_problem, __name__, "NeumannKeys", a=Numbers)
+ClebschKeys = keys_of(clebsch_problem, __name__, "ClebschKeys", a=Numbers)
+
+
+class EllipsoidInitial(Strict):
+    """A point, or the direction in which it lies, and the velocity p."""
+
+    x: Numbers
+    p: Numbers
+
+
+class SphereInitial(Strict):
+    """A point of the sphere and a tangent vector."""
+
+    q: Numbers
+    v: Numbers
+
+
 ELLIPSOID = system_of(
     ellipsoid_problem,
+    "geodesics",
     "ellipsoid",
     "geodesics of the ellipsoid (x, A⁻¹x) = 1 in R^n: a separable constrained Hamiltonian",
-    "geodesics",
-    *("x", "p"),
+    EllipsoidKeys,
+    EllipsoidInitial,
 )
 NEUMANN = system_of(
     neumann_problem,
     "neumann",
-    "Neumann's system on S^(n−1): a point in the potential ½σ(q, Aq), a natural system",
     "neumann",
-    *("q", "v"),
+    "Neumann's system on S^(n−1): a point in the potential ½σ(q, Aq), a natural system",
+    NeumannKeys,
+    SphereInitial,
 )
 CLEBSCH = system_of(
     clebsch_problem,
     "clebsch",
-    "Clebsch's system on T*S^(n−1), which commutes with Neumann's",
     "clebsch",
-    *("q", "v"),
+    "Clebsch's system on T*S^(n−1), which commutes with Neumann's",
+    ClebschKeys,
+    SphereInitial,
 )

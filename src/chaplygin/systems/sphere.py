@@ -14,6 +14,9 @@ from .parameters import Initial, Numbers, Strict, keys_of
 __all__ = ["HAMILTONIZED", "REDUCED"]
 
 
+SpecialKeys = keys_of(SpecialInertia, __name__, "SpecialKeys", a=Numbers)
+
+
 def _hamiltonized(parameters: Strict, initial: Initial) -> gi.Model:
     sphere = ChaplyginSphere(**dict(parameters))
     return sphere_model(sphere, "hamiltonized", initial.gamma, **initial.components())
@@ -37,7 +40,7 @@ REDUCED = gi.System(
 HAMILTONIZED = gi.System(
     "chaplygin-sphere-hamiltonized",
     "the Hamiltonised Chaplygin sphere, a geodesic flow on T*S^(n−1), in time τ",
-    keys_of(SpecialInertia, a=Numbers),
+    SpecialKeys,
     Initial,
     _hamiltonized,
 )

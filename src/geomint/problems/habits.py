@@ -79,7 +79,7 @@ def habit_of(recorded: Recorded) -> Habit | None:
 
 def _first_habit(recorded: Recorded) -> Habit | None:
     for function in recorded.reach.functions:
-        if function.__module__.startswith(_NAMED):
+        if (function.__module__ or "").startswith(_NAMED):
             continue
         code = function.__code__
         if code.co_kwonlyargcount or code.co_flags & CO_VARKEYWORDS:
