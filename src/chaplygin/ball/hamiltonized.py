@@ -119,9 +119,9 @@ def hamiltonized_gradients(
         gap += x * az
     du, dpp = D[0] * u, D[0] * pp
     for i in range(n):
-        x, z = q[i], p[i]
-        dq[i] = dpp * b[i] * x + (gap + gp * a[i]) * z
-        dp[i] = (du - a[i]) * z + (gap + gp * a[i]) * x
+        x, z, bi, ai = q[i], p[i], b[i], a[i]
+        dq[i] = dpp * bi * x + (gap + gp * ai) * z
+        dp[i] = (du - ai) * z + (gap + gp * ai) * x
 
 
 def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:

@@ -63,10 +63,10 @@ def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     gaq, paq, pq = s * (g2 * gap - gp * gag), s * (g2 * pap - gp * gap), r * (g2 * pp - gp * gp)
     ru, rbgp, sg2, sgp = r * u, r * bgp, s * g2, s * gp
     for i in range(n):
-        g = y[i]
+        g, bi, ai = y[i], b[i], a[i]
         q = g2 * y[n + i] - gp * g
-        out[i] = (ru - sg2 * a[i]) * q + gaq * g
-        out[n + i] = (rbgp - sgp * a[i]) * q + (paq - pq * b[i]) * g
+        out[i] = (ru - sg2 * ai) * q + gaq * g
+        out[n + i] = (rbgp - sgp * ai) * q + (paq - pq * bi) * g
 
 
 @gi.field
@@ -83,11 +83,11 @@ def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     s = r / D[0]
     pair = 0
     for i in range(n):
-        x, q = y[i], g2 * y[n + i] - gp * y[i]
+        x, q, bi, ai = y[i], g2 * y[n + i] - gp * y[i], b[i], a[i]
         for j in range(i + 1, n):
             z, other = y[j], g2 * y[n + j] - gp * y[j]
             # One factor for both products: b_i and −a_j/D cancel where a_i a_j → D.
-            out[pair] = (s * a[j] - r * b[i]) * (x * other) - (s * a[i] - r * b[j]) * (z * q)
+            out[pair] = (s * a[j] - r * bi) * (x * other) - (s * ai - r * b[j]) * (z * q)
             pair += 1
 
 

@@ -104,10 +104,14 @@ def default_of(function: Callable[..., Any], name: str) -> Any:
 def keys_of(function: Callable[..., Any], home: str, name: str, **kinds: Any) -> type[Strict]:
     """Return the keys of a section that are the arguments of a function, as the class `home`.`name`.
 
-    `kinds` are those of arguments that are no numbers.
+    `kinds` are those of arguments that are no numbers, with a default where it is not the function's.
     """
     names = inspect.signature(function).parameters
-    fields: Any = {key: (kinds.get(key, Number), default_of(function, key)) for key in names}
+    found = {key: kinds.get(key, Number) for key in names}
+    fields: Any = {
+        key: kind if isinstance(kind, tuple) else (kind, default_of(function, key))
+        for key, kind in found.items()
+    }
     return create_model(name, __base__=Strict, __module__=home, **fields)
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem
-from .parameters import Numbers, Strict, keys_of, system_of
+from .parameters import Number, Numbers, Strict, default_of, keys_of, system_of
 
 __all__ = ["CLEBSCH", "ELLIPSOID", "NEUMANN"]
 
 EllipsoidKeys = keys_of(ellipsoid_problem, __name__, "EllipsoidKeys", a=Numbers)
 NeumannKeys = keys_of(neumann_problem, __name__, "NeumannKeys", a=Numbers)
-ClebschKeys = keys_of(clebsch_problem, __name__, "ClebschKeys", a=Numbers)
+STRENGTH = (Number, default_of(neumann_problem, "strength"))
+ClebschKeys = keys_of(clebsch_problem, __name__, "ClebschKeys", a=Numbers, strength=STRENGTH)
 
 
 class EllipsoidInitial(Strict):

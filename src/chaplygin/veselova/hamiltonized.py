@@ -81,9 +81,9 @@ def geodesic_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, wo
         gp += q[i] * p[i]
         gap += a[i] * q[i] * p[i]
     for i in range(n):
-        x, z = q[i], p[i]
-        dq[i] = -d2 * (gap + gp * a[i]) * z
-        dp[i] = d2 * (a[i] * z - (gap + gp * a[i]) * x)
+        x, z, ai = q[i], p[i], a[i]
+        dq[i] = -d2 * (gap + gp * ai) * z
+        dp[i] = d2 * (ai * z - (gap + gp * ai) * x)
 
 
 def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:

@@ -92,8 +92,9 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     right = velocity2 + phi_dot * qp + phi * q_force + psi[0] * b_force * bq
     multiplier = right / (phi * qq + psi[0] * bq * bq)
     for i in range(n):
-        out[i] = phi * y[n + i] + psi[0] * bp * b[i]
-        out[n + i] = -(slope * b[i] + pull * c[i]) - multiplier * y[i]
+        bi, ci = b[i], c[i]
+        out[i] = phi * y[n + i] + psi[0] * bp * bi
+        out[n + i] = -(slope * bi + pull * ci) - multiplier * y[i]
 
 
 @field
