@@ -183,8 +183,8 @@ def inertia_tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
     return inertia.tensor
 
 
-def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Array]:
-    """Return whether the tensor is not in principal axes, and the parameters; `own` at their end."""
+def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Any]:
+    """Return whether the tensor is not in principal axes, and the block of the parameters."""
     upper = np.triu_indices(3, 1)
     if np.count_nonzero(tensor[upper]) == 0:
         moments = np.diag(tensor)
@@ -194,12 +194,12 @@ def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Array
             "B_rest": (),
             "W_rest": (),
         }
-        return False, gi.packed(DIAGONAL, D=D, own=own, **numbers).data
+        return False, gi.packed(DIAGONAL, D=D, own=own, **numbers)
     b = np.linalg.inv(tensor + D * np.eye(3))
     w = np.linalg.solve(tensor + D * np.eye(3), tensor)
     b, w = np.asarray(0.5 * (b + b.T)), np.asarray(0.5 * (w + w.T))
     numbers = {"B": np.diag(b), "W": np.diag(w), "B_rest": b[upper], "W_rest": w[upper]}
-    return True, gi.packed(FULL, D=D, own=own, **numbers).data
+    return True, gi.packed(FULL, D=D, own=own, **numbers)
 
 
 def classical_problem(
@@ -231,7 +231,7 @@ def classical_problem(
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     own = () if k0 is None else vector_of_triangle(skew_components("k0", k0, 3, vector=True))
     full, params = classical_parameters(inertia_tensor(inertia), D, own)
-    forms, b = classical_forms(full), params[1:4]
+    forms, b = classical_forms(full), view(params, DIAGONAL, "B").data
     routh = {
         f"routh-{i + 1}": routh_integral(i)
         for i in range(3)
@@ -256,7 +256,7 @@ def classical_problem(
     return gi.Problem(
         name="classical-ball",
         space=space,
-        params=params,
+        params=params.data,
         field=forms["field"],
         action=gi.GroupAction(forms["generator"], group),
         invariants={

@@ -108,7 +108,7 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     return gi.Problem(
         name="ball-poisson",
         space=classical.space,
-        params=params,
+        params=params.data,
         field=forms["field"],
         action=gi.GroupAction(forms["generator"], gi.so3(2)),
         time="tau",

@@ -65,7 +65,7 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
     matrix, inverse = change.forward, change.backward
     other = ChaplyginSphere(inertia=change.inertia)
     _, params = classical_parameters(np.diag(moments), sphere.D, inverse[:, 0])
-    source = dataclasses.replace(problem, params=params)
+    source = dataclasses.replace(problem, params=params.data)
 
     def forward(point: Array) -> Array:
         return np.asarray((matrix @ point.reshape(2, 3)).reshape(-1))

@@ -26,6 +26,7 @@ __all__ = [
     "clock_rows",
     "clock_work",
     "product_integral",
+    "product_rows",
     "tau_at",
     "time_at",
     "wave_rows",
@@ -33,6 +34,9 @@ __all__ = [
 
 Clock = namedtuple("Clock", "mean period fastest regular resonant offset bounds waves")
 Wave = namedtuple("Wave", "m rate re im first")
+Product = namedtuple("Product", "size bound counts tables")
+Column = namedtuple("Column", "weights waves")
+HEAD = Product(size=1, bound=1, counts=0, tables=gi.REST)
 NEWTON = 60
 HALVINGS = 40
 NOISE = 4e-16  # of the terms of the sum
@@ -49,6 +53,18 @@ def clock_rows(ovals: int) -> Any:
 def wave_rows(ovals: int) -> Any:
     """Return the layout of the numbers of a wave."""
     return Wave(m=ovals, rate=1, re=1, im=1, first=1)
+
+
+@gi.helper
+def product_rows(size: int) -> Any:
+    """Return the layout of the parameters of `product_integral`: of points, and one table a column."""
+    return Product(size=1, bound=1, counts=size, tables=gi.REST)
+
+
+@gi.helper
+def column_rows(size: int, bound: int, count: int) -> Any:
+    """Return the layout of a table: weights, and cosines and sines of multiples up to the bound."""
+    return Column(weights=size * count, waves=2 * size * (bound + 1) * count)
 
 
 @gi.helper
@@ -193,10 +209,15 @@ def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 @gi.field
 def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(m) ↦ det_jk Σ_i weight_kij cos(m·φ(θ_i)); the tables of `clock`."""
-    size, bound = int(params[0]), int(params[1])
+    size, bound = int(view(params, HEAD, "size")[0]), int(view(params, HEAD, "bound")[0])
+    counts = view(params, product_rows(size), "counts")
+    tables, at = view(params, product_rows(size), "tables"), 0
     matrix, rest = part(work, 0, size * size), part(work, size * size, len(work) - size * size)
     for k in range(size):
-        count, at = int(params[2 + 2 * k]), int(params[3 + 2 * k])
+        count = int(counts[k])
+        rows = column_rows(size, bound, count)
+        own = part(tables, at, rows.weights + rows.waves)
+        waves, at = view(own, rows, "waves"), at + len(own)
         cos, sin = part(rest, 0, count), part(rest, count, count)
         for i in range(count):
             cos[i], sin[i] = 1.0, 0.0
@@ -204,8 +225,8 @@ def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
             m = int(x[j])
             if m == 0:
                 continue
-            table = at + size * count + 2 * count * (j * (bound + 1) + abs(m))
-            c, s = part(params, table, count), part(params, table + count, count)
+            table = 2 * count * (j * (bound + 1) + abs(m))
+            c, s = part(waves, table, count), part(waves, table + count, count)
             sign = 1.0 if m > 0 else -1.0
             for i in range(count):
                 cos[i], sin[i] = (
@@ -213,7 +234,7 @@ def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
                     sin[i] * c[i] + sign * cos[i] * s[i],
                 )
         for j in range(size):
-            total, carry, weights = 0.0, 0.0, part(params, at + j * count, count)
+            total, carry, weights = 0.0, 0.0, part(view(own, rows, "weights"), j * count, count)
             for i in range(count):  # compensated: T is one of them
                 term = weights[i] * cos[i] - carry
                 longer = total + term

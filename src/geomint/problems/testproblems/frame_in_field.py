@@ -138,22 +138,17 @@ def problem(
     E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., VII.5.5, on rigid
     bodies by constraints.
     """
+    numbers = {"first": first, "second": second, "weight": weight, "stiffness": stiffness}
+    numbers["season"] = season
     invariants = {"angular-momentum": angular_momentum}
     return Problem(
         name="frame-in-field",
         pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
-        params=np.array([first, second, weight, stiffness, season]),
+        params=np.array(list(numbers.values())),
         field=motion,
         hamiltonian=Hamiltonian(gradients, FRAMES.constraint, FRAMES.conditions, separable),
         invariants=invariants if season else {**invariants, "energy": energy},
         constraints=FRAMES.constraints,
         measure=Measure(manifold=manifold, conditions=6),
-        parameters={
-            "first": first,
-            "second": second,
-            "weight": weight,
-            "stiffness": stiffness,
-            "season": season,
-            "separable": separable,
-        },
+        parameters={**numbers, "separable": separable},
     )
