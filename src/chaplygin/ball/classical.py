@@ -225,12 +225,12 @@ def classical_problem(
     geomint.DomainError
         If n is not 3; from ``state`` and ``canonical`` for what describes no state.
     """
-    attitude = switch("attitude", attitude)
+    tensor, attitude = inertia_tensor(inertia), switch("attitude", attitude)
     space = gi.Product(*VECTORS.factors, *([gi.Rotations(3)] if attitude else []))
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     own = () if k0 is None else vector_of_triangle(skew_components("k0", k0, 3, vector=True))
-    full, params = classical_parameters(inertia_tensor(inertia), D, own)
+    full, params = classical_parameters(tensor, D, own)
     forms, b = classical_forms(full), view(params, DIAGONAL, "B").data
     routh = {
         f"routh-{i + 1}": routh_integral(i)
