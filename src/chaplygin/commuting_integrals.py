@@ -14,7 +14,7 @@ have a pole where two a_i are equal. Source: J. Moser, *Geometry of quadrics and
 
 from __future__ import annotations
 
-import functools
+from collections import namedtuple
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,23 +24,19 @@ import geomint as gi
 
 from .manifold import Array
 
-__all__ = [
-    "chasles_integral",
-    "coefficient_tables",
-    "neumann_integral",
-    "separation_integral",
-    "table_rows",
-    "tabulated",
-]
+__all__ = ["coefficient_tables", "table", "table_rows", "tabulated", "weighted_minors"]
+
+Table = namedtuple("Table", "d c")
 
 # n above which there are no tables: those of all coefficients have n³/2 numbers, 256 MB at n = 400, and
 # take n⁴/2 products; at n = 100 they are 4 MB, made in a quarter of a second.
 LARGEST = 100
 
 
-def table_rows(n: int) -> int:
-    """Return how many numbers belong to one coefficient."""
-    return n + n * (n - 1) // 2
+@gi.helper
+def table_rows(n: int) -> Any:
+    """Return the layout of what belongs to one coefficient: the weights of s_i and of m_ij²."""
+    return Table(d=n, c=n * (n - 1) // 2)
 
 
 def tabulated(n: int, degrees: range) -> range:
@@ -89,68 +85,21 @@ def _products(roots: Array, without: Any) -> Array:
 
 
 @gi.helper
-def weighted_minors(n: int, params: Any, at: int, y: Any) -> Any:
-    """Return Σ_{i<j} c_ij m_ij² of a state (x, p), the c_ij being the parameters from `at` on."""
-    total = 0.0 * y[0]
+def table(n: int, tables: Any, k: int) -> Any:
+    """Return the blocks of d_i and c_ij of the k-th of several tables, counted from 0."""
+    rows = table_rows(n)
+    size = rows.d + rows.c
+    own = gi.part(tables, k * size, size)
+    return gi.view(own, rows, "d"), gi.view(own, rows, "c")
+
+
+@gi.helper
+def weighted_minors(n: int, c: Any, y: Any) -> Any:
+    """Return Σ_{i<j} c_ij m_ij² of a state (x, p)."""
+    total, at = 0.0 * y[0], 0
     for i in range(n):
         for j in range(i + 1, n):
             m = y[i] * y[n + j] - y[j] * y[n + i]
-            total += params[at] * (m * m)
+            total += c[at] * (m * m)
             at += 1
     return total
-
-
-@functools.cache
-def chasles_integral(n: int, at: int) -> Any:
-    """Return Σ d_i p_i² + Σ c_ij m_ij² with the weights that begin at row `at` of the parameters."""
-
-    def chasles_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """Return a coefficient of the polynomial with s_i = p_i²."""
-        total = weighted_minors(n, params, at + n, y)
-        for i in range(n):
-            total += params[at + i] * (y[n + i] * y[n + i])
-        return total
-
-    return gi.observable(chasles_coefficient)
-
-
-@functools.cache
-def neumann_integral(n: int, at: int) -> Any:
-    """Return σ Σ d_i q_i² + Σ c_ij m_ij² with the weights that begin at row `at`; params = [σ, …]."""
-
-    def neumann_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """Return a coefficient of the polynomial with s_i = σ q_i²."""
-        total = weighted_minors(n, params, at + n, y)
-        for i in range(n):
-            total += params[0] * params[at + i] * (y[i] * y[i])
-        return total
-
-    return gi.observable(neumann_coefficient)
-
-
-@functools.cache
-def separation_integral(n: int, at: int, physical: bool) -> Any:
-    """Return r = Σ c_ij m_ij² − (p̃, p̃) Σ d_i γ_i² with the weights that begin at row `at`.
-
-    Parameters
-    ----------
-    n, at : int
-    physical : bool
-        The momentum of the state is p = D√U p̃, with params = [D, 1/a…, …]; else it is p̃.
-    """
-
-    def separation_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """Return a coefficient of the polynomial with s_i = −(p̃, p̃) γ_i²."""
-        total = weighted_minors(n, params, at + n, y)
-        pp, dgg, u = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
-        for i in range(n):
-            gg = y[i] * y[i]
-            pp += y[n + i] * y[n + i]
-            dgg += params[at + i] * gg
-            u += params[1 + i] * gg
-        total -= pp * dgg
-        if physical:
-            total = total / (params[0] * params[0] * u)
-        return total
-
-    return gi.observable(separation_coefficient)

@@ -20,15 +20,26 @@ In time t, p̃ = p/(D√U).
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 import geomint as gi
-from geomint import sqrt
+from geomint import sqrt, view
 
-from .commuting_integrals import coefficient_tables, separation_integral, table_rows, tabulated
+from .commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from .manifold import Array
 
-__all__ = ["equal_groups", "shared_integrals"]
+__all__ = [
+    "equal_groups",
+    "factors",
+    "physical_scale",
+    "separation_integral",
+    "special_parameters",
+    "special_rows",
+    "weighted_square",
+]
+
+Special = namedtuple("Special", "D b a splitting tables")
 
 ALL_SHOWN = 3  # equal parameters up to which every pair has its integral
 
@@ -41,22 +52,37 @@ def equal_groups(a: Array) -> list[list[int]]:
     return [group for group in groups.values() if len(group) > 1]
 
 
-def shared_integrals(a: Array, at: int, physical: bool) -> tuple[Array, dict[str, Any]]:
-    """Return the parameters that the integrals read from row `at` on, and the integrals by name.
+@gi.helper
+def special_rows(n: int, splitting: int) -> Any:
+    """Return the layout of the parameters: D, 1/a_i, a_i, those of a splitting, tables of integrals."""
+    return Special(D=1, b=n, a=n, splitting=splitting, tables=gi.REST)
+
+
+@gi.helper
+def factors(params: Any, n: int) -> Any:
+    """Return the blocks of D, 1/a_i and a_i, which stand first, whatever follows."""
+    rows = special_rows(n, 0)
+    return view(params, rows, "D"), view(params, rows, "b"), view(params, rows, "a")
+
+
+def special_parameters(
+    a: Array, D: float, physical: bool, splitting: Any = ()
+) -> tuple[Array, dict[str, Any]]:
+    """Return the parameters of a problem on T*S^(n−1), and the integrals that it shares by name.
 
     Parameters
     ----------
     a : array, shape (n,)
-    at : int
-        The parameters of the problem begin with D, 1/a…; those returned come in the rows from `at`.
+    D : float
     physical : bool
         States are (γ, p), in time t; else (γ, p̃).
+    splitting : array_like
+        The parameters of a splitting.
     """
-    n = len(a)
-    degrees, rows = tabulated(n, range(1, n - 2)), table_rows(n)
+    n, own = len(a), len(splitting)
+    degrees = tabulated(n, range(1, n - 2))
     found = {
-        f"r{k}": separation_integral(n, at + index * rows, physical)
-        for index, k in enumerate(degrees)
+        f"r{k}": separation_integral(n, own, index, physical) for index, k in enumerate(degrees)
     }
     for group in equal_groups(a):
         few = len(group) <= ALL_SHOWN
@@ -67,16 +93,57 @@ def shared_integrals(a: Array, at: int, physical: bool) -> tuple[Array, dict[str
         }
         if not few:
             found[f"casimir-{group[0] + 1}"] = casimir(n, tuple(group), physical)
-    return coefficient_tables(a, degrees, 1), found
+    tables = coefficient_tables(a, degrees, 1)
+    rows = special_rows(n, own)
+    return gi.packed(rows, D=D, b=1.0 / a, a=a, splitting=splitting, tables=tables).data, found
+
+
+@gi.helper
+def weighted_square(n: int, b: Any, y: Any) -> Any:
+    """Return Σ b_i y_i² over the first n rows of y: U = (γ, A⁻¹γ)."""
+    total = b[0] * y[0] * y[0]
+    for i in range(1, n):
+        total += b[i] * y[i] * y[i]
+    return total
 
 
 @gi.helper
 def physical_scale(n: int, params: Any, y: Any) -> Any:
     """Return D√U = p/p̃."""
-    u = params[1] * y[0] * y[0]
-    for i in range(1, n):
-        u += params[1 + i] * y[i] * y[i]
-    return params[0] * sqrt(u)
+    D, b, _ = factors(params, n)
+    return D[0] * sqrt(weighted_square(n, b, y))
+
+
+@functools.cache
+def separation_integral(n: int, splitting: int, k: int, physical: bool) -> Any:
+    """Return r = Σ c_ij m_ij² − (p̃, p̃) Σ d_i γ_i² with the weights of the k-th table.
+
+    Parameters
+    ----------
+    n, splitting : int
+        See `special_rows`.
+    k : int
+    physical : bool
+        The momentum of the state is p = D√U p̃; else it is p̃.
+    """
+
+    def separation_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return a coefficient of the polynomial with s_i = −(p̃, p̃) γ_i²."""
+        D, b, _ = factors(params, n)
+        d, c = table(n, view(params, special_rows(n, splitting), "tables"), k)
+        total = weighted_minors(n, c, y)
+        pp, dgg, u = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
+        for i in range(n):
+            gg = y[i] * y[i]
+            pp += y[n + i] * y[n + i]
+            dgg += d[i] * gg
+            u += b[i] * gg
+        total -= pp * dgg
+        if physical:
+            total = total / (D[0] * D[0] * u)
+        return total
+
+    return gi.observable(separation_coefficient)
 
 
 @functools.cache

@@ -26,20 +26,19 @@ def operator_entries(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Ar
 
 
 @functools.cache
-def operator_applied(full: bool, n: int, at: int) -> Any:
-    """Return ``f(params, w, out)``, which writes 𝓘w for the operator stored from row `at` on."""
+def operator_applied(full: bool, n: int) -> Any:
+    """Return ``f(entries, w, out)``, which writes 𝓘w for the operator of those entries."""
     size = n * (n - 1) // 2
 
-    def diagonal_operator(params: Any, w: Any, out: Any) -> None:
+    def diagonal_operator(entries: Any, w: Any, out: Any) -> None:
         for i in range(size):
-            out[i] = params[at + i] * w[i]
+            out[i] = entries[i] * w[i]
 
-    def full_operator(params: Any, w: Any, out: Any) -> None:
+    def full_operator(entries: Any, w: Any, out: Any) -> None:
         for r in range(size):
-            first = at + r * size
-            total = params[first] * w[0]
+            total = entries[r * size] * w[0]
             for c in range(1, size):
-                total += params[first + c] * w[c]
+                total += entries[r * size + c] * w[c]
             out[r] = total
 
     return gi.helper(full_operator if full else diagonal_operator)

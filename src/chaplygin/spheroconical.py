@@ -27,7 +27,7 @@ import numpy as np
 
 import geomint as gi
 
-from .commuting_integrals import coefficient_tables, table_rows
+from .commuting_integrals import coefficient_tables
 from .inertia import positive_vector
 from .manifold import Array
 
@@ -155,8 +155,7 @@ class Spheroconical:
         """Return r_0, …, r_(n−2), the coefficients of R, at a point; also on γ_i = 0."""
         direction = gi.Sphere(self.n).point(gamma)
         momentum = gi.TangentSphere(self.n).vector(direction, p_tilde, "p_tilde")
-        rows = table_rows(self.n)
-        tables = coefficient_tables(self.a, range(self.n - 1), 1).reshape(self.n - 1, rows)
+        tables = coefficient_tables(self.a, range(self.n - 1), 1).reshape(self.n - 1, -1)
         i, j = np.triu_indices(self.n, 1)
         minors = (direction[i] * momentum[j] - direction[j] * momentum[i]) ** 2
         singles = -(momentum @ momentum) * direction**2

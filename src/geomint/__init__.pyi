@@ -35,7 +35,12 @@ from .kernels.numbers.arithmetic import (
     sqrt as sqrt,
     top as top,
 )
-from .kernels.numbers.blocks import part as part
+from .kernels.numbers.blocks import (
+    REST as REST,
+    packed as packed,
+    part as part,
+    view as view,
+)
 from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
 from .methods.composition import Compose as Compose
@@ -107,6 +112,7 @@ from .watch.frequencies import Term as Term, frequencies as frequencies
 __version__: str
 
 __all__ = [
+    "REST",
     "RKMK",
     "Adaptive",
     "ArgumentError",
@@ -181,6 +187,7 @@ __all__ = [
     "method_names",
     "natural_on_sphere",
     "observable",
+    "packed",
     "part",
     "pointwise",
     "run_methods",
@@ -196,6 +203,7 @@ __all__ = [
     "translations",
     "turn_coefficients",
     "value",
+    "view",
     "whole_file",
     "whole_folder",
     "with_quadrature",

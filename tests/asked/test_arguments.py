@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import sys
+from collections import namedtuple
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,8 @@ BLOCK = scalar_block(4)
 BLOCK.data[:] = [0.6, 0.8, -0.8, 0.6]
 OTHER_BLOCK = scalar_block(4)
 OTHER_BLOCK.data[:] = [0.8, 0.6, -0.6, 0.8]
+LAYOUT = namedtuple("Two", "first second")(1, gi.REST)
+OTHER_LAYOUT = namedtuple("Swapped", "second first")(1, gi.REST)
 SIGNAL = np.exp(1j * np.arange(64) * 0.7) + 0.3 * np.exp(1j * np.arange(64) * 1.3)
 RUN = {"problem": IN_T, "y0": [0.8, 0.6], "t_end": 1.0, "step": 0.25, "method": "rk-4"}
 RUN |= {"compiled": False}
@@ -126,6 +129,14 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"condition": False, "x": 3.0},
     ),
     "turn_coefficients": ({"s": 0.1}, {"s": 0.2}),
+    "view": (
+        {"block": BLOCK, "layout": LAYOUT, "name": "first"},
+        {"block": OTHER_BLOCK, "layout": OTHER_LAYOUT, "name": "second"},
+    ),
+    "packed": (
+        {"layout": LAYOUT, "values": {"first": 1.0, "second": 2.0}},
+        {"layout": OTHER_LAYOUT, "values": {"first": 1.0, "second": 4.0}},
+    ),
     "part": (
         {"block": BLOCK, "start": 0, "rows": 2},
         {"block": OTHER_BLOCK, "start": 1, "rows": 3},
@@ -200,6 +211,8 @@ LOOK: dict[str, Callable[..., Any]] = {
         for name in ("RigidMotions", "TangentSphere", "TangentStiefel")
     },
     "part": lambda **given: gi.part(**given).data,
+    "view": lambda **given: gi.view(**given).data,
+    "packed": lambda layout, values: gi.packed(layout, **values).data,
     "load_scene": lambda source: gi.load_scene(source).sections,
     "make_plan": lambda **given: [
         (c.what, c.value, c.reason) for c in gi.make_plan(**given).choices

@@ -7,7 +7,7 @@ from support import DIMENSIONS, extended, mp, random_body, random_tangent
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.integrable import shared_integrals
+from chaplygin.integrable import separation_integral, special_parameters
 from geomint.kernels.numbers.blocks import Block
 
 EPSILON = 2.0**-52
@@ -65,11 +65,11 @@ def test_separation(n):
 def all_integrals(a):
     """r_0, …, r_(n−2) as functions of (γ, p̃) in mpmath numbers."""
     n = len(a)
-    from chaplygin.commuting_integrals import coefficient_tables, separation_integral, table_rows
+    from chaplygin.commuting_integrals import coefficient_tables
 
     tables = coefficient_tables(a, range(n - 1), 1)
-    params = np.concatenate([[1.0], 1.0 / a, tables])
-    fs = [separation_integral(n, 1 + n + k * table_rows(n), False) for k in range(n - 1)]
+    params = np.concatenate([[1.0], 1.0 / a, a, tables])
+    fs = [separation_integral(n, 0, k, False) for k in range(n - 1)]
     work = Block(extended(np.zeros(1)))
     return lambda y: [f(Block(extended(params)), mp.mpf(0), Block(y), work) for f in fs]
 
@@ -126,8 +126,8 @@ def test_turning_points():
 
 def test_linear_integrals_of_equal_parameters():
     """Two pairs: f-1-2, f-3-4; four equal: neighbours and the sum of all squares."""
-    _, found = shared_integrals(np.array([1.0, 1.0, 2.0, 2.0]), 5, False)
+    _, found = special_parameters(np.array([1.0, 1.0, 2.0, 2.0]), 1.0, False)
     assert [name for name in found if name[0] == "f"] == ["f-1-2", "f-3-4"]
-    _, found = shared_integrals(np.array([2.0, 1.0, 1.0, 1.0, 1.0]), 6, False)
+    _, found = special_parameters(np.array([2.0, 1.0, 1.0, 1.0, 1.0]), 1.0, False)
     names = [name for name in found if name[0] in "fc"]
     assert names == ["f-2-3", "f-3-4", "f-4-5", "casimir-2"]

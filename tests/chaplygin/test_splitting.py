@@ -10,7 +10,8 @@ from support import CASES, DIMENSIONS, extended, mp, quiet_state, random_special
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.ball.hamiltonized_splitting import dilation_coefficients
+from chaplygin.ball.hamiltonized_splitting import dilation_coefficients, splitting_rows
+from chaplygin.integrable import special_rows
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded
@@ -42,11 +43,12 @@ def flow(problem, k, h, y):
 def hamiltonian(problem, k, y):
     """The Hamiltonian of part k by its definition, from the problem's own params."""
     n = len(y) // 2
-    numbers = problem.params[1 + 2 * n :]
+    rows = splitting_rows(n)
+    own = gi.view(Block(problem.params), special_rows(n, sum(rows)), "splitting")
     g, p = y[:n], y[n:]
     if k == 0:
-        return numbers[0] * (p @ p) / 2
-    axis, rho, mu = numbers[3 * k - 2 : 3 * k + 1]
+        return gi.view(own, rows, "kappa")[0] * (p @ p) / 2
+    axis, rho, mu = (gi.view(own, rows, name)[k - 1] for name in ("axis", "rho", "mu"))
     rest = [j for j in range(n) if j != int(axis)]
     squares = sum(
         (g[i] * p[j] - g[j] * p[i]) ** 2 for at, i in enumerate(rest) for j in rest[at + 1 :]

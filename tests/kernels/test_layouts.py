@@ -132,6 +132,14 @@ def test_packing_takes_every_part_in_its_length() -> None:
         packed(layout, rest=9, head=(5, 6))
 
 
+def test_packing_takes_what_is_left() -> None:
+    for tail in ([], [7], [7, 8]):
+        block = packed(three(1, REST), head=(5, 6), matrix=4, rest=tail)
+        assert block.data.tolist() == [5, 6, 4, *tail]
+    with pytest.raises(ValueError, match="filled with"):
+        packed(three(1, REST), head=5, matrix=4, rest=[])
+
+
 def test_padding_is_zero() -> None:
     layout = gauss.gauss_memory(1, 1)
     assert layout.padding == 6

@@ -20,8 +20,8 @@ that round-off in |γ| does not enter, and ½⟨k, ω⟩ is kept wherever γ ≠
   one n×n system, solved by LDLᵀ without pivots (it is positive definite: no branches). For
   diagonal I⁻¹ with entries C_ij: M = diag(Cγ²) − C∘γγᵀ. O(n³); for a full matrix O(n⁴).
 
-Parameters of all three start with n, D; then come a_i, 1/a_i, C (n, n and N = n(n−1)/2 numbers:
-special), C (N: diagonal), or I⁻¹ row after row (N²: full); what follows is not read here.
+Parameters are D; of the special operator a_i and 1/a_i; and C, the N = n(n−1)/2 entries of a diagonal
+I⁻¹, or all of it row after row.
 
 The measure of the ball has the density ϱ = det(I + D pr)^(−1/2), eq. (mu*), a function of γ. Up to a
 constant ϱ² = 1/det(1 + D′M), the product of the pivots of LDLᵀ; and for the special operator
@@ -30,33 +30,45 @@ constant ϱ² = 1/det(1 + D′M), the product of the pivots of LDLᵀ; and for t
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
-from geomint import log, part
+from geomint import log, part, view
 
 from ..inertia import GeneralInertia, SpecialInertia
+from ..integrable import weighted_square
 from ..manifold import Array
 
-__all__ = ["about_vertical", "apply_to_gamma", "log_density_after", "omega_for", "omega_work"]
+__all__ = [
+    "GENERAL",
+    "about_vertical",
+    "apply_to_gamma",
+    "log_density_after",
+    "omega_for",
+    "omega_work",
+]
 
+Operator = namedtuple("Operator", "D a b C")
+GENERAL = Operator(D=1, a=0, b=0, C=gi.REST)  # the layout of the parameters; see `special_rows`
 
 SPREAD = 4.0  # largest a_i/a_j up to which the formula in O(n²) is accurate enough
 
 
 def omega_for(inertia: SpecialInertia | GeneralInertia, D: float) -> tuple[Any, Array]:
     """Return the function that writes ω for that operator, and its parameters."""
-    start = np.array([float(inertia.n), D])
     if isinstance(inertia, SpecialInertia):
-        parts = [start, inertia.a, 1.0 / inertia.a, 1.0 / inertia.diagonal]
-        form = spread_omega if np.max(inertia.a) > SPREAD * np.min(inertia.a) else special_omega
-        return form, np.concatenate(parts)
+        a, C = inertia.a, 1.0 / inertia.diagonal
+        form = spread_omega if np.max(a) > SPREAD * np.min(a) else special_omega
+        return form, gi.packed(special_rows(inertia.n), D=D, a=a, b=1.0 / a, C=C).data
     if inertia.diagonal is not None:
-        return diagonal_omega, np.concatenate([start, 1.0 / inertia.diagonal])
-    inverse = np.linalg.inv(inertia.matrix)
-    return full_omega, np.concatenate([start, (0.5 * (inverse + inverse.T)).reshape(-1)])
+        form, C = diagonal_omega, 1.0 / inertia.diagonal
+    else:
+        inverse = np.linalg.inv(inertia.matrix)
+        form, C = full_omega, 0.5 * (inverse + inverse.T)
+    return form, gi.packed(GENERAL, D=D, a=(), b=(), C=C).data
 
 
 def omega_work(omega: Any, n: int) -> int:
@@ -103,36 +115,50 @@ def about_vertical(n: int, triangle: Any, gamma: Any, work: Any) -> Any:
 
 
 @gi.helper
+def special_rows(n: int) -> Any:
+    """Return the layout of the parameters of the special operator."""
+    return Operator(D=1, a=n, b=n, C=gi.REST)
+
+
+@gi.helper
+def special_parts(params: Any, n: int) -> Any:
+    """Return the blocks of D, a_i, 1/a_i and the entries of I⁻¹."""
+    rows = special_rows(n)
+    a, b = view(params, rows, "a"), view(params, rows, "b")
+    return view(params, rows, "D"), a, b, view(params, rows, "C")
+
+
+@gi.helper
 def special_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for the special operator; params = [n, D, a…, 1/a…, C…, …]."""
-    first = 2 + 2 * n
-    u = params[2 + n] * gamma[0] * gamma[0]
+    """Write ω for the special operator."""
+    _, a, b, C = special_parts(params, n)
+    u = b[0] * gamma[0] * gamma[0]
     for i in range(1, n):
-        u += params[2 + n + i] * gamma[i] * gamma[i]
+        u += b[i] * gamma[i] * gamma[i]
     for i in range(len(k)):
-        omega[i] = params[first + i] * k[i]
+        omega[i] = C[i] * k[i]
     apply_to_gamma(n, omega, gamma, work)
     r = 1.0 / u
     for i in range(n):
-        work[i] = params[2 + i] * r * work[i]
+        work[i] = a[i] * r * work[i]
     at = 0
     for i in range(n):
         c, x = work[i], gamma[i]
         for j in range(i + 1, n):
-            omega[at] = omega[at] - params[first + at] * (c * gamma[j] - x * work[j])
+            omega[at] = omega[at] - C[at] * (c * gamma[j] - x * work[j])
             at += 1
 
 
 @gi.helper
 def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for the special operator, without cancellation; params as for `special_omega`."""
-    first = 2 + 2 * n
-    u = params[2 + n] * gamma[0] * gamma[0]
+    """Write ω for the special operator, without cancellation."""
+    D, a, b, C = special_parts(params, n)
+    u = b[0] * gamma[0] * gamma[0]
     for i in range(1, n):
-        u += params[2 + n + i] * gamma[i] * gamma[i]
+        u += b[i] * gamma[i] * gamma[i]
     apply_to_gamma(n, k, gamma, work)
     for i in range(n):
-        work[i] = params[2 + i] / params[1] * work[i]
+        work[i] = a[i] / D[0] * work[i]
     at = 0
     for i in range(n):
         v, x = work[i], gamma[i]
@@ -142,15 +168,15 @@ def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any)
     ij = 0
     for i in range(n):
         x = gamma[i]
-        bi = params[2 + n + i] * x
+        bi = b[i] * x
         for j in range(i + 1, n):
             y, kij, total = gamma[j], k[ij], omega[ij]
-            bj = params[2 + n + j] * y
+            bj = b[j] * y
             im, jm = ij + 1, j * (2 * n - j - 1) // 2
             for m in range(j + 1, n):
                 z = gamma[m]
                 t = z * kij - y * k[im] + x * k[jm]
-                total += params[2 + n + m] * z * t
+                total += b[m] * z * t
                 omega[im] = omega[im] - bj * t
                 omega[jm] = omega[jm] + bi * t
                 im += 1
@@ -159,16 +185,14 @@ def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any)
             ij += 1
     r = 1.0 / u
     for i in range(len(k)):
-        omega[i] = params[first + i] * (r * omega[i])
+        omega[i] = C[i] * (r * omega[i])
 
 
 @gi.helper
 def special_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
     """Return log ϱ = −(n − 2)/2 log U."""
-    u = params[2 + n] * gamma[0] * gamma[0]
-    for i in range(1, n):
-        u += params[2 + n + i] * gamma[i] * gamma[i]
-    return -0.5 * (n - 2) * log(u)
+    _, _, b, _ = special_parts(params, n)
+    return -0.5 * (n - 2) * log(weighted_square(n, b, gamma))
 
 
 @gi.helper
@@ -205,24 +229,25 @@ def pivots_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
 
 @gi.helper
 def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for a diagonal operator; params = [n, D, C…, …]."""
+    """Write ω for a diagonal operator."""
+    D, C = view(params, GENERAL, "D"), view(params, GENERAL, "C")
     v, s = part(work, 0, n), part(work, n, n * n)
     for i in range(len(k)):
-        omega[i] = params[2 + i] * k[i]
+        omega[i] = C[i] * k[i]
     apply_to_gamma(n, omega, gamma, v)
     g2 = gamma[0] * gamma[0]
     for i in range(1, n):
         g2 += gamma[i] * gamma[i]
-    q = params[1] / g2
+    q = D[0] / g2
     for i in range(n):
         s[i * n + i] = 1.0 + 0.0 * q
-    at = 2
+    at = 0
     for i in range(n):
         x = gamma[i]
         qx = q * x
         total = s[i * n + i]
         for j in range(i + 1, n):
-            y, c = gamma[j], params[at]
+            y, c = gamma[j], C[at]
             total += c * (q * y * y)
             s[j * n + j] = s[j * n + j] + c * (qx * x)
             s[j * n + i] = -c * (qx * y)
@@ -233,13 +258,14 @@ def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: An
     for i in range(n):
         c, x = q * v[i], q * gamma[i]
         for j in range(i + 1, n):
-            omega[at] = omega[at] - params[2 + at] * (c * gamma[j] - x * v[j])
+            omega[at] = omega[at] - C[at] * (c * gamma[j] - x * v[j])
             at += 1
 
 
 @gi.helper
 def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
-    """Write ω for any operator; params = [n, D, I⁻¹ row after row…, …]."""
+    """Write ω for any operator."""
+    D, C = view(params, GENERAL, "D"), view(params, GENERAL, "C")
     rows = len(k)
     v, s, g = part(work, 0, n), part(work, n, n * n), part(work, n + n * n, rows * n)
     zero = 0.0 * gamma[0]
@@ -247,12 +273,11 @@ def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -
         total = zero
         for i in range(n):
             g[r * n + i] = zero
-        at = 2 + r * rows
         pair = 0
         for i in range(n):
             x, entry = gamma[i], g[r * n + i]
             for j in range(i + 1, n):
-                c = params[at + pair]
+                c = C[r * rows + pair]
                 total += c * k[pair]
                 entry += c * gamma[j]
                 g[r * n + j] = g[r * n + j] - c * x
@@ -263,7 +288,7 @@ def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -
     g2 = gamma[0] * gamma[0]
     for i in range(1, n):
         g2 += gamma[i] * gamma[i]
-    q = params[1] / g2
+    q = D[0] / g2
     for i in range(n * n):
         s[i] = zero
     r = 0

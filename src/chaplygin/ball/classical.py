@@ -16,12 +16,13 @@ g turn as γ⃗ does, so that SO(3) acts on k⃗, γ⃗ and the rows of g by one
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
-from geomint import fma, log, sqrt
+from geomint import fma, log, sqrt, view
 from geomint.arguments import switch
 
 from ..exact.motions import exact_ball
@@ -36,43 +37,59 @@ from ..manifold import (
 
 __all__ = ["classical_problem"]
 
-# params: D; B_11, B_22, B_33; W_11, W_22, W_33; with a full tensor also B_12, B_13, B_23, W_12,
-# W_13, W_23; k0 where it is given
-DIAGONAL_SIZE = 7
+# D; diagonals of B and W, and what is beside them; what else a problem has
+Classical = namedtuple("Classical", "D B W B_rest W_rest own")
+DIAGONAL = Classical(D=1, B=3, W=3, B_rest=0, W_rest=0, own=gi.REST)
+FULL = Classical(D=1, B=3, W=3, B_rest=3, W_rest=3, own=gi.REST)
 VECTORS = gi.Euclidean(3, "k", turned=True) * gi.Sphere(3)
+
+
+@gi.helper
+def diagonal_weight(params: Any, y: Any) -> Any:
+    """Return (γ⃗, Wγ⃗) for an inertia tensor in principal axes."""
+    w = view(params, DIAGONAL, "W")
+    return w[0] * y[3] * y[3] + w[1] * y[4] * y[4] + w[2] * y[5] * y[5]
 
 
 @gi.helper
 def diagonal_omega(params: Any, y: Any) -> Any:
     """Return ω⃗ for an inertia tensor in principal axes."""
-    b0, b1, b2 = params[1], params[2], params[3]
+    b = view(params, DIAGONAL, "B")
     g0, g1, g2 = y[3], y[4], y[5]
-    k0, k1, k2 = b0 * y[0], b1 * y[1], b2 * y[2]
-    w = params[4] * g0 * g0 + params[5] * g1 * g1 + params[6] * g2 * g2
-    m = params[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
-    return fma(m, b0 * g0, k0), fma(m, b1 * g1, k1), fma(m, b2 * g2, k2)
+    k0, k1, k2 = b[0] * y[0], b[1] * y[1], b[2] * y[2]
+    w = diagonal_weight(params, y)
+    m = view(params, DIAGONAL, "D")[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
+    return fma(m, b[0] * g0, k0), fma(m, b[1] * g1, k1), fma(m, b[2] * g2, k2)
 
 
 @gi.helper
-def product(params: Any, diagonal: int, rest: int, x0: Any, x1: Any, x2: Any) -> Any:
-    """Return S x for the symmetric matrix with those entries in `params`."""
-    s01, s02, s12 = params[rest], params[rest + 1], params[rest + 2]
+def product(diagonal: Any, rest: Any, x0: Any, x1: Any, x2: Any) -> Any:
+    """Return S x for the symmetric matrix with those entries, beside the diagonal S_12, S_13, S_23."""
+    s01, s02, s12 = rest[0], rest[1], rest[2]
     return (
-        params[diagonal] * x0 + s01 * x1 + s02 * x2,
-        s01 * x0 + params[diagonal + 1] * x1 + s12 * x2,
-        s02 * x0 + s12 * x1 + params[diagonal + 2] * x2,
+        diagonal[0] * x0 + s01 * x1 + s02 * x2,
+        s01 * x0 + diagonal[1] * x1 + s12 * x2,
+        s02 * x0 + s12 * x1 + diagonal[2] * x2,
     )
+
+
+@gi.helper
+def full_weight(params: Any, y: Any) -> Any:
+    """Return (γ⃗, Wγ⃗) for any inertia tensor."""
+    diagonal, rest = view(params, FULL, "W"), view(params, FULL, "W_rest")
+    w0, w1, w2 = product(diagonal, rest, y[3], y[4], y[5])
+    return w0 * y[3] + w1 * y[4] + w2 * y[5]
 
 
 @gi.helper
 def full_omega(params: Any, y: Any) -> Any:
     """Return ω⃗ for any inertia tensor."""
     g0, g1, g2 = y[3], y[4], y[5]
-    k0, k1, k2 = product(params, 1, 7, y[0], y[1], y[2])
-    b0, b1, b2 = product(params, 1, 7, g0, g1, g2)
-    w0, w1, w2 = product(params, 4, 10, g0, g1, g2)
-    w = w0 * g0 + w1 * g1 + w2 * g2
-    m = params[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
+    diagonal, rest = view(params, FULL, "B"), view(params, FULL, "B_rest")
+    k0, k1, k2 = product(diagonal, rest, y[0], y[1], y[2])
+    b0, b1, b2 = product(diagonal, rest, g0, g1, g2)
+    w = full_weight(params, y)
+    m = view(params, FULL, "D")[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
     return fma(m, b0, k0), fma(m, b1, k1), fma(m, b2, k2)
 
 
@@ -86,64 +103,50 @@ def turn(w0: Any, w1: Any, w2: Any, y: Any, out: Any) -> None:
         out[i + 2] = v0 * w1 - v1 * w0
 
 
-@gi.field
-def diagonal_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eq. (Chap), and rows of g: ġ = gω."""
-    w0, w1, w2 = diagonal_omega(params, y)
-    turn(w0, w1, w2, y, out)
+@functools.cache
+def classical_forms(full: bool) -> dict[str, Any]:
+    """Return field, generator, energy, log of the density and the momentum in space."""
+    omega_of = full_omega if full else diagonal_omega
+    weight = full_weight if full else diagonal_weight
+    rows = FULL if full else DIAGONAL
 
+    def classical_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """Eq. (Chap), and rows of g: ġ = gω."""
+        w0, w1, w2 = omega_of(params, y)
+        turn(w0, w1, w2, y, out)
 
-@gi.field
-def full_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eq. (Chap), and rows of g: ġ = gω."""
-    w0, w1, w2 = full_omega(params, y)
-    turn(w0, w1, w2, y, out)
+    def classical_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        """ξ = −ω⃗: every vector of the state has v̇ = ξ × v."""
+        w0, w1, w2 = omega_of(params, y)
+        out[0] = -w0
+        out[1] = -w1
+        out[2] = -w2
 
+    def classical_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
+        w0, w1, w2 = omega_of(params, y)
+        return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
 
-@gi.field
-def diagonal_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ξ = −ω⃗: every vector of the state has v̇ = ξ × v."""
-    w0, w1, w2 = diagonal_omega(params, y)
-    out[0] = -w0
-    out[1] = -w1
-    out[2] = -w2
+    def classical_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return log ϱ = −½ log(γ⃗, Wγ⃗), eq. (mu-ch) without its cancellation."""
+        return -0.5 * log(weight(params, y))
 
+    def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """|g k⃗ − k⃗_0|."""
+        k0, total = view(params, rows, "own"), 0.0 * y[0]
+        for i in range(3):
+            row = 6 + 3 * i
+            entry = y[row] * y[0] + y[row + 1] * y[1] + y[row + 2] * y[2] - k0[i]
+            total += entry * entry
+        return sqrt(total)
 
-@gi.field
-def full_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """ξ = −ω⃗: every vector of the state has v̇ = ξ × v."""
-    w0, w1, w2 = full_omega(params, y)
-    out[0] = -w0
-    out[1] = -w1
-    out[2] = -w2
-
-
-@gi.observable
-def diagonal_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
-    w0, w1, w2 = diagonal_omega(params, y)
-    return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
-
-
-@gi.observable
-def full_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """F_3 = ½(k⃗, ω⃗), eq. (cl:int)."""
-    w0, w1, w2 = full_omega(params, y)
-    return 0.5 * (y[0] * w0 + y[1] * w1 + y[2] * w2)
-
-
-@gi.observable
-def diagonal_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Return log ϱ = −½ log(γ⃗, Wγ⃗), eq. (mu-ch) without its cancellation."""
-    w = params[4] * y[3] * y[3] + params[5] * y[4] * y[4] + params[6] * y[5] * y[5]
-    return -0.5 * log(w)
-
-
-@gi.observable
-def full_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Return log ϱ = −½ log(γ⃗, Wγ⃗), eq. (mu-ch) without its cancellation."""
-    w0, w1, w2 = product(params, 4, 10, y[3], y[4], y[5])
-    return -0.5 * log(w0 * y[3] + w1 * y[4] + w2 * y[5])
+    return {
+        "field": gi.field(classical_field),
+        "generator": gi.field(classical_generator),
+        "energy": gi.observable(classical_energy),
+        "log_density": gi.observable(classical_log_density),
+        "spatial_momentum": gi.observable(classical_spatial_momentum),
+    }
 
 
 @gi.observable
@@ -158,18 +161,6 @@ def classical_area(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
-@gi.observable
-def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """|g k⃗ − k⃗_0|; params ends with k⃗_0."""
-    first = len(params) - 3
-    total = 0.0 * y[0]
-    for i in range(3):
-        row = 6 + 3 * i
-        entry = y[row] * y[0] + y[row + 1] * y[1] + y[row + 2] * y[2] - params[first + i]
-        total += entry * entry
-    return sqrt(total)
-
-
 @functools.cache
 def routh_integral(axis: int) -> Any:
     """Return ω_i √(γ⃗, Wγ⃗), constant where the moments of the other two axes are equal.
@@ -180,18 +171,9 @@ def routh_integral(axis: int) -> Any:
 
     def routh(params: Any, t: Any, y: Any, work: Any) -> Any:
         omega = diagonal_omega(params, y)
-        w = params[4] * y[3] * y[3] + params[5] * y[4] * y[4] + params[6] * y[5] * y[5]
-        return omega[axis] * sqrt(w)
+        return omega[axis] * sqrt(diagonal_weight(params, y))
 
     return gi.observable(routh)
-
-
-def axes_of_symmetry(params: Array) -> list[int]:
-    """Return the axes whose other two moments are equal, from the parameters; of a diagonal tensor."""
-    if len(params) > DIAGONAL_SIZE:
-        return []
-    b = params[1:4]
-    return [i for i in range(3) if b[i - 1] == b[i - 2]]
 
 
 def inertia_tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
@@ -201,16 +183,23 @@ def inertia_tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
     return inertia.tensor
 
 
-def coefficients(tensor: Array, D: float) -> Array:
-    """Return D, B and W as the functions of this module read them."""
+def classical_parameters(tensor: Array, D: float, own: Any) -> tuple[bool, Any]:
+    """Return whether the tensor is not in principal axes, and the block of the parameters."""
     upper = np.triu_indices(3, 1)
     if np.count_nonzero(tensor[upper]) == 0:
         moments = np.diag(tensor)
-        return np.concatenate([[D], 1.0 / (moments + D), moments / (moments + D)])
+        numbers = {
+            "B": 1.0 / (moments + D),
+            "W": moments / (moments + D),
+            "B_rest": (),
+            "W_rest": (),
+        }
+        return False, gi.packed(DIAGONAL, D=D, own=own, **numbers)
     b = np.linalg.inv(tensor + D * np.eye(3))
     w = np.linalg.solve(tensor + D * np.eye(3), tensor)
-    b, w = 0.5 * (b + b.T), 0.5 * (w + w.T)
-    return np.concatenate([[D], np.diag(b), np.diag(w), b[upper], w[upper]])
+    b, w = np.asarray(0.5 * (b + b.T)), np.asarray(0.5 * (w + w.T))
+    numbers = {"B": np.diag(b), "W": np.diag(w), "B_rest": b[upper], "W_rest": w[upper]}
+    return True, gi.packed(FULL, D=D, own=own, **numbers)
 
 
 def classical_problem(
@@ -236,18 +225,18 @@ def classical_problem(
     geomint.DomainError
         If n is not 3; from ``state`` and ``canonical`` for what describes no state.
     """
-    params = coefficients(inertia_tensor(inertia), D)
-    full = len(params) > DIAGONAL_SIZE
-    routh = {f"routh-{i + 1}": routh_integral(i) for i in axes_of_symmetry(params)}
-    attitude = switch("attitude", attitude)
+    tensor, attitude = inertia_tensor(inertia), switch("attitude", attitude)
     space = gi.Product(*VECTORS.factors, *([gi.Rotations(3)] if attitude else []))
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
-    constraints = {}
-    if k0 is not None:
-        momentum = vector_of_triangle(skew_components("k0", k0, 3, vector=True))
-        params = np.concatenate([params, momentum])
-        constraints["spatial-momentum"] = classical_spatial_momentum
+    own = () if k0 is None else vector_of_triangle(skew_components("k0", k0, 3, vector=True))
+    full, params = classical_parameters(tensor, D, own)
+    forms, b = classical_forms(full), view(params, DIAGONAL, "B").data
+    routh = {
+        f"routh-{i + 1}": routh_integral(i)
+        for i in range(3)
+        if not full and b[i - 1] == b[i - 2]  # the moments of the other two axes
+    }
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         if g is not None and not attitude:
@@ -267,17 +256,17 @@ def classical_problem(
     return gi.Problem(
         name="classical-ball",
         space=space,
-        params=params,
-        field=full_field if full else diagonal_field,
-        action=gi.GroupAction(full_generator if full else diagonal_generator, group),
+        params=params.data,
+        field=forms["field"],
+        action=gi.GroupAction(forms["generator"], group),
         invariants={
-            "energy": full_energy if full else diagonal_energy,
+            "energy": forms["energy"],
             "K": classical_k,
             "area": classical_area,
             **routh,
         },
-        constraints=constraints,
-        measure=gi.Measure(full_log_density if full else diagonal_log_density),
+        constraints={} if k0 is None else {"spatial-momentum": forms["spatial_momentum"]},
+        measure=gi.Measure(forms["log_density"]),
         make_state=make_state,
         make_exact=None if attitude else exact_ball(inertia, D),
         make_random=make_random,

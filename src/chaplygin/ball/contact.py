@@ -18,17 +18,16 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, sqrt
+from geomint import part, sqrt, view
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
-from ..manifold import Array, skew_components
-from .fields import ball_forms, turn
+from ..manifold import Array
+from .fields import ball_forms, ball_parameters, turn
 from .integrals import ball_integrals
 from .rolling_dynamics import (
     contact_observables,
     rolled,
     rolling_dynamics,
-    rolling_parameters,
     rolling_work,
 )
 from .rolling_states import (
@@ -43,7 +42,7 @@ __all__ = ["contact_problem"]
 
 
 @functools.cache
-def contact_forms(omega: Any, n: int, at: int) -> dict[str, Any]:
+def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
     """Return field, generator, defect of the vertical, and where things lie; y = (k, γ, g, r)."""
     size, square = n * (n - 1) // 2, n * n
     turning = size + n + square  # rows that turn; r comes after them
@@ -52,7 +51,7 @@ def contact_forms(omega: Any, n: int, at: int) -> dict[str, Any]:
         """Return blocks (γ, g, ω, r, scratch)."""
         gamma, w = part(y, size, n), part(work, 0, size)
         rest = part(work, size, len(work) - size)
-        omega(n, params, part(y, 0, size), gamma, w, rest)
+        omega(n, view(params, rows, "omega"), part(y, 0, size), gamma, w, rest)
         return gamma, part(y, size + n, square), w, part(y, turning, n - 1), rest
 
     located = gi.helper(locate)
@@ -61,14 +60,14 @@ def contact_forms(omega: Any, n: int, at: int) -> dict[str, Any]:
         """Eqs. (ch-red), (PE), (ch-red2) and (ch-constr)."""
         gamma, g, w, _, rest = located(params, y, work)
         turn(n, w, part(y, 0, turning), part(out, 0, turning), rest)
-        rolled(n, params[at], g, gamma, w, part(out, turning, n - 1), rest)
+        rolled(n, view(params, rows, "rho")[0], g, gamma, w, part(out, turning, n - 1), rest)
 
     def contact_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = (−ω, ρ gωγ)."""
         gamma, g, w, _, rest = located(params, y, work)
         for i in range(size):
             out[i] = -w[i]
-        rolled(n, params[at], g, gamma, w, part(out, size, n - 1), rest)
+        rolled(n, view(params, rows, "rho")[0], g, gamma, w, part(out, size, n - 1), rest)
 
     def contact_vertical(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|γ − g⁻¹E_n|."""
@@ -116,13 +115,12 @@ def contact_problem(
     size = n * (n - 1) // 2
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
-    omega, params, at = rolling_parameters(inertia, D, m, rho)
-    forms = contact_forms(omega, n, at)
-    kept = ball_integrals(n, size, size + n)
+    omega, rows, params = ball_parameters(inertia, D, k0, m, rho)
+    forms, ball = contact_forms(omega, n, rows), ball_forms(omega, n, rows)
+    kept = ball_integrals(n, rows, size, size + n)
     constraints = {"vertical": forms["vertical"]}
     space = gi.Skew(n) * gi.Sphere(n) * gi.Rotations(n) * gi.Euclidean(n - 1, "r")
     if k0 is not None:
-        params = np.concatenate([params, skew_components("k0", k0, n)])
         constraints["spatial-momentum"] = kept.spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, r: Any = None, **components: Any) -> Array:
@@ -141,10 +139,10 @@ def contact_problem(
         field=forms["field"],
         action=space.action(forms["generator"]),
         work=rolling_work(omega, n),
-        invariants={"energy": ball_forms(omega, n).energy, **kept.invariants},
+        invariants={"energy": ball.energy, **kept.invariants},
         constraints=constraints,
-        measure=gi.Measure(ball_forms(omega, n).log_density),
-        observables=contact_observables(rolling_dynamics(omega, n, at), n, at, forms["locate"]),
+        measure=gi.Measure(ball.log_density),
+        observables=contact_observables(rolling_dynamics(omega, n, rows), n, rows, forms["locate"]),
         make_state=make_state,
         make_random=(gi.Rotations(n) * gi.Skew(n) * gi.Euclidean(n - 1, "r")).random,
         admit=admit,

@@ -17,9 +17,8 @@ import geomint as gi
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
-from ..manifold import Array, skew_components
-from .angular_velocity import omega_for
-from .fields import ball_forms, ball_work
+from ..manifold import Array
+from .fields import ball_forms, ball_parameters, ball_work
 from .integrals import ball_integrals
 from .rolling_states import initial_attitude
 
@@ -51,13 +50,9 @@ def cotangent_problem(
     n = inertia.n
     size, square = n * (n - 1) // 2, n * n
     vertical = size + square - n
-    omega, params = omega_for(inertia, D)
-    forms, kept = ball_forms(omega, n, vertical), ball_integrals(n, vertical, size)
-    constraints = {}
+    omega, rows, params = ball_parameters(inertia, D, k0)
+    forms, kept = ball_forms(omega, n, rows, vertical), ball_integrals(n, rows, vertical, size)
     space = gi.Skew(n) * gi.Rotations(n)
-    if k0 is not None:
-        params = np.concatenate([params, skew_components("k0", k0, n)])
-        constraints["spatial-momentum"] = kept.spatial_momentum
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         gamma, attitude = initial_attitude(gamma, g, n)
@@ -72,7 +67,7 @@ def cotangent_problem(
         action=space.action(forms.generator),
         work=ball_work(omega, n),
         invariants={"energy": forms.energy, **kept.invariants},
-        constraints=constraints,
+        constraints={} if k0 is None else {"spatial-momentum": kept.spatial_momentum},
         measure=gi.Measure(forms.log_density),
         make_state=make_state,
         make_random=(gi.Rotations(n) * gi.Skew(n)).random,

@@ -8,15 +8,23 @@ the parameters (n = 8 to 3).
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any, NamedTuple
 
+import numpy as np
+
 import geomint as gi
-from geomint import part
+from geomint import part, view
 from geomint.problems.spaces.skew import unpack_skew
 
-from .angular_velocity import log_density_after, omega_work
+from ..inertia import GeneralInertia, SpecialInertia
+from ..manifold import Array, skew_components
+from ..operators import operator_entries
+from .angular_velocity import log_density_after, omega_for, omega_work
 
-__all__ = ["BallForms", "ball_forms", "ball_work", "turn"]
+__all__ = ["BallForms", "ball_forms", "ball_parameters", "ball_work", "turn"]
+
+Ball = namedtuple("Ball", "omega rho m inertia k0")
 
 
 class BallForms(NamedTuple):
@@ -26,6 +34,24 @@ class BallForms(NamedTuple):
     generator: Any
     energy: Any
     log_density: Any
+
+
+def ball_parameters(
+    inertia: SpecialInertia | GeneralInertia, D: float, k0: Any = None, m: Any = (), rho: Any = ()
+) -> tuple[Any, Ball, Array]:
+    """Return the function that writes ω, the layout of a ball's parameters, and these.
+
+    They are those of ω; where m and ρ are given, ρ, m and I, as n(n−1)/2 diagonal entries or as a
+    matrix row after row; where k_0 is given, its flat triangle.
+    """
+    omega, own = omega_for(inertia, D)
+    parts = {"omega": own, "rho": rho, "m": m, "inertia": (), "k0": ()}
+    if np.size(rho):
+        _, parts["inertia"] = operator_entries(inertia)
+    if k0 is not None:
+        parts["k0"] = skew_components("k0", k0, inertia.n)
+    rows = Ball(**{name: np.size(numbers) for name, numbers in parts.items()})
+    return omega, rows, gi.packed(rows, **parts).data
 
 
 def ball_work(omega: Any, n: int) -> int:
@@ -57,8 +83,8 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @functools.cache
-def ball_forms(omega: Any, n: int, vertical: int | None = None) -> BallForms:
-    """Return the functions of the ball in R^n whose ω is given by `omega`.
+def ball_forms(omega: Any, n: int, rows: Ball, vertical: int | None = None) -> BallForms:
+    """Return the functions of the ball in R^n whose ω is given by `omega`; see `ball_parameters`.
 
     The state begins with k; γ stands in the rows from `vertical` on, or else right after k.
     """
@@ -69,19 +95,19 @@ def ball_forms(omega: Any, n: int, vertical: int | None = None) -> BallForms:
     def ball_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (ch-red), (PE), (ch-red2)."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, params, part(y, 0, size), part(y, at, n), w, rest)
+        omega(n, view(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
         turn(n, w, y, out, rest)
 
     def ball_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = −ω."""
-        omega(n, params, part(y, 0, size), part(y, at, n), out, work)
+        omega(n, view(params, rows, "omega"), part(y, 0, size), part(y, at, n), out, work)
         for i in range(size):
             out[i] = -out[i]
 
     def ball_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨k, ω⟩, the reduced kinetic energy."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, params, part(y, 0, size), part(y, at, n), w, rest)
+        omega(n, view(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
         total = y[0] * w[0]
         for i in range(1, size):
             total += y[i] * w[i]
@@ -90,8 +116,9 @@ def ball_forms(omega: Any, n: int, vertical: int | None = None) -> BallForms:
     def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return log ϱ, eq. (mu*)."""
         gamma, rest = part(y, at, n), part(work, size, len(work) - size)
-        omega(n, params, part(y, 0, size), gamma, part(work, 0, size), rest)
-        return log_density(n, params, gamma, rest)
+        own = view(params, rows, "omega")
+        omega(n, own, part(y, 0, size), gamma, part(work, 0, size), rest)
+        return log_density(n, own, gamma, rest)
 
     return BallForms(
         gi.field(ball_field),

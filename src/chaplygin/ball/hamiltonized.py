@@ -25,7 +25,7 @@ from geomint import fma, sqrt
 from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
 from ..initial_states import initial_tangent, multiplier
-from ..integrable import shared_integrals
+from ..integrable import factors, special_parameters
 from ..manifold import Array, wedge
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 
@@ -34,18 +34,18 @@ __all__ = ["hamiltonized_problem"]
 
 @gi.field
 def hamiltonized_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eqs. (ham_q), (ham_p); params = [D, 1/a…, a…], y = (γ, p̃)."""
+    """Eqs. (ham_q), (ham_p); y = (γ, p̃)."""
     n = len(y) // 2
-    D = params[0]
+    D, b, a = factors(params, n)
     g, p = y[0], y[n]
-    ap = params[1 + n] * p
-    rest, u, pp = fma(-g, g, 1.0), params[1] * g * g, p * p
+    ap = a[0] * p
+    rest, u, pp = fma(-g, g, 1.0), b[0] * g * g, p * p
     gp, gap, pap = g * p, g * ap, p * ap
     for i in range(1, n):
         g, p = y[i], y[n + i]
-        ap = params[1 + n + i] * p
+        ap = a[i] * p
         rest = fma(-g, g, rest)
-        u += params[1 + i] * g * g
+        u += b[i] * g * g
         pp += p * p
         gp += g * p
         gap += g * ap
@@ -53,47 +53,51 @@ def hamiltonized_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
     # 1/(γ, γ) = 1 + excess. Near 1 the rounding of (γ, γ) and of its inverse is biased, and makes
     # (γ, p̃) drift by 3e-17 a unit of τ; 1 − (γ, γ) by fused multiply-adds is not.
     excess = rest / (1.0 - rest)
-    du = D * u
+    du = D[0] * u
     mu = du * gp - gap
     mu += mu * excess
     lam = pap + pap * excess
-    dpp = D * pp
+    dpp = D[0] * pp
     for i in range(n):
         g, p = y[i], y[n + i]
-        out[i] = (du - params[1 + n + i]) * p - mu * g
-        out[n + i] = (lam - dpp * params[1 + i]) * g + mu * p
+        out[i] = (du - a[i]) * p - mu * g
+        out[n + i] = (lam - dpp * b[i]) * g + mu * p
 
 
 @gi.observable
 def hamiltonized_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
     """dt/dτ = D√U, eq. (CM)."""
-    u = params[1] * y[0] * y[0]
-    for i in range(1, len(y) // 2):
-        u += params[1 + i] * y[i] * y[i]
-    return params[0] * sqrt(u)
+    n = len(y) // 2
+    D, b, _ = factors(params, n)
+    u = b[0] * y[0] * y[0]
+    for i in range(1, n):
+        u += b[i] * y[i] * y[i]
+    return D[0] * sqrt(u)
 
 
 @gi.observable
 def hamiltonized_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½(D U (p̃, p̃) − (p̃, Ap̃)), eq. (hamiltonian*)."""
     n = len(y) // 2
-    u, pp, pap = params[1] * y[0] * y[0], y[n] * y[n], params[1 + n] * y[n] * y[n]
+    D, b, a = factors(params, n)
+    u, pp, pap = b[0] * y[0] * y[0], y[n] * y[n], a[0] * y[n] * y[n]
     for i in range(1, n):
-        u += params[1 + i] * y[i] * y[i]
+        u += b[i] * y[i] * y[i]
         pp += y[n + i] * y[n + i]
-        pap += params[1 + n + i] * y[n + i] * y[n + i]
-    return 0.5 * (params[0] * u * pp - pap)
+        pap += a[i] * y[n + i] * y[n + i]
+    return 0.5 * (D[0] * u * pp - pap)
 
 
 @gi.observable
 def hamiltonized_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     """K = D²U (p̃, p̃) = (p, p) = ⟨k, k⟩."""
     n = len(y) // 2
-    u, pp = params[1] * y[0] * y[0], y[n] * y[n]
+    D, b, _ = factors(params, n)
+    u, pp = b[0] * y[0] * y[0], y[n] * y[n]
     for i in range(1, n):
-        u += params[1 + i] * y[i] * y[i]
+        u += b[i] * y[i] * y[i]
         pp += y[n + i] * y[n + i]
-    return params[0] * params[0] * u * pp
+    return D[0] * D[0] * u * pp
 
 
 @gi.field
@@ -102,22 +106,22 @@ def hamiltonized_gradients(
 ) -> None:
     """Both gradients of H̃ = H + (γ, p̃)(γ, Ap̃)."""
     n = len(q)
+    D, b, a = factors(params, n)
     x, z = q[0], p[0]
-    az = params[1 + n] * z
-    u, pp, gp, gap = params[1] * x * x, z * z, x * z, x * az
+    az = a[0] * z
+    u, pp, gp, gap = b[0] * x * x, z * z, x * z, x * az
     for i in range(1, n):
         x, z = q[i], p[i]
-        az = params[1 + n + i] * z
-        u += params[1 + i] * x * x
+        az = a[i] * z
+        u += b[i] * x * x
         pp += z * z
         gp += x * z
         gap += x * az
-    du, dpp = params[0] * u, params[0] * pp
+    du, dpp = D[0] * u, D[0] * pp
     for i in range(n):
-        x, z = q[i], p[i]
-        b, a = params[1 + i], params[1 + n + i]
-        dq[i] = dpp * b * x + (gap + gp * a) * z
-        dp[i] = (du - a) * z + (gap + gp * a) * x
+        x, z, bi, ai = q[i], p[i], b[i], a[i]
+        dq[i] = dpp * bi * x + (gap + gp * ai) * z
+        dp[i] = (du - ai) * z + (gap + gp * ai) * x
 
 
 def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
@@ -134,8 +138,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p̃ that describes no state; see `manifold`.
     """
     n, D = inertia.n, inertia.D
-    start = np.concatenate([[D], 1.0 / inertia.a, inertia.a, splitting_parameters(inertia)])
-    tables, integrals = shared_integrals(inertia.a, len(start), False)
+    params, integrals = special_parameters(inertia.a, D, False, splitting_parameters(inertia))
 
     space = gi.TangentSphere(n, ("gamma", "p_tilde"))
 
@@ -150,7 +153,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",
         space=space,
-        params=np.concatenate([start, tables]),
+        params=params,
         field=hamiltonized_field,
         hamiltonian=space.hamiltonian(hamiltonized_gradients),
         splitting=hamiltonized_splitting(n),

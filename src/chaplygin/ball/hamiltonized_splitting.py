@@ -21,16 +21,21 @@ axes from the smallest a_i to the largest: of the orders and weights tried on ra
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
+from geomint import view
 
 from ..inertia import SpecialInertia
+from ..integrable import special_rows
 from ..manifold import Array
 
 __all__ = ["dilation_coefficients", "hamiltonized_splitting", "splitting_parameters"]
+
+Parts = namedtuple("Parts", "kappa axis rho mu")
 
 WEIGHT = 0.3
 
@@ -39,8 +44,14 @@ SMALL = 0.5
 DOUBLINGS = 12  # up to |s| = 2048, beyond the largest numbers
 
 
+@gi.helper
+def splitting_rows(n: int) -> Any:
+    """Return the layout of a splitting's parameters: κ; numbers of the axes in their order, ϱ, μ."""
+    return Parts(kappa=1, axis=n, rho=n, mu=n)
+
+
 def splitting_parameters(inertia: SpecialInertia) -> Array:
-    """Return κ and, axis by axis in their order, the number of the axis, ϱ and μ: (1 + 3n,)."""
+    """Return the parameters of the splitting as `splitting_rows` has them."""
     n, D = inertia.n, inertia.D
     d = D / inertia.a
     f = d + inertia.a
@@ -52,8 +63,8 @@ def splitting_parameters(inertia: SpecialInertia) -> Array:
     u, v = np.linalg.solve(matrix, right)
     kappa = d.sum() - (n - 2) * u - v
     order = np.argsort(inertia.a, kind="stable")
-    axes = np.stack([order, u - d[order], f[order] - v], axis=1)
-    return np.concatenate([[kappa], axes.ravel()])
+    rho, mu = u - d[order], f[order] - v
+    return gi.packed(splitting_rows(n), kappa=kappa, axis=order, rho=rho, mu=mu).data
 
 
 @gi.helper
@@ -129,19 +140,17 @@ def turn_about(i: int, time: Any, y: Any, out: Any) -> None:
 
 @gi.helper
 def hamiltonized_flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
-    """Flows of the parts: k = 0 the great circle, k ≥ 1 an axis.
-
-    params = [D, 1/a…, a…, κ, then for each axis its number, ϱ, μ].
-    """
+    """Flows of the parts: k = 0 the great circle, k ≥ 1 an axis."""
     n = len(y) // 2
-    at = 1 + 2 * n
+    rows = splitting_rows(n)
+    size = rows.kappa + rows.axis + rows.rho + rows.mu
+    own = view(params, special_rows(n, size), "splitting")
     if k == 0:
-        gi.great_circle(params[at] * h, y, out)
+        gi.great_circle(view(own, rows, "kappa")[0] * h, y, out)
     else:
-        at += 3 * k - 2
-        axis = int(params[at])
-        dilate(axis, -params[at + 2] * h, y, out)
-        turn_about(axis, params[at + 1] * h, y, out)
+        axis = int(view(own, rows, "axis")[k - 1])
+        dilate(axis, -view(own, rows, "mu")[k - 1] * h, y, out)
+        turn_about(axis, view(own, rows, "rho")[k - 1] * h, y, out)
 
 
 def hamiltonized_splitting(n: int) -> gi.Splitting:

@@ -10,7 +10,7 @@ import functools
 from typing import Any, NamedTuple
 
 import geomint as gi
-from geomint import part, sqrt
+from geomint import part, sqrt, view
 from geomint.problems.spaces.skew import unpack_skew
 
 from .angular_velocity import about_vertical
@@ -25,39 +25,33 @@ class BallIntegrals(NamedTuple):
     spatial_momentum: Any
 
 
-@gi.observable
-def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """K = ⟨k, k⟩, eq. (IK)."""
-    n = int(params[0])
-    total = y[0] * y[0]
-    for i in range(1, n * (n - 1) // 2):
-        total += y[i] * y[i]
-    return total
-
-
-@gi.observable
-def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
-    n = int(params[0])
-    k = part(work, 0, n * n)
-    unpack_skew(n, part(y, 0, n * (n - 1) // 2), k)
-    total = 0.0 * y[0]
-    for i in range(n):
-        for j in range(n):
-            entry = k[i * n] * k[j * n]
-            for c in range(1, n):
-                entry += k[i * n + c] * k[j * n + c]
-            total += entry * entry
-    return total
-
-
 @functools.cache
-def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
+def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegrals:
     """Return the functions of states with k first, γ from row `vertical` and g from row `frame` on.
 
-    Their parameters begin with n, and for the spatial momentum end with the triangle of k_0.
+    `rows` is the layout of the parameters, of which the spatial momentum reads k_0.
     """
     size = n * (n - 1) // 2
+
+    def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """K = ⟨k, k⟩, eq. (IK)."""
+        total = y[0] * y[0]
+        for i in range(1, size):
+            total += y[i] * y[i]
+        return total
+
+    def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
+        k = part(work, 0, n * n)
+        unpack_skew(n, part(y, 0, size), k)
+        total = 0.0 * y[0]
+        for i in range(n):
+            for j in range(n):
+                entry = k[i * n] * k[j * n]
+                for c in range(1, n):
+                    entry += k[i * n + c] * k[j * n + c]
+                total += entry * entry
+        return total
 
     def ball_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|pr_so(n−1) Ad_g k|² = |k − (kγ)∧γ|², constant by eq. (cl); (k⃗, γ⃗)² at n = 3."""
@@ -74,22 +68,21 @@ def ball_integrals(n: int, vertical: int, frame: int) -> BallIntegrals:
                 for c in range(1, n):
                     entry += g[i * n + c] * k[c * n + j]
                 gk[i * n + j] = entry
-        total = 0.0 * y[0]
-        at = len(params) - size
+        total, at, k0 = 0.0 * y[0], 0, view(params, rows, "k0")
         for i in range(n):
             for j in range(i + 1, n):
-                entry = 0.0 * y[0] - params[at]
+                entry = 0.0 * y[0] - k0[at]
                 for c in range(n):
                     entry += gk[i * n + c] * g[j * n + c]
                 total += entry * entry
                 at += 1
         return sqrt(total)
 
-    invariants = {"K": ball_k}
+    invariants = {"K": gi.observable(ball_k)}
     if n > 2:
         invariants["momentum"] = gi.observable(ball_momentum)
     if n > 3:
-        invariants["trace-k4"] = ball_trace_k4
+        invariants["trace-k4"] = gi.observable(ball_trace_k4)
     return BallIntegrals(
         invariants,
         gi.observable(ball_spatial_momentum),

@@ -16,9 +16,8 @@ from geomint.arguments import switch
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
-from ..manifold import Array, skew_components
-from .angular_velocity import omega_for
-from .fields import ball_forms, ball_work
+from ..manifold import Array
+from .fields import ball_forms, ball_parameters, ball_work
 from .integrals import ball_integrals
 
 __all__ = ["ball_problem"]
@@ -52,14 +51,10 @@ def ball_problem(
     size = n * (n - 1) // 2
     attitude = switch("attitude", attitude)
     space = gi.Product(gi.Skew(n), gi.Sphere(n), *([gi.Rotations(n)] if attitude else []))
-    omega, params = omega_for(inertia, D)
-    forms, kept = ball_forms(omega, n), ball_integrals(n, size, size + n)
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
-    constraints = {}
-    if k0 is not None:
-        params = np.concatenate([params, skew_components("k0", k0, n)])
-        constraints["spatial-momentum"] = kept.spatial_momentum
+    omega, rows, params = ball_parameters(inertia, D, k0)
+    forms, kept = ball_forms(omega, n, rows), ball_integrals(n, rows, size, size + n)
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         if g is not None and not attitude:
@@ -81,7 +76,7 @@ def ball_problem(
         action=space.action(forms.generator),
         work=ball_work(omega, n),
         invariants={"energy": forms.energy, **kept.invariants},
-        constraints=constraints,
+        constraints={} if k0 is None else {"spatial-momentum": kept.spatial_momentum},
         measure=gi.Measure(forms.log_density),
         make_state=make_state,
         make_random=make_random,

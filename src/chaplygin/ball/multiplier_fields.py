@@ -9,7 +9,7 @@ import functools
 from typing import Any
 
 import geomint as gi
-from geomint import part, sqrt
+from geomint import part, sqrt, view
 
 from .angular_velocity import apply_to_gamma
 from .rolling_dynamics import RollingDynamics, rolled
@@ -24,11 +24,11 @@ def rolling_space(n: int) -> gi.Space:
 
 
 @functools.cache
-def multiplier_fields(dynamics: RollingDynamics, n: int, at: int) -> dict[str, Any]:
+def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str, Any]:
     """Return field, generator, energy, slip and where things lie; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
-    rows = rolling_space(n).slices
-    turning, moving = rows["omega"].start, rows["v"].start
+    slices = rolling_space(n).slices
+    turning, moving = slices["omega"].start, slices["v"].start
     accelerate, apply_inertia = dynamics
 
     def locate(params: Any, y: Any, work: Any) -> Any:
@@ -43,7 +43,7 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, at: int) -> dict[str, A
             out[i] = y[moving + i]
         dw = part(out, n - 1, size)
         accelerate(params, gamma, w, dw, work)
-        rolled(n, params[at], g, gamma, dw, part(out, n - 1 + size, n - 1), work)
+        rolled(n, view(params, rows, "rho")[0], g, gamma, dw, part(out, n - 1 + size, n - 1), work)
 
     translation = gi.helper(translate)
 
@@ -65,19 +65,20 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, at: int) -> dict[str, A
     def rolling_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨Iω, ω⟩ + ½m(v, v), eq. (ch-lagr); ½⟨k, ω⟩ where the ball does not slip."""
         w, momentum = part(y, turning, size), part(work, 0, size)
-        apply_inertia(params, w, momentum)
+        apply_inertia(view(params, rows, "inertia"), w, momentum)
+        mass = view(params, rows, "m")
         total = momentum[0] * w[0]
         for i in range(1, size):
             total += momentum[i] * w[i]
         for i in range(moving, moving + n - 1):
-            total += params[at + 1] * y[i] * y[i]
+            total += mass[0] * y[i] * y[i]
         return 0.5 * total
 
     def rolling_slip(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|v − ρ gωγ|, eq. (ch-constr): the speed of the point of the ball in contact."""
         g, w = part(y, 0, square), part(y, turning, size)
         v, rest = part(work, 0, n - 1), part(work, n, n)
-        rolled(n, params[at], g, part(y, square - n, n), w, v, rest)
+        rolled(n, view(params, rows, "rho")[0], g, part(y, square - n, n), w, v, rest)
         total = 0.0 * y[0]
         for i in range(n - 1):
             entry = y[moving + i] - v[i]
@@ -94,21 +95,21 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, at: int) -> dict[str, A
 
 
 @functools.cache
-def rolling_conditions(n: int, at: int, twist_free: bool) -> Any:
+def rolling_conditions(n: int, rows: Any, twist_free: bool) -> Any:
     """Return the function that writes g gᵀ − 1, v − ρ gωγ and, if `twist_free`, (gωgᵀ)_pq, p < q < n.
 
-    ρ is the parameter `at`; y = (g, r, ω, v).
+    `rows` is the layout of the parameters; y = (g, r, ω, v).
     """
     size, square = n * (n - 1) // 2, n * n
     rotation, slipping = gi.Rotations(n).manifold_at(0), gi.Rotations(n).conditions
-    rows = rolling_space(n).slices
-    turning, moving = rows["omega"].start, rows["v"].start
+    slices = rolling_space(n).slices
+    turning, moving = slices["omega"].start, slices["v"].start
 
     def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         rotation(params, t, y, out, work)
         g, w = part(y, 0, square), part(y, turning, size)
         v = part(out, slipping, n - 1)
-        rolled(n, params[at], g, part(y, square - n, n), w, v, work)
+        rolled(n, view(params, rows, "rho")[0], g, part(y, square - n, n), w, v, work)
         for i in range(n - 1):
             v[i] = y[moving + i] - v[i]
         if twist_free:

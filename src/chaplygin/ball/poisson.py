@@ -21,21 +21,20 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, sqrt
+from geomint import log, sqrt, view
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, triangle_of_vector
 from .classical import (
-    DIAGONAL_SIZE,
-    classical_area,
-    classical_k,
+    DIAGONAL,
+    FULL,
+    classical_parameters,
     classical_problem,
-    diagonal_energy,
     diagonal_omega,
-    full_energy,
+    diagonal_weight,
     full_omega,
+    full_weight,
     inertia_tensor,
-    product,
     turn,
 )
 
@@ -46,19 +45,12 @@ __all__ = ["poisson_problem", "poisson_tensor"]
 def poisson_forms(full: bool) -> dict[str, Any]:
     """Return field, generator, clock and log of the density; params: those of `classical`, c²."""
     omega_of = full_omega if full else diagonal_omega
-
-    def weighted(params: Any, y: Any) -> Any:
-        """Return (γ⃗, Wγ⃗)."""
-        if full:
-            w0, w1, w2 = product(params, 4, 10, y[3], y[4], y[5])
-            return w0 * y[3] + w1 * y[4] + w2 * y[5]
-        return params[4] * y[3] * y[3] + params[5] * y[4] * y[4] + params[6] * y[5] * y[5]
-
-    weight = gi.helper(weighted)
+    weight = full_weight if full else diagonal_weight
+    rows = FULL if full else DIAGONAL
 
     def scaled(params: Any, y: Any) -> Any:
         """Return f = dt/dτ."""
-        return sqrt(params[len(params) - 1] * weight(params, y))
+        return sqrt(view(params, rows, "own")[0] * weight(params, y))
 
     scale = gi.helper(scaled)
 
@@ -108,23 +100,20 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         If n is not 3; from ``state`` and ``canonical`` for what describes no state.
     """
     classical = classical_problem(inertia, D)
-    full = len(classical.params) > DIAGONAL_SIZE
-    forms, moments = poisson_forms(full), inertia_tensor(inertia)
+    moments = inertia_tensor(inertia)
     weights = np.linalg.eigvalsh(moments) / (np.linalg.eigvalsh(moments) + D)
     square = D * np.sqrt(D / np.prod(weights))
+    full, params = classical_parameters(moments, D, square)
+    forms = poisson_forms(full)
     return gi.Problem(
         name="ball-poisson",
         space=classical.space,
-        params=np.append(classical.params, square),
+        params=params.data,
         field=forms["field"],
         action=gi.GroupAction(forms["generator"], gi.so3(2)),
         time="tau",
         clock=forms["clock"],
-        invariants={
-            "energy": full_energy if full else diagonal_energy,
-            "K": classical_k,
-            "area": classical_area,
-        },
+        invariants={name: classical.invariants[name] for name in ("energy", "K", "area")},
         measure=gi.Measure(forms["log_density"]),
         make_state=classical.make_state,
         make_random=classical.make_random,

@@ -31,7 +31,7 @@ from geomint import log, part
 from ..exact.motions import exact_sphere
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_tangent
-from ..integrable import shared_integrals
+from ..integrable import factors, special_parameters, weighted_square
 from ..manifold import Array, wedge
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 
@@ -40,16 +40,16 @@ __all__ = ["reduced_problem"]
 
 @gi.field
 def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Eqs. (ro1), (ro2) with q for p in ω; params = [D, 1/a…, a…], y = (γ, p)."""
+    """Eqs. (ro1), (ro2) with q for p in ω; y = (γ, p)."""
     n = len(y) // 2
-    D = params[0]
+    D, b, a = factors(params, n)
     g, p = y[0], y[n]
-    bg, ag, ap = params[1] * g, params[1 + n] * g, params[1 + n] * p
+    bg, ag, ap = b[0] * g, a[0] * g, a[0] * p
     g2, u, pp, gp, bgp = g * g, bg * g, p * p, g * p, bg * p
     gag, gap, pap = g * ag, g * ap, p * ap
     for i in range(1, n):
         g, p = y[i], y[n + i]
-        bg, ag, ap = params[1 + i] * g, params[1 + n + i] * g, params[1 + n + i] * p
+        bg, ag, ap = b[i] * g, a[i] * g, a[i] * p
         g2 += g * g
         u += bg * g
         pp += p * p
@@ -58,40 +58,36 @@ def reduced_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         gag += g * ag
         gap += g * ap
         pap += p * ap
-    s = 1.0 / (D * D * u)
-    r = D * s
+    s = 1.0 / (D[0] * D[0] * u)
+    r = D[0] * s
     gaq, paq, pq = s * (g2 * gap - gp * gag), s * (g2 * pap - gp * gap), r * (g2 * pp - gp * gp)
     ru, rbgp, sg2, sgp = r * u, r * bgp, s * g2, s * gp
     for i in range(n):
-        g = y[i]
+        g, bi, ai = y[i], b[i], a[i]
         q = g2 * y[n + i] - gp * g
-        b, a = params[1 + i], params[1 + n + i]
-        out[i] = (ru - sg2 * a) * q + gaq * g
-        out[n + i] = (rbgp - sgp * a) * q + (paq - pq * b) * g
+        out[i] = (ru - sg2 * ai) * q + gaq * g
+        out[n + i] = (rbgp - sgp * ai) * q + (paq - pq * bi) * g
 
 
 @gi.field
 def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ξ = −ω = (γ∧Aq/D − A⁻¹γ∧q)/(DU)."""
     n = len(y) // 2
-    D = params[0]
-    g2, gp, u = y[0] * y[0], y[0] * y[n], params[1] * y[0] * y[0]
+    D, b, a = factors(params, n)
+    g2, gp, u = y[0] * y[0], y[0] * y[n], b[0] * y[0] * y[0]
     for i in range(1, n):
         g2 += y[i] * y[i]
         gp += y[i] * y[n + i]
-        u += params[1 + i] * y[i] * y[i]
-    r = 1.0 / (D * u)
-    s = r / D
+        u += b[i] * y[i] * y[i]
+    r = 1.0 / (D[0] * u)
+    s = r / D[0]
     pair = 0
     for i in range(n):
-        x, q = y[i], g2 * y[n + i] - gp * y[i]
-        b, a = params[1 + i], params[1 + n + i]
+        x, q, bi, ai = y[i], g2 * y[n + i] - gp * y[i], b[i], a[i]
         for j in range(i + 1, n):
             z, other = y[j], g2 * y[n + j] - gp * y[j]
             # One factor for both products: b_i and −a_j/D cancel where a_i a_j → D.
-            out[pair] = (s * params[1 + n + j] - r * b) * (x * other) - (
-                s * a - r * params[1 + j]
-            ) * (z * q)
+            out[pair] = (s * a[j] - r * bi) * (x * other) - (s * ai - r * b[j]) * (z * q)
             pair += 1
 
 
@@ -99,21 +95,21 @@ def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½⟨k, ω⟩ = (D U K − (q, Aq))/(2D²U), eq. (hamiltonian) with q for p."""
     n = len(y) // 2
-    D = params[0]
-    g, p, a = y[0], y[n], params[1 + n]
-    g2, u, pp, gp = g * g, params[1] * g * g, p * p, g * p
-    gag, gap, pap = a * g * g, a * g * p, a * p * p
+    D, b, a = factors(params, n)
+    g, p = y[0], y[n]
+    g2, u, pp, gp = g * g, b[0] * g * g, p * p, g * p
+    gag, gap, pap = a[0] * g * g, a[0] * g * p, a[0] * p * p
     for i in range(1, n):
-        g, p, a = y[i], y[n + i], params[1 + n + i]
+        g, p = y[i], y[n + i]
         g2 += g * g
-        u += params[1 + i] * g * g
+        u += b[i] * g * g
         pp += p * p
         gp += g * p
-        gag += a * g * g
-        gap += a * g * p
-        pap += a * p * p
+        gag += a[i] * g * g
+        gap += a[i] * g * p
+        pap += a[i] * p * p
     qaq = g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)
-    return 0.5 * (D * u * (g2 * pp - gp * gp) - qaq) / (D * D * u)
+    return 0.5 * (D[0] * u * (g2 * pp - gp * gp) - qaq) / (D[0] * D[0] * u)
 
 
 @gi.observable
@@ -132,10 +128,8 @@ def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return log μ = −(n − 2)/2 log U, eq. (DENSITY)."""
     n = len(y) // 2
-    u = params[1] * y[0] * y[0]
-    for i in range(1, n):
-        u += params[1 + i] * y[i] * y[i]
-    return -0.5 * (n - 2) * log(u)
+    _, b, _ = factors(params, n)
+    return -0.5 * (n - 2) * log(weighted_square(n, b, y))
 
 
 @functools.cache
@@ -212,9 +206,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         exact = exact_sphere(inertia.a, D, True)
         field, generator, energy = reduced_field, reduced_generator, reduced_energy
         log_density, work = reduced_log_density, 0
-        start = np.concatenate([[D], 1.0 / inertia.a, inertia.a])
-        tables, integrals = shared_integrals(inertia.a, len(start), True)
-        params = np.concatenate([start, tables])
+        params, integrals = special_parameters(inertia.a, D, True)
     else:
         omega, params = omega_for(inertia, D)
         field, generator, energy, log_density = general_forms(omega, n)

@@ -27,18 +27,18 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import as_vector, part
+from geomint import as_vector, part, view
 
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
-from ..manifold import Array, skew_components
+from ..manifold import Array
 from ..operators import operator_applied
-from .angular_velocity import apply_to_gamma, full_omega, log_density_after
+from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
+from .fields import ball_parameters
 from .integrals import ball_integrals
 from .multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
 from .rolling_dynamics import (
     contact_observables,
     rolling_dynamics,
-    rolling_parameters,
     rolling_work,
 )
 from .rolling_states import (
@@ -54,10 +54,10 @@ __all__ = ["rolling_problem"]
 
 
 @functools.cache
-def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
+def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
     """Return an observable of the ball in (k, γ, g) as one of (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
-    apply_inertia = operator_applied(full, n, at + 2)
+    apply_inertia = operator_applied(full, n)
     turning = rolling_space(n).slices["omega"].start
 
     def through(params: Any, t: Any, y: Any, work: Any) -> Any:
@@ -69,12 +69,12 @@ def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
         for i in range(square):
             z[size + n + i] = y[i]
         gamma = part(z, size, n)
-        apply_inertia(params, w, part(z, 0, size))
+        apply_inertia(view(params, rows, "inertia"), w, part(z, 0, size))
         apply_to_gamma(n, w, gamma, u)
         length = gamma[0] * gamma[0]
         for i in range(1, n):
             length += gamma[i] * gamma[i]
-        scale = params[1] / length
+        scale = view(view(params, rows, "omega"), GENERAL, "D")[0] / length
         pair = 0
         for i in range(n):
             for j in range(i + 1, n):
@@ -86,7 +86,7 @@ def through_momentum(observable: Any, full: bool, n: int, at: int) -> Any:
 
 
 @functools.cache
-def density_in_omega(omega: Any, n: int) -> Any:
+def density_in_omega(omega: Any, n: int, rows: Any) -> Any:
     """Return log det(I + D pr)^(1/2): the measure of `momentum` in ω, as dk = det(I + D pr) dω."""
     size, square = n * (n - 1) // 2, n * n
     log_density = log_density_after(omega)
@@ -94,8 +94,9 @@ def density_in_omega(omega: Any, n: int) -> Any:
 
     def rolling_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
-        omega(n, params, part(y, turning, size), gamma, part(work, 0, size), rest)
-        return -log_density(n, params, gamma, rest)
+        own = view(params, rows, "omega")
+        omega(n, own, part(y, turning, size), gamma, part(work, 0, size), rest)
+        return -log_density(n, own, gamma, rest)
 
     return gi.observable(rolling_log_density)
 
@@ -130,18 +131,17 @@ def rolling_problem(
     velocities = gi.Euclidean(size, "omega")
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
-    omega, params, at = rolling_parameters(inertia, D, m, rho)
-    dynamics = rolling_dynamics(omega, n, at)
-    forms = multiplier_fields(dynamics, n, at)
+    omega, rows, params = ball_parameters(inertia, D, k0, m, rho)
+    dynamics = rolling_dynamics(omega, n, rows)
+    forms = multiplier_fields(dynamics, n, rows)
 
     def reused(observable: Any) -> Any:
-        return through_momentum(observable, omega is full_omega, n, at)
+        return through_momentum(observable, omega is full_omega, n, rows)
 
-    kept = ball_integrals(n, size, size + n)
+    kept = ball_integrals(n, rows, size, size + n)
     found = {name: reused(observable) for name, observable in kept.invariants.items()}
     constraints = {"rolling": forms["rolling"]}
     if k0 is not None:
-        params = np.concatenate([params, skew_components("k0", k0, n)])
         constraints["spatial-momentum"] = reused(kept.spatial_momentum)
 
     def make_state(
@@ -172,11 +172,11 @@ def rolling_problem(
         invariants={"energy": forms["energy"], **found},
         constraints=constraints,
         measure=gi.Measure(
-            density_in_omega(omega, n),
-            rolling_conditions(n, at, False),
+            density_in_omega(omega, n, rows),
+            rolling_conditions(n, rows, False),
             n * (n + 1) // 2 + n - 1,
         ),
-        observables=contact_observables(dynamics, n, at, forms["locate"]),
+        observables=contact_observables(dynamics, n, rows, forms["locate"]),
         make_state=make_state,
         make_random=(gi.Rotations(n) * velocities * gi.Euclidean(n - 1, "r")).random,
         admit=admit,

@@ -11,9 +11,8 @@ v = ρ gωγ, eq. (ch-constr). Its derivative, v̇ = ρ gω̇γ, gives
 
 the equation that `angular_velocity` solves, with [Iω, ω] for k. No other linear system is needed.
 
-Parameters: those of `angular_velocity`, then (from `at` on) ρ, m and I, as n(n−1)/2 diagonal
-entries or as a matrix row after row; k_0 last, where it is given. The functions are made for each
-n; see `fields`.
+The functions are made for each n and layout of the parameters, which has parts rho, m and inertia; see
+`fields`.
 """
 
 from __future__ import annotations
@@ -21,15 +20,11 @@ from __future__ import annotations
 import functools
 from typing import Any, NamedTuple
 
-import numpy as np
-
 import geomint as gi
-from geomint import part, sqrt
+from geomint import part, sqrt, view
 
-from ..inertia import GeneralInertia, SpecialInertia
-from ..manifold import Array
-from ..operators import operator_applied, operator_entries
-from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_for, omega_work
+from ..operators import operator_applied
+from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
 from .fields import turn
 
 __all__ = [
@@ -37,18 +32,8 @@ __all__ = [
     "contact_observables",
     "rolled",
     "rolling_dynamics",
-    "rolling_parameters",
     "rolling_work",
 ]
-
-
-def rolling_parameters(
-    inertia: SpecialInertia | GeneralInertia, D: float, m: float, rho: float
-) -> tuple[Any, Array, int]:
-    """Return the function that writes ω, the flat parameters, and where ρ stands in them."""
-    omega, params = omega_for(inertia, D)
-    _, entries = operator_entries(inertia)
-    return omega, np.concatenate([params, [rho, m], entries]), len(params)
 
 
 def rolling_work(omega: Any, n: int) -> int:
@@ -74,8 +59,8 @@ class RollingDynamics(NamedTuple):
 
     accelerate : recorded ``f(params, gamma, w, out, work)``
         Writes ω̇ from ω = w.
-    apply_inertia : recorded ``f(params, w, out)``
-        Writes Iw.
+    apply_inertia : recorded ``f(entries, w, out)``
+        Writes Iw, of the part "inertia" of the parameters.
     """
 
     accelerate: Any
@@ -83,23 +68,25 @@ class RollingDynamics(NamedTuple):
 
 
 @functools.cache
-def rolling_dynamics(omega: Any, n: int, at: int) -> RollingDynamics:
+def rolling_dynamics(omega: Any, n: int, rows: Any) -> RollingDynamics:
     """Return those of the ball that may turn about the vertical; see the module's docstring."""
     size = n * (n - 1) // 2
-    apply_inertia = operator_applied(omega is full_omega, n, at + 2)
+    apply_inertia = operator_applied(omega is full_omega, n)
 
     def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
         momentum, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
-        apply_inertia(params, w, momentum)
+        apply_inertia(view(params, rows, "inertia"), w, momentum)
         turn(n, w, momentum, torque, rest)
-        omega(n, params, torque, gamma, out, rest)
+        omega(n, view(params, rows, "omega"), torque, gamma, out, rest)
 
     return RollingDynamics(gi.helper(accelerate), apply_inertia)
 
 
 @functools.cache
-def contact_observables(dynamics: RollingDynamics, n: int, at: int, locate: Any) -> dict[str, Any]:
+def contact_observables(
+    dynamics: RollingDynamics, n: int, rows: Any, locate: Any
+) -> dict[str, Any]:
     r"""Return the observables that both forms have, by name.
 
     * ``contact-i``, i = 1 … n−1: the component r_i of the contact point;
@@ -112,8 +99,9 @@ def contact_observables(dynamics: RollingDynamics, n: int, at: int, locate: Any)
     Parameters
     ----------
     dynamics
-    n, at
-        See `rolling_parameters`.
+    n
+    rows : named tuple
+        The layout of the parameters, with parts rho and m.
     locate : recorded ``f(params, y, work) -> (gamma, g, w, r, rest)``
         Where these lie, w being ω and `rest` what is left of the scratch.
     """
@@ -125,7 +113,8 @@ def contact_observables(dynamics: RollingDynamics, n: int, at: int, locate: Any)
         dw, force = part(rest, 0, size), part(rest, size, n - 1)
         left = part(rest, size + n, len(rest) - size - n)
         accelerate(params, gamma, w, dw, left)
-        rolled(n, params[at + 1] * params[at], g, gamma, dw, force, left)
+        mass = view(params, rows, "m")[0] * view(params, rows, "rho")[0]
+        rolled(n, mass, g, gamma, dw, force, left)
         return gamma, g, w, force, left
 
     reaction_of = gi.helper(react)
@@ -154,7 +143,7 @@ def contact_observables(dynamics: RollingDynamics, n: int, at: int, locate: Any)
     def power(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, g, w, force, rest = reaction_of(params, y, work)
         v = part(rest, n, n)
-        rolled(n, params[at], g, gamma, w, v, rest)
+        rolled(n, view(params, rows, "rho")[0], g, gamma, w, v, rest)
         total = force[0] * v[0]
         for i in range(1, n - 1):
             total += force[i] * v[i]
@@ -166,7 +155,7 @@ def contact_observables(dynamics: RollingDynamics, n: int, at: int, locate: Any)
         total = rest[0] * rest[0]
         for i in range(1, n):
             total += rest[i] * rest[i]
-        return params[at] * sqrt(total)
+        return view(params, rows, "rho")[0] * sqrt(total)
 
     def pivoting(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, _, w, _, rest = locate(params, y, work)

@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint import view
 
-from ..ball.classical import diagonal_omega
+from ..ball.classical import DIAGONAL, classical_parameters, diagonal_omega
 from ..ball.sphere import ChaplyginSphere
 from ..exact.area import principal_moments, without_area
 from ..manifold import Array
@@ -35,10 +36,10 @@ __all__ = ["chaplygin_change"]
 
 @gi.observable
 def new_time(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """dt₁/dt = α + ζ D(ω⃗, γ⃗); the parameters of the ball with α and ζ at their end."""
+    """dt₁/dt = α + ζ D(ω⃗, γ⃗); α and ζ are its own of the parameters."""
     w0, w1, w2 = diagonal_omega(params, y)
-    last = len(params)
-    return params[last - 2] + params[last - 1] * params[0] * (w0 * y[3] + w1 * y[4] + w2 * y[5])
+    own, D = view(params, DIAGONAL, "own"), view(params, DIAGONAL, "D")
+    return own[0] + own[1] * D[0] * (w0 * y[3] + w1 * y[4] + w2 * y[5])
 
 
 def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
@@ -63,7 +64,8 @@ def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
     change = without_area(moments, sphere.D, problem.canonical(y))
     matrix, inverse = change.forward, change.backward
     other = ChaplyginSphere(inertia=change.inertia)
-    source = dataclasses.replace(problem, params=np.concatenate([problem.params, inverse[:, 0]]))
+    _, params = classical_parameters(np.diag(moments), sphere.D, inverse[:, 0])
+    source = dataclasses.replace(problem, params=params.data)
 
     def forward(point: Array) -> Array:
         return np.asarray((matrix @ point.reshape(2, 3)).reshape(-1))

@@ -22,6 +22,7 @@ import numpy as np
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
+from ..integrable import factors
 from ..manifold import Array
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..veselova.body import Veselova
@@ -38,8 +39,9 @@ def own_time(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 @gi.observable
 def squared_time(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """D²; params = [D, …]."""
-    return params[0] * params[0] + 0.0 * y[0]
+    """D²."""
+    D, _, _ = factors(params, len(y) // 2)
+    return D[0] * D[0] + 0.0 * y[0]
 
 
 def to_neumann(body: Veselova, y: Any) -> Correspondence:

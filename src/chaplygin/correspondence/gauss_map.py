@@ -10,7 +10,7 @@ import geomint as gi
 from geomint import sqrt
 
 from ..manifold import Array
-from ..related.ellipsoid import ellipsoid_problem
+from ..related.ellipsoid import ellipsoid_problem, normal_squared
 from ..veselova.body import Veselova
 from .correspondence import Correspondence
 
@@ -19,12 +19,8 @@ __all__ = ["gauss_map"]
 
 @gi.observable
 def veselova_time(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """dt/ds = |A⁻¹x|⁻³ = U^(3/2), U = (γ, Aγ); params = [1/a…, …] of the ellipsoid."""
-    bx = params[0] * y[0]
-    total = bx * bx
-    for i in range(1, len(y) // 2):
-        bx = params[i] * y[i]
-        total += bx * bx
+    """dt/ds = |A⁻¹x|⁻³ = U^(3/2), U = (γ, Aγ)."""
+    total = normal_squared(params, y)
     return 1.0 / (total * sqrt(total))
 
 

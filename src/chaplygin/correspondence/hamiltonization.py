@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import sqrt
 
 from ..ball.sphere import ChaplyginSphere
 from ..initial_states import multiplier
+from ..integrable import physical_scale
 from ..manifold import Array
 from ..veselova.body import Veselova
 from .correspondence import Correspondence
@@ -20,11 +20,8 @@ __all__ = ["hamiltonization"]
 
 @gi.observable
 def tau_per_t(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """dτ/dt = 1/(D√U); params = [D, 1/a…, …]."""
-    u = params[1] * y[0] * y[0]
-    for i in range(1, len(y) // 2):
-        u += params[1 + i] * y[i] * y[i]
-    return 1.0 / (params[0] * sqrt(u))
+    """dτ/dt = 1/(D√U)."""
+    return 1.0 / physical_scale(len(y) // 2, params, y)
 
 
 def hamiltonization(system: ChaplyginSphere | Veselova) -> Correspondence:

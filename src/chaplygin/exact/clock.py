@@ -24,7 +24,7 @@ import numpy.typing as npt
 import geomint as gi
 
 from ..manifold import Array
-from .clock_functions import MODE_EXTRA
+from .clock_functions import clock_rows, wave_rows
 from .torus import Torus
 
 __all__ = ["QUIET", "Clock", "Sampled", "packed_clock", "refuse_slow", "sampled_clock"]
@@ -76,13 +76,20 @@ def packed_clock(clock: Clock, torus: Torus, start: Array) -> Array:
     amplitudes = np.where(resonant, clock.coefficients, clock.coefficients / (1j * safe))
     offset = -float(np.sum((amplitudes * np.exp(1j * first)).real[~resonant]))
     bounds = np.max(np.abs(clock.waves), axis=0, initial=0) if size else np.zeros(0)
-    rows = np.zeros((len(waves), size + MODE_EXTRA))
-    rows[:, :size] = clock.waves
-    rows[:, size:] = np.stack([rates, amplitudes.real, amplitudes.imag, first], axis=-1)
-    rows = np.concatenate([rows[~resonant], rows[resonant]])
-    counts = [np.count_nonzero(~resonant), np.count_nonzero(resonant)]
-    header = [clock.mean, clock.period, fastest, *counts, offset, *bounds]
-    return np.concatenate([header, rows.reshape(-1)])
+    parts = {"m": clock.waves.T, "rate": rates, "first": first}
+    parts |= {"re": amplitudes.real, "im": amplitudes.imag}
+    numbers = np.vstack([parts[name] for name in wave_rows(size)._fields]).T
+    return gi.packed(
+        clock_rows(size),
+        mean=clock.mean,
+        period=clock.period,
+        fastest=fastest,
+        regular=np.count_nonzero(~resonant),
+        resonant=np.count_nonzero(resonant),
+        offset=offset,
+        bounds=bounds,
+        waves=np.concatenate([numbers[~resonant], numbers[resonant]]),
+    ).data
 
 
 def refuse_slow(edge: float, torus: Torus) -> None:

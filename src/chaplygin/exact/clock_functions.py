@@ -11,23 +11,66 @@ frequency, how many waves are regular and resonant, the constant −Σ Re(A e^{i
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import geomint as gi
-from geomint import part
+from geomint import part, view
 
 from .elimination import determinant
 from .functions import phases, state_at
-from .packing import ANGLES, CLOCK, OVALS, ROWS, TURNS
+from .packing import torus_rows, torus_sizes
 
-__all__ = ["MODE_EXTRA", "at_time", "clock_work", "product_integral", "tau_at", "time_at"]
+__all__ = [
+    "at_time",
+    "clock_rows",
+    "clock_work",
+    "product_integral",
+    "product_rows",
+    "tau_at",
+    "time_at",
+    "wave_rows",
+]
 
-MEAN, PERIOD, FASTEST, REGULAR, RESONANT, OFFSET, BOUNDS = range(7)
-MODE_EXTRA = 4  # numbers of a wave after m
+Clock = namedtuple("Clock", "mean period fastest regular resonant offset bounds waves")
+Wave = namedtuple("Wave", "m rate re im first")
+Product = namedtuple("Product", "size bound counts tables")
+Column = namedtuple("Column", "weights waves")
+HEAD = Product(size=1, bound=1, counts=0, tables=gi.REST)
 NEWTON = 60
 HALVINGS = 40
 NOISE = 4e-16  # of the terms of the sum
 FOUR_PI = 12.566370614359172
+
+
+@gi.helper
+def clock_rows(ovals: int) -> Any:
+    """Return the layout of the clock's section."""
+    return Clock(1, 1, 1, 1, 1, 1, bounds=ovals, waves=gi.REST)
+
+
+@gi.helper
+def wave_rows(ovals: int) -> Any:
+    """Return the layout of the numbers of a wave."""
+    return Wave(m=ovals, rate=1, re=1, im=1, first=1)
+
+
+@gi.helper
+def product_rows(size: int) -> Any:
+    """Return the layout of the parameters of `product_integral`: of points, and one table a column."""
+    return Product(size=1, bound=1, counts=size, tables=gi.REST)
+
+
+@gi.helper
+def column_rows(size: int, bound: int, count: int) -> Any:
+    """Return the layout of a table: weights, and cosines and sines of multiples up to the bound."""
+    return Column(weights=size * count, waves=2 * size * (bound + 1) * count)
+
+
+@gi.helper
+def clock_of(params: Any) -> Any:
+    """Return the clock's section."""
+    return view(params, torus_rows(params), "clock")
 
 
 def clock_work(ovals: int, angles: int, bounds: int) -> int:
@@ -38,49 +81,54 @@ def clock_work(ovals: int, angles: int, bounds: int) -> int:
 @gi.helper
 def fill_waves(params: Any, phi: Any, tables: Any) -> None:
     """Write cos and sin of mφ_k/period, m = 0 … the largest, direction after direction."""
-    ovals, clock, at = int(params[OVALS]), int(params[CLOCK]), 0
+    ovals, _, _, _ = torus_sizes(params)
+    clock, rows, at = clock_of(params), clock_rows(ovals), 0
+    bounds = view(clock, rows, "bounds")
     for k in range(ovals):
-        angle = phi[k] / params[clock + PERIOD]
+        angle = phi[k] / view(clock, rows, "period")[0]
         cos1, sin1 = gi.cos(angle), gi.sin(angle)
         cos, sin = 1.0 + 0.0 * angle, 0.0 * angle
-        for _ in range(int(params[clock + BOUNDS + k]) + 1):
+        for _ in range(int(bounds[k]) + 1):
             tables[at], tables[at + 1] = cos, sin
             cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
             at += 2
 
 
 @gi.helper
-def wave(params: Any, mode: int, tables: Any) -> Any:
-    """Return cos and sin of m·φ for the wave whose numbers begin at `mode`."""
-    ovals, clock = int(params[OVALS]), int(params[CLOCK])
+def wave(bounds: Any, mode: Any, tables: Any) -> Any:
+    """Return cos and sin of m·φ for the wave whose m is `mode`."""
     cos, sin, at = 1.0, 0.0, 0
-    for k in range(ovals):
-        m = int(params[mode + k])
+    for k in range(len(bounds)):
+        m = int(mode[k])
         if m != 0:
             c, s = tables[at + 2 * abs(m)], tables[at + 2 * abs(m) + 1]
             if m < 0:
                 s = -s
             cos, sin = cos * c - sin * s, sin * c + cos * s
-        at += 2 * (int(params[clock + BOUNDS + k]) + 1)
+        at += 2 * (int(bounds[k]) + 1)
     return cos, sin
 
 
 @gi.helper
 def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
     """Return t − Tτ and dt/dτ at τ, where the angles are φ."""
-    ovals, clock = int(params[OVALS]), int(params[CLOCK])
+    ovals, _, _, _ = torus_sizes(params)
+    clock, rows, parts = clock_of(params), clock_rows(ovals), wave_rows(ovals)
+    size = parts.m + parts.rate + parts.re + parts.im + parts.first
     fill_waves(params, phi, tables)
-    total, rate = params[clock + OFFSET], params[clock + MEAN]
-    mode, regular = clock + BOUNDS + ovals, int(params[clock + REGULAR])
-    for number in range(regular + int(params[clock + RESONANT])):
-        cos, sin = wave(params, mode, tables)
-        at = mode + ovals
-        r, re, im = params[at], params[at + 1], params[at + 2]
+    total, rate = view(clock, rows, "offset")[0], view(clock, rows, "mean")[0]
+    waves, bounds = view(clock, rows, "waves"), view(clock, rows, "bounds")
+    regular = int(view(clock, rows, "regular")[0])
+    for number in range(regular + int(view(clock, rows, "resonant")[0])):
+        own = part(waves, number * size, size)
+        cos, sin = wave(bounds, view(own, parts, "m"), tables)
+        r, re = view(own, parts, "rate")[0], view(own, parts, "re")[0]
+        im = view(own, parts, "im")[0]
         if number < regular:
             total += re * cos - im * sin
             rate -= r * (re * sin + im * cos)
         else:
-            first, whole = params[at + 3], r * tau
+            first, whole = view(own, parts, "first")[0], r * tau
             rate += re * cos - im * sin
             if abs(whole) < 1.0:  # (e^{ib} − e^{ia})/(ir) = e^{i(a+b)/2} τ sin(rτ/2)/(rτ/2)
                 half = 0.5 * whole
@@ -89,15 +137,18 @@ def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
             else:
                 x, y = cos - gi.cos(first), sin - gi.sin(first)
                 total += (re * y + im * x) / r
-        mode += ovals + MODE_EXTRA
     return total, rate
 
 
 @gi.helper
 def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
     """Write the angles at physical time t; return τ and what is left, as an angle."""
-    angles, clock, turns = int(params[ANGLES]), int(params[CLOCK]), int(params[TURNS])
-    mean = params[clock + MEAN]
+    ovals, angles, _, _ = torus_sizes(params)
+    turns, rows = view(params, torus_rows(params), "turns"), clock_rows(ovals)
+    mean, fastest = (
+        view(clock_of(params), rows, "mean")[0],
+        view(clock_of(params), rows, "fastest")[0],
+    )
     base, tables = part(work, 0, angles), part(work, angles, len(work) - angles)
     start = t / mean
     rest = gi.fma(-mean, start, t)  # t − T start, without a rounding of its own
@@ -112,34 +163,35 @@ def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
         step, previous = -defect / rate, abs(defect)
         for _ in range(HALVINGS):  # t is monotone: a step too long is cut, never turned
             for j in range(angles):
-                phi[j] = base[j] + FOUR_PI * params[turns + j] * (delta + step)
+                phi[j] = base[j] + FOUR_PI * turns[j] * (delta + step)
             total, rate = clock_sums(params, start + (delta + step), phi, tables)
             defect = mean * (delta + step) + total - rest
             if abs(defect) < previous:
                 break
-            if abs(step) * params[clock + FASTEST] < NOISE:
+            if abs(step) * fastest < NOISE:
                 break
             step *= 0.5
         delta += step
-        if abs(step) * params[clock + FASTEST] < NOISE:
+        if abs(step) * fastest < NOISE:
             break
-    return start + delta, abs(defect / rate) * params[clock + FASTEST]
+    return start + delta, abs(defect / rate) * fastest
 
 
 @gi.field
 def time_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(τ) ↦ t."""
-    angles, clock = int(params[ANGLES]), int(params[CLOCK])
+    ovals, angles, _, _ = torus_sizes(params)
+    mean = view(clock_of(params), clock_rows(ovals), "mean")[0]
     phi = part(work, 0, angles)
     phases(params, x[0], phi)
     total, _ = clock_sums(params, x[0], phi, part(work, angles, len(work) - angles))
-    out[0] = gi.fma(params[clock + MEAN], x[0], total)
+    out[0] = gi.fma(mean, x[0], total)
 
 
 @gi.field
 def tau_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(t) ↦ τ, what is left of the iteration."""
-    angles = int(params[ANGLES])
+    _, angles, _, _ = torus_sizes(params)
     out[0], out[1] = solve_tau(
         params, x[0], part(work, 0, angles), part(work, angles, len(work) - angles)
     )
@@ -148,7 +200,7 @@ def tau_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 @gi.field
 def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(t) ↦ state, what is left of the iterations."""
-    angles, n = int(params[ANGLES]), int(params[ROWS])
+    _, angles, _, n = torus_sizes(params)
     phi, rest = part(work, 0, angles), part(work, angles, len(work) - angles)
     _, left = solve_tau(params, x[0], phi, rest)
     out[2 * n] = max(left, state_at(params, phi, out, rest))
@@ -157,10 +209,15 @@ def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 @gi.field
 def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(m) ↦ det_jk Σ_i weight_kij cos(m·φ(θ_i)); the tables of `clock`."""
-    size, bound = int(params[0]), int(params[1])
+    size, bound = int(view(params, HEAD, "size")[0]), int(view(params, HEAD, "bound")[0])
+    counts = view(params, product_rows(size), "counts")
+    tables, at = view(params, product_rows(size), "tables"), 0
     matrix, rest = part(work, 0, size * size), part(work, size * size, len(work) - size * size)
     for k in range(size):
-        count, at = int(params[2 + 2 * k]), int(params[3 + 2 * k])
+        count = int(counts[k])
+        rows = column_rows(size, bound, count)
+        own = part(tables, at, rows.weights + rows.waves)
+        waves, at = view(own, rows, "waves"), at + len(own)
         cos, sin = part(rest, 0, count), part(rest, count, count)
         for i in range(count):
             cos[i], sin[i] = 1.0, 0.0
@@ -168,8 +225,8 @@ def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
             m = int(x[j])
             if m == 0:
                 continue
-            table = at + size * count + 2 * count * (j * (bound + 1) + abs(m))
-            c, s = part(params, table, count), part(params, table + count, count)
+            table = 2 * count * (j * (bound + 1) + abs(m))
+            c, s = part(waves, table, count), part(waves, table + count, count)
             sign = 1.0 if m > 0 else -1.0
             for i in range(count):
                 cos[i], sin[i] = (
@@ -177,7 +234,7 @@ def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
                     sin[i] * c[i] + sign * cos[i] * s[i],
                 )
         for j in range(size):
-            total, carry, weights = 0.0, 0.0, part(params, at + j * count, count)
+            total, carry, weights = 0.0, 0.0, part(view(own, rows, "weights"), j * count, count)
             for i in range(count):  # compensated: T is one of them
                 term = weights[i] * cos[i] - carry
                 longer = total + term

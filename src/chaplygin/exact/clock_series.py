@@ -19,8 +19,8 @@ import geomint as gi
 
 from ..manifold import Array
 from .clock import QUIET, Clock, Sampled, refuse_slow
-from .clock_functions import product_integral
-from .packing import evaluated, padded
+from .clock_functions import product_integral, product_rows
+from .packing import evaluated
 from .torus import Torus
 
 __all__ = ["product_clock"]
@@ -159,15 +159,14 @@ class _Integrals:
     def _tables(self) -> Array:
         """Return the parameters of `product_integral`."""
         size = len(self._columns)
-        header, parts = [float(size), float(self._bound)], []
-        at = 2 + 2 * size
+        parts = []
         for phases, weights in self._columns:
             powers = np.arange(self._bound + 1)[:, None] * phases[:, None, :]
             waves = np.stack([np.cos(powers), np.sin(powers)], axis=2)  # j, m, cos or sin, point
             parts.append(np.concatenate([weights.T.reshape(-1), waves.reshape(-1)]))
-            header += [float(phases.shape[1]), float(at)]
-            at += len(parts[-1])
-        return padded(np.concatenate([header, *parts]))
+        counts, tables = [phases.shape[1] for phases, _ in self._columns], np.concatenate(parts)
+        rows = product_rows(size)
+        return gi.packed(rows, size=size, bound=self._bound, counts=counts, tables=tables).data
 
 
 def _column(torus: Torus, k: int) -> tuple[Array, Array]:

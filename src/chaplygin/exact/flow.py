@@ -27,7 +27,7 @@ from .clock_functions import at_time, clock_work, tau_at
 from .clock_series import product_clock
 from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
-from .packing import evaluated, packed_torus, with_clock
+from .packing import evaluated, packed_torus
 from .quadrature import LEFT, Quadrature, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
 from .separated_energy import SeparatedEnergy
@@ -264,7 +264,7 @@ class ExactFlow:
             For more than two separated angles, and a function whose Fourier series does not decay.
         """
         clock = sampled_clock(self.torus, rate, 2, signed=True)
-        params = with_clock(self._params, packed_clock(clock, self.torus, self.start))
+        params = np.concatenate([self._params, packed_clock(clock, self.torus, self.start)])
         return Quadrature(clock, params, self._clock_rows(clock), self.longest)
 
     def _physical_times(self, t: Any) -> Array:
@@ -273,7 +273,8 @@ class ExactFlow:
 
     @functools.cached_property
     def _timed(self) -> Array:
-        return with_clock(self._params, packed_clock(self.clock, self.torus, self.start))
+        timed = packed_clock(self.clock, self.torus, self.start)
+        return np.concatenate([self._params, timed])
 
     @property
     def _work(self) -> int:

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part
+from geomint import part, view
 
 from .elimination import solve_in_place
-from .packing import ANGLES, OVALS, SERIES, TERMS
+from .packing import torus_rows, torus_sizes
 
 __all__ = ["shift_sums", "solve_theta", "whole_nearest"]
 
@@ -34,8 +34,9 @@ def whole_nearest(x: Any) -> Any:
 @gi.helper
 def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
     """Write Σ_k shift_k(θ_k) for all angles, and the matrix ∂φ/∂θ."""
-    ovals, angles = int(params[OVALS]), int(params[ANGLES])
-    terms, at = int(params[TERMS]), int(params[SERIES])
+    ovals, angles, _, _ = torus_sizes(params)
+    rows, at = torus_rows(params), 0
+    terms, series = view(params, rows, "terms"), view(params, rows, "series")
     for j in range(angles):
         shift[j] = 0.0
     for k in range(ovals):
@@ -43,11 +44,11 @@ def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
             slopes[j * ovals + k] = 1.0 if j == k else 0.0
         cos1, sin1 = gi.cos(theta[k]), gi.sin(theta[k])
         cos, sin = cos1, sin1
-        for m in range(int(params[terms + k])):
+        for m in range(int(terms[k])):
             for j in range(angles):
-                shift[j] += params[at] * sin
+                shift[j] += series[at] * sin
                 if j < ovals:
-                    slopes[j * ovals + k] += (m + 1) * params[at] * cos
+                    slopes[j * ovals + k] += (m + 1) * series[at] * cos
                 at += 1
             cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
 
@@ -55,7 +56,7 @@ def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
 @gi.helper
 def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any:
     """Improve θ by Newton's method; write the shifts there and return the size of the last step."""
-    ovals, pairs = int(params[OVALS]), int(params[ANGLES]) > int(params[OVALS])
+    ovals, angles, _, _ = torus_sizes(params)
     slopes, step = part(work, 0, ovals * ovals), part(work, ovals * ovals, ovals)
     largest = 0.0
     for _ in range(NEWTON):
@@ -69,7 +70,7 @@ def newton_steps(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> An
             theta[k] -= step[k]
         if largest <= QUADRATIC or not largest < TOO_FAR:
             break
-    if pairs and largest <= QUADRATIC:  # they want the shifts where θ is now
+    if angles > ovals and largest <= QUADRATIC:  # they want the shifts where θ is now
         shift_sums(params, theta, shift, slopes)
     return largest
 
@@ -82,7 +83,7 @@ def solve_theta(params: Any, phi: Any, theta: Any, shift: Any, work: Any) -> Any
     then φ is approached on a straight line, with steps as long as Newton's method allows, from the
     next point whose coordinates are multiples of π: there θ = φ.
     """
-    ovals = int(params[OVALS])
+    ovals, _, _, _ = torus_sizes(params)
     target = part(work, ovals * ovals + ovals, ovals)
     known = part(work, ovals * ovals + 2 * ovals, ovals)
     for k in range(ovals):

@@ -1,48 +1,57 @@
 """The numbers of a torus and its clock in one flat array, as compiled functions take them.
 
-It begins with a header: sizes, then where each section starts.
+It begins with the sizes of which its layout is made: so functions are compiled once, not for each n.
 """
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
+from geomint import view
 
 from ..manifold import Array
 from .branch_points import Separation
 from .symmetry import ReducedAxes
 from .torus import Torus
 
-__all__ = ["evaluated", "packed_torus", "padded", "with_clock"]
+__all__ = ["HEAD", "evaluated", "packed_torus", "torus_rows", "torus_sizes"]
 
-# Sizes: ovals d, angles d + pairs, axes q, rows n of γ; then three numbers.
-OVALS, ANGLES, AXES, ROWS, LEAD, SCALE, PHYSICAL = range(7)
-# Where each section begins.
-(
-    RADIUS,
-    BRANCH_GAPS,
-    AXIS_GAPS,
-    OVAL_GAPS,
-    TERMS,
-    SERIES,
-    TURNS,
-    TURNS_LOW,
-    START,
-    SIGNS,
-    SPREAD,
-    LOW,
-    HIGH,
-    PAIR,
-    ELL,
-    FIRST,
-    SECOND,
-    CLOCK,
-) = range(7, 25)
-HEADER = CLOCK + 1
+# Sizes: ovals d, angles d + pairs, axes q, rows n of γ, numbers of the series; three numbers; sections.
+Parts = namedtuple(
+    "Parts",
+    "ovals angles axes rows numbers lead scale physical "
+    "radius branch_gaps axis_gaps oval_gaps terms "
+    "series turns turns_low start signs spread low high pair ell first second clock",
+)
+HEAD = Parts._make([*[1] * 8, *[0] * 17, gi.REST])  # as far as the sections
 MOST_CHECKED = 4096  # numbers
+
+
+@gi.helper
+def torus_sizes(params: Any) -> Any:
+    """Return the numbers of ovals, angles, axes, and rows of γ."""
+    ovals, angles = view(params, HEAD, "ovals")[0], view(params, HEAD, "angles")[0]
+    axes, rows = view(params, HEAD, "axes")[0], view(params, HEAD, "rows")[0]
+    return int(ovals), int(angles), int(axes), int(rows)
+
+
+@gi.helper
+def torus_rows(params: Any) -> Any:
+    """Return the layout of the parameters, from the sizes among them."""
+    ovals, angles, axes, rows = torus_sizes(params)
+    return parts_of(ovals, angles, axes, rows, int(view(params, HEAD, "numbers")[0]))
+
+
+@gi.helper
+def parts_of(ovals: int, angles: int, axes: int, rows: int, numbers: int) -> Any:
+    """Return the layout of the parameters."""
+    of_ovals = ovals, ovals * (2 * ovals - 1), ovals * axes, ovals * ovals, ovals
+    of_axes = axes, axes, axes, axes, axes, axes, axes * rows, axes * rows
+    return Parts(*HEAD[:8], *of_ovals, numbers, angles, angles, angles, *of_axes, gi.REST)
 
 
 def packed_torus(
@@ -54,7 +63,7 @@ def packed_torus(
     scale: float,
     physical: bool,
 ) -> Array:
-    """Return the parameters of the functions of a torus.
+    """Return the parameters of the functions of a torus; those of its clock may follow.
 
     Parameters
     ----------
@@ -78,39 +87,28 @@ def packed_torus(
             high[oval.high_axis] = k
     pair[axes.paired] = np.arange(np.count_nonzero(axes.paired))
     spread = [1.0 / np.prod(np.abs(np.delete(alpha, g) - alpha[g])) for g in range(count)]
-    sections: dict[int, Any] = {
-        RADIUS: torus.radius,
-        BRANCH_GAPS: torus.branch_gaps,
-        AXIS_GAPS: torus.axis_gaps,
-        OVAL_GAPS: torus.oval_gaps,
-        TERMS: [s.shape[1] for s in torus.shifts],
-        SERIES: np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)]),
-        TURNS: torus.turns,
-        TURNS_LOW: torus.turns_low,
-        START: start,
-        SIGNS: signs,
-        SPREAD: spread,
-        LOW: low,
-        HIGH: high,
-        PAIR: pair,
-        ELL: [float(x) for x in separation.ell],
-        FIRST: axes.first,
-        SECOND: axes.second,
-        CLOCK: [],
-    }
-    angles, n = len(torus.turns), axes.first.shape[1]
-    header = [len(torus.middle), angles, count, n, torus.lead, scale, physical]
-    at, parts = HEADER, []
-    for section in range(RADIUS, HEADER):
-        parts.append(np.ravel(sections[section]).astype(np.float64))
-        header.append(at)
-        at += len(parts[-1])
-    return padded(np.concatenate([np.array(header, dtype=np.float64), *parts]))
-
-
-def with_clock(params: Array, values: Array) -> Array:
-    """Return the parameters with the last section, that of the clock, filled."""
-    return padded(np.concatenate([params[: int(params[CLOCK])], values]))
+    series = np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)])
+    sizes = len(torus.middle), len(torus.turns), count, axes.first.shape[1], len(series)
+    names = ("radius", "branch_gaps", "axis_gaps", "oval_gaps", "turns", "turns_low", "lead")
+    return gi.packed(
+        parts_of(*sizes),
+        **dict(zip(Parts._fields, sizes, strict=False)),
+        **{name: getattr(torus, name) for name in names},
+        scale=scale,
+        physical=physical,
+        terms=[s.shape[1] for s in torus.shifts],
+        series=series,
+        start=start,
+        signs=signs,
+        spread=spread,
+        low=low,
+        high=high,
+        pair=pair,
+        ell=[float(x) for x in separation.ell],
+        first=axes.first,
+        second=axes.second,
+        clock=(),
+    ).data
 
 
 def padded(values: Array) -> Array:
@@ -126,4 +124,5 @@ def evaluated(function: Any, params: Array, points: Any, rows: int, work: int) -
 
     Whether it fits is checked in plain Python, but for long series: that would take seconds.
     """
-    return gi.pointwise(function, params, points, rows, work, check=len(params) <= MOST_CHECKED)
+    check = len(params) <= MOST_CHECKED
+    return gi.pointwise(function, padded(params), points, rows, work, check=check)

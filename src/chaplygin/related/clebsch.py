@@ -24,69 +24,85 @@ quadrics and spectral theory* (1980).
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
+from geomint import view
 
-from ..commuting_integrals import coefficient_tables, neumann_integral, table_rows, tabulated
+from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
 from ..manifold import Array
 
 __all__ = ["clebsch_problem", "neumann_problem"]
 
-HEADER = 1  # the parameters begin with σ; then come d_i and c_ij, then the tables of the integrals
+Clebsch = namedtuple("Clebsch", "sigma d c tables")
+
+
+@gi.helper
+def clebsch_rows(n: int) -> Any:
+    """Return the layout of the parameters: σ, d_i, c_ij, and the tables of the integrals."""
+    return Clebsch(sigma=1, d=n, c=n * (n - 1) // 2, tables=gi.REST)
+
+
+@gi.helper
+def quadratic(params: Any, n: int) -> Any:
+    """Return the blocks of d_i and c_ij."""
+    return view(params, clebsch_rows(n), "d"), view(params, clebsch_rows(n), "c")
 
 
 @gi.field
 def neumann_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Write the flow of ½|m|² + ½(q, dq); params = [σ, d…, …]."""
+    """Write the flow of ½|m|² + ½(q, dq)."""
     n = len(y) // 2
-    qq, qv, vv, qf = y[0] * y[0], y[0] * y[n], y[n] * y[n], params[1] * y[0] * y[0]
+    d, _ = quadratic(params, n)
+    qq, qv, vv, qf = y[0] * y[0], y[0] * y[n], y[n] * y[n], d[0] * y[0] * y[0]
     for i in range(1, n):
         q, v = y[i], y[n + i]
         qq += q * q
         qv += q * v
         vv += v * v
-        qf += params[1 + i] * q * q
+        qf += d[i] * q * q
     lam = qf / qq - vv
     for i in range(n):
         q, v = y[i], y[n + i]
         out[i] = qq * v - qv * q
-        out[n + i] = qv * v + (lam - params[1 + i]) * q
+        out[n + i] = qv * v + (lam - d[i]) * q
 
 
 @gi.field
 def neumann_force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """Write dq, the gradient of ½(q, dq)."""
+    d, _ = quadratic(params, len(q))
     for i in range(len(q)):
-        out[i] = params[1 + i] * q[i]
+        out[i] = d[i] * q[i]
 
 
 @gi.field
 def neumann_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """Both gradients of ½(p, p) + ½(q, dq)."""
+    d, _ = quadratic(params, len(q))
     for i in range(len(q)):
-        dq[i] = params[1 + i] * q[i]
+        dq[i] = d[i] * q[i]
         dp[i] = 1.0 * p[i]
 
 
 @functools.cache
 def clebsch_forms(n: int) -> dict[str, Any]:
-    """Return field, gradients and energy; params = [σ, d…, c…, …]."""
-    first = HEADER + n
+    """Return field, gradients and energy."""
 
     @gi.helper
-    def turned(params: Any, q: Any, v: Any, dq: Any, dv: Any) -> None:
+    def turned(c: Any, q: Any, v: Any, dq: Any, dv: Any) -> None:
         """Write −Wq and −Wv."""
         for i in range(n):
             dq[i] = 0.0 * q[i]
             dv[i] = 0.0 * q[i]
-        at = first
+        at = 0
         for i in range(n):
             for j in range(i + 1, n):
-                w = params[at] * (q[i] * v[j] - q[j] * v[i])
+                w = c[at] * (q[i] * v[j] - q[j] * v[i])
                 dq[i] = dq[i] - w * q[j]
                 dq[j] = dq[j] + w * q[i]
                 dv[i] = dv[i] - w * v[j]
@@ -95,34 +111,36 @@ def clebsch_forms(n: int) -> dict[str, Any]:
 
     def clebsch_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         q, v = gi.part(y, 0, n), gi.part(y, n, n)
-        turned(params, q, v, gi.part(out, 0, n), gi.part(out, n, n))
-        qq, qf = q[0] * q[0], params[1] * q[0] * q[0]
+        d, c = quadratic(params, n)
+        turned(c, q, v, gi.part(out, 0, n), gi.part(out, n, n))
+        qq, qf = q[0] * q[0], d[0] * q[0] * q[0]
         for i in range(1, n):
             qq += q[i] * q[i]
-            qf += params[1 + i] * q[i] * q[i]
+            qf += d[i] * q[i] * q[i]
         lam = qf / qq
         for i in range(n):
-            out[n + i] = out[n + i] + (lam - params[1 + i]) * q[i]
+            out[n + i] = out[n + i] + (lam - d[i]) * q[i]
 
     def clebsch_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
         """Both gradients of H + ½(q, p)², whose hidden constraint is (q, p) = 0."""
-        turned(params, q, p, dp, dq)
+        d, c = quadratic(params, n)
+        turned(c, q, p, dp, dq)
         qp = q[0] * p[0]
         for i in range(1, n):
             qp += q[i] * p[i]
         for i in range(n):
             dp[i] = dp[i] + qp * q[i]
-            dq[i] = params[1 + i] * q[i] + qp * p[i] - dq[i]
+            dq[i] = d[i] * q[i] + qp * p[i] - dq[i]
 
     def clebsch_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return H."""
-        total = 0.0 * y[0]
-        at = first
+        d, c = quadratic(params, n)
+        total, at = 0.0 * y[0], 0
         for i in range(n):
-            total += params[1 + i] * (y[i] * y[i])
+            total += d[i] * (y[i] * y[i])
             for j in range(i + 1, n):
                 m = y[i] * y[n + j] - y[j] * y[n + i]
-                total += params[at] * (m * m)
+                total += c[at] * (m * m)
                 at += 1
         return 0.5 * total
 
@@ -131,6 +149,23 @@ def clebsch_forms(n: int) -> dict[str, Any]:
         "gradients": gi.field(clebsch_gradients),
         "energy": gi.observable(clebsch_energy),
     }
+
+
+@functools.cache
+def neumann_integral(n: int, k: int) -> Any:
+    """Return σ Σ d_i q_i² + Σ c_ij m_ij² with the weights of the k-th table."""
+
+    def neumann_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return a coefficient of the polynomial with s_i = σ q_i²."""
+        rows = clebsch_rows(n)
+        sigma = view(params, rows, "sigma")[0]
+        d, c = table(n, view(params, rows, "tables"), k)
+        total = weighted_minors(n, c, y)
+        for i in range(n):
+            total += sigma * d[i] * (y[i] * y[i])
+        return total
+
+    return gi.observable(neumann_coefficient)
 
 
 def space(n: int) -> gi.TangentBundle:
@@ -229,16 +264,12 @@ def _problem(
     """Return the problem with those d_i and c_ij."""
     n = len(a)
     degrees = tabulated(n, range(n - 2 if name == "neumann" else n - 1))
-    start = np.concatenate([[sigma], d, c])
-    rows = table_rows(n)
-    integrals = {
-        f"N{k}": neumann_integral(n, len(start) + at * rows) for at, k in enumerate(degrees)
-    }
-
+    tables = coefficient_tables(a, degrees, 0)
+    integrals = {f"N{k}": neumann_integral(n, at) for at, k in enumerate(degrees)}
     return gi.Problem(
         name=name,
         space=space(n),
-        params=np.concatenate([start, coefficient_tables(a, degrees, 0)]),
+        params=gi.packed(clebsch_rows(n), sigma=sigma, d=d, c=c, tables=tables).data,
         invariants={"energy": energy, **integrals},
         measure=gi.Measure(),
         physical=lambda y: {"q": np.array(y[:n]), "v": np.array(y[n:])},

@@ -26,37 +26,54 @@ misprinted for |Ax|.
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
-from geomint import log
+from geomint import log, view
 
-from ..commuting_integrals import chasles_integral, coefficient_tables, table_rows, tabulated
+from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
 from ..manifold import SILENT, Array, length, repaired, warn
 
-__all__ = ["ellipsoid_problem"]
+__all__ = ["ellipsoid_problem", "normal_squared"]
+
+
+Parts = namedtuple("Parts", "b tables")
+
+
+@gi.helper
+def ellipsoid_rows(n: int) -> Any:
+    """Return the layout of the parameters: 1/a_i, and the tables of the integrals."""
+    return Parts(b=n, tables=gi.REST)
+
+
+@gi.helper
+def inverse_squares(params: Any, n: int) -> Any:
+    """Return the block of 1/a_i."""
+    return view(params, ellipsoid_rows(n), "b")
 
 
 @gi.field
 def ellipsoid_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Write the extended geodesic flow; params = [1/a…, …], y = (x, p)."""
+    """Write the extended geodesic flow; y = (x, p)."""
     n = len(y) // 2
-    bx, p = params[0] * y[0], y[n]
-    normal, xp, pp = bx * bx, bx * p, params[0] * p * p
+    b = inverse_squares(params, n)
+    bx, p = b[0] * y[0], y[n]
+    normal, xp, pp = bx * bx, bx * p, b[0] * p * p
     for i in range(1, n):
-        bx, p = params[i] * y[i], y[n + i]
+        bx, p = b[i] * y[i], y[n + i]
         normal += bx * bx
         xp += bx * p
-        pp += params[i] * p * p
+        pp += b[i] * p * p
     mu, lam = xp / normal, pp / normal
     for i in range(n):
-        bx = params[i] * y[i]
+        bx = b[i] * y[i]
         out[i] = y[n + i] - mu * bx
-        out[n + i] = mu * (params[i] * y[n + i]) - lam * bx
+        out[n + i] = mu * (b[i] * y[n + i]) - lam * bx
 
 
 @gi.field
@@ -70,12 +87,13 @@ def ellipsoid_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, w
 @gi.field
 def ellipsoid_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
     """½((x, A⁻¹x) − 1) and its Jacobian A⁻¹x."""
-    total = params[0] * q[0] * q[0]
+    b = inverse_squares(params, len(q))
+    total = b[0] * q[0] * q[0]
     for i in range(1, len(q)):
-        total += params[i] * q[i] * q[i]
+        total += b[i] * q[i] * q[i]
     g[0] = 0.5 * (total - 1.0)
     for i in range(len(q)):
-        G[i] = params[i] * q[i]
+        G[i] = b[i] * q[i]
 
 
 @gi.observable
@@ -91,10 +109,11 @@ def ellipsoid_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.helper
 def normal_squared(params: Any, y: Any) -> Any:
     """Return N = |A⁻¹x|²."""
-    bx = params[0] * y[0]
+    b = inverse_squares(params, len(y) // 2)
+    bx = b[0] * y[0]
     total = bx * bx
     for i in range(1, len(y) // 2):
-        bx = params[i] * y[i]
+        bx = b[i] * y[i]
         total += bx * bx
     return total
 
@@ -103,9 +122,10 @@ def normal_squared(params: Any, y: Any) -> Any:
 def joachimsthal(params: Any, t: Any, y: Any, work: Any) -> Any:
     """J = (p, A⁻¹p)(A⁻¹x, A⁻¹x)."""
     n = len(y) // 2
-    total = params[0] * y[n] * y[n]
+    b = inverse_squares(params, n)
+    total = b[0] * y[n] * y[n]
     for i in range(1, n):
-        total += params[i] * y[n + i] * y[n + i]
+        total += b[i] * y[n + i] * y[n + i]
     return total * normal_squared(params, y)
 
 
@@ -114,9 +134,10 @@ def weighted_product(n: int, first: int, second: int) -> Any:
     """Return the observable (u, A⁻¹v) of the vectors from those rows on, less 1 if they are one."""
 
     def weighted(params: Any, t: Any, y: Any, work: Any) -> Any:
-        total = params[0] * y[first] * y[second]
+        b = inverse_squares(params, n)
+        total = b[0] * y[first] * y[second]
         for i in range(1, n):
-            total += params[i] * y[first + i] * y[second + i]
+            total += b[i] * y[first + i] * y[second + i]
         if first == second:
             total = total - 1.0
         return total
@@ -128,6 +149,21 @@ def weighted_product(n: int, first: int, second: int) -> Any:
 def ellipsoid_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return log N, the symplectic volume by N δ(c) dx dp."""
     return log(normal_squared(params, y))
+
+
+@functools.cache
+def chasles_integral(n: int, k: int) -> Any:
+    """Return Σ d_i p_i² + Σ c_ij m_ij² with the weights of the k-th table."""
+
+    def chasles_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
+        """Return a coefficient of the polynomial with s_i = p_i²."""
+        d, c = table(n, view(params, ellipsoid_rows(n), "tables"), k)
+        total = weighted_minors(n, c, y)
+        for i in range(n):
+            total += d[i] * (y[n + i] * y[n + i])
+        return total
+
+    return gi.observable(chasles_coefficient)
 
 
 @dataclass(frozen=True)
@@ -226,13 +262,12 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
     squares = positive_vector("a", a)
     n, space = len(squares), gi.TangentBundle(Ellipsoid(tuple(squares.tolist())), "p")
     degrees = tabulated(n, range(2, n - 1))
-    integrals = {
-        f"F{k}": chasles_integral(n, n + at * table_rows(n)) for at, k in enumerate(degrees)
-    }
+    tables = coefficient_tables(squares, degrees, 0)
+    integrals = {f"F{k}": chasles_integral(n, at) for at, k in enumerate(degrees)}
     return gi.Problem(
         name="ellipsoid",
         space=space,
-        params=np.concatenate([1.0 / squares, coefficient_tables(squares, degrees, 0)]),
+        params=gi.packed(ellipsoid_rows(n), b=1.0 / squares, tables=tables).data,
         field=ellipsoid_field,
         hamiltonian=space.hamiltonian(ellipsoid_gradients, separable=True),
         invariants={"energy": ellipsoid_energy, "joachimsthal": joachimsthal, **integrals},

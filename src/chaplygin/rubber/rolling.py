@@ -16,12 +16,13 @@ det(pr (I + D)|_{R^n∧γ})^(1/2) in ω, r and the Haar measure of g.
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
-from geomint import as_vector, part, sqrt
+from geomint import as_vector, part, sqrt, view
 
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
@@ -36,43 +37,55 @@ from ..ball.rolling_states import (
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
-from ..veselova.bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
+from ..veselova.bound_velocity import (
+    BOUND,
+    bound_parameters,
+    bound_velocity,
+    bound_work,
+    log_determinant,
+)
 from ..veselova.stiefel_states import allowed_part, bound_solution, initial_bound, only_allowed
 
 __all__ = ["rubber_rolling_problem"]
 
-BASE = 2  # the parameters of `bound_velocity` come after n and D
+Rubber = namedtuple("Rubber", "bound rho m inertia")
 
 
 @functools.cache
-def rubber_dynamics(full: bool, n: int, at: int) -> RollingDynamics:
-    """Return acceleration and inertia; the parameters are [n, D, c, I + D…, ρ, m, I…], ρ at `at`."""
+def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
+    """Return acceleration and inertia; parameters are those of `bound_velocity` for I + D, ρ, m, I."""
     size = n * (n - 1) // 2
-    apply_inertia = operator_applied(full, n, at + 2)
-    solve = bound_velocity(full, n, 1, BASE)
+    apply_inertia = operator_applied(full, n)
+    solve = bound_velocity(full, n, 1)
 
     def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
         momentum, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
-        apply_inertia(params, w, momentum)
+        apply_inertia(view(params, rows, "inertia"), w, momentum)
         turn(n, w, momentum, torque, rest)
-        solve(params, torque, gamma, out, rest)
+        solve(view(params, rows, "bound"), torque, gamma, out, rest)
 
     return RollingDynamics(gi.helper(accelerate), apply_inertia)
 
 
 @functools.cache
-def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
+def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
     """Return K, the twist, its torque and log of the density; y = (g, r, ω, v)."""
     size, square = n * (n - 1) // 2, n * n
     turning = rolling_space(n).slices["omega"].start
-    dynamics = rubber_dynamics(full, n, at)
-    apply = operator_applied(full, n, BASE + 1)
+    dynamics = rubber_dynamics(full, n, rows)
+    apply = operator_applied(full, n)
+
+    def total_of(params: Any) -> Any:
+        """Return the block of the entries of I + D."""
+        return view(view(params, rows, "bound"), BOUND, "inertia")
+
+    total_inertia = gi.helper(total_of)
 
     def rubber_k(params: Any, t: Any, y: Any, work: Any) -> Any:
         """K = |pr (I + D)ω|² = |((I + D)ω)γ|²."""
         moment, image = part(work, 0, size), part(work, size, n)
-        apply(params, part(y, turning, size), moment)
+        apply(total_inertia(params), part(y, turning, size), moment)
         apply_to_gamma(n, moment, part(y, square - n, n), image)
         total = image[0] * image[0]
         for i in range(1, n):
@@ -89,9 +102,9 @@ def rubber_forms(full: bool, n: int, at: int) -> dict[str, Any]:
         torque, rest = part(work, 2 * size, size), part(work, 3 * size, len(work) - 3 * size)
         w = part(y, turning, size)
         dynamics.accelerate(params, part(y, square - n, n), w, rate, rest)
-        dynamics.apply_inertia(params, w, left)
+        dynamics.apply_inertia(view(params, rows, "inertia"), w, left)
         turn(n, w, left, torque, rest)
-        apply(params, rate, left)
+        apply(total_inertia(params), rate, left)
         for i in range(size):
             left[i] = left[i] - torque[i]
         return sqrt(about_vertical(n, left, part(y, square - n, n), rest))
@@ -143,10 +156,9 @@ def rubber_rolling_problem(
     kept_full, entries = operator_entries(inertia)
     if full != kept_full:
         entries = np.diag(entries).reshape(-1)
-    params = np.concatenate([[n, m * rho * rho], bound, [rho, m], entries])
-    at = BASE + len(bound)
-    dynamics, own = rubber_dynamics(full, n, at), rubber_forms(full, n, at)
-    forms = multiplier_fields(dynamics, n, at)
+    rows = Rubber(bound=len(bound), rho=1, m=1, inertia=len(entries))
+    dynamics, own = rubber_dynamics(full, n, rows), rubber_forms(full, n, rows)
+    forms = multiplier_fields(dynamics, n, rows)
 
     def make_state(
         gamma: Any = None, g: Any = None, r: Any = None, v: Any = None, **components: Any
@@ -176,12 +188,12 @@ def rubber_rolling_problem(
     constraints = {"rolling": forms["rolling"]}
     if n > 2:
         constraints["twist"] = own["twist"]
-    observables = contact_observables(dynamics, n, at, forms["locate"])
+    observables = contact_observables(dynamics, n, rows, forms["locate"])
     observables.pop("pivoting", None)  # which is the twist
     return gi.Problem(
         name="rubber-ball-rolling",
         space=space,
-        params=params,
+        params=gi.packed(rows, bound=bound, rho=rho, m=m, inertia=entries).data,
         field=forms["field"],
         action=space.action(forms["generator"]),
         work=7 * size + 2 * n + max(2 * square, bound_work(n, 1)),
@@ -190,7 +202,7 @@ def rubber_rolling_problem(
         observables={**observables, "torque": own["torque"]} if n > 2 else observables,
         measure=gi.Measure(
             own["log_density"],
-            rolling_conditions(n, at, True),
+            rolling_conditions(n, rows, True),
             n * (n + 1) // 2 + n - 1 + (n - 1) * (n - 2) // 2,
         ),
         make_state=make_state,

@@ -17,7 +17,6 @@ from .parameters import (
     Numbers,
     Strict,
     Weight,
-    the_one_of,
 )
 
 __all__ = ["BALL", "GROUP", "HOMOGENEOUS", "POISSON", "AnyBall"]
@@ -38,9 +37,8 @@ class AnyBall(Weight):
 
     def sphere(self) -> ChaplyginSphere:
         """Return the ball, or raise `geomint.DomainError`."""
-        operators = {name: getattr(self, name) for name in ("a", "inertia", "moments", "J")}
-        name = the_one_of(operators)
-        value, (m, rho) = operators[name], self.mass_and_radius()
+        name, value = self.the_one_of("a", "inertia", "moments", "J")
+        m, rho = self.mass_and_radius()
         if name == "moments":
             return ChaplyginSphere.from_moments(value, m, rho)
         if name == "J":
@@ -85,7 +83,7 @@ class GroupInitial(Initial):
 def _build_group(parameters: AnyBall, initial: GroupInitial) -> gi.Model:
     """Return the ball in (k, g), and in (k, γ), which has not the attitude."""
     sphere, vector = parameters.sphere(), parameters.moments is not None
-    given = {name: value for name, value in initial.components().items() if name != "g"}
+    given = initial.given("gamma", "g")
     gamma, g = initial_attitude(initial.gamma, initial.g, sphere.n)
     _, k = initial_momentum(sphere.inertia, sphere.D, gamma, vector, **given)
     group, ball = sphere.on_group(spatial_momentum(g, k, sphere.n)), sphere.ball()

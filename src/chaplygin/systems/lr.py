@@ -7,7 +7,7 @@ import geomint as gi
 from ..inertia import GeneralInertia
 from ..rigid_body import warn_of_mass_tensor
 from ..veselova.lr_body import VeselovaLR
-from .parameters import Matrix, Numbers, Strict, the_one_of
+from .parameters import Matrix, Numbers, Strict, default_of
 
 __all__ = ["LR"]
 
@@ -21,19 +21,19 @@ class LRParameters(Strict):
     a: Numbers | None = None
     inertia: Numbers | Matrix | None = None
     J: Numbers | Matrix | None = None
-    r: int = 1
+    r: int = default_of(VeselovaLR, "r")
     multipliers: bool = True
 
     def body(self) -> VeselovaLR:
         """Return the body, or raise `geomint.DomainError`."""
-        the_one_of({"a": self.a, "inertia": self.inertia, "J": self.J})
-        if self.a is not None:
-            return VeselovaLR.from_a(self.a, self.r)
-        if self.J is not None:
-            body = VeselovaLR(GeneralInertia.from_mass_tensor(self.J), self.r)
-            warn_of_mass_tensor(self.J)
-            return body
-        return VeselovaLR(self.inertia, self.r)
+        name, value = self.the_one_of("a", "inertia", "J")
+        if name == "a":
+            return VeselovaLR.from_a(value, self.r)
+        if name == "inertia":
+            return VeselovaLR(value, self.r)
+        body = VeselovaLR(GeneralInertia.from_mass_tensor(value), self.r)
+        warn_of_mass_tensor(value)
+        return body
 
 
 class LRInitial(Strict):
@@ -47,10 +47,7 @@ class LRInitial(Strict):
 def _build(parameters: LRParameters, initial: LRInitial) -> gi.Model:
     body = parameters.body()
     lr, stiefel = body.lr(), body.stiefel()
-    given = {
-        name: value for name, value in (("w", initial.w), ("k", initial.k)) if value is not None
-    }
-    start = lr.state(g=initial.g, **given)
+    start = lr.state(**initial.given())
     states = {"lr": start, "stiefel": stiefel.state(**lr.physical_state(start))}
     problems = {"lr": lr, "stiefel": stiefel}
     if not parameters.multipliers:

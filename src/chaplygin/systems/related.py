@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import geomint as gi
-
 from ..related.clebsch import clebsch_problem, neumann_problem
 from ..related.ellipsoid import ellipsoid_problem
-from .parameters import Number, Numbers, Strict
+from .parameters import Number, Numbers, Strict, default_of, keys_of, system_of
 
 __all__ = ["CLEBSCH", "ELLIPSOID", "NEUMANN"]
 
-
-class EllipsoidParameters(Strict):
-    """The ellipsoid (x, A⁻¹x) = 1, A = diag(a): squares of the semi-axes."""
-
-    a: Numbers
+EllipsoidKeys = keys_of(ellipsoid_problem, __name__, "EllipsoidKeys", a=Numbers)
+NeumannKeys = keys_of(neumann_problem, __name__, "NeumannKeys", a=Numbers)
+STRENGTH = (Number, default_of(neumann_problem, "strength"))
+ClebschKeys = keys_of(clebsch_problem, __name__, "ClebschKeys", a=Numbers, strength=STRENGTH)
 
 
 class EllipsoidInitial(Strict):
@@ -24,20 +21,6 @@ class EllipsoidInitial(Strict):
     p: Numbers
 
 
-class NeumannParameters(Strict):
-    """The potential ½σ(q, Aq), A = diag(a), σ = strength."""
-
-    a: Numbers
-    strength: Number = 1.0
-
-
-class ClebschParameters(NeumannParameters):
-    """The weights of the two flows; x = 1, y = 0 is Neumann's."""
-
-    x: Number
-    y: Number
-
-
 class SphereInitial(Strict):
     """A point of the sphere and a tangent vector."""
 
@@ -45,40 +28,27 @@ class SphereInitial(Strict):
     v: Numbers
 
 
-def _ellipsoid(parameters: EllipsoidParameters, initial: EllipsoidInitial) -> gi.Model:
-    problem = ellipsoid_problem(parameters.a)
-    state = problem.state(x=initial.x, p=initial.p)
-    return gi.Model(problems={"geodesics": problem}, states={"geodesics": state})
-
-
-def _neumann(parameters: NeumannParameters, initial: SphereInitial) -> gi.Model:
-    problem = neumann_problem(parameters.a, parameters.strength)
-    return gi.Model({"neumann": problem}, {"neumann": problem.state(q=initial.q, v=initial.v)})
-
-
-def _clebsch(parameters: ClebschParameters, initial: SphereInitial) -> gi.Model:
-    problem = clebsch_problem(parameters.a, parameters.strength, parameters.x, parameters.y)
-    return gi.Model({"clebsch": problem}, {"clebsch": problem.state(q=initial.q, v=initial.v)})
-
-
-ELLIPSOID = gi.System(
-    name="ellipsoid",
-    summary="geodesics of the ellipsoid (x, A⁻¹x) = 1 in R^n: a separable constrained Hamiltonian",
-    parameters=EllipsoidParameters,
-    initial=EllipsoidInitial,
-    build=_ellipsoid,
+ELLIPSOID = system_of(
+    ellipsoid_problem,
+    "geodesics",
+    "ellipsoid",
+    "geodesics of the ellipsoid (x, A⁻¹x) = 1 in R^n: a separable constrained Hamiltonian",
+    EllipsoidKeys,
+    EllipsoidInitial,
 )
-NEUMANN = gi.System(
-    name="neumann",
-    summary="Neumann's system on S^(n−1): a point in the potential ½σ(q, Aq), a natural system",
-    parameters=NeumannParameters,
-    initial=SphereInitial,
-    build=_neumann,
+NEUMANN = system_of(
+    neumann_problem,
+    "neumann",
+    "neumann",
+    "Neumann's system on S^(n−1): a point in the potential ½σ(q, Aq), a natural system",
+    NeumannKeys,
+    SphereInitial,
 )
-CLEBSCH = gi.System(
-    name="clebsch",
-    summary="Clebsch's system on T*S^(n−1), which commutes with Neumann's",
-    parameters=ClebschParameters,
-    initial=SphereInitial,
-    build=_clebsch,
+CLEBSCH = system_of(
+    clebsch_problem,
+    "clebsch",
+    "clebsch",
+    "Clebsch's system on T*S^(n−1), which commutes with Neumann's",
+    ClebschKeys,
+    SphereInitial,
 )

@@ -10,7 +10,7 @@ from ..ball.rolling_states import initial_attitude, initial_rolling
 from ..manifold import skew_components, skew_matrix
 from .ball import AnyBall
 from .models import ball_model, spatial_momentum
-from .parameters import Matrix, Numbers, Strict
+from .parameters import Numbers, Placed
 
 __all__ = ["ROLLING"]
 
@@ -21,29 +21,21 @@ class RollingParameters(AnyBall):
     multipliers: bool = True
 
 
-class RollingInitial(Strict):
+class RollingInitial(Placed):
     """One of p, p_tilde, k, omega, and where the ball is: gamma or the attitude g (or both), r, v.
 
     Where g is not given, it is the smallest rotation that takes gamma to E_n; r = 0 and the v of
     rolling unless given. A v with which the ball slips is an error.
     """
 
-    gamma: Numbers | None = None
-    g: Matrix | None = None
-    r: Numbers | None = None
     v: Numbers | None = None
-    p: Numbers | None = None
     p_tilde: Numbers | None = None
-    k: Numbers | Matrix | None = None
-    omega: Numbers | Matrix | None = None
 
     def momentum(self, n: int, vector: bool) -> dict[str, Any]:
         """Return the momentum that was given, k and omega as flat triangles."""
-        plain = {"p": self.p, "p_tilde": self.p_tilde}
-        found: dict[str, Any] = {name: value for name, value in plain.items() if value is not None}
-        for name, value in (("k", self.k), ("omega", self.omega)):
-            if value is not None:
-                found[name] = skew_components(name, value, n, vector)
+        found = self.given("gamma", "g", "r", "v")
+        for name in found.keys() & {"k", "omega"}:
+            found[name] = skew_components(name, found[name], n, vector)
         return found
 
 

@@ -6,7 +6,7 @@ import geomint as gi
 
 from ..ball.rolling_states import initial_attitude
 from ..rubber.sphere import RubberSphere
-from .parameters import Matrix, Numbers, Strict, Weight, the_one_of
+from .parameters import Matrix, Numbers, Placed, Weight
 
 __all__ = ["RUBBER"]
 
@@ -25,35 +25,17 @@ class RubberParameters(Weight):
 
     def sphere(self) -> RubberSphere:
         """Return the ball, or raise `geomint.DomainError`."""
-        operators = {"a": self.a, "inertia": self.inertia, "moments": self.moments}
-        the_one_of(operators)
+        name, value = self.the_one_of("a", "inertia", "moments")
         m, rho = self.mass_and_radius()
-        D = m * rho * rho
-        if self.a is not None:
-            return RubberSphere.from_a(self.a, D)
-        if self.moments is not None:
-            return RubberSphere.from_moments(self.moments, D)
-        return RubberSphere(self.inertia, D)
+        makers = {"a": RubberSphere.from_a, "moments": RubberSphere.from_moments}
+        return makers.get(name, RubberSphere)(value, m * rho * rho)
 
 
-class RubberInitial(Strict):
-    """gamma or the attitude g (or both), one of p, k, omega, and the contact point r."""
-
-    gamma: Numbers | None = None
-    g: Matrix | None = None
-    r: Numbers | None = None
-    p: Numbers | None = None
-    k: Numbers | Matrix | None = None
-    omega: Numbers | Matrix | None = None
-
-
-def _build(parameters: RubberParameters, initial: RubberInitial) -> gi.Model:
+def _build(parameters: RubberParameters, initial: Placed) -> gi.Model:
     sphere = parameters.sphere()
-    given = {name: getattr(initial, name) for name in ("p", "k", "omega")}
-    given = {name: value for name, value in given.items() if value is not None}
     rolling = sphere.rolling(*parameters.mass_and_radius())
     _, g = initial_attitude(initial.gamma, initial.g, sphere.n)
-    start = rolling.state(g=g, r=initial.r, **given)
+    start = rolling.state(g=g, r=initial.r, **initial.given("gamma", "g", "r"))
     problems = {"rolling": rolling, "reduced": sphere.reduced()}
     if sphere.body() is not None:
         problems["hamiltonized"] = sphere.hamiltonized()
@@ -71,6 +53,6 @@ RUBBER = gi.System(
     name="rubber-ball",
     summary="the ball that neither slips nor twists: (g, r, ω, v) with reactions, (γ, p), (γ, p̃)",
     parameters=RubberParameters,
-    initial=RubberInitial,
+    initial=Placed,
     build=_build,
 )

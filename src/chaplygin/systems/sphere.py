@@ -5,23 +5,20 @@ from __future__ import annotations
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
+from ..inertia import SpecialInertia
 from ..manifold import skew_components, skew_matrix
 from .ball import AnyBall
 from .models import sphere_model
-from .parameters import Initial, Number, Numbers, Strict
+from .parameters import Initial, Numbers, Strict, keys_of
 
 __all__ = ["HAMILTONIZED", "REDUCED"]
 
 
-class SpecialParameters(Strict):
-    """The special inertia operator, eq. (operator)."""
-
-    a: Numbers
-    D: Number
+SpecialKeys = keys_of(SpecialInertia, __name__, "SpecialKeys", a=Numbers)
 
 
-def _hamiltonized(parameters: SpecialParameters, initial: Initial) -> gi.Model:
-    sphere = ChaplyginSphere(a=parameters.a, D=parameters.D)
+def _hamiltonized(parameters: Strict, initial: Initial) -> gi.Model:
+    sphere = ChaplyginSphere(**dict(parameters))
     return sphere_model(sphere, "hamiltonized", initial.gamma, **initial.components())
 
 
@@ -43,7 +40,7 @@ REDUCED = gi.System(
 HAMILTONIZED = gi.System(
     "chaplygin-sphere-hamiltonized",
     "the Hamiltonised Chaplygin sphere, a geodesic flow on T*S^(n−1), in time τ",
-    SpecialParameters,
+    SpecialKeys,
     Initial,
     _hamiltonized,
 )

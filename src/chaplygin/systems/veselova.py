@@ -7,7 +7,7 @@ import geomint as gi
 from ..manifold import triangle_of_vector
 from ..veselova.body import Veselova
 from ..veselova.initial_states import veselova_tangent
-from .parameters import Direction, Matrix, Number, Numbers, Strict
+from .parameters import Direction, Matrix, Number, Numbers, Strict, default_of
 
 __all__ = ["VESELOVA"]
 
@@ -21,8 +21,8 @@ class VeselovaParameters(Strict):
 
     a: Numbers | None = None
     moments: Numbers | None = None
-    D: Number = 1.0
-    f1: Number = 0.0
+    D: Number = default_of(Veselova, "D")
+    f1: Number = default_of(Veselova.classical, "f1")
 
     def body(self) -> Veselova:
         """Return the body, or raise `geomint.DomainError`."""

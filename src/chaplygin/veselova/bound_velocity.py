@@ -17,33 +17,37 @@ times the gradient of ¼ Σ ((x_s, z_t) + (x_t, z_s))² is added. That makes the
 definite, and the right side has no part along the freedom, so that XᵀZ + ZᵀX is 0. The determinant
 of the matrix is, where XᵀX = 1, a constant times det(pr_𝔡 𝓘|_𝔡): the density of the invariant measure.
 
-Parameters, from row `at` on: c, then the entries of 𝓘 (see `operators`). One system of nr equations
+Parameters: c, then the entries of 𝓘 (see `operators`). One system of nr equations
 by LDLᵀ without pivots: O(n³r³).
 """
 
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
-from geomint import log, part
+from geomint import log, part, view
 
 from ..ball.angular_velocity import apply_to_gamma, solve_in_place
 from ..inertia import GeneralInertia, SpecialInertia
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
 
-__all__ = ["bound_parameters", "bound_velocity", "bound_work", "log_determinant"]
+__all__ = ["BOUND", "bound_parameters", "bound_velocity", "bound_work", "log_determinant"]
+
+Bound = namedtuple("Bound", "c inertia")
+BOUND = Bound(c=1, inertia=gi.REST)  # the layout of the parameters
 
 
 def bound_parameters(inertia: SpecialInertia | GeneralInertia) -> tuple[bool, Array]:
     """Return whether 𝓘 is stored as a matrix, and the parameters of `bound_velocity`."""
     full, entries = operator_entries(inertia)
     diagonal = np.diag(inertia.matrix) if isinstance(inertia, GeneralInertia) else entries
-    return full, np.concatenate([[np.exp(np.mean(np.log(diagonal)))], entries])
+    return full, gi.packed(BOUND, c=np.exp(np.mean(np.log(diagonal))), inertia=entries).data
 
 
 def bound_work(n: int, r: int) -> int:
@@ -52,16 +56,16 @@ def bound_work(n: int, r: int) -> int:
 
 
 @functools.cache
-def bound_velocity(full: bool, n: int, r: int, at: int) -> Any:
-    """Return ``f(params, k, x, w, work)``, which writes the triangle of w.
+def bound_velocity(full: bool, n: int, r: int) -> Any:
+    """Return ``f(params, k, x, w, work)``, which writes the triangle of w; `params` are its own.
 
     k is a flat triangle, x the vectors x_1, …, x_r one after another. The scratch begins with the
     nr numbers z_s and the matrix, whose diagonal holds the inverse pivots: see `log_determinant`.
     """
     size, rows = n * (n - 1) // 2, n * r
-    apply = operator_applied(full, n, at + 1)
+    apply = operator_applied(full, n)
 
-    def fill(params: Any, x: Any, matrix: Any, work: Any) -> None:
+    def fill(inertia: Any, x: Any, matrix: Any, work: Any) -> None:
         """Write the matrix for an operator stored as a matrix: column by column."""
         turned, moment = part(work, 0, size), part(work, size, size)
         column = part(work, 2 * size, n)
@@ -76,22 +80,22 @@ def bound_velocity(full: bool, n: int, r: int, at: int) -> Any:
                         if i == a:
                             turned[pair] = -x[s * n + j]
                         pair += 1
-                apply(params, turned, moment)
+                apply(inertia, turned, moment)
                 for t in range(r):
                     apply_to_gamma(n, moment, part(x, t * n, n), column)
                     for b in range(n):
                         matrix[(t * n + b) * rows + s * n + a] = -column[b]
 
-    def fill_diagonal(params: Any, x: Any, matrix: Any, work: Any) -> None:
+    def fill_diagonal(inertia: Any, x: Any, matrix: Any, work: Any) -> None:
         """Write the matrix for diagonal 𝓘."""
         for s in range(r):
             for t in range(r):
                 for a in range(n):
                     matrix[(t * n + a) * rows + s * n + a] = 0.0 * x[0]
-                pair = at + 1
+                pair = 0
                 for a in range(n):
                     for b in range(a + 1, n):
-                        moment = params[pair]
+                        moment = inertia[pair]
                         pair += 1
                         sa, sb, ta, tb = x[s * n + a], x[s * n + b], x[t * n + a], x[t * n + b]
                         aa, bb = (t * n + a) * rows + s * n + a, (t * n + b) * rows + s * n + b
@@ -105,8 +109,8 @@ def bound_velocity(full: bool, n: int, r: int, at: int) -> Any:
     def velocity(params: Any, k: Any, x: Any, w: Any, work: Any) -> None:
         z, matrix = part(work, 0, rows), part(work, rows, rows * rows)
         rest = part(work, rows + rows * rows, len(work) - rows - rows * rows)
-        filled(params, x, matrix, rest)
-        c = params[at]
+        filled(view(params, BOUND, "inertia"), x, matrix, rest)
+        c = view(params, BOUND, "c")[0]
         for s in range(r):
             for t in range(r):
                 for a in range(n):

@@ -22,12 +22,13 @@ det 𝓘 (γ⃗, Bγ⃗) where |γ⃗| = 1.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
-from geomint import log
+from geomint import log, view
 
 from ..ball.classical import VECTORS, classical_area, classical_k, turn
 from ..exact.motions import exact_body
@@ -35,13 +36,17 @@ from ..initial_states import one_of
 from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
-__all__ = ["veselova_classical_problem"]
+__all__ = ["LEVEL", "veselova_classical_problem"]
+
+Level = namedtuple("Level", "B f1")
+LEVEL = Level(B=3, f1=1)  # the layout of the parameters: 1/𝓘_i and f₁
 
 
 @gi.helper
 def angular_velocity(params: Any, y: Any) -> Any:
-    """Return w⃗ and m; params = [1/𝓘_1, 1/𝓘_2, 1/𝓘_3, f₁], y = (k⃗, γ⃗)."""
-    b0, b1, b2 = params[0], params[1], params[2]
+    """Return w⃗ and m; y = (k⃗, γ⃗)."""
+    b = view(params, LEVEL, "B")
+    b0, b1, b2 = b[0], b[1], b[2]
     k0, k1, k2, g0, g1, g2 = y[0], y[1], y[2], y[3], y[4], y[5]
     kg = k0 * g0 + k1 * g1 + k2 * g2
     gbk = b0 * (g0 * k0) + b1 * (g1 * k1) + b2 * (g2 * k2)
@@ -81,13 +86,14 @@ def veselova_vectors_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.observable
 def veselova_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(w⃗, γ⃗) − f₁ = (k⃗, γ⃗) − f₁, eq. (classical)."""
-    return classical_area(params, t, y, work) - params[3]
+    return classical_area(params, t, y, work) - view(params, LEVEL, "f1")[0]
 
 
 @gi.observable
 def veselova_vectors_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return −½ log(γ⃗, Bγ⃗)."""
-    w = params[0] * y[3] * y[3] + params[1] * y[4] * y[4] + params[2] * y[5] * y[5]
+    b = view(params, LEVEL, "B")
+    w = b[0] * y[3] * y[3] + b[1] * y[4] * y[4] + b[2] * y[5] * y[5]
     return -0.5 * log(w)
 
 
@@ -149,7 +155,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
     return gi.Problem(
         name="veselova-classical",
         space=VECTORS,
-        params=np.concatenate([inverse, [level]]),
+        params=gi.packed(LEVEL, B=inverse, f1=level).data,
         field=veselova_vectors_field,
         action=gi.GroupAction(veselova_vectors_generator, gi.so3(2)),
         invariants={"energy": veselova_vectors_energy, "K": classical_k},

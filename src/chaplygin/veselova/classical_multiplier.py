@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log
+from geomint import log, view
 
 from ..manifold import Array, triangle_of_vector
-from .classical import veselova_classical_problem
+from .classical import LEVEL, veselova_classical_problem
 
 __all__ = ["veselova_multiplier_problem"]
 
@@ -31,8 +31,9 @@ unit_norm = SPACE.constraints["norm"]
 
 @gi.helper
 def rates(params: Any, y: Any) -> Any:
-    """Return dw⃗/dt and λ; params = [1/𝓘_1, 1/𝓘_2, 1/𝓘_3, f₁], y = (γ⃗, w⃗)."""
-    b0, b1, b2 = params[0], params[1], params[2]
+    """Return dw⃗/dt and λ; y = (γ⃗, w⃗)."""
+    b = view(params, LEVEL, "B")
+    b0, b1, b2 = b[0], b[1], b[2]
     g0, g1, g2, w0, w1, w2 = y[0], y[1], y[2], y[3], y[4], y[5]
     m0, m1, m2 = w0 / b0, w1 / b1, w2 / b2
     t0, t1, t2 = m1 * w2 - m2 * w1, m2 * w0 - m0 * w2, m0 * w1 - m1 * w0
@@ -69,7 +70,8 @@ def multiplier_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> No
 def momentum(params: Any, y: Any) -> Any:
     """Return K⃗ and (𝓘⁰w⃗, γ⃗)."""
     w0, w1, w2 = y[3], y[4], y[5]
-    m0, m1, m2 = w0 / params[0], w1 / params[1], w2 / params[2]
+    b = view(params, LEVEL, "B")
+    m0, m1, m2 = w0 / b[0], w1 / b[1], w2 / b[2]
     s = (m0 - w0) * y[0] + (m1 - w1) * y[1] + (m2 - w2) * y[2]
     return m0 - s * y[0], m1 - s * y[1], m2 - s * y[2], s
 
@@ -92,7 +94,7 @@ def multiplier_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.observable
 def multiplier_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(w⃗, γ⃗) − f₁, eq. (classical)."""
-    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5] - params[3]
+    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5] - view(params, LEVEL, "f1")[0]
 
 
 @gi.observable
@@ -105,7 +107,8 @@ def multiplier(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.observable
 def multiplier_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return ½ log(γ⃗, 𝓘⁻¹γ⃗)."""
-    total = params[0] * y[0] * y[0] + params[1] * y[1] * y[1] + params[2] * y[2] * y[2]
+    b = view(params, LEVEL, "B")
+    total = b[0] * y[0] * y[0] + b[1] * y[1] * y[1] + b[2] * y[2] * y[2]
     return 0.5 * log(total)
 
 
@@ -135,7 +138,7 @@ def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem
         If n is not 3; from ``state`` and ``canonical`` for what describes no state.
     """
     classical = veselova_classical_problem(a, D, f1)
-    inverse = classical.params[:3]
+    inverse = classical.params[: LEVEL.B]
 
     def from_momentum(y: Array) -> Array:
         """Return (γ⃗, w⃗) of (K⃗, γ⃗): w⃗ = B(K⃗ + mγ⃗)."""

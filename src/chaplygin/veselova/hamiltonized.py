@@ -25,24 +25,25 @@ from geomint import fma
 from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..exact.motions import exact_veselova
 from ..initial_states import multiplier
+from ..integrable import factors, special_parameters
 from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
-from .reduced import veselova_parameters
 
 __all__ = ["veselova_hamiltonized_problem"]
 
 
 @gi.field
 def geodesic_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """Write the flow of 𝓗; params = [D, 1/a…, a…, …], y = (γ, p̃)."""
+    """Write the flow of 𝓗; y = (γ, p̃)."""
     n = len(y) // 2
-    d2 = params[0] * params[0]
+    D, _, a = factors(params, n)
+    d2 = D[0] * D[0]
     g, p = y[0], y[n]
-    ap = params[1 + n] * p
+    ap = a[0] * p
     rest, gap, pap = fma(-g, g, 1.0), g * ap, p * ap
     for i in range(1, n):
         g, p = y[i], y[n + i]
-        ap = params[1 + n + i] * p
+        ap = a[i] * p
         rest = fma(-g, g, rest)
         gap += g * ap
         pap += p * ap
@@ -54,7 +55,7 @@ def geodesic_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     lam += lam * excess
     for i in range(n):
         g, p = y[i], y[n + i]
-        out[i] = (d2 * params[1 + n + i]) * p - mu * g
+        out[i] = (d2 * a[i]) * p - mu * g
         out[n + i] = mu * p - lam * g
 
 
@@ -62,25 +63,27 @@ def geodesic_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 def geodesic_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """𝓗 = ½D² (p̃, Ap̃), eq. (ham:ves)."""
     n = len(y) // 2
-    pap = params[1 + n] * y[n] * y[n]
+    D, _, a = factors(params, n)
+    pap = a[0] * y[n] * y[n]
     for i in range(1, n):
-        pap += params[1 + n + i] * y[n + i] * y[n + i]
-    return 0.5 * params[0] * params[0] * pap
+        pap += a[i] * y[n + i] * y[n + i]
+    return 0.5 * D[0] * D[0] * pap
 
 
 @gi.field
 def geodesic_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """Both gradients of 𝓗̃ = 𝓗 − D² (γ, p̃)(γ, Ap̃)."""
     n = len(q)
-    d2 = params[0] * params[0]
-    gp, gap = q[0] * p[0], params[1 + n] * q[0] * p[0]
+    D, _, a = factors(params, n)
+    d2 = D[0] * D[0]
+    gp, gap = q[0] * p[0], a[0] * q[0] * p[0]
     for i in range(1, n):
         gp += q[i] * p[i]
-        gap += params[1 + n + i] * q[i] * p[i]
+        gap += a[i] * q[i] * p[i]
     for i in range(n):
-        x, z, a = q[i], p[i], params[1 + n + i]
-        dq[i] = -d2 * (gap + gp * a) * z
-        dp[i] = d2 * (a * z - (gap + gp * a) * x)
+        x, z, ai = q[i], p[i], a[i]
+        dq[i] = -d2 * (gap + gp * ai) * z
+        dp[i] = d2 * (ai * z - (gap + gp * ai) * x)
 
 
 def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
@@ -101,7 +104,7 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p̃ that describes no state; see `manifold`.
     """
     n = len(a)
-    params, integrals = veselova_parameters(a, D, False)
+    params, integrals = special_parameters(a, D, False)
 
     space = gi.TangentSphere(n, ("gamma", "p_tilde"))
 

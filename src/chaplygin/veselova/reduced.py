@@ -27,34 +27,35 @@ import geomint as gi
 
 from ..ball.reduced import reduced_k, reduced_log_density
 from ..exact.motions import exact_veselova
-from ..integrable import shared_integrals
+from ..integrable import factors, special_parameters
 from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
 
-__all__ = ["veselova_parameters", "veselova_reduced_problem"]
+__all__ = ["veselova_reduced_problem"]
 
 
 @gi.field
 def veselova_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """γ̇ = −wγ, ṗ = −wp; params = [D, 1/a…, a…, …], y = (γ, p)."""
+    """γ̇ = −wγ, ṗ = −wp; y = (γ, p)."""
     n = len(y) // 2
-    g, p, a = y[0], y[n], params[1 + n]
-    g2, gp, u = g * g, g * p, params[1] * g * g
-    gag, gap, pap = a * g * g, a * g * p, a * p * p
+    _, b, a = factors(params, n)
+    g, p = y[0], y[n]
+    g2, gp, u = g * g, g * p, b[0] * g * g
+    gag, gap, pap = a[0] * g * g, a[0] * g * p, a[0] * p * p
     for i in range(1, n):
-        g, p, a = y[i], y[n + i], params[1 + n + i]
+        g, p = y[i], y[n + i]
         g2 += g * g
         gp += g * p
-        u += params[1 + i] * g * g
-        gag += a * g * g
-        gap += a * g * p
-        pap += a * p * p
+        u += b[i] * g * g
+        gag += a[i] * g * g
+        gap += a[i] * g * p
+        pap += a[i] * p * p
     r = 1.0 / u
     gaq, paq = r * (g2 * gap - gp * gag), r * (g2 * pap - gp * gap)
     rg2, rgp = r * g2, r * gp
     for i in range(n):
         g, p = y[i], y[n + i]
-        aq = params[1 + n + i] * (g2 * p - gp * g)
+        aq = a[i] * (g2 * p - gp * g)
         out[i] = rg2 * aq - gaq * g
         out[n + i] = rgp * aq - paq * g
 
@@ -63,17 +64,18 @@ def veselova_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 def veselova_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ξ = −w = Aq∧γ/U."""
     n = len(y) // 2
-    g2, gp, u = y[0] * y[0], y[0] * y[n], params[1] * y[0] * y[0]
+    _, b, a = factors(params, n)
+    g2, gp, u = y[0] * y[0], y[0] * y[n], b[0] * y[0] * y[0]
     for i in range(1, n):
         g2 += y[i] * y[i]
         gp += y[i] * y[n + i]
-        u += params[1 + i] * y[i] * y[i]
+        u += b[i] * y[i] * y[i]
     r = 1.0 / u
     pair = 0
     for i in range(n):
-        x, aq = y[i], params[1 + n + i] * (g2 * y[n + i] - gp * y[i])
+        x, aq = y[i], a[i] * (g2 * y[n + i] - gp * y[i])
         for j in range(i + 1, n):
-            z, other = y[j], params[1 + n + j] * (g2 * y[n + j] - gp * y[j])
+            z, other = y[j], a[j] * (g2 * y[n + j] - gp * y[j])
             out[pair] = r * (aq * z - x * other)
             pair += 1
 
@@ -82,25 +84,19 @@ def veselova_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
 def veselova_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """½⟨𝓘w, w⟩ = ½⟨k, w⟩ = (q, Aq)/(2U), which is (p, Ap)/(2U) on T*S^(n−1)."""
     n = len(y) // 2
-    g, p, a = y[0], y[n], params[1 + n]
-    g2, gp, u = g * g, g * p, params[1] * g * g
-    gag, gap, pap = a * g * g, a * g * p, a * p * p
+    _, b, a = factors(params, n)
+    g, p = y[0], y[n]
+    g2, gp, u = g * g, g * p, b[0] * g * g
+    gag, gap, pap = a[0] * g * g, a[0] * g * p, a[0] * p * p
     for i in range(1, n):
-        g, p, a = y[i], y[n + i], params[1 + n + i]
+        g, p = y[i], y[n + i]
         g2 += g * g
         gp += g * p
-        u += params[1 + i] * g * g
-        gag += a * g * g
-        gap += a * g * p
-        pap += a * p * p
+        u += b[i] * g * g
+        gag += a[i] * g * g
+        gap += a[i] * g * p
+        pap += a[i] * p * p
     return 0.5 * (g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)) / u
-
-
-def veselova_parameters(a: Array, D: float, physical: bool) -> tuple[Array, dict[str, Any]]:
-    """Return the parameters D, 1/a, a and those of the integrals beside K and the energy, and these."""
-    start = np.concatenate([[D], 1.0 / a, a])
-    tables, integrals = shared_integrals(a, len(start), physical)
-    return np.concatenate([start, tables]), integrals
 
 
 def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
@@ -121,7 +117,7 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         From ``state`` and ``canonical``: a γ or p that describes no state; see `manifold`.
     """
     n = len(a)
-    params, integrals = veselova_parameters(a, D, True)
+    params, integrals = special_parameters(a, D, True)
 
     space = gi.TangentSphere(n)
 

@@ -40,7 +40,7 @@ __all__ = ["stiefel_problem"]
 def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     """Return field, generator, energy, K and log of the density; y = (X, P), vector by vector."""
     size, rows = n * (n - 1) // 2, n * r
-    solve = bound_velocity(full, n, r, 0)
+    solve = bound_velocity(full, n, r)
 
     def turning(params: Any, y: Any, work: Any) -> Any:
         """Return blocks (k, w, scratch of the solve)."""

@@ -28,6 +28,7 @@ _TO_TUPLE = {"LIST_TO_TUPLE", "INTRINSIC_LIST_TO_TUPLE"}  # of f(*x) and (*x, y)
 _RAISES = (
     "raises an exception: a function cannot end a run; outside of its domain it gives math.nan"
 )
+_NAMED = "namedtuple_"  # where Python keeps the constructors of named tuples, as of layouts
 _KEYWORDS = "has arguments that go by keyword alone: leave out `*` and `**`"
 _ASYNC = "is asynchronous: write def"
 _STATEMENTS = {
@@ -78,6 +79,8 @@ def habit_of(recorded: Recorded) -> Habit | None:
 
 def _first_habit(recorded: Recorded) -> Habit | None:
     for function in recorded.reach.functions:
+        if (function.__module__ or "").startswith(_NAMED):
+            continue
         code = function.__code__
         if code.co_kwonlyargcount or code.co_flags & CO_VARKEYWORDS:
             return Habit(_KEYWORDS, function, code.co_firstlineno)

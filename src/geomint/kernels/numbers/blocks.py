@@ -126,6 +126,8 @@ def view(block: Block, layout: Any, name: str) -> Block:
 def packed(layout: Any, /, **values: Any) -> Block:
     """Return a block of the numbers given for each part of a layout.
 
+    A last part of `REST` rows has as many as there are numbers for it.
+
     Raises
     ------
     ValueError
@@ -134,6 +136,9 @@ def packed(layout: Any, /, **values: Any) -> Block:
     if "padding" in layout._fields:
         values["padding"] = np.zeros(layout.padding)
     parts = {name: np.ravel(np.asarray(x, dtype=np.float64)) for name, x in values.items()}
+    last = layout._fields[-1]
+    if layout[-1] < 0 and last in parts:
+        layout = layout._replace(**{last: len(parts[last])})
     if {name: len(numbers) for name, numbers in parts.items()} != layout._asdict():
         raise ValueError(f"{layout} filled with {[(name, len(x)) for name, x in parts.items()]}")
     block = scalar_block(sum(layout))

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos, sin
+from ...kernels.numbers.blocks import packed, view
 from ..forms import Measure, Splitting
 from ..problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 
+Shears = namedtuple("Shears", "amplitudes season")
+LAYOUT = Shears(amplitudes=3, season=1)  # of the parameters
 INITIAL = np.array([0.4, -0.7, 1.9])
 
 
 @field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ẋ = A sin z + C cos y, ẏ = B sin x + A cos z, ż = C sin y + B cos x."""
-    A, B, C = params[0] * (1.0 + params[3] * cos(2.0 * t)), params[1], params[2]
+    amplitudes, season = view(params, LAYOUT, "amplitudes"), view(params, LAYOUT, "season")
+    A, B, C = amplitudes[0] * (1.0 + season[0] * cos(2.0 * t)), amplitudes[1], amplitudes[2]
     out[0] = A * sin(y[2]) + C * cos(y[1])
     out[1] = B * sin(y[0]) + A * cos(y[2])
     out[2] = C * sin(y[1]) + B * cos(y[0])
@@ -29,9 +34,9 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 def shears(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
     """Part k, with the amplitude A, B or C: one coordinate rests and moves the other two."""
     rests = (k + 2) % 3
-    amplitude = h * params[k]
+    amplitude = h * view(params, LAYOUT, "amplitudes")[k]
     if k == 0:
-        amplitude *= 1.0 + params[3] * cos(2.0 * t)
+        amplitude *= 1.0 + view(params, LAYOUT, "season")[0] * cos(2.0 * t)
     out[rests] = 0.0 * h
     out[k] = amplitude * sin(y[rests])
     out[(k + 1) % 3] = amplitude * cos(y[rests])
@@ -54,7 +59,7 @@ def problem(A: float = 1.0, B: float = 0.8, C: float = 0.6, season: float = 0.4)
     return Problem(
         name="abc-flow",
         pieces=(("x", 3),),
-        params=np.array([A, B, C, season]),
+        params=packed(LAYOUT, amplitudes=(A, B, C), season=season).data,
         field=motion,
         splitting=Splitting(shears, 3, symplectic=False),
         measure=Measure(),

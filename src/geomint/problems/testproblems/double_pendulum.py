@@ -18,6 +18,12 @@ INITIAL = np.array([0.0, 0.0, -1.0, 0.0, 0.6, -1.8, 0.3, 0.5, 0.0, 0.15, 0.45, 0
 
 
 @helper
+def named(params: Any) -> Any:
+    """Return m, M and g: the parameters, in the order of those of `problem`."""
+    return params[0], params[1], params[2]
+
+
+@helper
 def product(y: Any, i: int, j: int) -> Any:
     """(y_i, y_j) of two 3-vectors in a block."""
     return y[i] * y[j] + y[i + 1] * y[j + 1] + y[i + 2] * y[j + 2]
@@ -29,7 +35,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
     The second derivatives of ½|x|² and ½|d|² along the motion vanish, which gives λ and μ.
     """
-    m, M, gravity = params[0], params[1], params[2]
+    m, M, gravity = named(params)
     for i in range(3):
         work[i] = y[3 + i] - y[i]  # d
         work[3 + i] = y[6 + i] / m  # velocity of x
@@ -56,13 +62,14 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 @field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = g (m e₃, M e₃), ∂H/∂p = (p_x/m, p_w/M)."""
+    m, M, gravity = named(params)
     for i in range(3):
         dq[i] = 0.0 * q[i]
         dq[3 + i] = 0.0 * q[i]
-        dp[i] = p[i] / params[0]
-        dp[3 + i] = p[3 + i] / params[1]
-    dq[2] = dq[2] + params[0] * params[2]
-    dq[5] = dq[5] + params[1] * params[2]
+        dp[i] = p[i] / m
+        dp[3 + i] = p[3 + i] / M
+    dq[2] = dq[2] + m * gravity
+    dq[5] = dq[5] + M * gravity
 
 
 @field
@@ -84,8 +91,9 @@ def rods(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
 @field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = |p_x|²/2m + |p_w|²/2M + g (m x₃ + M w₃)."""
-    kinetic = 0.5 * (product(y, 6, 6) / params[0] + product(y, 9, 9) / params[1])
-    return kinetic + params[2] * (params[0] * y[2] + params[1] * y[5])
+    m, M, gravity = named(params)
+    kinetic = 0.5 * (product(y, 6, 6) / m + product(y, 9, 9) / M)
+    return kinetic + gravity * (m * y[2] + M * y[5])
 
 
 @field
@@ -112,7 +120,7 @@ def lower_rod(params: Any, t: Any, y: Any, work: Any) -> Any:
 @field
 def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Log det(G M⁻¹ Gᵀ): the symplectic volume is det{c_i, c_j}^½ δ(c) dq dp, c = (g, G M⁻¹ p)."""
-    m, M = params[0], params[1]
+    m, M, _ = named(params)
     xx, dd, xd = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
     for i in range(3):
         d = y[3 + i] - y[i]
@@ -125,11 +133,12 @@ def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
 @field
 def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """½(|x|² − 1), ½(|w − x|² − 1) and their rates."""
+    m, M, _ = named(params)
     first, second = 0.0 * y[0], 0.0 * y[0]
     for i in range(3):
-        velocity = y[6 + i] / params[0]
+        velocity = y[6 + i] / m
         first += y[i] * velocity
-        second += (y[3 + i] - y[i]) * (y[9 + i] / params[1] - velocity)
+        second += (y[3 + i] - y[i]) * (y[9 + i] / M - velocity)
     out[0] = 0.5 * upper_rod(params, t, y, work)
     out[1] = 0.5 * lower_rod(params, t, y, work)
     out[2] = first

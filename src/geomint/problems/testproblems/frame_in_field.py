@@ -17,7 +17,13 @@ __all__ = ["initial", "problem"]
 
 FRAMES = Stiefel(3, 2)
 
-# params = [m, M, weight, stiffness, ε]; q = (x, w), p = (p_x, p_w)
+# q = (x, w), p = (p_x, p_w)
+
+
+@helper
+def named(params: Any) -> Any:
+    """Return m, M, weight, stiffness and ε: the parameters, in the order of those of `problem`."""
+    return params[0], params[1], params[2], params[3], params[4]
 
 
 @helper
@@ -29,7 +35,8 @@ def product(y: Any, i: int, j: int) -> Any:
 @helper
 def pulls(params: Any, t: Any, q: Any) -> Any:
     """∂V/∂x₃ and ∂V/∂w₃; the other derivatives of V are 0."""
-    return params[2] * (1.0 + params[4] * cos(2.0 * t)), params[3] * q[5]
+    _, _, weight, stiffness, season = named(params)
+    return weight * (1.0 + season * cos(2.0 * t)), stiffness * q[5]
 
 
 @field
@@ -39,7 +46,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     The second derivatives of ½|x|², ½|w|² and (x, w) vanish; x and w being orthonormal, each gives
     one multiplier.
     """
-    m, M = params[0], params[1]
+    m, M, _, _, _ = named(params)
     fx, fw = pulls(params, t, y)
     lam = product(y, 6, 6) / m - fx * y[2]
     mu = product(y, 9, 9) / M - fw * y[5]
@@ -57,11 +64,12 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 @field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = ∂V/∂q, ∂H/∂p = (p_x/m, p_w/M)."""
+    m, M, _, _, _ = named(params)
     for i in range(3):
         dq[i] = 0.0 * q[i]
         dq[3 + i] = 0.0 * q[i]
-        dp[i] = p[i] / params[0]
-        dp[3 + i] = p[3 + i] / params[1]
+        dp[i] = p[i] / m
+        dp[3 + i] = p[3 + i] / M
     fx, fw = pulls(params, t, q)
     dq[2] = dq[2] + fx
     dq[5] = dq[5] + fw
@@ -70,7 +78,8 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
 @field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = |p_x|²/2m + |p_w|²/2M + V."""
-    kinetic = 0.5 * (product(y, 6, 6) / params[0] + product(y, 9, 9) / params[1])
+    m, M, _, _, _ = named(params)
+    kinetic = 0.5 * (product(y, 6, 6) / m + product(y, 9, 9) / M)
     fx, fw = pulls(params, t, y)
     return kinetic + fx * y[2] + 0.5 * fw * y[5]
 
@@ -84,7 +93,7 @@ def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
 @field
 def manifold(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """½(|x|² − 1), ½(|w|² − 1), (x, w) and their rates: det(G M⁻¹ Gᵀ) is constant there."""
-    m, M = params[0], params[1]
+    m, M, _, _, _ = named(params)
     out[0] = 0.5 * (product(y, 0, 0) - 1.0)
     out[1] = 0.5 * (product(y, 3, 3) - 1.0)
     out[2] = product(y, 0, 3)
@@ -98,7 +107,7 @@ def initial(
 ) -> npt.NDArray[np.float64]:
     """Return a state whose frame turns with the angular velocity `spin`."""
     x, w = np.array([0.6, 0.0, -0.8]), np.array([0.0, 1.0, 0.0])
-    m, M = problem.params[:2]
+    m, M, _, _, _ = problem.params
     return np.concatenate([x, w, m * np.cross(spin, x), M * np.cross(spin, w)])
 
 
@@ -129,22 +138,17 @@ def problem(
     E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., VII.5.5, on rigid
     bodies by constraints.
     """
+    numbers = {"first": first, "second": second, "weight": weight, "stiffness": stiffness}
+    numbers["season"] = season
     invariants = {"angular-momentum": angular_momentum}
     return Problem(
         name="frame-in-field",
         pieces=(("x", 3), ("w", 3), ("px", 3), ("pw", 3)),
-        params=np.array([first, second, weight, stiffness, season]),
+        params=np.array(list(numbers.values())),
         field=motion,
         hamiltonian=Hamiltonian(gradients, FRAMES.constraint, FRAMES.conditions, separable),
         invariants=invariants if season else {**invariants, "energy": energy},
         constraints=FRAMES.constraints,
         measure=Measure(manifold=manifold, conditions=6),
-        parameters={
-            "first": first,
-            "second": second,
-            "weight": weight,
-            "stiffness": stiffness,
-            "season": season,
-            "separable": separable,
-        },
+        parameters={**numbers, "separable": separable},
     )

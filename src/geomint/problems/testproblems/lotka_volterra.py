@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field
+from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos, log, sin
 from ..forms import Measure
 from ..problem import Problem
@@ -16,11 +16,17 @@ __all__ = ["INITIAL", "problem"]
 INITIAL = np.array([1.3, 0.7])
 
 
+@helper
+def named(params: Any) -> Any:
+    """Return ε and ω: the parameters, in the order of those of `problem`."""
+    return params[0], params[1]
+
+
 @field
 def rates(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """u̇ = u (1 + ε cos ωt − v), v̇ = v (u − 1 − v/8)."""
-    u, v = y[0], y[1]
-    season = params[0] * cos(params[1] * t)
+    (amplitude, frequency), u, v = named(params), y[0], y[1]
+    season = amplitude * cos(frequency * t)
     out[0] = u * ((1.0 - v) + season)
     out[1] = v * ((u - 1.0) - 0.125 * v)
 
@@ -28,7 +34,8 @@ def rates(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 @field
 def log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Log μ = (t + ε sin(ωt)/ω)/8 − 9/8 log u − log v: crowding dissipates, so μ depends on time."""
-    seasons = t + params[0] * sin(params[1] * t) / params[1]
+    amplitude, frequency = named(params)
+    seasons = t + amplitude * sin(frequency * t) / frequency
     return 0.125 * seasons - 1.125 * log(y[0]) - log(y[1])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy.typing as npt
 
 from ...kernels.compiling.recorded import Recorded, field, helper
 from ...kernels.numbers.arithmetic import cos
+from ...kernels.numbers.blocks import REST, packed, view
 from ..forms import Measure
 from ..natural import natural_on_sphere
 from ..problem import Problem
@@ -17,56 +19,57 @@ from ..spaces.tangent_bundle import TangentSphere
 
 __all__ = ["initial", "problem"]
 
-# params = [ε, a_1, …, a_n], y = (q, p)
+Neumann = namedtuple("Neumann", "season a")
+LAYOUT = Neumann(season=1, a=REST)  # of the parameters; y = (q, p)
 
 
 @helper
 def strength(params: Any, t: Any) -> Any:
     """φ = 1 + ε cos 2t."""
-    return 1.0 + params[0] * cos(2.0 * t)
+    return 1.0 + view(params, LAYOUT, "season")[0] * cos(2.0 * t)
 
 
 @field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ = −φAq + λq, λ = (φ(q, Aq) − (p, p))/(q, q), φ = 1 + ε cos 2t."""
     n = len(y) // 2
-    phi = strength(params, t)
-    qq, qaq, pp = y[0] * y[0], params[1] * y[0] * y[0], y[n] * y[n]
+    phi, a = strength(params, t), view(params, LAYOUT, "a")
+    qq, qaq, pp = y[0] * y[0], a[0] * y[0] * y[0], y[n] * y[n]
     for i in range(1, n):
         qq += y[i] * y[i]
-        qaq += params[1 + i] * y[i] * y[i]
+        qaq += a[i] * y[i] * y[i]
         pp += y[n + i] * y[n + i]
     multiplier = (phi * qaq - pp) / qq
     for i in range(n):
         out[i] = 1.0 * y[n + i]
-        out[n + i] = (multiplier - phi * params[1 + i]) * y[i]
+        out[n + i] = (multiplier - phi * a[i]) * y[i]
 
 
 @field
 def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """∂V/∂q = φAq."""
-    phi = strength(params, t)
+    phi, a = strength(params, t), view(params, LAYOUT, "a")
     for i in range(len(q)):
-        out[i] = phi * params[1 + i] * q[i]
+        out[i] = phi * a[i] * q[i]
 
 
 @field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = φAq, ∂H/∂p = p."""
-    phi = strength(params, t)
+    phi, a = strength(params, t), view(params, LAYOUT, "a")
     for i in range(len(q)):
-        dq[i] = phi * params[1 + i] * q[i]
+        dq[i] = phi * a[i] * q[i]
         dp[i] = 1.0 * p[i]
 
 
 @field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½((p, p) + φ(q, Aq)); with ε = 0 it is ½ Σ a_k F_k on T*S^(n−1)."""
-    n = len(y) // 2
-    kinetic, potential = y[n] * y[n], params[1] * y[0] * y[0]
+    n, a = len(y) // 2, view(params, LAYOUT, "a")
+    kinetic, potential = y[n] * y[n], a[0] * y[0] * y[0]
     for i in range(1, n):
         kinetic += y[n + i] * y[n + i]
-        potential += params[1 + i] * y[i] * y[i]
+        potential += a[i] * y[i] * y[i]
     return 0.5 * (kinetic + strength(params, t) * potential)
 
 
@@ -75,12 +78,12 @@ def uhlenbeck(k: int) -> Recorded:
 
     @field
     def integral(params: Any, t: Any, y: Any, work: Any) -> Any:
-        n = len(y) // 2
+        n, a = len(y) // 2, view(params, LAYOUT, "a")
         total = y[k] * y[k]
         for j in range(n):
             if j != k:
                 momentum = y[k] * y[n + j] - y[j] * y[n + k]
-                total += momentum * momentum / (params[1 + k] - params[1 + j])
+                total += momentum * momentum / (a[k] - a[j])
         return total
 
     return integral
@@ -117,7 +120,7 @@ def problem(a: Sequence[float] = (0.5, 1.3, 2.6), season: float = 0.0) -> Proble
     return Problem(
         name=f"neumann-{n}",
         space=space,
-        params=np.array([season, *a]),
+        params=packed(LAYOUT, season=season, a=a).data,
         field=motion,
         hamiltonian=space.hamiltonian(gradients, separable=True),
         splitting=natural_on_sphere(potential_gradient),

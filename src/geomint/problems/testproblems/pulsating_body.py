@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos
+from ...kernels.numbers.blocks import packed, view
 from ..forms import GroupAction, Measure
 from ..groups import so3
 from ..problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 
+Body = namedtuple("Body", "inertia pulse frequencies rotor")
+LAYOUT = Body(inertia=3, pulse=3, frequencies=3, rotor=3)  # of the parameters
 INITIAL = np.array([0.7, -0.4, 1.1, 0.48, 0.6, -0.64])
 
 
 @helper
 def angular_velocity(params: Any, t: Any, y: Any, i: int) -> Any:
     """Ω_i = m_i / (I_i (1 + ε_i cos ω_i t)) + κ_i γ_i."""
-    inertia = params[i] * (1.0 + params[3 + i] * cos(params[6 + i] * t))
-    return y[i] / inertia + params[9 + i] * y[3 + i]
+    pulse, frequencies = view(params, LAYOUT, "pulse"), view(params, LAYOUT, "frequencies")
+    inertia = view(params, LAYOUT, "inertia")[i] * (1.0 + pulse[i] * cos(frequencies[i] * t))
+    return y[i] / inertia + view(params, LAYOUT, "rotor")[i] * y[3 + i]
 
 
 @field
@@ -83,10 +88,11 @@ def problem(
     The torque-free body with time-dependent inertia: J. E. Marsden, T. S. Ratiu, *Introduction to
     Mechanics and Symmetry*, 2nd ed., chapter 15.
     """
+    given = {"inertia": inertia, "pulse": pulse, "frequencies": frequencies, "rotor": rotor}
     return Problem(
         name="pulsating-body",
         pieces=(("m", 3), ("gamma", 3)),
-        params=np.concatenate([inertia, pulse, frequencies, rotor]),
+        params=packed(LAYOUT, **given).data,
         field=motion,
         action=GroupAction(generator, so3(2)),
         invariants={
@@ -95,10 +101,5 @@ def problem(
             "inclination": inclination,
         },
         measure=Measure(),
-        parameters={
-            "inertia": list(inertia),
-            "pulse": list(pulse),
-            "frequencies": list(frequencies),
-            "rotor": list(rotor),
-        },
+        parameters={name: list(numbers) for name, numbers in given.items()},
     )

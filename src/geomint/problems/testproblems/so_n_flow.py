@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.groups.so_n import unpack_skew
 from ...kernels.numbers.arithmetic import cos
-from ...kernels.numbers.blocks import part
+from ...kernels.numbers.blocks import packed, part, view
 from ..problem import Problem
 from ..spaces.euclidean import Euclidean
 from ..spaces.product import Product
@@ -20,24 +21,33 @@ from ..spaces.skew import Skew
 __all__ = ["initial", "problem"]
 
 
+Flow = namedtuple("Flow", "season a c")
+
+
+@helper
+def flow_rows(n: int) -> Flow:
+    """Return the layout of the parameters: ε, a_i, and c_ij."""
+    return Flow(season=1, a=n, c=n * (n - 1) // 2)
+
+
 @helper
 def coefficients(params: Any, t: Any, y: Any, n: int, out: Any) -> None:
     """ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j), i < j, as a flat triangle."""
-    size = n * (n - 1) // 2
-    at = 0
+    rows, at = flow_rows(n), 0
+    a, c, gamma = view(params, rows, "a"), view(params, rows, "c"), part(y, rows.c, n)
     for i in range(n):
-        season = 1.0 + params[0] * cos(t + 1.0 * i)
+        season = 1.0 + view(params, rows, "season")[0] * cos(t + 1.0 * i)
         for j in range(i + 1, n):
-            drag = (params[1 + j] - params[1 + i]) * y[size + i] * y[size + j]
-            out[at] = -(params[1 + n + at] * season * y[at] + drag)
+            drag = (a[j] - a[i]) * gamma[i] * gamma[j]
+            out[at] = -(c[at] * season * y[at] + drag)
             at += 1
 
 
 @helper
 def dimension(params: Any) -> int:
-    """Return n, of 1 + n + n(n − 1)/2 parameters."""
+    """Return the n that has as many parameters."""
     n = 2
-    while 1 + n + n * (n - 1) // 2 < len(params):
+    while sum(flow_rows(n)) < len(params):
         n += 1
     return n
 
@@ -139,7 +149,7 @@ def problem(n: int = 4, season: float = 0.4, frame: bool = False) -> Problem:
     return Problem(
         name=f"so-{n}-flow",
         space=space,
-        params=np.concatenate([[season], a, c]),
+        params=packed(flow_rows(n), season=season, a=a, c=c).data,
         field=motion,
         action=space.action(generator),
         work=len(c) + 2 * n * n,

@@ -2,38 +2,60 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...kernels.compiling.recorded import field
+from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos, sin
+from ...kernels.numbers.blocks import Block, packed, view
 from ..forms import Hamiltonian
 from ..problem import Problem
 from ..spaces.sphere import Sphere
 
 __all__ = ["initial", "problem"]
 
-# params = [ε, δ, ψ, b_1 …, b_n, c_1 …, c_n]
-HEADER = 3
+Metric = namedtuple("Metric", "epsilon delta psi b c")
+
+
+@helper
+def metric_rows(n: int) -> Metric:
+    """Return the layout of the parameters."""
+    return Metric(epsilon=1, delta=1, psi=1, b=n, c=n)
+
+
+@helper
+def named(params: Any, n: int) -> Any:
+    """Return the blocks of ε, δ, ψ, b and c."""
+    rows = metric_rows(n)
+    epsilon, delta = view(params, rows, "epsilon"), view(params, rows, "delta")
+    return (
+        epsilon,
+        delta,
+        view(params, rows, "psi"),
+        view(params, rows, "b"),
+        view(params, rows, "c"),
+    )
 
 
 @field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = ½|p|² ∂φ/∂q + (1 + ½ sin 2t) c, ∂H/∂p = φp + ψ(b, p) b."""
     n = len(q)
-    bq, bp, pp = params[HEADER] * q[0], params[HEADER] * p[0], p[0] * p[0]
+    epsilon, delta, psi, b, c = named(params, n)
+    bq, bp, pp = b[0] * q[0], b[0] * p[0], p[0] * p[0]
     for i in range(1, n):
-        bq += params[HEADER + i] * q[i]
-        bp += params[HEADER + i] * p[i]
+        bq += b[i] * q[i]
+        bp += b[i] * p[i]
         pp += p[i] * p[i]
-    phi = 1.0 + params[0] * cos(t) + params[1] * bq * bq
-    slope = params[1] * bq * pp
+    phi = 1.0 + epsilon[0] * cos(t) + delta[0] * bq * bq
+    slope = delta[0] * bq * pp
     pull = 1.0 + 0.5 * sin(2.0 * t)
     for i in range(n):
-        dq[i] = slope * params[HEADER + i] + pull * params[HEADER + n + i]
-        dp[i] = phi * p[i] + params[2] * bp * params[HEADER + i]
+        dq[i] = slope * b[i] + pull * c[i]
+        dp[i] = phi * p[i] + psi[0] * bp * b[i]
 
 
 @field
@@ -45,47 +67,48 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         λ (φ(q, q) + ψ(b, q)²) = (v, v) + φ̇ (q, p) + φ(q, f) + ψ(b, f)(b, q)
     """
     n = len(y) // 2
-    bq, bp, pp = params[HEADER] * y[0], params[HEADER] * y[n], y[n] * y[n]
-    qq, qp, bb = y[0] * y[0], y[0] * y[n], params[HEADER] * params[HEADER]
-    cq, bc = params[HEADER + n] * y[0], params[HEADER + n] * params[HEADER]
+    epsilon, delta, psi, b, c = named(params, n)
+    bq, bp, pp = b[0] * y[0], b[0] * y[n], y[n] * y[n]
+    qq, qp, bb = y[0] * y[0], y[0] * y[n], b[0] * b[0]
+    cq, bc = c[0] * y[0], c[0] * b[0]
     for i in range(1, n):
-        b, c, q, p = params[HEADER + i], params[HEADER + n + i], y[i], y[n + i]
-        bq += b * q
-        bp += b * p
+        q, p = y[i], y[n + i]
+        bq += b[i] * q
+        bp += b[i] * p
         pp += p * p
         qq += q * q
         qp += q * p
-        bb += b * b
-        cq += c * q
-        bc += b * c
-    phi = 1.0 + params[0] * cos(t) + params[1] * bq * bq
-    psi = params[2]
-    slope = params[1] * bq * pp
+        bb += b[i] * b[i]
+        cq += c[i] * q
+        bc += b[i] * c[i]
+    phi = 1.0 + epsilon[0] * cos(t) + delta[0] * bq * bq
+    slope = delta[0] * bq * pp
     pull = 1.0 + 0.5 * sin(2.0 * t)
-    b_velocity = (phi + psi * bb) * bp
-    velocity2 = phi * phi * pp + psi * bp * bp * (2.0 * phi + psi * bb)
-    phi_dot = 2.0 * params[1] * bq * b_velocity - params[0] * sin(t)
+    b_velocity = (phi + psi[0] * bb) * bp
+    velocity2 = phi * phi * pp + psi[0] * bp * bp * (2.0 * phi + psi[0] * bb)
+    phi_dot = 2.0 * delta[0] * bq * b_velocity - epsilon[0] * sin(t)
     q_force = -(slope * bq + pull * cq)
     b_force = -(slope * bb + pull * bc)
-    right = velocity2 + phi_dot * qp + phi * q_force + psi * b_force * bq
-    multiplier = right / (phi * qq + psi * bq * bq)
+    right = velocity2 + phi_dot * qp + phi * q_force + psi[0] * b_force * bq
+    multiplier = right / (phi * qq + psi[0] * bq * bq)
     for i in range(n):
-        b, c = params[HEADER + i], params[HEADER + n + i]
-        out[i] = phi * y[n + i] + psi * bp * b
-        out[n + i] = -(slope * b + pull * c) - multiplier * y[i]
+        bi, ci = b[i], c[i]
+        out[i] = phi * y[n + i] + psi[0] * bp * bi
+        out[n + i] = -(slope * bi + pull * ci) - multiplier * y[i]
 
 
 @field
 def tangency(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(q, ∂H/∂p)."""
     n = len(y) // 2
-    bq, bp, qp = params[HEADER] * y[0], params[HEADER] * y[n], y[0] * y[n]
+    epsilon, delta, psi, b, _ = named(params, n)
+    bq, bp, qp = b[0] * y[0], b[0] * y[n], y[0] * y[n]
     for i in range(1, n):
-        bq += params[HEADER + i] * y[i]
-        bp += params[HEADER + i] * y[n + i]
+        bq += b[i] * y[i]
+        bp += b[i] * y[n + i]
         qp += y[i] * y[n + i]
-    phi = 1.0 + params[0] * cos(t) + params[1] * bq * bq
-    return phi * qp + params[2] * bp * bq
+    phi = 1.0 + epsilon[0] * cos(t) + delta[0] * bq * bq
+    return phi * qp + psi[0] * bp * bq
 
 
 def problem(n: int = 3, pulse: float = 0.3, bend: float = 0.7, pull: float = 0.5) -> Problem:
@@ -103,7 +126,7 @@ def problem(n: int = 3, pulse: float = 0.3, bend: float = 0.7, pull: float = 0.5
     return Problem(
         name=f"sphere-metric-{n}",
         pieces=(("q", n), ("p", n)),
-        params=np.concatenate([[pulse, bend, pull], b, c]),
+        params=packed(metric_rows(n), epsilon=pulse, delta=bend, psi=pull, b=b, c=c).data,
         field=motion,
         hamiltonian=Hamiltonian(gradients, sphere.constraint, sphere.conditions),
         constraints={**sphere.constraints, "tangency": tangency},
@@ -123,8 +146,8 @@ def initial(problem: Problem) -> npt.NDArray[np.float64]:
     q = np.cos(1.0 + 1.9 * np.arange(n))
     q /= np.linalg.norm(q)
     p = np.sin(0.4 + 2.3 * np.arange(n))
-    b = problem.params[HEADER : HEADER + n]
-    phi = 1.0 + problem.params[0] + problem.params[1] * (b @ q) ** 2
-    normal = phi * q + problem.params[2] * (b @ q) * b
+    epsilon, delta, psi, b, _ = (part.data for part in named(Block(problem.params), n))
+    phi = 1.0 + epsilon + delta * (b @ q) ** 2
+    normal = phi * q + psi * (b @ q) * b
     p -= q * (normal @ p) / (normal @ q)
     return np.concatenate([q, p])
