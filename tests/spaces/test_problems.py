@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -169,8 +170,11 @@ def test_every_method_is_one(name: str) -> None:
     ],
 )
 def test_a_false_claim_is_noticed(name: str, changes: dict) -> None:
+    method = copy.copy(gi.find_method(name))
+    for attribute, claim in changes.items():  # no arguments: they follow from what a method is
+        object.__setattr__(method, attribute, claim)
     with pytest.raises(AssertionError, match=r"not of order|does not go back"):
-        check_method(dataclasses.replace(gi.find_method(name), **changes))
+        check_method(method)
 
 
 def test_adaptive_methods_have_no_steps_to_halve() -> None:
