@@ -54,6 +54,11 @@ def seven(params, t, y, work):
     return 7.0 + 0.0 * y[0]
 
 
+@gi.observable
+def backwards(params, t, y, work):
+    return 0.0 * y[0] - 1.0
+
+
 @gi.field
 def slower(params, t, y, out, work):
     field(params, t, y, out, work)
@@ -138,6 +143,8 @@ def test_one_more_number_leaves_the_space() -> None:
         ({"constraints": {"height": height}}, "constraint 'height' .* is not 0"),
         ({"make_random": lambda rng: {"q": [0, 0, 1], "p": [1, 0, 0]}}, "one random state"),
         ({"admit": lambda y: y + 1e-9}, "changes an admissible state"),
+        ({"measure": gi.Measure(height)}, "the measure of 'geodesic' is not invariant"),
+        ({"time": "tau", "clock": backwards}, "time stands"),
     ],
 )
 def test_a_broken_problem_is_noticed(changes: dict, text: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,15 @@ from ..forms import Group, GroupAction
 from ..groups import so3, so_n, translations
 from .repair import length
 
-__all__ = ["Space", "both", "check_known", "joined_pieces", "piece_slices", "written"]
+__all__ = [
+    "Space",
+    "both",
+    "check_known",
+    "differences",
+    "joined_pieces",
+    "piece_slices",
+    "written",
+]
 
 ROUNDS = 30  # of Newton's method in `Space.retract`; it takes 4 or 5
 Pieces = tuple[tuple[str, int], ...]
@@ -207,11 +215,8 @@ class Space:
     def normals(self, y: Array) -> Array:
         """Return c_y, by central differences."""
         sizes = [length(y[s]) or 1.0 for s in self.slices.values() for _ in range(s.stop - s.start)]
-        columns = [
-            (self.defects(y + h * e) - self.defects(y - h * e)) / (2.0 * h)
-            for h, e in zip(STEP * np.array(sizes), np.eye(self.rows), strict=True)
-        ]
-        return np.array(columns).T
+        steps = STEP * np.array(sizes)
+        return (differences(self.defects, y, np.diag(steps)) / steps[:, None]).T
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the part of a vector of R^N that is tangent to the space at y."""
@@ -257,6 +262,11 @@ class Space:
             check_name("name", name)
         if len(set(names)) < len(names):
             raise DomainError("names", names, "names unlike each other")
+
+
+def differences(f: Callable[[Array], Array], y: Array, steps: Array) -> Array:
+    """Return ½(f(y + s) − f(y − s)) for each step s."""
+    return np.array([0.5 * (f(y + s) - f(y - s)) for s in steps])
 
 
 def piece_slices(pieces: Pieces) -> dict[str, slice]:
