@@ -47,10 +47,7 @@ class LRInitial(Strict):
 def _build(parameters: LRParameters, initial: LRInitial) -> gi.Model:
     body = parameters.body()
     lr, stiefel = body.lr(), body.stiefel()
-    given = {
-        name: value for name, value in (("w", initial.w), ("k", initial.k)) if value is not None
-    }
-    start = lr.state(g=initial.g, **given)
+    start = lr.state(g=initial.g, w=initial.w, k=initial.k)
     states = {"lr": start, "stiefel": stiefel.state(**lr.physical_state(start))}
     problems = {"lr": lr, "stiefel": stiefel}
     if not parameters.multipliers:
