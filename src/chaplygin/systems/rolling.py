@@ -7,9 +7,9 @@ import geomint as gi
 from ..ball.rolling_states import initial_attitude, initial_rolling
 from ..initial_states import KEYS
 from ..manifold import skew_matrix
-from .ball import AnyBall
+from .ball import AnyBall, GroupInitial
 from .models import ball_model, spatial_momentum
-from .parameters import Matrix, Numbers, Strict
+from .parameters import Numbers
 
 __all__ = ["ROLLING"]
 
@@ -20,21 +20,15 @@ class RollingParameters(AnyBall):
     multipliers: bool = True
 
 
-class RollingInitial(Strict):
+class RollingInitial(GroupInitial):
     """One of p, p_tilde, k, omega, and where the ball is: gamma or the attitude g (or both), r, v.
 
     Where g is not given, it is the smallest rotation that takes gamma to E_n; r = 0 and the v of
     rolling unless given. A v with which the ball slips is an error.
     """
 
-    gamma: Numbers | None = None
-    g: Matrix | None = None
     r: Numbers | None = None
     v: Numbers | None = None
-    p: Numbers | None = None
-    p_tilde: Numbers | None = None
-    k: Numbers | Matrix | None = None
-    omega: Numbers | Matrix | None = None
 
 
 def _build(parameters: RollingParameters, initial: RollingInitial) -> gi.Model:
