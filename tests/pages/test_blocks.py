@@ -178,15 +178,17 @@ def test_systems_of_ones_own_work_as_their_page_says(
 
 def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
     """What is printed, the files of the page, and its tests."""
-    shown, space, particle, tests = examples(page("add-a-space"))
+    shown, space, particle, group, *tests = examples(page("add-a-space"))
     assert shown.output is not None
     assert printed(shown.source, {}, "add-a-space", 0).rstrip() == shown.output.text.rstrip()
     (package / "hyperboloid.py").write_text(space.source, "utf-8")
     (package / "particle.py").write_text(particle.source, "utf-8")
+    (package / "integrator.py").write_text(group.source, "utf-8")
     scope: dict[str, object] = {}
-    exec(compile(tests.source, "test_hyperboloid.py", "exec"), scope)
+    for block in tests:
+        exec(compile(block.source, "test_hyperboloid.py", "exec"), scope)
     ran = [scope[name]() for name in list(scope) if name.startswith("test_")]
-    assert len(ran) == 2
+    assert len(ran) == 4
 
 
 def test_commands_of_pages_are_accepted() -> None:

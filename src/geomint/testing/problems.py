@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -11,11 +12,10 @@ import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block
 from ..methods.method import Start
 from ..methods.registry import find_method
 from ..problems.declaration import check_problem as check_declared
-from ..problems.evaluate import derivative, rounding_scale, value
+from ..problems.evaluate import derivative, rounding_scale, value, vector
 from ..problems.forms import Measure
 from ..problems.problem import Problem
 from ..problems.spaces.repair import length
@@ -118,25 +118,21 @@ def _check_constant(problem: Problem, name: str, f: Recorded, y: Array, rate: Ar
 def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
     """Hold tr(Tᵀ f_y T) + d/dt (log μ − ½ log det c_y c_yᵀ) to be 0, T a basis of the tangent space."""
 
-    def conditions(z: Array) -> Array:
-        out = np.zeros(measure.conditions)
-        if measure.manifold is not None:
-            work = Block(np.zeros(problem.work))
-            measure.manifold(Block(problem.params), 0.0, Block(z), Block(out), work)
-        return out
+    def normals(z: Array) -> Array:
+        if measure.manifold is None:
+            return np.zeros((len(z), 0))
+        conditions = functools.partial(vector, problem, measure.manifold, measure.conditions)
+        return differences(conditions, z, STEP * np.eye(len(z))) / STEP
 
     def log_density(later: Array) -> Array:
-        z, t = later[:-1], later[-1]
-        normals = differences(conditions, z, STEP * np.eye(len(z))) / STEP
-        volume = float(np.linalg.slogdet(normals.T @ normals)[1])
-        return np.array([value(problem, measure.log_density, z, t) - 0.5 * volume])
+        volume = np.linalg.slogdet(normals(later[:-1]).T @ normals(later[:-1]))[1]
+        return value(problem, measure.log_density, later[:-1], later[-1]) - 0.5 * np.array([volume])
 
-    rate, normals = derivative(problem, y), differences(conditions, y, STEP * np.eye(len(y)))
-    basis = np.linalg.qr(normals, mode="complete")[0].T[measure.conditions :]
-    changes = differences(lambda z: derivative(problem, z), y, H * basis)
-    size = max(1.0, length(rate))
-    way = np.array([[*rate, 1.0]]) / size
-    along = differences(log_density, np.array([*y, 0.0]), H * way)[0, 0] * size
-    scale = max(1.0, float(np.abs(changes).max(initial=0.0)) / H)
+    rate, basis = derivative(problem, y), np.linalg.qr(normals(y), mode="complete")[0].T
+    size, basis = max(1.0, length(rate)), basis[measure.conditions :]
+    changes = differences(functools.partial(derivative, problem), y, H * basis) / H
+    way = H / size * np.array([[*rate, 1.0]])
+    along = differences(log_density, np.array([*y, 0.0]), way)[0, 0] / H * size
+    bound = SPREAD * size * max(1.0, float(np.max(np.abs(changes), initial=0.0)))
     text = f"the measure of {problem.name!r} is not invariant: its divergence"
-    small((np.sum(changes * basis) + along) / H, SPREAD * scale * size, text)
+    small(np.sum(changes * basis) + along, bound, text)
