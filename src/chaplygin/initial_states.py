@@ -20,15 +20,7 @@ from .manifold import (
     wedge,
 )
 
-__all__ = [
-    "KEYS",
-    "TANGENT",
-    "given_tangent",
-    "initial_momentum",
-    "initial_tangent",
-    "momentum_free",
-    "multiplier",
-]
+__all__ = ["given_tangent", "initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
 Inertia = SpecialInertia | GeneralInertia
 TANGENT = ("p", "p_tilde")
@@ -71,7 +63,7 @@ def initial_momentum(
 
 
 def initial_tangent(
-    inertia: Inertia, D: float, gamma: Any, vector: bool = False, **components: Any
+    inertia: Inertia, D: float, gamma: Any, **components: Any
 ) -> tuple[Array, Array]:
     """Return (γ, p) from γ and one of p, p_tilde, k, omega; the last two without momentum.
 
@@ -84,7 +76,7 @@ def initial_tangent(
     if name in TANGENT:
         vertical = gi.Sphere(inertia.n).point(gamma)
         return vertical, _p(inertia, vertical, name, components[name])
-    vertical, k = initial_momentum(inertia, D, gamma, vector, **components)
+    vertical, k = initial_momentum(inertia, D, gamma, **components)
     return vertical, tangent_of_momentum(vertical, k, name)
 
 

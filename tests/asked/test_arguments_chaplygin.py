@@ -397,7 +397,7 @@ RECORDS |= {"RolledPath", "SpheroconicalPoint"}  # made by functions of the tabl
 
 def keys_of(module: str) -> set[str]:
     """Return the keys of the systems that a module declares: those are looked at by themselves."""
-    systems = [s for s in map(find_system, system_names()) if s.build.__module__ == module]
+    systems = [s for s in map(find_system, system_names()) if s.parameters.__module__ == module]
     return {key for system in systems for key in system.parameters.model_fields}
 
 

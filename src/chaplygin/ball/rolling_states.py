@@ -124,12 +124,12 @@ def momentum_inverted(inertia: Inertia, D: float, gamma: Array, k: Array) -> Arr
 
 
 def initial_rolling(
-    inertia: Inertia, D: float, gamma: Array, vector: bool = False, **components: Any
+    inertia: Inertia, D: float, gamma: Array, **components: Any
 ) -> tuple[Array, Array]:
     """Return the flat triangles of k and ω from one of p, p_tilde, k, omega."""
-    _, k = initial_momentum(inertia, D, gamma, vector, **components)
+    _, k = initial_momentum(inertia, D, gamma, **components)
     if components.get("omega") is not None:
-        return k, skew_components("omega", components["omega"], inertia.n, vector)
+        return k, skew_components("omega", components["omega"], inertia.n)
     return k, momentum_inverted(inertia, D, gamma, k)
 
 

@@ -20,7 +20,7 @@ from .parameters import (
     the_one_of,
 )
 
-__all__ = ["BALL", "GROUP", "HOMOGENEOUS", "POISSON", "AnyBall", "GroupInitial"]
+__all__ = ["BALL", "GROUP", "HOMOGENEOUS", "POISSON", "AnyBall"]
 
 
 class AnyBall(Weight):
@@ -62,15 +62,17 @@ class HomogeneousParameters(Strict):
     D: Number
     attitude: bool = False
 
-    def sphere(self) -> ChaplyginSphere:
-        """Return the ball, or raise `geomint.DomainError`."""
-        return ChaplyginSphere.homogeneous(self.n, self.s, self.D)
 
-
-def _build_ball(parameters: BallParameters | HomogeneousParameters, initial: Initial) -> gi.Model:
-    vector = getattr(parameters, "moments", None) is not None
-    given, sphere = initial.components(), parameters.sphere()
+def _build_ball(parameters: BallParameters, initial: Initial) -> gi.Model:
+    vector, given = parameters.moments is not None, initial.components()
+    sphere = parameters.sphere()
     return ball_model(sphere, initial.gamma, vector, parameters.attitude, **given)
+
+
+def _build_homogeneous(parameters: HomogeneousParameters, initial: Initial) -> gi.Model:
+    sphere = ChaplyginSphere.homogeneous(parameters.n, parameters.s, parameters.D)
+    given = initial.components()
+    return ball_model(sphere, initial.gamma, attitude=parameters.attitude, **given)
 
 
 class GroupInitial(Initial):
@@ -127,5 +129,5 @@ HOMOGENEOUS = gi.System(
     summary="the ball with inertia operator s·1 in R^n, in (k, γ)",
     parameters=HomogeneousParameters,
     initial=Initial,
-    build=_build_ball,
+    build=_build_homogeneous,
 )

@@ -47,7 +47,10 @@ class LRInitial(Strict):
 def _build(parameters: LRParameters, initial: LRInitial) -> gi.Model:
     body = parameters.body()
     lr, stiefel = body.lr(), body.stiefel()
-    start = lr.state(g=initial.g, w=initial.w, k=initial.k)
+    given = {
+        name: value for name, value in (("w", initial.w), ("k", initial.k)) if value is not None
+    }
+    start = lr.state(g=initial.g, **given)
     states = {"lr": start, "stiefel": stiefel.state(**lr.physical_state(start))}
     problems = {"lr": lr, "stiefel": stiefel}
     if not parameters.multipliers:

@@ -18,9 +18,7 @@ Problems = dict[str, gi.Problem]
 TANGENT = ("reduced", "hamiltonized")  # on T*S^(n−1)
 
 
-def sphere_model(
-    sphere: ChaplyginSphere, first: str, gamma: Any, vector: bool = False, **components: Any
-) -> gi.Model:
+def sphere_model(sphere: ChaplyginSphere, first: str, gamma: Any, **components: Any) -> gi.Model:
     """Return all representations of a ball without SO(n−1)-momentum, `first` before the others.
 
     Parameters
@@ -28,12 +26,10 @@ def sphere_model(
     sphere : ChaplyginSphere
     first : ``"reduced"`` or ``"hamiltonized"``
     gamma : array_like, shape (n,)
-    vector : bool
-        k and omega are 3-vectors.
     **components
         One of p, p_tilde, k, omega.
     """
-    vertical, p = initial_tangent(sphere.inertia, sphere.D, gamma, vector, **components)
+    vertical, p = initial_tangent(sphere.inertia, sphere.D, gamma, **components)
     k = wedge(vertical, p)
     tangent = _tangent_problems(sphere)
     # Vectors cost a fifth of triangles where both will do.

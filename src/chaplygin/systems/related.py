@@ -45,20 +45,20 @@ class SphereInitial(Strict):
     v: Numbers
 
 
-def _only(name: str, problem: gi.Problem, initial: Strict) -> gi.Model:
-    return gi.Model({name: problem}, {name: problem.state(**dict(initial))})
-
-
 def _ellipsoid(parameters: EllipsoidParameters, initial: EllipsoidInitial) -> gi.Model:
-    return _only("geodesics", ellipsoid_problem(parameters.a), initial)
+    problem = ellipsoid_problem(parameters.a)
+    state = problem.state(x=initial.x, p=initial.p)
+    return gi.Model(problems={"geodesics": problem}, states={"geodesics": state})
 
 
 def _neumann(parameters: NeumannParameters, initial: SphereInitial) -> gi.Model:
-    return _only("neumann", neumann_problem(parameters.a, parameters.strength), initial)
+    problem = neumann_problem(parameters.a, parameters.strength)
+    return gi.Model({"neumann": problem}, {"neumann": problem.state(q=initial.q, v=initial.v)})
 
 
 def _clebsch(parameters: ClebschParameters, initial: SphereInitial) -> gi.Model:
-    return _only("clebsch", clebsch_problem(**dict(parameters)), initial)
+    problem = clebsch_problem(parameters.a, parameters.strength, parameters.x, parameters.y)
+    return gi.Model({"clebsch": problem}, {"clebsch": problem.state(q=initial.q, v=initial.v)})
 
 
 ELLIPSOID = gi.System(

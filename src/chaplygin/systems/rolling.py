@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import geomint as gi
 
 from ..ball.rolling_states import initial_attitude, initial_rolling
-from ..initial_states import KEYS
-from ..manifold import skew_matrix
-from .ball import AnyBall, GroupInitial
+from ..manifold import skew_components, skew_matrix
+from .ball import AnyBall
 from .models import ball_model, spatial_momentum
-from .parameters import Numbers
+from .parameters import Matrix, Numbers, Strict
 
 __all__ = ["ROLLING"]
 
@@ -20,23 +21,37 @@ class RollingParameters(AnyBall):
     multipliers: bool = True
 
 
-class RollingInitial(GroupInitial):
+class RollingInitial(Strict):
     """One of p, p_tilde, k, omega, and where the ball is: gamma or the attitude g (or both), r, v.
 
     Where g is not given, it is the smallest rotation that takes gamma to E_n; r = 0 and the v of
     rolling unless given. A v with which the ball slips is an error.
     """
 
+    gamma: Numbers | None = None
+    g: Matrix | None = None
     r: Numbers | None = None
     v: Numbers | None = None
+    p: Numbers | None = None
+    p_tilde: Numbers | None = None
+    k: Numbers | Matrix | None = None
+    omega: Numbers | Matrix | None = None
+
+    def momentum(self, n: int, vector: bool) -> dict[str, Any]:
+        """Return the momentum that was given, k and omega as flat triangles."""
+        plain = {"p": self.p, "p_tilde": self.p_tilde}
+        found: dict[str, Any] = {name: value for name, value in plain.items() if value is not None}
+        for name, value in (("k", self.k), ("omega", self.omega)):
+            if value is not None:
+                found[name] = skew_components(name, value, n, vector)
+        return found
 
 
 def _build(parameters: RollingParameters, initial: RollingInitial) -> gi.Model:
     sphere, vector = parameters.sphere(), parameters.moments is not None
     n, scale = sphere.n, parameters.mass_and_radius()
     gamma, g = initial_attitude(initial.gamma, initial.g, n)
-    given = {name: x for name, x in initial if name in KEYS}
-    k, omega = initial_rolling(sphere.inertia, sphere.D, gamma, vector, **given)
+    k, omega = initial_rolling(sphere.inertia, sphere.D, gamma, **initial.momentum(n, vector))
     k0 = spatial_momentum(g, k, n)
     rolling, contact = sphere.rolling(*scale, k0), sphere.contact(*scale, k0)
     states = {

@@ -49,9 +49,11 @@ class RubberInitial(Strict):
 
 def _build(parameters: RubberParameters, initial: RubberInitial) -> gi.Model:
     sphere = parameters.sphere()
+    given = {name: getattr(initial, name) for name in ("p", "k", "omega")}
+    given = {name: value for name, value in given.items() if value is not None}
     rolling = sphere.rolling(*parameters.mass_and_radius())
     _, g = initial_attitude(initial.gamma, initial.g, sphere.n)
-    start = rolling.state(g=g, r=initial.r, p=initial.p, k=initial.k, omega=initial.omega)
+    start = rolling.state(g=g, r=initial.r, **given)
     problems = {"rolling": rolling, "reduced": sphere.reduced()}
     if sphere.body() is not None:
         problems["hamiltonized"] = sphere.hamiltonized()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
+from ..manifold import skew_components, skew_matrix
 from .ball import AnyBall
 from .models import sphere_model
 from .parameters import Initial, Number, Numbers, Strict
@@ -26,8 +27,10 @@ def _hamiltonized(parameters: SpecialParameters, initial: Initial) -> gi.Model:
 
 def _reduced(parameters: AnyBall, initial: Initial) -> gi.Model:
     """Return the model; k and omega are vectors in R³ where moments are given."""
-    sphere, vector = parameters.sphere(), parameters.moments is not None
-    return sphere_model(sphere, "reduced", initial.gamma, vector, **initial.components())
+    given = initial.components()
+    for name in given.keys() & {"k", "omega"} if parameters.moments is not None else ():
+        given[name] = skew_matrix(skew_components(name, given[name], 3, vector=True), 3)
+    return sphere_model(parameters.sphere(), "reduced", initial.gamma, **given)
 
 
 REDUCED = gi.System(

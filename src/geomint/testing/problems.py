@@ -18,8 +18,8 @@ from ..problems.declaration import check_problem as check_declared
 from ..problems.evaluate import derivative, rounding_scale, value, vector
 from ..problems.forms import Measure
 from ..problems.problem import Problem
+from ..problems.spaces.conditions import differences
 from ..problems.spaces.repair import length
-from ..problems.spaces.space import differences
 from .groups import check_group
 from .judge import hold, small, sure
 

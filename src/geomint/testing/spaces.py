@@ -12,8 +12,9 @@ from ..arguments import Array
 from ..errors import DomainError, GeomintWarning
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
+from ..problems.spaces.conditions import differences
 from ..problems.spaces.repair import length
-from ..problems.spaces.space import Space, differences
+from ..problems.spaces.space import Space
 from .groups import check_group, moved
 from .judge import hold, small, sure
 
