@@ -131,10 +131,14 @@ def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
     assert str(eval(inputs[1], scope)) == session.text.splitlines()[-1]
 
 
+STEP = 3  # columns of a numbered step: what is indented further is an aside
+
+
 @pytest.fixture
 def tops(package: Path) -> tuple[Path, str, list[str]]:
     """The package of the page on systems: its folder, its first scene, and the files of tests."""
-    *own, tests, top, sleigh, suslov, others = (e.source for e in examples(page("add-a-system")))
+    files = [b.text for b in by_info("add-a-system", "python") if b.indent <= STEP]
+    *own, tests, top, sleigh, suslov, others = files
     scene, project, other_scene, other_point = (b.text for b in by_info("add-a-system", "toml"))
     (package / "tops").mkdir()
     for name, text in (
