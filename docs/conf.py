@@ -137,8 +137,13 @@ def _public_name(app: Any, env: Any, node: Any, text: Any) -> Any:
     return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
 
 
+def _expanded(app: Any, name: str, content: list[str]) -> None:
+    content[0] = tables.with_modules(content[0])
+
+
 def setup(app: Any) -> None:
     """Connect before and after napoleon, which has priority 500."""
+    app.connect("source-read", _expanded)
     app.connect("missing-reference", _public_name)
     app.add_html_math_renderer("mathml", (_mathml(False), None), (_mathml(True), None))
     app.connect("autodoc-process-docstring", _before, priority=400)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import json
+import pkgutil
+import re
 import types
 import typing
 from pathlib import Path
@@ -12,6 +15,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from geomint.problems.systems import find_system, system_names
+from geomint.scene.load import builtin_scenes, load_scene
 
 RESULTS = Path(__file__).parents[1] / "benchmarks" / "results"
 
@@ -206,7 +210,33 @@ def scene_keys() -> str:
 
 
 def _keys(model: type[BaseModel]) -> str:
-    return "; ".join(f"`{key}` {_kind(field)}" for key, field in model.model_fields.items())
+    return "; ".join(
+        f"`{key}` {_kind(field)}" + (f": {field.description}" if field.description else "")
+        for key, field in model.model_fields.items()
+    )
+
+
+def scenes() -> str:
+    """Return every built-in scene with its problem: state, time, forms, and what may be watched."""
+    rows = []
+    for name in builtin_scenes():
+        scene = load_scene(name)
+        problem = scene.problem
+        state = ", ".join(f"`{piece}` ({size})" for piece, size in problem.pieces)
+        words = [f"`{name}`: {scene.content.title}", f"`{scene.content.system.name}`", state]
+        rows.append([*words, {"t": "t", "tau": "τ"}[problem.time], ", ".join(problem.forms)])
+    return _table(["scene", "system", "state", "time", "forms"], rows)
+
+
+def with_modules(text: str) -> str:
+    """Return an API page with the modules of a package for ``.. modules:: PACKAGE``."""
+    return re.sub(r"^\.\. modules:: (\S+)\n", _modules, text, flags=re.MULTILINE)
+
+
+def _modules(found: re.Match[str]) -> str:
+    path = importlib.import_module(found[1]).__path__
+    names = [found[1], *(f"{found[1]}.{module.name}" for module in pkgutil.iter_modules(path))]
+    return "\n".join(f".. automodule:: {name}\n" for name in names)
 
 
 WORDS = {bool: "true or false", int: "whole number", float: "number", str: "string"}
@@ -253,6 +283,7 @@ def substitutions() -> dict[str, str]:
         "methods_machine": measured_on(result("method_tables")),
         "splittings": splittings(),
         "scene_keys": scene_keys(),
+        "scenes": scenes(),
         **elsewhere(),
         **drift_tables(),
     }

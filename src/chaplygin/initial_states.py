@@ -20,10 +20,11 @@ from .manifold import (
     wedge,
 )
 
-__all__ = ["initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
+__all__ = ["given_tangent", "initial_momentum", "initial_tangent", "momentum_free", "multiplier"]
 
 Inertia = SpecialInertia | GeneralInertia
-KEYS = ("p", "p_tilde", "k", "omega")
+TANGENT = ("p", "p_tilde")
+KEYS = (*TANGENT, "k", "omega")
 FITTING = {  # which other system takes what this one refuses
     "momentum": ". The ball in (k, γ), system 'chaplygin-ball', takes any momentum",
     "velocity": ". At n = 3 the classical problem takes it, with f1 = (w, gamma)",
@@ -55,7 +56,7 @@ def initial_momentum(
     """
     name, n = one_of(components), inertia.n
     vertical = gi.Sphere(n).point(gamma)
-    if name in ("p", "p_tilde"):
+    if name in TANGENT:
         return vertical, wedge(vertical, _p(inertia, vertical, name, components[name]))
     value = skew_components(name, components[name], n, vector)
     return vertical, value if name == "k" else angular_momentum(inertia, D, vertical, value)
@@ -72,20 +73,25 @@ def initial_tangent(
         Also if k or omega have an SO(n−1)-momentum: T*S^(n−1) has no such states.
     """
     name = one_of(components)
-    if name in ("k", "omega"):
-        vertical, k = initial_momentum(inertia, D, gamma, **components)
-        return vertical, tangent_of_momentum(vertical, k, name)
-    vertical = gi.Sphere(inertia.n).point(gamma)
-    return vertical, _p(inertia, vertical, name, components[name])
+    if name in TANGENT:
+        vertical = gi.Sphere(inertia.n).point(gamma)
+        return vertical, _p(inertia, vertical, name, components[name])
+    vertical, k = initial_momentum(inertia, D, gamma, **components)
+    return vertical, tangent_of_momentum(vertical, k, name)
 
 
 def _p(inertia: Inertia, gamma: Array, name: str, value: Any) -> Array:
-    result = gi.TangentSphere(inertia.n).vector(gamma, value, name)
-    if name == "p":
-        return result
-    if not isinstance(inertia, SpecialInertia):
+    if isinstance(inertia, SpecialInertia):
+        return given_tangent(inertia.a, inertia.D, gamma, name, value)
+    if name == "p_tilde":
         raise gi.DomainError(name, value, "p instead: p_tilde needs the special inertia operator")
-    return result * multiplier(inertia.a, inertia.D, gamma)
+    return gi.TangentSphere(inertia.n).vector(gamma, value, name)
+
+
+def given_tangent(a: Array, D: float, gamma: Array, name: str, value: Any) -> Array:
+    """Return p ⟂ γ from p or p_tilde = p/(D√U)."""
+    result = gi.TangentSphere(len(gamma)).vector(gamma, value, name)
+    return result if name == "p" else result * multiplier(a, D, gamma)
 
 
 def multiplier(a: Array, D: float, gamma: Array) -> float:

@@ -6,7 +6,9 @@ Numbers are float64 or, as object arrays, mpmath's with 40 digits: a central dif
 
 from __future__ import annotations
 
+import tomllib
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -20,6 +22,7 @@ from chaplygin.manifold import skew_matrix, vector_of_triangle
 from chaplygin.related.ellipsoid import Ellipsoid
 from chaplygin.veselova.stiefel_states import allowed_part
 from geomint.kernels.numbers.blocks import Block
+from geomint.scene.load import builtin_scenes
 
 DIMENSIONS = range(2, 8)
 mp = mpmath.mp.clone()
@@ -373,7 +376,24 @@ def related_cases(n: int) -> list[Case]:
     ]
 
 
-CASES = [
+OF_CASES = {  # systems whose problems the functions above make
+    *("chaplygin-sphere-reduced", "chaplygin-sphere-hamiltonized", "chaplygin-ball"),
+    *("homogeneous-ball", "ball-on-group", "ball-poisson", "rolling-ball", "rubber-ball"),
+    *("veselova", "veselova-lr", "ellipsoid", "neumann", "clebsch"),
+}
+
+
+def scene_cases() -> Iterator[Case]:
+    """Yield the problems of all other systems, as their scenes have them, at random states."""
+    for scene, path in builtin_scenes().items():
+        if tomllib.loads(path.read_text("utf-8"))["system"]["name"] not in OF_CASES:
+            for name, problem in gi.load_scene(scene).model.problems.items():
+                n = problem.space.factors[0].n if problem.space else 3
+                label = f"{scene}-{name}-n{n}"
+                yield Case(label, SimpleNamespace(n=n), problem, problem.random_state(n))
+
+
+MADE = [
     *ball_cases(),
     *(
         case
@@ -387,3 +407,4 @@ CASES = [
     ),
     *(case for n in range(2, 5) for case in (*bound_cases(n), *rolling_cases(n))),
 ]
+CASES = [*MADE, *scene_cases()]

@@ -48,7 +48,7 @@ def test_copies_are_equal(method: gi.Method) -> None:
         find_method(method.name).with_options(**method.options)
         if method.name != "mine-3"
         else method,
-        eval(repr(method), NAMES),
+        eval(repr(method), {type(method).__name__: type(method), **NAMES}),
     ):
         assert again == method
         assert hash(again) == hash(method)

@@ -131,28 +131,46 @@ def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
     assert str(eval(inputs[1], scope)) == session.text.splitlines()[-1]
 
 
-def test_a_system_of_ones_own_works_as_its_page_says(
-    package: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The files of the page, its tests, a plan of its scene, and the error that it shows."""
-    sources = [example.source for example in examples(page("add-a-system"))]
-    *problem, system, tests = sources
-    scene, project = (block.text for block in by_info("add-a-system", "toml"))
-    (package / "tops" / "scenes").mkdir(parents=True)
+STEP = 3  # columns of a numbered step: what is indented further is an aside
+
+
+@pytest.fixture
+def tops(package: Path) -> tuple[Path, str, list[str]]:
+    """The package of the page on systems: its folder, its first scene, and the files of tests."""
+    files = [b.text for b in by_info("add-a-system", "python") if b.indent <= STEP]
+    *own, tests, top, sleigh, suslov, others = files
+    scene, project, other_scene, other_point = (b.text for b in by_info("add-a-system", "toml"))
+    (package / "tops").mkdir()
     for name, text in (
         ("__init__.py", ""),
-        ("free_top.py", "\n\n".join(problem)),
-        ("system.py", system),
-        ("scenes/__init__.py", ""),
-        ("scenes/free-top.toml", scene),
+        ("free_top.py", "\n\n".join(own)),
+        ("free-top.toml", scene),
+        ("heavy_top.py", top),
+        ("sleigh.py", sleigh),
+        ("suslov.py", suslov),
+        ("suslov.toml", other_scene),
     ):
         (package / "tops" / name).write_text(text, "utf-8")
-    installed(package, project)
-    scope: dict[str, object] = {}
-    exec(compile(tests, "test_free_top.py", "exec"), scope)
-    scope["test_every_property"]()
-    scope["test_methods_of_both_forms_agree"]()
-    assert gi.load_scene("free-top").content.system.name == "free-top"
+    installed(package, project.replace("free-top =", f"{other_point.splitlines()[1]}\nfree-top ="))
+    return package, scene, [tests, others]
+
+
+def test_systems_of_ones_own_work_as_their_page_says(
+    tops: tuple[Path, str, list[str]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The files of the page, their tests, plans of the scenes, and the error that it shows."""
+    package, scene, tests = tops
+    for k, text in enumerate(tests):
+        scope: dict[str, object] = {}
+        exec(compile(text, f"tests_{k}.py", "exec"), scope)
+        given = scope.get("PROBLEMS", [])
+        functions = {name: f for name, f in scope.items() if name.startswith("test_")}
+        assert len(functions) == 2
+        for function in functions.values():
+            for arguments in [(p,) for p in given] if hasattr(function, "pytestmark") else [()]:
+                function(*arguments)
+    for name in ("free-top", "suslov"):
+        assert gi.load_scene(name).content.system.name == name
     bad = scene.replace("moments = [1.0, 2.0, 3.0]", "moment = [1.0, 2.0]")
     (package / "bad.toml").write_text(bad, "utf-8")
     (shown,) = (c for c in commands(page("add-a-system")) if "bad.toml" in c.text)
@@ -164,15 +182,17 @@ def test_a_system_of_ones_own_works_as_its_page_says(
 
 def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
     """What is printed, the files of the page, and its tests."""
-    shown, space, particle, tests = examples(page("add-a-space"))
+    shown, space, particle, group, *tests = examples(page("add-a-space"))
     assert shown.output is not None
     assert printed(shown.source, {}, "add-a-space", 0).rstrip() == shown.output.text.rstrip()
     (package / "hyperboloid.py").write_text(space.source, "utf-8")
     (package / "particle.py").write_text(particle.source, "utf-8")
+    (package / "integrator.py").write_text(group.source, "utf-8")
     scope: dict[str, object] = {}
-    exec(compile(tests.source, "test_hyperboloid.py", "exec"), scope)
+    for block in tests:
+        exec(compile(block.source, "test_hyperboloid.py", "exec"), scope)
     ran = [scope[name]() for name in list(scope) if name.startswith("test_")]
-    assert len(ran) == 2
+    assert len(ran) == 4
 
 
 def test_commands_of_pages_are_accepted() -> None:

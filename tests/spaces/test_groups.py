@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
+from geomint.problems import groups
 from geomint.testing import check_group
 
 pytestmark = pytest.mark.nojit
@@ -22,6 +24,12 @@ GROUPS = [
     gi.translations(2) * gi.so_n(3, "adjoint"),
     gi.so_n(2, "vector") * gi.so_n(4, "vector") * gi.so3(1),
 ]
+
+
+IN_THE_LIST = {"so3", "so_n", "translations", "product"}
+for maker in (getattr(groups, name) for name in groups.__all__ if name not in IN_THE_LIST):
+    if "Group" in str(inspect.signature(maker).return_annotation):
+        GROUPS += [maker(*[n] * len(inspect.signature(maker).parameters)) for n in (2, 3)]
 
 
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: group.name)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
+import pkgutil
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +13,7 @@ import pytest
 
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
+from geomint.problems import spaces
 from geomint.problems.spaces.repair import repaired
 from geomint.testing import check_space
 
@@ -32,10 +36,26 @@ SPACES = [
 ]
 
 
+def others() -> Iterator[gi.Space]:
+    """Yield spaces of the kinds that the list has not, in several dimensions."""
+    for found in pkgutil.iter_modules(spaces.__path__):
+        module = importlib.import_module(f"{spaces.__name__}.{found.name}")
+        for kind in (getattr(module, name) for name in module.__all__):
+            if isinstance(kind, type) and issubclass(kind, gi.Space) and "pieces" in vars(kind):
+                known = any(
+                    isinstance(f, kind) for space in SPACES for f in (space, *space.factors)
+                )
+                yield from () if known else (kind(n) for n in (2, 3, 5))
+
+
+SPACES += others()
+KINDS = {type(f).__name__: type(f) for space in SPACES for f in space.factors}
+
+
 @pytest.mark.parametrize("space", SPACES, ids=repr)
 def test_every_space_is_one(space: gi.Space) -> None:
     check_space(space)
-    assert eval(repr(space), {name: getattr(gi, name) for name in gi.__all__}) == space
+    assert eval(repr(space), {**KINDS, **{name: getattr(gi, name) for name in gi.__all__}}) == space
 
 
 def test_spaces_are_different() -> None:

@@ -32,7 +32,7 @@ from geomint import log, view
 
 from ..ball.classical import VECTORS, classical_area, classical_k, turn
 from ..exact.motions import exact_body
-from ..initial_states import one_of
+from ..initial_states import TANGENT, one_of
 from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
@@ -133,7 +133,7 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
 
     def make_state(gamma: Any = None, **components: Any) -> Array:
         name = one_of(components, KEYS)
-        if name in ("p", "p_tilde"):
+        if name in TANGENT:
             vertical, p = veselova_tangent(a, D, gamma, **components)
             return np.concatenate([np.cross(p, vertical) + level * vertical, vertical])
         vertical = gi.Sphere(3).point(gamma)

@@ -8,12 +8,12 @@ import numpy as np
 
 import geomint as gi
 
-from ..initial_states import multiplier, one_of, tangent_of_momentum
+from ..initial_states import TANGENT, given_tangent, one_of, tangent_of_momentum
 from ..manifold import SILENT, Array, length, repaired, skew_components, warn
 
 __all__ = ["KEYS", "admit_on_level", "on_level", "veselova_tangent"]
 
-KEYS = ("p", "p_tilde", "k", "w")
+KEYS = (*TANGENT, "k", "w")
 
 
 def veselova_tangent(a: Array, D: float, gamma: Any, **components: Any) -> tuple[Array, Array]:
@@ -28,9 +28,8 @@ def veselova_tangent(a: Array, D: float, gamma: Any, **components: Any) -> tuple
     """
     n, name = len(a), one_of(components, KEYS)
     vertical, value = gi.Sphere(n).point(gamma), components[name]
-    if name in ("p", "p_tilde"):
-        p = gi.TangentSphere(n).vector(vertical, value, name)
-        return vertical, p if name == "p" else p * multiplier(a, D, vertical)
+    if name in TANGENT:
+        return vertical, given_tangent(a, D, vertical, name, value)
     triangle = skew_components(name, value, n)
     if name == "k":
         return vertical, tangent_of_momentum(vertical, triangle)

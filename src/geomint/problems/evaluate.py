@@ -14,7 +14,7 @@ from ..kernels.numbers.blocks import Block
 from .declaration import check_form, check_value, known_rates
 from .problem import Problem
 
-__all__ = ["derivative", "rounding_scale", "value"]
+__all__ = ["derivative", "rounding_scale", "value", "vector"]
 
 
 @np.errstate(all="ignore")
@@ -56,14 +56,13 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
     known = known_rates(problem, y) if now == 0.0 else None
     if known is not None:
         return known
+    if problem.field is not None:
+        return vector(problem, problem.field, problem.rows, y, now)
     params, work = Block(problem.params), Block(np.zeros(problem.work))
     out = np.zeros(problem.rows)
-    if problem.field is not None:
-        problem.field(params, now, Block(y), Block(out), work)
-    elif problem.action is not None:
-        group = problem.action.group
-        xi, tiny = np.zeros(group.algebra_rows), 1e-7
-        problem.action.generator(params, now, Block(y), Block(xi), work)
+    if problem.action is not None:
+        group, tiny = problem.action.group, 1e-7
+        xi = vector(problem, problem.action.generator, group.algebra_rows, y, now)
         size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
         scratch = Block(np.zeros(group.work))
         group.act(Block(group.layout), Block(size * xi), Block(y), Block(out), scratch)
@@ -82,6 +81,13 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
             params, now, Block(y[:n]), Block(y[n:]), Block(dq), Block(dp), work
         )
         out[:n], out[n:] = dp, -dq
+    return out
+
+
+def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -> Array:
+    """Return what a function of the problem writes: a field, a generator, conditions."""
+    out, work = np.zeros(rows), Block(np.zeros(problem.work))
+    f(Block(problem.params), np.float64(t), Block(y), Block(out), work)
     return out
 
 

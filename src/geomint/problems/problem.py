@@ -30,7 +30,8 @@ from .forms import (
     check_recorded,
     check_types,
 )
-from .spaces.space import Space, joined_pieces, piece_slices
+from .spaces.pieces import joined_pieces, piece_slices
+from .spaces.space import Space
 
 __all__ = ["Problem", "Time"]
 

@@ -6,6 +6,7 @@ A kind makes such a state of another one. What a problem does not admit is proje
 
 from __future__ import annotations
 
+import functools
 import warnings
 from collections.abc import Callable, Sequence
 
@@ -15,7 +16,7 @@ from ..arguments import Array
 from ..errors import GeomintError, GeomintWarning
 from ..kernels.numbers.blocks import Block
 from ..problems.deviation import sizes_of
-from ..problems.evaluate import derivative, value
+from ..problems.evaluate import derivative, value, vector
 from ..problems.problem import Problem
 
 __all__ = [
@@ -165,18 +166,13 @@ def is_steady(problem: Problem, y0: Array) -> bool:
         return False
     group, generator = problem.action.group, problem.action.generator
 
-    def xi_at(t: float, y: Array) -> Array:
-        xi = np.zeros(group.algebra_rows)
-        work = Block(np.zeros(problem.work))
-        generator(Block(problem.params), np.float64(t), Block(y), Block(xi), work)
-        return xi
-
-    xi = xi_at(0.0, y0)
+    xi_at = functools.partial(vector, problem, generator, group.algebra_rows)
+    xi = xi_at(y0)
     size = float(np.max(np.abs(xi)))
     for turn in TURNS:
         t = turn / size if size > 0.0 else turn
         increment, work = np.zeros(problem.rows), Block(np.zeros(group.work))
         group.act(Block(group.layout), Block(t * xi), Block(y0), Block(increment), work)
-        if not np.max(np.abs(xi_at(t, y0 + increment) - xi)) <= STEADY * size:
+        if not np.max(np.abs(xi_at(y0 + increment, t) - xi)) <= STEADY * size:
             return False
     return True

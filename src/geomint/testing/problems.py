@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -14,8 +15,10 @@ from ..kernels.compiling.recorded import Recorded
 from ..methods.method import Start
 from ..methods.registry import find_method
 from ..problems.declaration import check_problem as check_declared
-from ..problems.evaluate import derivative, rounding_scale, value
+from ..problems.evaluate import derivative, rounding_scale, value, vector
+from ..problems.forms import Measure
 from ..problems.problem import Problem
+from ..problems.spaces.conditions import differences
 from ..problems.spaces.repair import length
 from .groups import check_group
 from .judge import hold, small, sure
@@ -25,6 +28,7 @@ __all__ = ["check_problem"]
 ROUNDING = 1e-13
 SLOPES = 1e-6  # of central differences
 H, STEP = 1e-5, 1e-4
+SPREAD = 1e-5  # of a divergence by central differences
 CURVED = 100.0  # over H²: how far constraints may bend away
 
 
@@ -33,7 +37,8 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
 
     Random states are admissible; functions fit what the problem declares; all forms have one
     derivative; constraints vanish, and they and the invariants are constant along it, and none of them
-    everywhere; the group is one.
+    everywhere; the group is one. The measure is invariant: its divergence along the field is 0. The
+    clock of a problem in another time is positive.
 
     Parameters
     ----------
@@ -47,6 +52,11 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
         hold(problem.canonical(y), y, f"problem {problem.name!r} changes an admissible state")
         for form in problem.forms:
             check_declared(problem, y, form, clock=problem.clock is not None)
+        if problem.clock is not None:
+            sure(
+                value(problem, problem.clock, y) > 0.0,
+                f"time stands or runs back in {problem.name!r}",
+            )
         rate = _rate(problem, y)
         for name, f in {**problem.constraints, **problem.invariants}.items():
             _check_constant(problem, name, f, y, rate)
@@ -56,6 +66,9 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
         sure(moves, f"{name!r} of {problem.name!r} is the same number at all states")
     if problem.action is not None:
         check_group(problem.action.group, problem.rows, 1)
+    if problem.measure is not None and problem.field is not None:
+        for y in chosen:
+            _check_measure(problem, problem.measure, y)
 
 
 def _random(problem: Problem, count: int) -> Iterator[Array]:
@@ -100,3 +113,26 @@ def _check_constant(problem: Problem, name: str, f: Recorded, y: Array, rate: Ar
         small(here, ROUNDING * scale, f"constraint {name!r} of {problem.name!r} is not 0")
         small([above, below], CURVED * H * H * scale, text)
     small((above - below) / (2.0 * h), SLOPES * scale * max(1.0, length(rate)), text)
+
+
+def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
+    """Hold tr(Tᵀ f_y T) + d/dt (log μ − ½ log det c_y c_yᵀ) to be 0, T a basis of the tangent space."""
+
+    def normals(z: Array) -> Array:
+        if measure.manifold is None:
+            return np.zeros((len(z), 0))
+        conditions = functools.partial(vector, problem, measure.manifold, measure.conditions)
+        return differences(conditions, z, STEP * np.eye(len(z))) / STEP
+
+    def log_density(later: Array) -> Array:
+        volume = np.linalg.slogdet(normals(later[:-1]).T @ normals(later[:-1]))[1]
+        return value(problem, measure.log_density, later[:-1], later[-1]) - 0.5 * np.array([volume])
+
+    rate, basis = derivative(problem, y), np.linalg.qr(normals(y), mode="complete")[0].T
+    size, basis = max(1.0, length(rate)), basis[measure.conditions :]
+    changes = differences(functools.partial(derivative, problem), y, H * basis) / H
+    way = H / size * np.array([[*rate, 1.0]])
+    along = differences(log_density, np.array([*y, 0.0]), way)[0, 0] / H * size
+    bound = SPREAD * size * max(1.0, float(np.max(np.abs(changes), initial=0.0)))
+    text = f"the measure of {problem.name!r} is not invariant: its divergence"
+    small(np.sum(changes * basis) + along, bound, text)

@@ -12,6 +12,7 @@ from ..arguments import Array
 from ..errors import DomainError, GeomintWarning
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
+from ..problems.spaces.conditions import differences
 from ..problems.spaces.repair import length
 from ..problems.spaces.space import Space
 from .groups import check_group, moved
@@ -98,8 +99,7 @@ def _check_constraint(space: Space, y: Array) -> None:
         constraint(Block(space.params), Block(x), Block(g), Block(G), Block(np.zeros(0)))
         return g, G.reshape(-1, space.rows)
 
-    steps = 1e-3 * np.eye(space.rows)
-    slopes = np.array([written(y + h)[0] - written(y - h)[0] for h in steps]).T / 2e-3
+    slopes = differences(lambda x: written(x)[0], y, 1e-3 * np.eye(space.rows)).T / 1e-3
     g, G = written(y)
     small(g, ROUNDING * max(1.0, length(y)) ** 2, f"`constraint` of {space!r} is not 0 on it")
     small(G - slopes, 1e-5 * max(1.0, length(y)), f"`constraint` of {space!r} has another Jacobian")

@@ -10,7 +10,9 @@ import numpy as np
 from ...arguments import Array
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
-from .space import Space, both, check_known
+from .conditions import both
+from .pieces import check_known
+from .space import Space
 
 __all__ = ["Product"]
 

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 
 from ...arguments import Array, as_vector, check_name, whole
-from ...errors import DomainError, FormError, nearest
+from ...errors import DomainError, FormError
 from ...kernels.compiling.recorded import Recorded, field
-from ...kernels.numbers.blocks import Block, part
+from ...kernels.numbers.blocks import Block
 from ..forms import Group, GroupAction
 from ..groups import so3, so_n, translations
+from .conditions import brought_back, differences, tangent_part, written
+from .pieces import check_known, joined_pieces, piece_slices
 from .repair import length
 
-__all__ = ["Space", "both", "check_known", "joined_pieces", "piece_slices", "written"]
+__all__ = ["Space"]
 
-ROUNDS = 30  # of Newton's method in `Space.retract`; it takes 4 or 5
-Pieces = tuple[tuple[str, int], ...]
 STEP = 0.125  # of central differences, over the size of the piece: exact for quadratic conditions
 
 
@@ -207,19 +207,12 @@ class Space:
     def normals(self, y: Array) -> Array:
         """Return c_y, by central differences."""
         sizes = [length(y[s]) or 1.0 for s in self.slices.values() for _ in range(s.stop - s.start)]
-        columns = [
-            (self.defects(y + h * e) - self.defects(y - h * e)) / (2.0 * h)
-            for h, e in zip(STEP * np.array(sizes), np.eye(self.rows), strict=True)
-        ]
-        return np.array(columns).T
+        steps = STEP * np.array(sizes)
+        return (differences(self.defects, y, np.diag(steps)) / steps[:, None]).T
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the part of a vector of R^N that is tangent to the space at y."""
-        normals = self.normals(y)
-        basis, _ = np.linalg.qr((normals / np.linalg.norm(normals, axis=1, keepdims=True)).T)
-        for _ in range(2):
-            v = v - basis @ (basis.T @ v)
-        return np.asarray(v)
+        return tangent_part(self.normals(y), v)
 
     def retract(self, y: Array, v: Array) -> Array:
         """Return the point near y + v in the directions normal to the space, by Newton's method.
@@ -229,17 +222,12 @@ class Space:
         DomainError
             Where v is too long for it.
         """
-        z, before = y + v, np.inf
-        for _ in range(ROUNDS):
-            defects = self.defects(z)
-            size = float(np.max(np.abs(defects), initial=0.0))
-            if size == 0.0 or (size >= 0.5 * before and before < 1e-12 * max(1.0, length(z))):
-                return z
-            before = size
-            normals = self.normals(z)
-            sizes = np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
-            z = z - np.linalg.lstsq(normals / sizes[:, None], defects / sizes)[0]
-        raise DomainError("v", v, "a shorter vector: no point of the space was found near y + v")
+        z = brought_back(self.defects, self.normals, y + v)
+        if z is None:
+            raise DomainError(
+                "v", v, "a shorter vector: no point of the space was found near y + v"
+            )
+        return z
 
     def distance(self, y: Array, z: Array) -> float:
         """Return |y − z| in the flat coordinates."""
@@ -257,53 +245,6 @@ class Space:
             check_name("name", name)
         if len(set(names)) < len(names):
             raise DomainError("names", names, "names unlike each other")
-
-
-def piece_slices(pieces: Pieces) -> dict[str, slice]:
-    """Return where each piece lies in the flat state."""
-    bounds = itertools.pairwise(itertools.accumulate((rows for _, rows in pieces), initial=0))
-    return {name: slice(*ends) for (name, _), ends in zip(pieces, bounds, strict=True)}
-
-
-def check_known(pieces: Pieces, components: Mapping[str, Any]) -> None:
-    """Raise `DomainError` for a component that is none of the pieces."""
-    names = [name for name, _ in pieces]
-    for name in components:
-        if name not in names:
-            raise DomainError(name, components[name], f"one of {names}.{nearest(name, names)}")
-
-
-def joined_pieces(pieces: Pieces, components: Mapping[str, Any]) -> Array:
-    """Return the flat state of these pieces, or raise `DomainError` for others."""
-    check_known(pieces, components)
-    for name, rows in pieces:
-        if name not in components:
-            raise DomainError(name, None, f"{rows} numbers")
-    return np.concatenate([as_vector(name, components[name], rows) for name, rows in pieces])
-
-
-@functools.cache
-def both(first: Recorded, m: int, second: Recorded, k: int) -> Recorded:
-    """Return the function that writes m conditions and then k others."""
-
-    def conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        first(params, t, y, part(out, 0, m), work)
-        second(params, t, y, part(out, m, k), work)
-
-    return field(conditions)
-
-
-@functools.cache
-def written(*observables: Recorded) -> Recorded:
-    """Return the function that writes their values."""
-    first, *others = observables
-    if others:
-        return both(written(first), 1, written(*others), len(others))
-
-    def condition(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = first(params, t, y, work)
-
-    return field(condition)
 
 
 @functools.cache

@@ -11,8 +11,10 @@ from ...arguments import Array, as_vector
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from ..forms import Hamiltonian
+from .conditions import both
+from .pieces import check_known
 from .repair import PARALLEL, SILENT, length, repaired, warn
-from .space import Space, both, check_known
+from .space import Space
 from .sphere import Sphere
 from .stiefel import Stiefel
 
