@@ -58,11 +58,9 @@ def _has_type(value: Any) -> bool:
 
 def _is_own(template: Any) -> bool:
     """Tell whether an implementation of a function is numba's or the kernel layer's."""
-    function = vars(template).get("_overload_func")
-    if function is not None:
-        functions = _with_closure(function.__func__)
-    else:
-        functions = _with_closure(vars(template).get("generic"))
+    of = vars(template)
+    function = of.get("_overload_func") or of.get("_definition_func") or of.get("generic")
+    functions = _with_closure(getattr(function, "__func__", function))
     homes = [home_of(f) for f in functions]
     return all(f"{home}.".startswith(OWN) for home in homes or [template.__module__])
 

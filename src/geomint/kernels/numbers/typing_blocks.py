@@ -18,15 +18,14 @@ from numba.core.ir_utils import _add_alias, alias_func_extensions
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
     NativeValue,
-    intrinsic,
     models,
-    overload,
     register_model,
     typeof_impl,
     unbox,
 )
 
 from . import blocks
+from .instruction import instruction
 from .lanes import LANES
 from .typing_lanes import LANE_VALUE
 
@@ -207,13 +206,13 @@ def _view(result: BlockType) -> Any:
     return codegen
 
 
-@intrinsic
+@instruction(blocks.part)
 def _part(typingctx, block, start, rows):
     result = BlockType(block.row)
     return result(block, types.int64, types.int64), _view(result)
 
 
-@intrinsic
+@instruction(blocks.view, prefer_literal=True)
 def _named(typingctx, block, layout, name):
     """Return code for a part by its name: the sum of the rows before it is as constant as they are."""
     if not isinstance(name, types.StringLiteral) or not isinstance(layout, types.BaseNamedTuple):
@@ -239,13 +238,13 @@ def _named(typingctx, block, layout, name):
     return result(block, layout, name), codegen
 
 
-@intrinsic
+@instruction(blocks.as_lanes)
 def _as_lanes(typingctx, block, start, rows):
     result = BlockType(block.row.lanes() if hasattr(block.row, "lanes") else LANE_VALUE)
     return result(block, types.int64, types.int64), _view(result)
 
 
-@intrinsic
+@instruction(blocks.as_scalars)
 def _as_scalars(typingctx, block):
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
@@ -258,17 +257,17 @@ def _as_scalars(typingctx, block):
     return SCALAR_BLOCK(block), codegen
 
 
-@intrinsic
+@instruction(blocks.fixed_rows, prefer_literal=True)
 def _fixed_rows(typingctx, block, rows):
     """Return the block with its row count known to the compiler, which then unrolls loops."""
-    if not isinstance(rows, types.IntegerLiteral):
+    known = getattr(rows, "literal_value", None)
+    if known is None and rows is not types.none:
         return None
-    result = BlockType(block.row, rows.literal_value)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return args[0]
 
-    return result(block, rows), codegen
+    return (block if known is None else BlockType(block.row, known))(block, rows), codegen
 
 
 def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -> None:
@@ -276,32 +275,5 @@ def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -
 
 
 # Without this numba takes a store as the last use of a view for dead, and removes it.
-for _maker in ("_part", "_named", "_as_lanes", "_as_scalars", "_fixed_rows"):
-    alias_func_extensions[_maker, __name__] = _shares_memory
-
-
-@overload(blocks.as_scalars, inline="always")
-def _overload_as_scalars(block):
-    return lambda block: _as_scalars(block)
-
-
-@overload(blocks.fixed_rows, inline="always")
-def _overload_fixed_rows(block, rows):
-    if rows is types.none:
-        return lambda block, rows: block
-    return lambda block, rows: _fixed_rows(block, rows)
-
-
-@overload(blocks.part, inline="always")
-def _overload_part(block, start, rows):
-    return lambda block, start, rows: _part(block, start, rows)
-
-
-@overload(blocks.view, inline="always")
-def _overload_view(block, layout, name):
-    return lambda block, layout, name: _named(block, layout, name)
-
-
-@overload(blocks.as_lanes, inline="always")
-def _overload_as_lanes(block, start, rows):
-    return lambda block, start, rows: _as_lanes(block, start, rows)
+for _function in (blocks.part, blocks.view, blocks.as_lanes, blocks.as_scalars, blocks.fixed_rows):
+    alias_func_extensions[_function.__name__, _function.__module__] = _shares_memory

@@ -19,6 +19,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global, signatur
 from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
+from .instruction import instruction
 from .lanes import LANES
 
 __all__ = ["LANE_VALUE"]
@@ -165,21 +166,20 @@ def _vector_intrinsic(name: str) -> Any:
 _vector_sqrt, _vector_abs = _vector_intrinsic("llvm.sqrt"), _vector_intrinsic("llvm.fabs")
 
 
-@intrinsic
-def _vector_fma(typingctx, x, y, z):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+@instruction(arithmetic.fma)
+def _fma(typingctx, x, y, z):
+    def of_vectors(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         vectors = [_as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)]
         return _call_vector_function(builder, "llvm.fma", vectors)
 
-    return LANE_VALUE(x, y, z), codegen
-
-
-@intrinsic
-def _scalar_fma(typingctx, x, y, z):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    def of_numbers(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.fma(*args)
 
-    return types.float64(types.float64, types.float64, types.float64), codegen
+    if LANE_VALUE in (x, y, z) and _mixes_lanes((x, y, z)):
+        return LANE_VALUE(x, y, z), of_vectors
+    if all(isinstance(k, types.Float | types.Integer) for k in (x, y, z)):
+        return types.float64(types.float64, types.float64, types.float64), of_numbers
+    return None
 
 
 def _common_type(x: Any, y: Any) -> Any:
@@ -206,14 +206,20 @@ def _choice(chosen: Any) -> Any:
 
 
 # As instructions, not as Python branches: those would be inlined into the callers' own branches.
-@intrinsic
+@instruction(arithmetic.select)
 def _select(typingctx, condition, x, y):
+    if not (_plain(x) and _plain(y)):
+        return None
+    if condition != LANE_MASK and not isinstance(condition, types.Boolean):
+        return None
     result = LANE_VALUE if condition == LANE_MASK else _common_type(x, y)
     return result(condition, x, y), _choice(lambda b, which, x, y: b.select(which, x, y))
 
 
-@intrinsic
+@instruction(arithmetic.maximum)
 def _maximum(typingctx, x, y):
+    if not (_plain(x) and _plain(y)):
+        return None
     return _common_type(x, y)(x, y), _choice(_emit_larger)
 
 
@@ -269,15 +275,6 @@ _total = _fold(lambda builder, x, y: builder.fadd(x, y))
 _top = _fold(_emit_larger)
 
 
-@overload(arithmetic.fma, inline="always")
-def _overload_fma(x, y, z):
-    if LANE_VALUE in (x, y, z) and _mixes_lanes((x, y, z)):
-        return lambda x, y, z: _vector_fma(x, y, z)
-    if all(isinstance(k, types.Float | types.Integer) for k in (x, y, z)):
-        return lambda x, y, z: _scalar_fma(float(x), float(y), float(z))
-    return None
-
-
 def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
     """Let `function` take lane values, and plain numbers too where `scalar` says what to call."""
 
@@ -322,35 +319,23 @@ def _plain(x: Any) -> bool:
     return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 
-@overload(arithmetic.select, inline="always")
-def _overload_select(condition, x, y):
-    if not (_plain(x) and _plain(y)):
-        return None
-    if condition == LANE_MASK or isinstance(condition, types.Boolean):
-        return lambda condition, x, y: _select(condition, x, y)
-    return None
-
-
 @overload(arithmetic.maximum, inline="always")
 def _overload_maximum(x, y):
     if _plain(x) and _plain(y):
-        return lambda x, y: _maximum(x, y)
+        return None
     return lambda x, y: arithmetic.select(x > y, x, arithmetic.select(x >= x, y, x))
 
 
-@intrinsic
-def _splat(typingctx, value):
+@instruction(arithmetic.like)
+def _like(typingctx, value, example):
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return _as_vector(context, builder, sig.args[0], args[0])
+        if sig.return_type == value:
+            return args[0]
+        return _as_vector(context, builder, value, args[0])
 
-    return LANE_VALUE(value), codegen
-
-
-@overload(arithmetic.like, inline="always")
-def _overload_like(value, example):
-    if example == LANE_VALUE and value != LANE_VALUE:
-        return lambda value, example: _splat(value)
-    return (lambda value, example: value) if _plain(example) else None
+    if not _plain(example):
+        return None
+    return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
 
 
 @overload(arithmetic.lane)
