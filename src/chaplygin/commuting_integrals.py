@@ -90,7 +90,7 @@ def table(n: int, tables: Any, k: int) -> Any:
     rows = table_rows(n)
     size = rows.d + rows.c
     own = gi.part(tables, k * size, size)
-    return gi.view(own, rows, "d"), gi.view(own, rows, "c")
+    return gi.section(own, rows, "d"), gi.section(own, rows, "c")
 
 
 @gi.helper

@@ -24,7 +24,7 @@ from collections import namedtuple
 from typing import Any
 
 import geomint as gi
-from geomint import sqrt, view
+from geomint import section, sqrt
 
 from .commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from .manifold import Array
@@ -62,7 +62,7 @@ def special_rows(n: int, splitting: int) -> Any:
 def factors(params: Any, n: int) -> Any:
     """Return the blocks of D, 1/a_i and a_i, which stand first, whatever follows."""
     rows = special_rows(n, 0)
-    return view(params, rows, "D"), view(params, rows, "b"), view(params, rows, "a")
+    return section(params, rows, "D"), section(params, rows, "b"), section(params, rows, "a")
 
 
 def special_parameters(
@@ -130,7 +130,7 @@ def separation_integral(n: int, splitting: int, k: int, physical: bool) -> Any:
     def separation_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return a coefficient of the polynomial with s_i = −(p̃, p̃) γ_i²."""
         D, b, _ = factors(params, n)
-        d, c = table(n, view(params, special_rows(n, splitting), "tables"), k)
+        d, c = table(n, section(params, special_rows(n, splitting), "tables"), k)
         total = weighted_minors(n, c, y)
         pp, dgg, u = 0.0 * y[0], 0.0 * y[0], 0.0 * y[0]
         for i in range(n):

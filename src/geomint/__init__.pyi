@@ -39,7 +39,7 @@ from .kernels.numbers.blocks import (
     REST as REST,
     packed as packed,
     part as part,
-    view as view,
+    section as section,
 )
 from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
@@ -193,6 +193,7 @@ __all__ = [
     "run_methods",
     "run_scene",
     "scene_names",
+    "section",
     "select",
     "sin",
     "so3",
@@ -203,7 +204,6 @@ __all__ = [
     "translations",
     "turn_coefficients",
     "value",
-    "view",
     "whole_file",
     "whole_folder",
     "with_quadrature",

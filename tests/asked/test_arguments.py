@@ -129,7 +129,7 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"condition": False, "x": 3.0},
     ),
     "turn_coefficients": ({"s": 0.1}, {"s": 0.2}),
-    "view": (
+    "section": (
         {"block": BLOCK, "layout": LAYOUT, "name": "first"},
         {"block": OTHER_BLOCK, "layout": OTHER_LAYOUT, "name": "second"},
     ),
@@ -211,7 +211,7 @@ LOOK: dict[str, Callable[..., Any]] = {
         for name in ("RigidMotions", "TangentSphere", "TangentStiefel")
     },
     "part": lambda **given: gi.part(**given).data,
-    "view": lambda **given: gi.view(**given).data,
+    "section": lambda **given: gi.section(**given).data,
     "packed": lambda layout, values: gi.packed(layout, **values).data,
     "load_scene": lambda source: gi.load_scene(source).sections,
     "make_plan": lambda **given: [

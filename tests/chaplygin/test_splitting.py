@@ -44,11 +44,11 @@ def hamiltonian(problem, k, y):
     """The Hamiltonian of part k by its definition, from the problem's own params."""
     n = len(y) // 2
     rows = splitting_rows(n)
-    own = gi.view(Block(problem.params), special_rows(n, sum(rows)), "splitting")
+    own = gi.section(Block(problem.params), special_rows(n, sum(rows)), "splitting")
     g, p = y[:n], y[n:]
     if k == 0:
-        return gi.view(own, rows, "kappa")[0] * (p @ p) / 2
-    axis, rho, mu = (gi.view(own, rows, name)[k - 1] for name in ("axis", "rho", "mu"))
+        return gi.section(own, rows, "kappa")[0] * (p @ p) / 2
+    axis, rho, mu = (gi.section(own, rows, name)[k - 1] for name in ("axis", "rho", "mu"))
     rest = [j for j in range(n) if j != int(axis)]
     squares = sum(
         (g[i] * p[j] - g[j] * p[i]) ** 2 for at, i in enumerate(rest) for j in rest[at + 1 :]

@@ -11,7 +11,7 @@ from geomint.kernels.compiling.bound import Bound
 from geomint.kernels.compiling.recorded import helper, inlined
 from geomint.kernels.compiling.signatures import BLOCK, WHOLE, takes
 from geomint.kernels.measure import memory as measure
-from geomint.kernels.numbers.blocks import REST, Block, packed, scalar_block, view
+from geomint.kernels.numbers.blocks import REST, Block, packed, scalar_block, section
 from geomint.kernels.solve import (
     adaptive,
     commutator_free,
@@ -63,7 +63,7 @@ Three = namedtuple("Three", "head matrix rest")
 def test_parts_cover_the_block_once(name: str) -> None:
     layout = LAYOUTS[name]
     block = Block(np.arange(float(sum(layout))))
-    parts = [view(block, layout, part).data for part in layout._fields]
+    parts = [section(block, layout, part).data for part in layout._fields]
     assert np.concatenate(parts).tolist() == block.data.tolist()
     assert [len(part) for part in parts] == list(layout)
     assert min(layout) >= 0
@@ -74,7 +74,7 @@ def test_a_block_of_another_size_is_refused(name: str) -> None:
     layout = LAYOUTS[name]
     for size in (sum(layout) - 1, sum(layout) + 1):
         with pytest.raises(IndexError):
-            view(scalar_block(size), layout, layout._fields[0])
+            section(scalar_block(size), layout, layout._fields[0])
 
 
 @pytest.mark.parametrize("rows", range(1, 20))
@@ -100,13 +100,13 @@ def three(n: int, rest: int) -> Three:
 @helper
 def write_parts(block, n, row):
     layout = three(n, REST)
-    matrix = view(block, layout, "matrix")
+    matrix = section(block, layout, "matrix")
     for i in range(len(matrix)):
         matrix[i] = 1.0 + i
-    rest = view(block, layout, "rest")
+    rest = section(block, layout, "rest")
     for i in range(len(rest)):
         rest[i] = -1.0 * len(rest)
-    view(block, layout, "head")[row] = 7.0  # the last use of a view, which is no dead code
+    section(block, layout, "head")[row] = 7.0  # the last use of a view, which is no dead code
 
 
 @pytest.mark.parametrize("n", [0, 1, 3])

@@ -21,7 +21,7 @@ import pytest
 from mpmath import mp
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, view
+from geomint.kernels.numbers.blocks import Block, section
 from geomint.kernels.solve.gauss import gauss_coefficients
 from geomint.methods import Method, Start, find_method, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
@@ -305,13 +305,13 @@ def gauss_end(stages: int, steps: int, spoil: Any = 0) -> list[Any]:
     at = lane_positions(stages, width)
     layout = gauss_coefficients(problem.rows, width // 8, 1)
     for name, values in (("c", nodes), ("b", weights)):
-        view(stepper.coefficients, layout, name).data[at] = values
+        section(stepper.coefficients, layout, name).data[at] = values
     matrix = np.full((width, width), mp.mpf(0), dtype=object)
     matrix[np.ix_(at, at)] = np.array(mu, dtype=object)
     assert np.allclose(
         spread_columns(gauss_legendre(stages).mu, at, width), matrix.T.ravel().astype(float)
     )
-    view(stepper.coefficients, layout, "mu").data[:] = matrix.T.ravel()
+    section(stepper.coefficients, layout, "mu").data[:] = matrix.T.ravel()
     return end_of(stepper, steps)
 
 

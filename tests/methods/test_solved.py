@@ -14,7 +14,7 @@ from first_steps import KINDS, problems, states
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, LaneBlock, view
+from geomint.kernels.numbers.blocks import Block, LaneBlock, section
 from geomint.kernels.numbers.lanes import LANES, Lanes
 from geomint.kernels.solve.advance import bound_stepper
 from geomint.kernels.solve.gauss import gauss_memory
@@ -79,7 +79,7 @@ class Steps:
         result = stepper.advance(0, 1, 2, Block(np.zeros(0)))
         if result.status == OK:
             width = len(self.lanes) > LANES
-            numbers = view(stepper.memory, gauss_memory(rows, 1 + width), "stages").data
+            numbers = section(stepper.memory, gauss_memory(rows, 1 + width), "stages").data
             L = np.concatenate(list(numbers.reshape(1 + width, rows, LANES)), axis=1)
             self.accepted.append((y, stepper.state.copy(), h, L.T[self.lanes]))
         elif np.isfinite(derivatives(self.problem, np.array([T0]), y[None])).all():

@@ -12,7 +12,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.kernels.numbers.blocks import Block, view
+from geomint.kernels.numbers.blocks import Block, section
 from geomint.kernels.solve.gauss import gauss_coefficients
 from geomint.methods import Start, find_method, methods
 from geomint.methods.gauss import lane_positions
@@ -74,7 +74,7 @@ def test_a_last_bit_of_a_coefficient_matters() -> None:
     stepper = method.start(Start(problem, y0, 0.0, 0.2))
     at = lane_positions(3, 8)
     layout = gauss_coefficients(problem.rows, 1, 1)
-    mu = view(stepper.coefficients, layout, "mu").data.reshape(8, 8)
+    mu = section(stepper.coefficients, layout, "mu").data.reshape(8, 8)
     assert mu[at[0], at[1]] + mu[at[1], at[0]] == 1.0
     mu[at[0], at[1]] += 2.0**-52
 

@@ -36,7 +36,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, part, view
+from geomint import log, part, section
 
 from ..inertia import GeneralInertia, SpecialInertia
 from ..integrable import weighted_square
@@ -124,8 +124,8 @@ def special_rows(n: int) -> Any:
 def special_parts(params: Any, n: int) -> Any:
     """Return the blocks of D, a_i, 1/a_i and the entries of I⁻¹."""
     rows = special_rows(n)
-    a, b = view(params, rows, "a"), view(params, rows, "b")
-    return view(params, rows, "D"), a, b, view(params, rows, "C")
+    a, b = section(params, rows, "a"), section(params, rows, "b")
+    return section(params, rows, "D"), a, b, section(params, rows, "C")
 
 
 @gi.helper
@@ -230,7 +230,7 @@ def pivots_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
 @gi.helper
 def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
     """Write ω for a diagonal operator."""
-    D, C = view(params, GENERAL, "D"), view(params, GENERAL, "C")
+    D, C = section(params, GENERAL, "D"), section(params, GENERAL, "C")
     v, s = part(work, 0, n), part(work, n, n * n)
     for i in range(len(k)):
         omega[i] = C[i] * k[i]
@@ -265,7 +265,7 @@ def diagonal_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: An
 @gi.helper
 def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -> None:
     """Write ω for any operator."""
-    D, C = view(params, GENERAL, "D"), view(params, GENERAL, "C")
+    D, C = section(params, GENERAL, "D"), section(params, GENERAL, "C")
     rows = len(k)
     v, s, g = part(work, 0, n), part(work, n, n * n), part(work, n + n * n, rows * n)
     zero = 0.0 * gamma[0]

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import fma, log, sqrt, view
+from geomint import fma, log, section, sqrt
 from geomint.arguments import switch
 
 from ..exact.motions import exact_ball
@@ -47,18 +47,18 @@ VECTORS = gi.Euclidean(3, "k", turned=True) * gi.Sphere(3)
 @gi.helper
 def diagonal_weight(params: Any, y: Any) -> Any:
     """Return (γ⃗, Wγ⃗) for an inertia tensor in principal axes."""
-    w = view(params, DIAGONAL, "W")
+    w = section(params, DIAGONAL, "W")
     return w[0] * y[3] * y[3] + w[1] * y[4] * y[4] + w[2] * y[5] * y[5]
 
 
 @gi.helper
 def diagonal_omega(params: Any, y: Any) -> Any:
     """Return ω⃗ for an inertia tensor in principal axes."""
-    b = view(params, DIAGONAL, "B")
+    b = section(params, DIAGONAL, "B")
     g0, g1, g2 = y[3], y[4], y[5]
     k0, k1, k2 = b[0] * y[0], b[1] * y[1], b[2] * y[2]
     w = diagonal_weight(params, y)
-    m = view(params, DIAGONAL, "D")[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
+    m = section(params, DIAGONAL, "D")[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
     return fma(m, b[0] * g0, k0), fma(m, b[1] * g1, k1), fma(m, b[2] * g2, k2)
 
 
@@ -76,7 +76,7 @@ def product(diagonal: Any, rest: Any, x0: Any, x1: Any, x2: Any) -> Any:
 @gi.helper
 def full_weight(params: Any, y: Any) -> Any:
     """Return (γ⃗, Wγ⃗) for any inertia tensor."""
-    diagonal, rest = view(params, FULL, "W"), view(params, FULL, "W_rest")
+    diagonal, rest = section(params, FULL, "W"), section(params, FULL, "W_rest")
     w0, w1, w2 = product(diagonal, rest, y[3], y[4], y[5])
     return w0 * y[3] + w1 * y[4] + w2 * y[5]
 
@@ -85,11 +85,11 @@ def full_weight(params: Any, y: Any) -> Any:
 def full_omega(params: Any, y: Any) -> Any:
     """Return ω⃗ for any inertia tensor."""
     g0, g1, g2 = y[3], y[4], y[5]
-    diagonal, rest = view(params, FULL, "B"), view(params, FULL, "B_rest")
+    diagonal, rest = section(params, FULL, "B"), section(params, FULL, "B_rest")
     k0, k1, k2 = product(diagonal, rest, y[0], y[1], y[2])
     b0, b1, b2 = product(diagonal, rest, g0, g1, g2)
     w = full_weight(params, y)
-    m = view(params, FULL, "D")[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
+    m = section(params, FULL, "D")[0] * (g0 * k0 + g1 * k1 + g2 * k2) / w
     return fma(m, b0, k0), fma(m, b1, k1), fma(m, b2, k2)
 
 
@@ -133,7 +133,7 @@ def classical_forms(full: bool) -> dict[str, Any]:
 
     def classical_spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|g k⃗ − k⃗_0|."""
-        k0, total = view(params, rows, "own"), 0.0 * y[0]
+        k0, total = section(params, rows, "own"), 0.0 * y[0]
         for i in range(3):
             row = 6 + 3 * i
             entry = y[row] * y[0] + y[row + 1] * y[1] + y[row + 2] * y[2] - k0[i]
@@ -231,7 +231,7 @@ def classical_problem(
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
     own = () if k0 is None else vector_of_triangle(skew_components("k0", k0, 3, vector=True))
     full, params = classical_parameters(tensor, D, own)
-    forms, b = classical_forms(full), view(params, DIAGONAL, "B").data
+    forms, b = classical_forms(full), section(params, DIAGONAL, "B").data
     routh = {
         f"routh-{i + 1}": routh_integral(i)
         for i in range(3)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, sqrt, view
+from geomint import part, section, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array
@@ -51,7 +51,7 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
         """Return blocks (γ, g, ω, r, scratch)."""
         gamma, w = part(y, size, n), part(work, 0, size)
         rest = part(work, size, len(work) - size)
-        omega(n, view(params, rows, "omega"), part(y, 0, size), gamma, w, rest)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), gamma, w, rest)
         return gamma, part(y, size + n, square), w, part(y, turning, n - 1), rest
 
     located = gi.helper(locate)
@@ -60,14 +60,14 @@ def contact_forms(omega: Any, n: int, rows: Any) -> dict[str, Any]:
         """Eqs. (ch-red), (PE), (ch-red2) and (ch-constr)."""
         gamma, g, w, _, rest = located(params, y, work)
         turn(n, w, part(y, 0, turning), part(out, 0, turning), rest)
-        rolled(n, view(params, rows, "rho")[0], g, gamma, w, part(out, turning, n - 1), rest)
+        rolled(n, section(params, rows, "rho")[0], g, gamma, w, part(out, turning, n - 1), rest)
 
     def contact_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = (−ω, ρ gωγ)."""
         gamma, g, w, _, rest = located(params, y, work)
         for i in range(size):
             out[i] = -w[i]
-        rolled(n, view(params, rows, "rho")[0], g, gamma, w, part(out, size, n - 1), rest)
+        rolled(n, section(params, rows, "rho")[0], g, gamma, w, part(out, size, n - 1), rest)
 
     def contact_vertical(params: Any, t: Any, y: Any, work: Any) -> Any:
         """|γ − g⁻¹E_n|."""

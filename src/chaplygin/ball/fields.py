@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import geomint as gi
-from geomint import part, view
+from geomint import part, section
 from geomint.problems.spaces.skew import unpack_skew
 
 from ..inertia import GeneralInertia, SpecialInertia
@@ -95,19 +95,19 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int | None = None) -> B
     def ball_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (ch-red), (PE), (ch-red2)."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, view(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
         turn(n, w, y, out, rest)
 
     def ball_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = −ω."""
-        omega(n, view(params, rows, "omega"), part(y, 0, size), part(y, at, n), out, work)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, at, n), out, work)
         for i in range(size):
             out[i] = -out[i]
 
     def ball_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨k, ω⟩, the reduced kinetic energy."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, view(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
         total = y[0] * w[0]
         for i in range(1, size):
             total += y[i] * w[i]
@@ -116,7 +116,7 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int | None = None) -> B
     def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return log ϱ, eq. (mu*)."""
         gamma, rest = part(y, at, n), part(work, size, len(work) - size)
-        own = view(params, rows, "omega")
+        own = section(params, rows, "omega")
         omega(n, own, part(y, 0, size), gamma, part(work, 0, size), rest)
         return log_density(n, own, gamma, rest)
 

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import view
+from geomint import section
 
 from ..inertia import SpecialInertia
 from ..integrable import special_rows
@@ -144,13 +144,13 @@ def hamiltonized_flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, wor
     n = len(y) // 2
     rows = splitting_rows(n)
     size = rows.kappa + rows.axis + rows.rho + rows.mu
-    own = view(params, special_rows(n, size), "splitting")
+    own = section(params, special_rows(n, size), "splitting")
     if k == 0:
-        gi.great_circle(view(own, rows, "kappa")[0] * h, y, out)
+        gi.great_circle(section(own, rows, "kappa")[0] * h, y, out)
     else:
-        axis = int(view(own, rows, "axis")[k - 1])
-        dilate(axis, -view(own, rows, "mu")[k - 1] * h, y, out)
-        turn_about(axis, view(own, rows, "rho")[k - 1] * h, y, out)
+        axis = int(section(own, rows, "axis")[k - 1])
+        dilate(axis, -section(own, rows, "mu")[k - 1] * h, y, out)
+        turn_about(axis, section(own, rows, "rho")[k - 1] * h, y, out)
 
 
 def hamiltonized_splitting(n: int) -> gi.Splitting:

@@ -10,7 +10,7 @@ import functools
 from typing import Any, NamedTuple
 
 import geomint as gi
-from geomint import part, sqrt, view
+from geomint import part, section, sqrt
 from geomint.problems.spaces.skew import unpack_skew
 
 from .angular_velocity import about_vertical
@@ -68,7 +68,7 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
                 for c in range(1, n):
                     entry += g[i * n + c] * k[c * n + j]
                 gk[i * n + j] = entry
-        total, at, k0 = 0.0 * y[0], 0, view(params, rows, "k0")
+        total, at, k0 = 0.0 * y[0], 0, section(params, rows, "k0")
         for i in range(n):
             for j in range(i + 1, n):
                 entry = 0.0 * y[0] - k0[at]

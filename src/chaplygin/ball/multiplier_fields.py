@@ -9,7 +9,7 @@ import functools
 from typing import Any
 
 import geomint as gi
-from geomint import part, sqrt, view
+from geomint import part, section, sqrt
 
 from .angular_velocity import apply_to_gamma
 from .rolling_dynamics import RollingDynamics, rolled
@@ -43,7 +43,9 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
             out[i] = y[moving + i]
         dw = part(out, n - 1, size)
         accelerate(params, gamma, w, dw, work)
-        rolled(n, view(params, rows, "rho")[0], g, gamma, dw, part(out, n - 1 + size, n - 1), work)
+        rolled(
+            n, section(params, rows, "rho")[0], g, gamma, dw, part(out, n - 1 + size, n - 1), work
+        )
 
     translation = gi.helper(translate)
 
@@ -65,8 +67,8 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
     def rolling_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨Iω, ω⟩ + ½m(v, v), eq. (ch-lagr); ½⟨k, ω⟩ where the ball does not slip."""
         w, momentum = part(y, turning, size), part(work, 0, size)
-        apply_inertia(view(params, rows, "inertia"), w, momentum)
-        mass = view(params, rows, "m")
+        apply_inertia(section(params, rows, "inertia"), w, momentum)
+        mass = section(params, rows, "m")
         total = momentum[0] * w[0]
         for i in range(1, size):
             total += momentum[i] * w[i]
@@ -78,7 +80,7 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
         """|v − ρ gωγ|, eq. (ch-constr): the speed of the point of the ball in contact."""
         g, w = part(y, 0, square), part(y, turning, size)
         v, rest = part(work, 0, n - 1), part(work, n, n)
-        rolled(n, view(params, rows, "rho")[0], g, part(y, square - n, n), w, v, rest)
+        rolled(n, section(params, rows, "rho")[0], g, part(y, square - n, n), w, v, rest)
         total = 0.0 * y[0]
         for i in range(n - 1):
             entry = y[moving + i] - v[i]
@@ -109,7 +111,7 @@ def rolling_conditions(n: int, rows: Any, twist_free: bool) -> Any:
         rotation(params, t, y, out, work)
         g, w = part(y, 0, square), part(y, turning, size)
         v = part(out, slipping, n - 1)
-        rolled(n, view(params, rows, "rho")[0], g, part(y, square - n, n), w, v, work)
+        rolled(n, section(params, rows, "rho")[0], g, part(y, square - n, n), w, v, work)
         for i in range(n - 1):
             v[i] = y[moving + i] - v[i]
         if twist_free:

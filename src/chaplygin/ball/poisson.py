@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, sqrt, view
+from geomint import log, section, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array, triangle_of_vector
@@ -50,7 +50,7 @@ def poisson_forms(full: bool) -> dict[str, Any]:
 
     def scaled(params: Any, y: Any) -> Any:
         """Return f = dt/dτ."""
-        return sqrt(view(params, rows, "own")[0] * weight(params, y))
+        return sqrt(section(params, rows, "own")[0] * weight(params, y))
 
     scale = gi.helper(scaled)
 

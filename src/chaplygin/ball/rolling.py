@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import as_vector, part, view
+from geomint import as_vector, part, section
 
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
 from ..manifold import Array
@@ -69,12 +69,12 @@ def through_momentum(observable: Any, full: bool, n: int, rows: Any) -> Any:
         for i in range(square):
             z[size + n + i] = y[i]
         gamma = part(z, size, n)
-        apply_inertia(view(params, rows, "inertia"), w, part(z, 0, size))
+        apply_inertia(section(params, rows, "inertia"), w, part(z, 0, size))
         apply_to_gamma(n, w, gamma, u)
         length = gamma[0] * gamma[0]
         for i in range(1, n):
             length += gamma[i] * gamma[i]
-        scale = view(view(params, rows, "omega"), GENERAL, "D")[0] / length
+        scale = section(section(params, rows, "omega"), GENERAL, "D")[0] / length
         pair = 0
         for i in range(n):
             for j in range(i + 1, n):
@@ -94,7 +94,7 @@ def density_in_omega(omega: Any, n: int, rows: Any) -> Any:
 
     def rolling_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, rest = part(y, square - n, n), part(work, size, len(work) - size)
-        own = view(params, rows, "omega")
+        own = section(params, rows, "omega")
         omega(n, own, part(y, turning, size), gamma, part(work, 0, size), rest)
         return -log_density(n, own, gamma, rest)
 

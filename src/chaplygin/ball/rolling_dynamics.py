@@ -21,7 +21,7 @@ import functools
 from typing import Any, NamedTuple
 
 import geomint as gi
-from geomint import part, sqrt, view
+from geomint import part, section, sqrt
 
 from ..operators import operator_applied
 from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
@@ -76,9 +76,9 @@ def rolling_dynamics(omega: Any, n: int, rows: Any) -> RollingDynamics:
     def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
         momentum, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
-        apply_inertia(view(params, rows, "inertia"), w, momentum)
+        apply_inertia(section(params, rows, "inertia"), w, momentum)
         turn(n, w, momentum, torque, rest)
-        omega(n, view(params, rows, "omega"), torque, gamma, out, rest)
+        omega(n, section(params, rows, "omega"), torque, gamma, out, rest)
 
     return RollingDynamics(gi.helper(accelerate), apply_inertia)
 
@@ -113,7 +113,7 @@ def contact_observables(
         dw, force = part(rest, 0, size), part(rest, size, n - 1)
         left = part(rest, size + n, len(rest) - size - n)
         accelerate(params, gamma, w, dw, left)
-        mass = view(params, rows, "m")[0] * view(params, rows, "rho")[0]
+        mass = section(params, rows, "m")[0] * section(params, rows, "rho")[0]
         rolled(n, mass, g, gamma, dw, force, left)
         return gamma, g, w, force, left
 
@@ -143,7 +143,7 @@ def contact_observables(
     def power(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, g, w, force, rest = reaction_of(params, y, work)
         v = part(rest, n, n)
-        rolled(n, view(params, rows, "rho")[0], g, gamma, w, v, rest)
+        rolled(n, section(params, rows, "rho")[0], g, gamma, w, v, rest)
         total = force[0] * v[0]
         for i in range(1, n - 1):
             total += force[i] * v[i]
@@ -155,7 +155,7 @@ def contact_observables(
         total = rest[0] * rest[0]
         for i in range(1, n):
             total += rest[i] * rest[i]
-        return view(params, rows, "rho")[0] * sqrt(total)
+        return section(params, rows, "rho")[0] * sqrt(total)
 
     def pivoting(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, _, w, _, rest = locate(params, y, work)

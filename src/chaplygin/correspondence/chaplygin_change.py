@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import view
+from geomint import section
 
 from ..ball.classical import DIAGONAL, classical_parameters, diagonal_omega
 from ..ball.sphere import ChaplyginSphere
@@ -38,7 +38,7 @@ __all__ = ["chaplygin_change"]
 def new_time(params: Any, t: Any, y: Any, work: Any) -> Any:
     """dt₁/dt = α + ζ D(ω⃗, γ⃗); α and ζ are its own of the parameters."""
     w0, w1, w2 = diagonal_omega(params, y)
-    own, D = view(params, DIAGONAL, "own"), view(params, DIAGONAL, "D")
+    own, D = section(params, DIAGONAL, "own"), section(params, DIAGONAL, "D")
     return own[0] + own[1] * D[0] * (w0 * y[3] + w1 * y[4] + w2 * y[5])
 
 

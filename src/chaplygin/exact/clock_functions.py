@@ -15,7 +15,7 @@ from collections import namedtuple
 from typing import Any
 
 import geomint as gi
-from geomint import part, view
+from geomint import part, section
 
 from .elimination import determinant
 from .functions import phases, state_at
@@ -70,7 +70,7 @@ def column_rows(size: int, bound: int, count: int) -> Any:
 @gi.helper
 def clock_of(params: Any) -> Any:
     """Return the clock's section."""
-    return view(params, torus_rows(params), "clock")
+    return section(params, torus_rows(params), "clock")
 
 
 def clock_work(ovals: int, angles: int, bounds: int) -> int:
@@ -83,9 +83,9 @@ def fill_waves(params: Any, phi: Any, tables: Any) -> None:
     """Write cos and sin of mφ_k/period, m = 0 … the largest, direction after direction."""
     ovals, _, _, _ = torus_sizes(params)
     clock, rows, at = clock_of(params), clock_rows(ovals), 0
-    bounds = view(clock, rows, "bounds")
+    bounds = section(clock, rows, "bounds")
     for k in range(ovals):
-        angle = phi[k] / view(clock, rows, "period")[0]
+        angle = phi[k] / section(clock, rows, "period")[0]
         cos1, sin1 = gi.cos(angle), gi.sin(angle)
         cos, sin = 1.0 + 0.0 * angle, 0.0 * angle
         for _ in range(int(bounds[k]) + 1):
@@ -116,19 +116,19 @@ def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
     clock, rows, parts = clock_of(params), clock_rows(ovals), wave_rows(ovals)
     size = parts.m + parts.rate + parts.re + parts.im + parts.first
     fill_waves(params, phi, tables)
-    total, rate = view(clock, rows, "offset")[0], view(clock, rows, "mean")[0]
-    waves, bounds = view(clock, rows, "waves"), view(clock, rows, "bounds")
-    regular = int(view(clock, rows, "regular")[0])
-    for number in range(regular + int(view(clock, rows, "resonant")[0])):
+    total, rate = section(clock, rows, "offset")[0], section(clock, rows, "mean")[0]
+    waves, bounds = section(clock, rows, "waves"), section(clock, rows, "bounds")
+    regular = int(section(clock, rows, "regular")[0])
+    for number in range(regular + int(section(clock, rows, "resonant")[0])):
         own = part(waves, number * size, size)
-        cos, sin = wave(bounds, view(own, parts, "m"), tables)
-        r, re = view(own, parts, "rate")[0], view(own, parts, "re")[0]
-        im = view(own, parts, "im")[0]
+        cos, sin = wave(bounds, section(own, parts, "m"), tables)
+        r, re = section(own, parts, "rate")[0], section(own, parts, "re")[0]
+        im = section(own, parts, "im")[0]
         if number < regular:
             total += re * cos - im * sin
             rate -= r * (re * sin + im * cos)
         else:
-            first, whole = view(own, parts, "first")[0], r * tau
+            first, whole = section(own, parts, "first")[0], r * tau
             rate += re * cos - im * sin
             if abs(whole) < 1.0:  # (e^{ib} − e^{ia})/(ir) = e^{i(a+b)/2} τ sin(rτ/2)/(rτ/2)
                 half = 0.5 * whole
@@ -144,10 +144,10 @@ def clock_sums(params: Any, tau: Any, phi: Any, tables: Any) -> Any:
 def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
     """Write the angles at physical time t; return τ and what is left, as an angle."""
     ovals, angles, _, _ = torus_sizes(params)
-    turns, rows = view(params, torus_rows(params), "turns"), clock_rows(ovals)
+    turns, rows = section(params, torus_rows(params), "turns"), clock_rows(ovals)
     mean, fastest = (
-        view(clock_of(params), rows, "mean")[0],
-        view(clock_of(params), rows, "fastest")[0],
+        section(clock_of(params), rows, "mean")[0],
+        section(clock_of(params), rows, "fastest")[0],
     )
     base, tables = part(work, 0, angles), part(work, angles, len(work) - angles)
     start = t / mean
@@ -181,7 +181,7 @@ def solve_tau(params: Any, t: Any, phi: Any, work: Any) -> Any:
 def time_at(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(τ) ↦ t."""
     ovals, angles, _, _ = torus_sizes(params)
-    mean = view(clock_of(params), clock_rows(ovals), "mean")[0]
+    mean = section(clock_of(params), clock_rows(ovals), "mean")[0]
     phi = part(work, 0, angles)
     phases(params, x[0], phi)
     total, _ = clock_sums(params, x[0], phi, part(work, angles, len(work) - angles))
@@ -209,15 +209,15 @@ def at_time(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
 @gi.field
 def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(m) ↦ det_jk Σ_i weight_kij cos(m·φ(θ_i)); the tables of `clock`."""
-    size, bound = int(view(params, HEAD, "size")[0]), int(view(params, HEAD, "bound")[0])
-    counts = view(params, product_rows(size), "counts")
-    tables, at = view(params, product_rows(size), "tables"), 0
+    size, bound = int(section(params, HEAD, "size")[0]), int(section(params, HEAD, "bound")[0])
+    counts = section(params, product_rows(size), "counts")
+    tables, at = section(params, product_rows(size), "tables"), 0
     matrix, rest = part(work, 0, size * size), part(work, size * size, len(work) - size * size)
     for k in range(size):
         count = int(counts[k])
         rows = column_rows(size, bound, count)
         own = part(tables, at, rows.weights + rows.waves)
-        waves, at = view(own, rows, "waves"), at + len(own)
+        waves, at = section(own, rows, "waves"), at + len(own)
         cos, sin = part(rest, 0, count), part(rest, count, count)
         for i in range(count):
             cos[i], sin[i] = 1.0, 0.0
@@ -234,7 +234,7 @@ def product_integral(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
                     sin[i] * c[i] + sign * cos[i] * s[i],
                 )
         for j in range(size):
-            total, carry, weights = 0.0, 0.0, part(view(own, rows, "weights"), j * count, count)
+            total, carry, weights = 0.0, 0.0, part(section(own, rows, "weights"), j * count, count)
             for i in range(count):  # compensated: T is one of them
                 term = weights[i] * cos[i] - carry
                 longer = total + term

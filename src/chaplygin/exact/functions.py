@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, view
+from geomint import part, section
 
 from .inversion import shift_sums, solve_theta, whole_nearest
 from .packing import torus_rows, torus_sizes
@@ -49,20 +49,23 @@ def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
     """Write (γ, p̃), or (γ, p) where the parameters say so, at θ and ψ."""
     ovals, _, axes, n = torus_sizes(params)
     rows = torus_rows(params)
-    radius, signs = view(params, rows, "radius"), view(params, rows, "signs")
-    spread, low = view(params, rows, "spread"), view(params, rows, "low")
+    radius, signs = section(params, rows, "radius"), section(params, rows, "signs")
+    spread, low = section(params, rows, "spread"), section(params, rows, "low")
     high, pair, ell = (
-        view(params, rows, "high"),
-        view(params, rows, "pair"),
-        view(params, rows, "ell"),
+        section(params, rows, "high"),
+        section(params, rows, "pair"),
+        section(params, rows, "ell"),
     )
-    first, second = view(params, rows, "first"), view(params, rows, "second")
-    branch_gaps, axis_gaps = view(params, rows, "branch_gaps"), view(params, rows, "axis_gaps")
-    oval_gaps, lead = view(params, rows, "oval_gaps"), view(params, rows, "lead")[0]
+    first, second = section(params, rows, "first"), section(params, rows, "second")
+    branch_gaps, axis_gaps = (
+        section(params, rows, "branch_gaps"),
+        section(params, rows, "axis_gaps"),
+    )
+    oval_gaps, lead = section(params, rows, "oval_gaps"), section(params, rows, "lead")[0]
     below, above = part(work, 0, ovals), part(work, ovals, ovals)
     sin, cos = part(work, 2 * ovals, ovals), part(work, 3 * ovals, ovals)
     weights = part(work, 4 * ovals, ovals)
-    physical, scale = view(params, rows, "physical")[0] > 0.0, view(params, rows, "scale")[0]
+    physical, scale = section(params, rows, "physical")[0] > 0.0, section(params, rows, "scale")[0]
     for k in range(ovals):
         sin[k], cos[k] = gi.sin(0.5 * theta[k]), gi.cos(0.5 * theta[k])
         below[k] = 2.0 * radius[k] * sin[k] * sin[k]
@@ -120,8 +123,8 @@ def fill_state(params: Any, theta: Any, psi: Any, out: Any, work: Any) -> None:
 def phases(params: Any, tau: Any, phi: Any) -> None:
     """Write φ₀ + ωτ modulo 4π, reduced as turns, in two parts."""
     rows = torus_rows(params)
-    turns, low = view(params, rows, "turns"), view(params, rows, "turns_low")
-    start = view(params, rows, "start")
+    turns, low = section(params, rows, "turns"), section(params, rows, "turns_low")
+    start = section(params, rows, "start")
     for j in range(len(turns)):
         product = tau * turns[j]
         error = gi.fma(tau, turns[j], -product)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, view
+from geomint import part, section
 
 from .elimination import solve_in_place
 from .packing import torus_rows, torus_sizes
@@ -36,7 +36,7 @@ def shift_sums(params: Any, theta: Any, shift: Any, slopes: Any) -> None:
     """Write Σ_k shift_k(θ_k) for all angles, and the matrix ∂φ/∂θ."""
     ovals, angles, _, _ = torus_sizes(params)
     rows, at = torus_rows(params), 0
-    terms, series = view(params, rows, "terms"), view(params, rows, "series")
+    terms, series = section(params, rows, "terms"), section(params, rows, "series")
     for j in range(angles):
         shift[j] = 0.0
     for k in range(ovals):

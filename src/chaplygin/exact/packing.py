@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import view
+from geomint import section
 
 from ..manifold import Array
 from .branch_points import Separation
@@ -34,8 +34,8 @@ MOST_CHECKED = 4096  # numbers
 @gi.helper
 def torus_sizes(params: Any) -> Any:
     """Return the numbers of ovals, angles, axes, and rows of γ."""
-    ovals, angles = view(params, HEAD, "ovals")[0], view(params, HEAD, "angles")[0]
-    axes, rows = view(params, HEAD, "axes")[0], view(params, HEAD, "rows")[0]
+    ovals, angles = section(params, HEAD, "ovals")[0], section(params, HEAD, "angles")[0]
+    axes, rows = section(params, HEAD, "axes")[0], section(params, HEAD, "rows")[0]
     return int(ovals), int(angles), int(axes), int(rows)
 
 
@@ -43,7 +43,7 @@ def torus_sizes(params: Any) -> Any:
 def torus_rows(params: Any) -> Any:
     """Return the layout of the parameters, from the sizes among them."""
     ovals, angles, axes, rows = torus_sizes(params)
-    return parts_of(ovals, angles, axes, rows, int(view(params, HEAD, "numbers")[0]))
+    return parts_of(ovals, angles, axes, rows, int(section(params, HEAD, "numbers")[0]))
 
 
 @gi.helper

@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import view
+from geomint import section
 
 from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
@@ -50,7 +50,7 @@ def clebsch_rows(n: int) -> Any:
 @gi.helper
 def quadratic(params: Any, n: int) -> Any:
     """Return the blocks of d_i and c_ij."""
-    return view(params, clebsch_rows(n), "d"), view(params, clebsch_rows(n), "c")
+    return section(params, clebsch_rows(n), "d"), section(params, clebsch_rows(n), "c")
 
 
 @gi.field
@@ -158,8 +158,8 @@ def neumann_integral(n: int, k: int) -> Any:
     def neumann_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return a coefficient of the polynomial with s_i = σ q_i²."""
         rows = clebsch_rows(n)
-        sigma = view(params, rows, "sigma")[0]
-        d, c = table(n, view(params, rows, "tables"), k)
+        sigma = section(params, rows, "sigma")[0]
+        d, c = table(n, section(params, rows, "tables"), k)
         total = weighted_minors(n, c, y)
         for i in range(n):
             total += sigma * d[i] * (y[i] * y[i])

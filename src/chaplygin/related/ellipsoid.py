@@ -33,7 +33,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, view
+from geomint import log, section
 
 from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
@@ -54,7 +54,7 @@ def ellipsoid_rows(n: int) -> Any:
 @gi.helper
 def inverse_squares(params: Any, n: int) -> Any:
     """Return the block of 1/a_i."""
-    return view(params, ellipsoid_rows(n), "b")
+    return section(params, ellipsoid_rows(n), "b")
 
 
 @gi.field
@@ -157,7 +157,7 @@ def chasles_integral(n: int, k: int) -> Any:
 
     def chasles_coefficient(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return a coefficient of the polynomial with s_i = p_i²."""
-        d, c = table(n, view(params, ellipsoid_rows(n), "tables"), k)
+        d, c = table(n, section(params, ellipsoid_rows(n), "tables"), k)
         total = weighted_minors(n, c, y)
         for i in range(n):
             total += d[i] * (y[n + i] * y[n + i])

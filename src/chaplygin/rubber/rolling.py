@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import as_vector, part, sqrt, view
+from geomint import as_vector, part, section, sqrt
 
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
@@ -61,9 +61,9 @@ def rubber_dynamics(full: bool, n: int, rows: Rubber) -> RollingDynamics:
     def accelerate(params: Any, gamma: Any, w: Any, out: Any, work: Any) -> None:
         momentum, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
-        apply_inertia(view(params, rows, "inertia"), w, momentum)
+        apply_inertia(section(params, rows, "inertia"), w, momentum)
         turn(n, w, momentum, torque, rest)
-        solve(view(params, rows, "bound"), torque, gamma, out, rest)
+        solve(section(params, rows, "bound"), torque, gamma, out, rest)
 
     return RollingDynamics(gi.helper(accelerate), apply_inertia)
 
@@ -78,7 +78,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
 
     def total_of(params: Any) -> Any:
         """Return the block of the entries of I + D."""
-        return view(view(params, rows, "bound"), BOUND, "inertia")
+        return section(section(params, rows, "bound"), BOUND, "inertia")
 
     total_inertia = gi.helper(total_of)
 
@@ -102,7 +102,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
         torque, rest = part(work, 2 * size, size), part(work, 3 * size, len(work) - 3 * size)
         w = part(y, turning, size)
         dynamics.accelerate(params, part(y, square - n, n), w, rate, rest)
-        dynamics.apply_inertia(view(params, rows, "inertia"), w, left)
+        dynamics.apply_inertia(section(params, rows, "inertia"), w, left)
         turn(n, w, left, torque, rest)
         apply(total_inertia(params), rate, left)
         for i in range(size):

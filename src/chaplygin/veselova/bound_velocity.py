@@ -30,7 +30,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, part, view
+from geomint import log, part, section
 
 from ..ball.angular_velocity import apply_to_gamma, solve_in_place
 from ..inertia import GeneralInertia, SpecialInertia
@@ -109,8 +109,8 @@ def bound_velocity(full: bool, n: int, r: int) -> Any:
     def velocity(params: Any, k: Any, x: Any, w: Any, work: Any) -> None:
         z, matrix = part(work, 0, rows), part(work, rows, rows * rows)
         rest = part(work, rows + rows * rows, len(work) - rows - rows * rows)
-        filled(view(params, BOUND, "inertia"), x, matrix, rest)
-        c = view(params, BOUND, "c")[0]
+        filled(section(params, BOUND, "inertia"), x, matrix, rest)
+        c = section(params, BOUND, "c")[0]
         for s in range(r):
             for t in range(r):
                 for a in range(n):

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, view
+from geomint import log, section
 
 from ..ball.classical import VECTORS, classical_area, classical_k, turn
 from ..exact.motions import exact_body
@@ -45,7 +45,7 @@ LEVEL = Level(B=3, f1=1)  # the layout of the parameters: 1/𝓘_i and f₁
 @gi.helper
 def angular_velocity(params: Any, y: Any) -> Any:
     """Return w⃗ and m; y = (k⃗, γ⃗)."""
-    b = view(params, LEVEL, "B")
+    b = section(params, LEVEL, "B")
     b0, b1, b2 = b[0], b[1], b[2]
     k0, k1, k2, g0, g1, g2 = y[0], y[1], y[2], y[3], y[4], y[5]
     kg = k0 * g0 + k1 * g1 + k2 * g2
@@ -86,13 +86,13 @@ def veselova_vectors_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.observable
 def veselova_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(w⃗, γ⃗) − f₁ = (k⃗, γ⃗) − f₁, eq. (classical)."""
-    return classical_area(params, t, y, work) - view(params, LEVEL, "f1")[0]
+    return classical_area(params, t, y, work) - section(params, LEVEL, "f1")[0]
 
 
 @gi.observable
 def veselova_vectors_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return −½ log(γ⃗, Bγ⃗)."""
-    b = view(params, LEVEL, "B")
+    b = section(params, LEVEL, "B")
     w = b[0] * y[3] * y[3] + b[1] * y[4] * y[4] + b[2] * y[5] * y[5]
     return -0.5 * log(w)
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, view
+from geomint import log, section
 
 from ..manifold import Array, triangle_of_vector
 from .classical import LEVEL, veselova_classical_problem
@@ -32,7 +32,7 @@ unit_norm = SPACE.constraints["norm"]
 @gi.helper
 def rates(params: Any, y: Any) -> Any:
     """Return dw⃗/dt and λ; y = (γ⃗, w⃗)."""
-    b = view(params, LEVEL, "B")
+    b = section(params, LEVEL, "B")
     b0, b1, b2 = b[0], b[1], b[2]
     g0, g1, g2, w0, w1, w2 = y[0], y[1], y[2], y[3], y[4], y[5]
     m0, m1, m2 = w0 / b0, w1 / b1, w2 / b2
@@ -70,7 +70,7 @@ def multiplier_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> No
 def momentum(params: Any, y: Any) -> Any:
     """Return K⃗ and (𝓘⁰w⃗, γ⃗)."""
     w0, w1, w2 = y[3], y[4], y[5]
-    b = view(params, LEVEL, "B")
+    b = section(params, LEVEL, "B")
     m0, m1, m2 = w0 / b[0], w1 / b[1], w2 / b[2]
     s = (m0 - w0) * y[0] + (m1 - w1) * y[1] + (m2 - w2) * y[2]
     return m0 - s * y[0], m1 - s * y[1], m2 - s * y[2], s
@@ -94,7 +94,7 @@ def multiplier_k(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.observable
 def multiplier_constraint(params: Any, t: Any, y: Any, work: Any) -> Any:
     """(w⃗, γ⃗) − f₁, eq. (classical)."""
-    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5] - view(params, LEVEL, "f1")[0]
+    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5] - section(params, LEVEL, "f1")[0]
 
 
 @gi.observable
@@ -107,7 +107,7 @@ def multiplier(params: Any, t: Any, y: Any, work: Any) -> Any:
 @gi.observable
 def multiplier_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return ½ log(γ⃗, 𝓘⁻¹γ⃗)."""
-    b = view(params, LEVEL, "B")
+    b = section(params, LEVEL, "B")
     total = b[0] * y[0] * y[0] + b[1] * y[1] * y[1] + b[2] * y[2] * y[2]
     return 0.5 * log(total)
 

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, sqrt, view
+from geomint import part, section, sqrt
 
 from ..ball.angular_velocity import apply_to_gamma
 from ..ball.fields import turn
@@ -55,7 +55,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         moment, torque = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
         w = part(y, square, size)
-        apply(view(params, BOUND, "inertia"), w, moment)
+        apply(section(params, BOUND, "inertia"), w, moment)
         turn(n, w, moment, torque, rest)
         solve(params, torque, part(y, 0, rows), out, rest)
         return torque, rest
@@ -67,7 +67,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         rate, left = part(work, 0, size), part(work, size, size)
         rest = part(work, 2 * size, len(work) - 2 * size)
         torque, _ = accelerated(params, y, rate, rest)
-        apply(view(params, BOUND, "inertia"), rate, left)
+        apply(section(params, BOUND, "inertia"), rate, left)
         for i in range(size):
             left[i] = left[i] - torque[i]
         return left, part(work, 4 * size, len(work) - 4 * size)
@@ -92,7 +92,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     def lr_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨𝓘w, w⟩."""
         w, moment = part(y, square, size), part(work, 0, size)
-        apply(view(params, BOUND, "inertia"), w, moment)
+        apply(section(params, BOUND, "inertia"), w, moment)
         total = moment[0] * w[0]
         for i in range(1, size):
             total += moment[i] * w[i]
@@ -122,7 +122,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     def momentum(i: int, j: int) -> Any:
         def spatial_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
             moment, rest = part(work, 0, size), part(work, size, n)
-            apply(view(params, BOUND, "inertia"), part(y, square, size), moment)
+            apply(section(params, BOUND, "inertia"), part(y, square, size), moment)
             return in_plane(n, moment, part(y, i * n, n), part(y, j * n, n), rest)
 
         return gi.observable(spatial_momentum)

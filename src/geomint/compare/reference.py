@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..arguments import Array
 from ..errors import ConvergenceError, FormError, NonFiniteError
 from ..kernels.compiling.number_types import EXTENDED
-from ..kernels.numbers.blocks import scalar_block, view
+from ..kernels.numbers.blocks import scalar_block, section
 from ..kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.advance import bound_stepper
@@ -196,7 +196,7 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
     }
     given = {"rows": rows, "cap": MAX_ITERATIONS, "tolerance": TOLERANCE, "pieces": pieces}
     for name, numbers in given.items():
-        view(block, layout, name).data[::2] = numbers
+        section(block, layout, name).data[::2] = numbers
     for name, (hi, lo) in lanes.items():
-        view(block, layout, name).data[:] = lane_rows(hi, lo)
+        section(block, layout, name).data[:] = lane_rows(hi, lo)
     return block

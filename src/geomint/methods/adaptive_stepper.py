@@ -15,7 +15,7 @@ from ..errors import (
     StepSizeError,
 )
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, view
+from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section
 from ..kernels.solve.adaptive import adaptive_coefficients, adaptive_memory, adaptive_work
 from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
@@ -76,7 +76,7 @@ class AdaptiveStepper(Stepper):
     @property
     def left(self) -> float:
         """How far the end is, in the problem's own time."""
-        return float(view(self.coefficients, _GIVEN, "end")[0]) - self.time
+        return float(section(self.coefficients, _GIVEN, "end")[0]) - self.time
 
     @property
     def extremes(self) -> tuple[float, float]:
@@ -85,7 +85,7 @@ class AdaptiveStepper(Stepper):
         return (smallest, largest) if largest > 0.0 else (0.0, 0.0)
 
     def _remembered(self, which: str) -> float:
-        return float(view(self.memory, adaptive_memory(self.rows, REST), which)[0])
+        return float(section(self.memory, adaptive_memory(self.rows, REST), which)[0])
 
     def evaluations_in(self, steps: int, tries: int) -> int:
         """Return the evaluations in so many steps and tries; a retry keeps the first stage."""
@@ -166,8 +166,8 @@ def controlled_stepper(
     memory = scalar_block(sum(remembered))
     memory.data[: rows - 1], memory.data[rows - 1] = y0, s.t0
     first = math.copysign(min(abs(s.h), allowed.max_step), s.h)
-    view(memory, remembered, "next")[0] = first
-    view(memory, remembered, "smallest")[0] = math.inf
+    section(memory, remembered, "next")[0] = first
+    section(memory, remembered, "smallest")[0] = math.inf
     numbers = packed(
         layout(table.stages, len(table.error_float)),
         **sizes,

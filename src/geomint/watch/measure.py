@@ -36,7 +36,7 @@ from ..kernels.measure.memory import (
     memory_layout,
     work_layout,
 )
-from ..kernels.numbers.blocks import Block, scalar_block, view
+from ..kernels.numbers.blocks import Block, scalar_block, section
 from ..kernels.solve.advance import bound_stepper
 from ..methods.binding import lane_field
 from ..methods.stepper import Stepper
@@ -166,7 +166,7 @@ class MeasureObserver:
             self.windows.add(labels, values)
 
     def _remembered(self, name: str) -> float:
-        return float(view(self._memory, memory_layout(self._sizes), name)[0])
+        return float(section(self._memory, memory_layout(self._sizes), name)[0])
 
     @property
     def deviation(self) -> float:

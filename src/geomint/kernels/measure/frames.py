@@ -10,7 +10,7 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, total
-from ..numbers.blocks import as_lanes, part, view
+from ..numbers.blocks import as_lanes, part, section
 from .memory import (
     EPSILON,
     UNIT,
@@ -114,15 +114,15 @@ def make_frame(
     given = sizes_of(layout)
     n, m = given.n, given.m
     kept, eight, own = memory_layout(given), lane_layout(given), work_layout(given)
-    scales = view(memory, kept, "scales")
-    condition_scales = view(memory, kept, "condition_scales")
+    scales = section(memory, kept, "scales")
+    condition_scales = section(memory, kept, "condition_scales")
     volume = 0.0
     if m > 0:
-        nodes, values = view(lanes, eight, "nodes"), view(lanes, eight, "values")
-        scratch = view(lanes, eight, "scratch")
-        sizes, C = view(work, own, "values"), view(work, own, "gradients")
+        nodes, values = section(lanes, eight, "nodes"), section(lanes, eight, "values")
+        scratch = section(lanes, eight, "scratch")
+        sizes, C = section(work, own, "values"), section(work, own, "gradients")
         numbers = as_lanes(layout, 0, 3)
-        used = view(memory, kept, "condition_spacing")
+        used = section(memory, kept, "condition_spacing")
         spacing = used[0]
         worst = 2.0 * CONDITIONS_ROUNDINGS
         while worst > CONDITIONS_ROUNDINGS and spacing > CONDITIONS_SMALLEST:
@@ -138,7 +138,7 @@ def make_frame(
             for i in range(n):
                 C[a * n + i] = C[a * n + i] / condition_scales[a]
         volume -= reflections(n, m, C, part(frame, 1, m * n))
-    frame[0] = volume + density(params, t, part(y, 0, n), view(work, own, "scratch"))
+    frame[0] = volume + density(params, t, part(y, 0, n), section(work, own, "scratch"))
 
 
 @helper

@@ -29,7 +29,7 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import BLOCK, takes, with_functions
 from ..numbers.arithmetic import NAN
-from ..numbers.blocks import as_lanes, part, view
+from ..numbers.blocks import as_lanes, part, section
 from ..solve.compensated import add_compensated
 from .frames import enlarge_scales, make_frame, normals_turned
 from .memory import EPSILON, memory_layout, sizes_of, work_layout
@@ -61,12 +61,12 @@ def log_stretch(
     n, m = given.n, given.m
     d = n - m
     kept, own = memory_layout(given), work_layout(given)
-    y, bias = view(memory, kept, "state"), view(memory, kept, "bias")
-    old = part(view(memory, kept, "old"), 1, m * n)
-    new = part(view(memory, kept, "new"), 1, m * n)
-    E, Z, G = view(work, own, "E"), view(work, own, "Z"), view(work, own, "G")
-    q, D = view(work, own, "q"), view(work, own, "D")
-    x = view(work, own, "x")  # also the seventh difference
+    y, bias = section(memory, kept, "state"), section(memory, kept, "bias")
+    old = part(section(memory, kept, "old"), 1, m * n)
+    new = part(section(memory, kept, "new"), 1, m * n)
+    E, Z, G = section(work, own, "E"), section(work, own, "Z"), section(work, own, "G")
+    q, D = section(work, own, "q"), section(work, own, "D")
+    x = section(work, own, "x")  # also the seventh difference
     good = True
     for k in range(d):
         for i in range(n):
@@ -132,11 +132,11 @@ def sweep(
     given = sizes_of(layout)
     rows, kept = given.rows, memory_layout(given)
     lanes = as_lanes(lane_numbers, 0, len(lane_numbers) // 8)
-    y, scales = view(memory, kept, "state"), view(memory, kept, "scales")
-    old, new = view(memory, kept, "old"), view(memory, kept, "new")
-    total, carry = view(memory, kept, "sum"), view(memory, kept, "carry")
-    steps, begun = view(memory, kept, "steps"), view(memory, kept, "begun")
-    origin = view(memory, kept, "origin")
+    y, scales = section(memory, kept, "state"), section(memory, kept, "scales")
+    old, new = section(memory, kept, "old"), section(memory, kept, "new")
+    total, carry = section(memory, kept, "sum"), section(memory, kept, "carry")
+    steps, begun = section(memory, kept, "steps"), section(memory, kept, "begun")
+    origin = section(memory, kept, "origin")
     for k in range(len(starts)):
         t = starts[k]
         h = lengths[k]

@@ -7,7 +7,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import inlined
-from ..numbers.blocks import REST, Block, packed, scalar_block, view
+from ..numbers.blocks import REST, Block, packed, scalar_block, section
 
 __all__ = [
     "CONDITIONS_LARGEST",
@@ -57,19 +57,19 @@ GIVEN = Given(24, 1, 1, 1, 1, 1, 1, REST)
 def sizes_of(given: Any) -> Sizes:
     """Return the sizes that are given to the sweep."""
     return Sizes(
-        n=int(view(given, GIVEN, "n")[0]),
-        rows=int(view(given, GIVEN, "rows")[0]),
-        m=int(view(given, GIVEN, "m")[0]),
-        memory_rows=int(view(given, GIVEN, "memory_rows")[0]),
-        work_rows=int(view(given, GIVEN, "work_rows")[0]),
-        scratch=int(view(given, GIVEN, "scratch")[0]),
+        n=int(section(given, GIVEN, "n")[0]),
+        rows=int(section(given, GIVEN, "rows")[0]),
+        m=int(section(given, GIVEN, "m")[0]),
+        memory_rows=int(section(given, GIVEN, "memory_rows")[0]),
+        work_rows=int(section(given, GIVEN, "work_rows")[0]),
+        scratch=int(section(given, GIVEN, "scratch")[0]),
     )
 
 
 @inlined
 def pieces_of(given: Any) -> Any:
     """Return the numbers of the pieces that rows of the state belong to."""
-    return view(given, GIVEN, "pieces")
+    return section(given, GIVEN, "pieces")
 
 
 @inlined
@@ -144,5 +144,5 @@ def measure_memory(start: Any, scales: Any, sizes: Sizes) -> Block:
         "spacings": 0.5 * LARGEST,
     }
     for name, numbers in values.items():
-        view(block, layout, name).data[:] = numbers
+        section(block, layout, name).data[:] = numbers
     return block

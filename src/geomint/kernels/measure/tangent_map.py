@@ -16,7 +16,7 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, top, total
-from ..numbers.blocks import as_lanes, part, view
+from ..numbers.blocks import as_lanes, part, section
 from ..solve.compensated import add_compensated
 from ..solve.status import OK
 from .memory import EPSILON, LARGEST, NODES, UNIT, lane_layout, memory_layout, sizes_of
@@ -98,8 +98,8 @@ def difference(
     n, rows, eight = given.n, given.rows, lane_layout(given)
     numbers = as_lanes(layout, 0, 3)
     zero = 0.0 * numbers[0]
-    memory, work = view(lanes, eight, "memory"), view(lanes, eight, "work")
-    nodes, carries = view(lanes, eight, "nodes"), view(lanes, eight, "carries")
+    memory, work = section(lanes, eight, "memory"), section(lanes, eight, "work")
+    nodes, carries = section(lanes, eight, "nodes"), section(lanes, eight, "carries")
     carry = part(memory, rows, rows)
     # A second time if the step iterates: what the first has left of its errors depends smoothly on
     # the node, which is a bias; from where that has ended only rounding is left.
@@ -161,9 +161,9 @@ def tangent_column(
     """
     given = sizes_of(layout)
     n, kept = given.n, memory_layout(given)
-    scales, variance = view(memory, kept, "scales"), view(memory, kept, "variance")
-    spacings, roundings = view(memory, kept, "spacings"), view(memory, kept, "roundings")
-    begun, steps = view(memory, kept, "begun")[0], view(memory, kept, "steps")[0]
+    scales, variance = section(memory, kept, "scales"), section(memory, kept, "variance")
+    spacings, roundings = section(memory, kept, "spacings"), section(memory, kept, "roundings")
+    begun, steps = section(memory, kept, "begun")[0], section(memory, kept, "steps")[0]
     periodic = begun == 0.0 or (int(steps) + k) % PERIOD == 0
     stage = MEASURE if periodic else CHECK
     spacing = ROUNDING_ONLY if periodic else spacings[k]

@@ -25,7 +25,7 @@ __all__ = [
     "packed",
     "part",
     "scalar_block",
-    "view",
+    "section",
 ]
 
 REST = -1  # any negative number of rows of the last part of a layout: all that are left
@@ -101,7 +101,7 @@ def part(block: Block, start: int, rows: int) -> Block:
     return block.part(start, rows)
 
 
-def view(block: Block, layout: Any, name: str) -> Block:
+def section(block: Block, layout: Any, name: str) -> Block:
     """Return a part of a block by its name, sharing memory.
 
     Parameters

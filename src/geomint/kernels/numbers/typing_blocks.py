@@ -212,7 +212,7 @@ def _part(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-@instruction(blocks.view, prefer_literal=True)
+@instruction(blocks.section, prefer_literal=True)
 def _named(typingctx, block, layout, name):
     """Return code for a part by its name: the sum of the rows before it is as constant as they are."""
     if not isinstance(name, types.StringLiteral) or not isinstance(layout, types.BaseNamedTuple):
@@ -275,5 +275,11 @@ def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -
 
 
 # Without this numba takes a store as the last use of a view for dead, and removes it.
-for _function in (blocks.part, blocks.view, blocks.as_lanes, blocks.as_scalars, blocks.fixed_rows):
+for _function in (
+    blocks.part,
+    blocks.section,
+    blocks.as_lanes,
+    blocks.as_scalars,
+    blocks.fixed_rows,
+):
     alias_func_extensions[_function.__name__, _function.__module__] = _shares_memory

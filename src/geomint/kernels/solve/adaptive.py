@@ -20,7 +20,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .advance import entry_of
 from .compensated import add_compensated
 from .status import OK, STEP_TOO_SMALL
@@ -88,20 +88,23 @@ def _step(attempt: Recorded) -> Recorded:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
         given = adaptive_coefficients(n, REST)
-        pieces, numbers = view(coefficients, given, "pieces"), view(coefficients, given, "numbers")
-        estimates = int(view(coefficients, given, "estimates")[0])
-        reuse = int(view(coefficients, given, "reuse")[0])
-        order = view(coefficients, given, "order")[0]
-        end = view(coefficients, given, "end")[0]
+        pieces, numbers = (
+            section(coefficients, given, "pieces"),
+            section(coefficients, given, "numbers"),
+        )
+        estimates = int(section(coefficients, given, "estimates")[0])
+        reuse = int(section(coefficients, given, "reuse")[0])
+        order = section(coefficients, given, "order")[0]
+        end = section(coefficients, given, "end")[0]
         kept = adaptive_memory(rows, REST)
-        states, carries = view(memory, kept, "states"), view(memory, kept, "carries")
+        states, carries = section(memory, kept, "states"), section(memory, kept, "carries")
         y, carry = part(states, 0, n), part(carries, 0, n)
-        following, former = view(memory, kept, "next"), view(memory, kept, "former")
-        smallest, largest = view(memory, kept, "smallest"), view(memory, kept, "largest")
-        known, first = view(memory, kept, "known"), view(memory, kept, "first")
+        following, former = section(memory, kept, "next"), section(memory, kept, "former")
+        smallest, largest = section(memory, kept, "smallest"), section(memory, kept, "largest")
+        known, first = section(memory, kept, "known"), section(memory, kept, "first")
         result = adaptive_work(n, len(first), REST)
-        increment, errors = view(work, result, "increment"), view(work, result, "errors")
-        last = view(work, result, "last")
+        increment, errors = section(work, result, "increment"), section(work, result, "errors")
+        last = section(work, result, "last")
         t = states[n]
         remaining = (end - t) - carries[n]
         tries = 0
@@ -123,8 +126,8 @@ def _step(attempt: Recorded) -> Recorded:
             if status == OK:
                 known[0] = 1.0
                 error = error_size(
-                    view(coefficients, given, "rtol")[0],
-                    view(coefficients, given, "atol")[0],
+                    section(coefficients, given, "rtol")[0],
+                    section(coefficients, given, "atol")[0],
                     pieces,
                     y,
                     increment,
@@ -156,7 +159,7 @@ def _step(attempt: Recorded) -> Recorded:
         factor = next_factor(order, error, former[0])
         if tries > 1:
             factor = min(factor, 1.0)
-        longest = view(coefficients, given, "max_step")[0]
+        longest = section(coefficients, given, "max_step")[0]
         proposed = factor * h
         following[0] = min(max(proposed, -longest), longest)
         former[0] = logarithm(max(error, LEAST_FORMER))
@@ -191,7 +194,7 @@ def _loop(attempt: Recorded) -> Recorded:
         """
         saved = 0
         tries = 0
-        end = view(coefficients, adaptive_coefficients(rows - 1, REST), "end")[0]
+        end = section(coefficients, adaptive_coefficients(rows - 1, REST), "end")[0]
         for k in range(count):
             if memory[rows - 1] == end:
                 return OK, k, tries, 0.0

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
 from .status import NOT_FINITE, OK
@@ -97,20 +97,24 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
         Summed before they are added to the state, moves lose nothing to its rounding.
         """
         header = commutator_free_coefficients(0, 0, REST)
-        n = rows if rows > 0 else int(view(coefficients, header, "rows")[0])
-        d = m if m > 0 else int(view(coefficients, header, "algebra_rows")[0])
-        stages = int(view(coefficients, header, "stages")[0])
-        field_work = int(view(coefficients, header, "field_work")[0])
-        layout_rows = int(view(coefficients, header, "layout_rows")[0])
+        n = rows if rows > 0 else int(section(coefficients, header, "rows")[0])
+        d = m if m > 0 else int(section(coefficients, header, "algebra_rows")[0])
+        stages = int(section(coefficients, header, "stages")[0])
+        field_work = int(section(coefficients, header, "field_work")[0])
+        layout_rows = int(section(coefficients, header, "layout_rows")[0])
         numbers = commutator_free_coefficients(layout_rows, stages, REST)
-        layout, c = view(coefficients, numbers, "layout"), view(coefficients, numbers, "c")
-        table = view(coefficients, numbers, "flows")
+        layout, c = section(coefficients, numbers, "layout"), section(coefficients, numbers, "c")
+        table = section(coefficients, numbers, "flows")
         state = compensated_state(n)
-        y, carry = view(memory, state, "y"), view(memory, state, "carry")
+        y, carry = section(memory, state, "y"), section(memory, state, "carry")
         own = commutator_free_work(n, d, stages, field_work, REST)
-        xi, moves, v = view(work, own, "xi"), view(work, own, "moves"), view(work, own, "v")
-        Y, step = view(work, own, "Y"), view(work, own, "step")
-        field_scratch, scratch = view(work, own, "field_scratch"), view(work, own, "scratch")
+        xi, moves, v = (
+            section(work, own, "xi"),
+            section(work, own, "moves"),
+            section(work, own, "v"),
+        )
+        Y, step = section(work, own, "Y"), section(work, own, "step")
+        field_scratch, scratch = section(work, own, "field_scratch"), section(work, own, "scratch")
         for r in range(d):
             v[r] = 0.0 * y[0]
         worst = 0.0 * y[0]

@@ -18,7 +18,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, maximum, top
-from ..numbers.blocks import REST, as_lanes, part, view
+from ..numbers.blocks import REST, as_lanes, part, section
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -193,23 +193,23 @@ def gauss_step(
     """Solve for the stages by fixed-point iteration and add the update."""
     field = functions[0]
     numbers = gauss_coefficients(rows, groups, REST)
-    cap = int(top(view(coefficients, numbers, "cap")[0]))
-    tolerance = top(view(coefficients, numbers, "tolerance")[0])
-    pieces = view(coefficients, numbers, "pieces")
-    c = as_lanes(view(coefficients, numbers, "c"), 0, groups)
-    b = as_lanes(view(coefficients, numbers, "b"), 0, groups)
+    cap = int(top(section(coefficients, numbers, "cap")[0]))
+    tolerance = top(section(coefficients, numbers, "tolerance")[0])
+    pieces = section(coefficients, numbers, "pieces")
+    c = as_lanes(section(coefficients, numbers, "c"), 0, groups)
+    b = as_lanes(section(coefficients, numbers, "b"), 0, groups)
     columns = 8 * groups * groups
-    mu = as_lanes(view(coefficients, numbers, "mu"), 0, columns)
-    predictors = view(coefficients, numbers, "predictors")
+    mu = as_lanes(section(coefficients, numbers, "mu"), 0, columns)
+    predictors = section(coefficients, numbers, "predictors")
     predictor = as_lanes(predictors, 8 * columns * substep, columns)
     kept = gauss_memory(rows, groups)
-    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
-    stages = as_lanes(view(memory, kept, "stages"), 0, rows * groups)
+    y, carry = section(memory, kept, "y"), section(memory, kept, "carry")
+    stages = as_lanes(section(memory, kept, "stages"), 0, rows * groups)
     own = gauss_work(rows, groups, REST)
-    Y = as_lanes(view(work, own, "Y"), 0, rows * groups)
-    F = as_lanes(view(work, own, "F"), 0, rows * groups)
-    scales = view(work, own, "scales")
-    free = view(work, own, "scratch")
+    Y = as_lanes(section(work, own, "Y"), 0, rows * groups)
+    F = as_lanes(section(work, own, "F"), 0, rows * groups)
+    scales = section(work, own, "scales")
+    free = section(work, own, "scratch")
     scratch = as_lanes(free, 0, len(free) // 8)
 
     for r in range(rows):
@@ -264,7 +264,7 @@ def gauss_stepper(groups: int, rows: int, field: Recorded | None = None) -> Reco
     @helper
     def gauss(functions, params, coefficients, substep, memory, work, t, h):
         header = gauss_coefficients(0, groups, REST)
-        n = rows if rows > 0 else int(top(view(coefficients, header, "rows")[0]))
+        n = rows if rows > 0 else int(top(section(coefficients, header, "rows")[0]))
         return gauss_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
     if field is None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -92,19 +92,19 @@ def gauss_trajectories_step(
     """Solve ``L_i = h b_i f(t + c_i h, y + Σ_j μ_ij L_j)``, one stage after the other, and add ΣL."""
     field = functions[0]
     header = gauss_trajectories_coefficients(0, 0, REST)
-    rows = int(view(coefficients, header, "rows")[0])
-    stages = int(view(coefficients, header, "stages")[0])
-    cap = int(view(coefficients, header, "cap")[0])
-    tolerance = view(coefficients, header, "tolerance")[0]
+    rows = int(section(coefficients, header, "rows")[0])
+    stages = int(section(coefficients, header, "stages")[0])
+    cap = int(section(coefficients, header, "cap")[0])
+    tolerance = section(coefficients, header, "tolerance")[0]
     numbers = gauss_trajectories_coefficients(rows, stages, stages * stages)
-    pieces, mu = view(coefficients, numbers, "pieces"), view(coefficients, numbers, "mu")
-    c, b = view(coefficients, numbers, "c"), view(coefficients, numbers, "b")
+    pieces, mu = section(coefficients, numbers, "pieces"), section(coefficients, numbers, "mu")
+    c, b = section(coefficients, numbers, "c"), section(coefficients, numbers, "b")
     kept = gauss_trajectories_memory(rows, REST)
-    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
-    L = part(view(memory, kept, "increments"), substep * stages * rows, stages * rows)
+    y, carry = section(memory, kept, "y"), section(memory, kept, "carry")
+    L = part(section(memory, kept, "increments"), substep * stages * rows, stages * rows)
     own = gauss_trajectories_work(rows, REST)
-    Y, F = view(work, own, "Y"), view(work, own, "F")
-    inverse, scratch = view(work, own, "inverse"), view(work, own, "scratch")
+    Y, F = section(work, own, "Y"), section(work, own, "F")
+    inverse, scratch = section(work, own, "inverse"), section(work, own, "scratch")
     zero = 0.0 * y[0]
     last = like(BEGINNING, y[0])
     before = like(BEGINNING, y[0])

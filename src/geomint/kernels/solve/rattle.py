@@ -9,7 +9,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, select, top
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -204,22 +204,22 @@ def rattle_step(
     gradients = functions[0]
     constraint = functions[1]
     clock = functions[2]
-    cap = int(view(coefficients, RATTLE, "cap")[0])
-    tolerance = view(coefficients, RATTLE, "tolerance")[0]
-    clock_rows = int(view(coefficients, RATTLE, "clock_rows")[0])
+    cap = int(section(coefficients, RATTLE, "cap")[0])
+    tolerance = section(coefficients, RATTLE, "tolerance")[0]
+    clock_rows = int(section(coefficients, RATTLE, "clock_rows")[0])
     kept = rattle_memory(n, m, clock_rows)
-    qp, passed = view(memory, kept, "state"), view(memory, kept, "clock")
-    q, p, carry = part(qp, 0, n), part(qp, n, n), view(memory, kept, "carry")
-    last_q, last_p = view(memory, kept, "last_q"), view(memory, kept, "last_p")
-    lam, last_h = view(memory, kept, "lam"), view(memory, kept, "last_h")
+    qp, passed = section(memory, kept, "state"), section(memory, kept, "clock")
+    q, p, carry = part(qp, 0, n), part(qp, n, n), section(memory, kept, "carry")
+    last_q, last_p = section(memory, kept, "last_q"), section(memory, kept, "last_p")
+    lam, last_h = section(memory, kept, "lam"), section(memory, kept, "last_h")
     own = rattle_work(n, m, REST)
-    P, Q, three = view(work, own, "P"), view(work, own, "Q"), view(work, own, "three")
-    dq0, dp0 = view(work, own, "dq0"), view(work, own, "dp0")
-    dq1, dp1 = view(work, own, "dq1"), view(work, own, "dp1")
+    P, Q, three = section(work, own, "P"), section(work, own, "Q"), section(work, own, "three")
+    dq0, dp0 = section(work, own, "dq0"), section(work, own, "dp0")
+    dq1, dp1 = section(work, own, "dq1"), section(work, own, "dp1")
     trial, free = part(three, 0, n), part(three, n, n)
-    G0, G1 = view(work, own, "G0"), view(work, own, "G1")
-    response, matrix = view(work, own, "response"), view(work, own, "matrix")
-    g, scratch = view(work, own, "g"), view(work, own, "scratch")
+    G0, G1 = section(work, own, "G0"), section(work, own, "G1")
+    response, matrix = section(work, own, "response"), section(work, own, "matrix")
+    g, scratch = section(work, own, "g"), section(work, own, "scratch")
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     half = like(0.5 * h, q[0])
@@ -321,8 +321,8 @@ def rattle_stepper(n: int, m: int) -> Recorded:
 
     @helper
     def rattle(functions, params, coefficients, substep, memory, work, t, h):
-        rows = n if n > 0 else int(view(coefficients, RATTLE, "rows")[0])
-        rank = m if m > 0 else int(view(coefficients, RATTLE, "constraints")[0])
+        rows = n if n > 0 else int(section(coefficients, RATTLE, "rows")[0])
+        rank = m if m > 0 else int(section(coefficients, RATTLE, "constraints")[0])
         return rattle_step(functions, params, coefficients, substep, memory, work, t, h, rows, rank)
 
     return stepper(rattle, 3)

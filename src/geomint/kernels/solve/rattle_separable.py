@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
@@ -192,18 +192,22 @@ def separable_rattle_step(
     gradients = functions[0]
     constraint = functions[1]
     clock = functions[2]
-    clock_rows = int(view(coefficients, RATTLE, "clock_rows")[0])
+    clock_rows = int(section(coefficients, RATTLE, "clock_rows")[0])
     kept = separable_rattle_memory(n, m, clock_rows)
-    qp, passed = view(memory, kept, "state"), view(memory, kept, "clock")
-    q, p, carry = part(qp, 0, n), part(qp, n, n), view(memory, kept, "carry")
-    p_carry, lam = part(carry, n, n), view(memory, kept, "lam")
+    qp, passed = section(memory, kept, "state"), section(memory, kept, "clock")
+    q, p, carry = part(qp, 0, n), part(qp, n, n), section(memory, kept, "carry")
+    p_carry, lam = part(carry, n, n), section(memory, kept, "lam")
     own = separable_rattle_work(n, m, REST)
-    kick, free, force = view(work, own, "kick"), view(work, own, "free"), view(work, own, "force")
-    increment, unused = view(work, own, "increment"), view(work, own, "unused")
-    Q, rest = view(work, own, "Q"), view(work, own, "rest")
-    G0, G1 = view(work, own, "G0"), view(work, own, "G1")
-    response, matrix = view(work, own, "response"), view(work, own, "matrix")
-    g, scratch = view(work, own, "g"), view(work, own, "scratch")
+    kick, free, force = (
+        section(work, own, "kick"),
+        section(work, own, "free"),
+        section(work, own, "force"),
+    )
+    increment, unused = section(work, own, "increment"), section(work, own, "unused")
+    Q, rest = section(work, own, "Q"), section(work, own, "rest")
+    G0, G1 = section(work, own, "G0"), section(work, own, "G1")
+    response, matrix = section(work, own, "response"), section(work, own, "matrix")
+    g, scratch = section(work, own, "g"), section(work, own, "scratch")
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     step = like(h, q[0])
@@ -228,8 +232,8 @@ def separable_rattle_step(
         response,
         step,
         lam,
-        view(coefficients, RATTLE, "tolerance")[0],
-        int(view(coefficients, RATTLE, "cap")[0]),
+        section(coefficients, RATTLE, "tolerance")[0],
+        int(section(coefficients, RATTLE, "cap")[0]),
         increment,
         Q,
         rest,
@@ -281,8 +285,8 @@ def separable_rattle_stepper(n: int, m: int) -> Recorded:
 
     @helper
     def separable_rattle(functions, params, coefficients, substep, memory, work, t, h):
-        rows = n if n > 0 else int(view(coefficients, RATTLE, "rows")[0])
-        rank = m if m > 0 else int(view(coefficients, RATTLE, "constraints")[0])
+        rows = n if n > 0 else int(section(coefficients, RATTLE, "rows")[0])
+        rank = m if m > 0 else int(section(coefficients, RATTLE, "constraints")[0])
         return separable_rattle_step(
             functions, params, coefficients, substep, memory, work, t, h, rows, rank
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import NAN, like, select
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
@@ -54,8 +54,8 @@ def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
 def numbers_of(coefficients: Any) -> Coefficients:
     """Return the layout that coefficients have, whose first numbers lie where they do in any."""
     header = rkmk_coefficients(0, 0, REST)
-    layout_rows = int(view(coefficients, header, "layout_rows")[0])
-    return rkmk_coefficients(layout_rows, int(view(coefficients, header, "stages")[0]), REST)
+    layout_rows = int(section(coefficients, header, "layout_rows")[0])
+    return rkmk_coefficients(layout_rows, int(section(coefficients, header, "stages")[0]), REST)
 
 
 @inlined
@@ -70,8 +70,8 @@ def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> 
 def work_of(coefficients: Any, rows: int, m: int) -> Work:
     """Return the layout that scratch has with these coefficients."""
     numbers = numbers_of(coefficients)
-    field_work = int(view(coefficients, numbers, "field_work")[0])
-    return rkmk_work(rows, m, len(view(coefficients, numbers, "b")), field_work, REST)
+    field_work = int(section(coefficients, numbers, "field_work")[0])
+    return rkmk_work(rows, m, len(section(coefficients, numbers, "b")), field_work, REST)
 
 
 @inlined
@@ -98,7 +98,11 @@ def dexpinv_series(
     def dexpinv(layout, u, v, out, work):
         rows = len(v)
         own = dexpinv_work(rows, REST)
-        a, b, scratch = view(work, own, "a"), view(work, own, "b"), view(work, own, "scratch")
+        a, b, scratch = (
+            section(work, own, "a"),
+            section(work, own, "b"),
+            section(work, own, "scratch"),
+        )
         for r in range(rows):
             out[r] = v[r]
             a[r] = v[r]
@@ -129,9 +133,9 @@ def stage_value(
 ) -> None:  # fmt: skip
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
     numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
-    a, layout = view(coefficients, numbers, "A"), view(coefficients, numbers, "layout")
-    stages = len(view(coefficients, numbers, "b"))
-    u, step, Y = view(work, own, "u"), view(work, own, "increment"), view(work, own, "Y")
+    a, layout = section(coefficients, numbers, "A"), section(coefficients, numbers, "layout")
+    stages = len(section(coefficients, numbers, "b"))
+    u, step, Y = section(work, own, "u"), section(work, own, "increment"), section(work, own, "Y")
     if i == 0:
         for r in range(n):
             Y[r] = y[r] + carry[r]
@@ -165,14 +169,14 @@ def write_stages(
     `diagnose`.
     """
     numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
-    c, layout = view(coefficients, numbers, "c"), view(coefficients, numbers, "layout")
+    c, layout = section(coefficients, numbers, "c"), section(coefficients, numbers, "layout")
     u, xi, Y, k = (
-        view(work, own, "u"),
-        view(work, own, "xi"),
-        view(work, own, "Y"),
-        view(work, own, "k"),
+        section(work, own, "u"),
+        section(work, own, "xi"),
+        section(work, own, "Y"),
+        section(work, own, "k"),
     )
-    field_scratch, scratch = view(work, own, "field_scratch"), view(work, own, "scratch")
+    field_scratch, scratch = section(work, own, "field_scratch"), section(work, own, "scratch")
     for i in range(len(c)):
         stage_value(act, coefficients, i, k, y, carry, work, scratch, h, n, m)
         if i >= known:
@@ -201,10 +205,10 @@ def diagnose(
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
     # Inlined: code in which a function is handed over by its address cannot be kept on disk.
     n = len(y)
-    c, own = view(coefficients, numbers_of(coefficients), "c"), work_of(coefficients, n, m)
-    xi, step, Y = view(work, own, "xi"), view(work, own, "increment"), view(work, own, "Y")
-    k, field_scratch = view(work, own, "k"), view(work, own, "field_scratch")
-    scratch = view(work, own, "scratch")
+    c, own = section(coefficients, numbers_of(coefficients), "c"), work_of(coefficients, n, m)
+    xi, step, Y = section(work, own, "xi"), section(work, own, "increment"), section(work, own, "Y")
+    k, field_scratch = section(work, own, "k"), section(work, own, "field_scratch")
+    scratch = section(work, own, "scratch")
     for i in range(len(c)):
         size = largest(part(k, i * m, m), m)
         if not size < HUGE:
@@ -249,13 +253,17 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
     ) -> tuple[int, int, float]:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
         numbers = numbers_of(coefficients)
-        n = rows if rows > 0 else int(view(coefficients, numbers, "rows")[0])
-        d = m if m > 0 else int(view(coefficients, numbers, "algebra_rows")[0])
-        b, layout = view(coefficients, numbers, "b"), view(coefficients, numbers, "layout")
+        n = rows if rows > 0 else int(section(coefficients, numbers, "rows")[0])
+        d = m if m > 0 else int(section(coefficients, numbers, "algebra_rows")[0])
+        b, layout = section(coefficients, numbers, "b"), section(coefficients, numbers, "layout")
         state, own = compensated_state(n), work_of(coefficients, n, d)
-        y, carry = view(memory, state, "y"), view(memory, state, "carry")
-        u, step, k = view(work, own, "u"), view(work, own, "increment"), view(work, own, "k")
-        scratch = view(work, own, "scratch")
+        y, carry = section(memory, state, "y"), section(memory, state, "carry")
+        u, step, k = (
+            section(work, own, "u"),
+            section(work, own, "increment"),
+            section(work, own, "k"),
+        )
+        scratch = section(work, own, "scratch")
         write_stages(generator, act, inverse, params, coefficients, y, carry, work, t, h, 0, n, d)
         combine(b, k, h, 0.0 * y[0], u, d)
         act(layout, u, y, step, scratch)

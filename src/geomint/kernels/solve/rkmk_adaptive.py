@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .adaptive import adaptive_stepper, adaptive_work
 from .rkmk import diagnose, numbers_of, work_of, write_stages
 from .runge_kutta import HUGE, combine, largest
@@ -45,13 +45,17 @@ def adaptive_rkmk_stepper(
         n = rows if rows > 0 else len(y)
         d = m if m > 0 else len(first)
         sizes, result = numbers_of(numbers), adaptive_work(n, d, REST)
-        b, layout = view(numbers, sizes, "b"), view(numbers, sizes, "layout")
-        estimates = view(numbers, sizes, "errors")
-        increment, errors = view(work, result, "increment"), view(work, result, "errors")
-        last, rest = view(work, result, "last"), view(work, result, "attempt")
+        b, layout = section(numbers, sizes, "b"), section(numbers, sizes, "layout")
+        estimates = section(numbers, sizes, "errors")
+        increment, errors = section(work, result, "increment"), section(work, result, "errors")
+        last, rest = section(work, result, "last"), section(work, result, "attempt")
         own = work_of(numbers, n, d)
-        u, xi, step = view(rest, own, "u"), view(rest, own, "xi"), view(rest, own, "increment")
-        k, scratch = view(rest, own, "k"), view(rest, own, "scratch")
+        u, xi, step = (
+            section(rest, own, "u"),
+            section(rest, own, "xi"),
+            section(rest, own, "increment"),
+        )
+        k, scratch = section(rest, own, "k"), section(rest, own, "scratch")
         if known == 1:
             for r in range(d):
                 xi[r] = first[r]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, part, view
+from ..numbers.blocks import REST, part, section
 from .adaptive import adaptive_stepper, adaptive_work
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
@@ -39,7 +39,7 @@ def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
 @inlined
 def stages_of(coefficients: Any) -> int:
     """Return the number of stages that coefficients are for."""
-    return int(view(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
+    return int(section(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
 
 
 @inlined
@@ -93,8 +93,8 @@ def runge_kutta_stages(
     zero = 0.0 * y[0]
     stages = stages_of(coefficients)
     numbers = runge_kutta_coefficients(stages, REST)
-    a = view(coefficients, numbers, "A")
-    c = view(coefficients, numbers, "c")
+    a = section(coefficients, numbers, "A")
+    c = section(coefficients, numbers, "c")
     for i in range(known, stages):
         combine(part(a, i * stages, i), k, h, zero, Y, rows)
         for r in range(rows):
@@ -123,13 +123,17 @@ def runge_kutta_stepper(rows: int) -> Recorded:
         """Add ``h Σ b_i k_i`` to the compensated state."""
         stages = stages_of(coefficients)
         numbers = runge_kutta_coefficients(stages, REST)
-        n = rows if rows > 0 else int(view(coefficients, numbers, "rows")[0])
-        y = view(memory, compensated_state(n), "y")
-        carry = view(memory, compensated_state(n), "carry")
+        n = rows if rows > 0 else int(section(coefficients, numbers, "rows")[0])
+        y = section(memory, compensated_state(n), "y")
+        carry = section(memory, compensated_state(n), "carry")
         own = runge_kutta_work(n, stages, REST)
-        k, Y, scratch = view(work, own, "k"), view(work, own, "Y"), view(work, own, "scratch")
+        k, Y, scratch = (
+            section(work, own, "k"),
+            section(work, own, "Y"),
+            section(work, own, "scratch"),
+        )
         runge_kutta_stages(functions[0], params, coefficients, y, carry, k, Y, scratch, t, h, 0, n)
-        combine(view(coefficients, numbers, "b"), k, h, 0.0 * y[0], Y, n)
+        combine(section(coefficients, numbers, "b"), k, h, 0.0 * y[0], Y, n)
         size = largest(Y, n)
         if not size < HUGE:
             return NOT_FINITE, 1, size
@@ -166,20 +170,24 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
         stages = stages_of(numbers)
         sizes = runge_kutta_coefficients(stages, REST)
         result = adaptive_work(n, n, REST)
-        increment, errors = view(work, result, "increment"), view(work, result, "errors")
-        last, rest = view(work, result, "last"), view(work, result, "attempt")
+        increment, errors = section(work, result, "increment"), section(work, result, "errors")
+        last, rest = section(work, result, "last"), section(work, result, "attempt")
         own = runge_kutta_work(n, stages, REST)
-        k, Y, scratch = view(rest, own, "k"), view(rest, own, "Y"), view(rest, own, "scratch")
+        k, Y, scratch = (
+            section(rest, own, "k"),
+            section(rest, own, "Y"),
+            section(rest, own, "scratch"),
+        )
         if known == 1:
             for r in range(n):
                 k[r] = first[r]
         runge_kutta_stages(functions[0], params, numbers, y, carry, k, Y, scratch, t, h, known, n)
         zero = 0.0 * y[0]
-        combine(view(numbers, sizes, "b"), k, h, zero, increment, n)
+        combine(section(numbers, sizes, "b"), k, h, zero, increment, n)
         size = largest(increment, n)
         if not size < HUGE:
             return NOT_FINITE, size
-        estimates = view(numbers, sizes, "errors")
+        estimates = section(numbers, sizes, "errors")
         for i in range(len(estimates) // stages):
             weights = part(estimates, i * stages, stages)
             combine(weights, k, h, zero, part(errors, i * n, n), n)

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, view
+from ..numbers.blocks import REST, section
 from .advance import stepper
 from .compensated import add_compensated
 from .status import NOT_FINITE, OK
@@ -54,13 +54,13 @@ def splitting_step(
     """
     flow = functions[0]
     clock = functions[1]
-    rows = int(view(coefficients, SPLITTING, "rows")[0])
-    parts = int(view(coefficients, SPLITTING, "parts")[0])
-    clock_rows = int(view(coefficients, SPLITTING, "clock_rows")[0])
+    rows = int(section(coefficients, SPLITTING, "rows")[0])
+    parts = int(section(coefficients, SPLITTING, "parts")[0])
+    clock_rows = int(section(coefficients, SPLITTING, "clock_rows")[0])
     kept, own = splitting_memory(rows, clock_rows), splitting_work(rows, REST)
-    y, carry = view(memory, kept, "y"), view(memory, kept, "carry")
-    passed, passed_carry = view(memory, kept, "clock"), view(memory, kept, "clock_carry")
-    increment, scratch = view(work, own, "increment"), view(work, own, "scratch")
+    y, carry = section(memory, kept, "y"), section(memory, kept, "carry")
+    passed, passed_carry = section(memory, kept, "clock"), section(memory, kept, "clock_carry")
+    increment, scratch = section(work, own, "increment"), section(work, own, "scratch")
     middle = like(t + 0.5 * h, y[0])
     whole = like(h, y[0])
     half = 0.5 * whole

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ...kernels.compiling.recorded import Recorded, field, helper
 from ...kernels.numbers.arithmetic import cos
-from ...kernels.numbers.blocks import REST, packed, view
+from ...kernels.numbers.blocks import REST, packed, section
 from ..forms import Measure
 from ..natural import natural_on_sphere
 from ..problem import Problem
@@ -26,14 +26,14 @@ LAYOUT = Neumann(season=1, a=REST)  # of the parameters; y = (q, p)
 @helper
 def strength(params: Any, t: Any) -> Any:
     """φ = 1 + ε cos 2t."""
-    return 1.0 + view(params, LAYOUT, "season")[0] * cos(2.0 * t)
+    return 1.0 + section(params, LAYOUT, "season")[0] * cos(2.0 * t)
 
 
 @field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ = −φAq + λq, λ = (φ(q, Aq) − (p, p))/(q, q), φ = 1 + ε cos 2t."""
     n = len(y) // 2
-    phi, a = strength(params, t), view(params, LAYOUT, "a")
+    phi, a = strength(params, t), section(params, LAYOUT, "a")
     qq, qaq, pp = y[0] * y[0], a[0] * y[0] * y[0], y[n] * y[n]
     for i in range(1, n):
         qq += y[i] * y[i]
@@ -48,7 +48,7 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 @field
 def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
     """∂V/∂q = φAq."""
-    phi, a = strength(params, t), view(params, LAYOUT, "a")
+    phi, a = strength(params, t), section(params, LAYOUT, "a")
     for i in range(len(q)):
         out[i] = phi * a[i] * q[i]
 
@@ -56,7 +56,7 @@ def potential_gradient(params: Any, t: Any, q: Any, out: Any, work: Any) -> None
 @field
 def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
     """∂H/∂q = φAq, ∂H/∂p = p."""
-    phi, a = strength(params, t), view(params, LAYOUT, "a")
+    phi, a = strength(params, t), section(params, LAYOUT, "a")
     for i in range(len(q)):
         dq[i] = phi * a[i] * q[i]
         dp[i] = 1.0 * p[i]
@@ -65,7 +65,7 @@ def gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) 
 @field
 def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½((p, p) + φ(q, Aq)); with ε = 0 it is ½ Σ a_k F_k on T*S^(n−1)."""
-    n, a = len(y) // 2, view(params, LAYOUT, "a")
+    n, a = len(y) // 2, section(params, LAYOUT, "a")
     kinetic, potential = y[n] * y[n], a[0] * y[0] * y[0]
     for i in range(1, n):
         kinetic += y[n + i] * y[n + i]
@@ -78,7 +78,7 @@ def uhlenbeck(k: int) -> Recorded:
 
     @field
     def integral(params: Any, t: Any, y: Any, work: Any) -> Any:
-        n, a = len(y) // 2, view(params, LAYOUT, "a")
+        n, a = len(y) // 2, section(params, LAYOUT, "a")
         total = y[k] * y[k]
         for j in range(n):
             if j != k:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos, sin
-from ...kernels.numbers.blocks import Block, packed, view
+from ...kernels.numbers.blocks import Block, packed, section
 from ..forms import Hamiltonian
 from ..problem import Problem
 from ..spaces.sphere import Sphere
@@ -30,13 +30,13 @@ def metric_rows(n: int) -> Metric:
 def named(params: Any, n: int) -> Any:
     """Return the blocks of ε, δ, ψ, b and c."""
     rows = metric_rows(n)
-    epsilon, delta = view(params, rows, "epsilon"), view(params, rows, "delta")
+    epsilon, delta = section(params, rows, "epsilon"), section(params, rows, "delta")
     return (
         epsilon,
         delta,
-        view(params, rows, "psi"),
-        view(params, rows, "b"),
-        view(params, rows, "c"),
+        section(params, rows, "psi"),
+        section(params, rows, "b"),
+        section(params, rows, "c"),
     )
 
 
