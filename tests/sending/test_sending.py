@@ -221,3 +221,6 @@ def test_exact_motions(name: str) -> None:
     found = again(motion)
     times = np.array([0.0, 1.5])
     np.testing.assert_array_equal(found(times), motion(times))
+    assert found == motion == scene.problem.exact(scene.state)
+    assert hash(found) == hash(motion)
+    assert scene.problem.exact(motion(0.5)) != motion

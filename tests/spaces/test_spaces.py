@@ -6,6 +6,7 @@ import importlib
 import itertools
 import pkgutil
 from collections.abc import Iterator
+from contextlib import nullcontext as nothing
 from dataclasses import dataclass
 
 import numpy as np
@@ -319,3 +320,31 @@ def test_neighbours_turn_together() -> None:
     assert no_group.group is None
     with pytest.raises(gi.FormError, match="no group"):
         no_group.action(turning)
+
+
+@pytest.mark.parametrize("space", SPACES, ids=repr)
+def test_garbage_is_refused_by_name(space: gi.Space) -> None:
+    """As states and as vectors, by every method that takes them."""
+    y = space.join(space.random(np.random.default_rng(4)))
+    of_states = (space.admit, space.split, space.defects, space.normals)
+    of_vectors = (space.tangent, space.distance, space.retract)
+    garbage = (
+        np.nan * y,
+        np.append(y, 1.0),
+        y[:-1],
+        None,
+        "x",
+        1j * y,
+        [],
+        np.ma.masked_equal(y, y[0]),
+    )
+    for given in garbage:
+        for method in of_states:
+            with pytest.raises(gi.DomainError, match=r"\w = "):
+                method(given)
+        for method in of_vectors:
+            with pytest.raises(gi.DomainError, match=r"\w = "):
+                method(y, given)
+    np.testing.assert_array_equal(space.admit(y.tolist()), space.admit(y))
+    with pytest.raises(gi.DomainError, match="shorter vector") if space.conditions else nothing():
+        space.retract(y, np.full(len(y), 1e300))

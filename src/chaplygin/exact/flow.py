@@ -27,6 +27,7 @@ from .clock_functions import at_time, clock_work, tau_at
 from .clock_series import product_clock
 from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
+from .numbers import MadeOfNumbers
 from .packing import evaluated, packed_torus
 from .quadrature import LEFT, Quadrature, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
@@ -39,7 +40,7 @@ __all__ = ["ExactFlow"]
 MISSED = 1e-12  # of the state, by its torus
 
 
-class ExactFlow:
+class ExactFlow(MadeOfNumbers):
     """The motion through one state, at any time.
 
     Made by ``problem.exact(y0)`` of a Hamiltonised or reduced problem. Call it with physical times t, a
@@ -71,7 +72,7 @@ class ExactFlow:
     def __init__(
         self, a: Array, D: float, energy: SeparatedEnergy, y: Array, physical: bool
     ) -> None:
-        self.a, self.D, self.physical = a, D, physical
+        self.a, self.D, self.physical, self._y0 = a, D, physical, y
         self.unit, self.unit_p = power_of_two(np.max(a)), 1.0
         gamma, p_tilde = self._split(self.inward(y))
         self.unit_p = power_of_two(np.max(np.abs(p_tilde)))

@@ -21,6 +21,7 @@ from geomint.arguments import as_array
 from ..inertia import positive_number
 from ..manifold import PARALLEL, Array, upright
 from .classical import ExactBall
+from .numbers import MadeOfNumbers
 
 __all__ = ["ContactPath", "attitude"]
 
@@ -71,7 +72,7 @@ def _frames(k: Array, gamma: Array) -> Array:
     return np.stack([vertical, across, np.cross(vertical, across)], axis=-1)
 
 
-class ContactPath:
+class ContactPath(MadeOfNumbers):
     """Attitude and contact point of the ball in R³ at any time, without stepping.
 
     Parameters

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import Array
+from ...arguments import Array, as_vector
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from .conditions import both
@@ -97,6 +97,7 @@ class Product(Space):
 
     def admit(self, y: Array) -> Array:
         """Return the state, each factor by itself."""
+        y = as_vector("y", y, self.rows)
         return np.concatenate([f.admit(y[row : row + f.rows]) for f, row in self._placed()])
 
     def project(self, **components: Any) -> Array:
@@ -116,5 +117,6 @@ class Product(Space):
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the tangent part, each factor by itself."""
+        y, v = as_vector("y", y, self.rows), as_vector("v", v, self.rows)
         ends = [(f, slice(row, row + f.rows)) for f, row in self._placed()]
         return np.concatenate([f.tangent(y[s], v[s]) for f, s in ends])

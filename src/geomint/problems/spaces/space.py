@@ -96,6 +96,7 @@ class Space:
 
     def split(self, y: Array) -> dict[str, Array]:
         """Return the pieces of a flat state by name, as copies."""
+        y = as_vector("y", y, self.rows)
         return {name: np.array(y[rows]) for name, rows in self.slices.items()}
 
     def join(self, components: Mapping[str, Any]) -> Array:
@@ -104,7 +105,7 @@ class Space:
 
     def admit(self, y: Array) -> Array:
         """Return a flat state, repaired with a warning if need be, or raise; see `repair`."""
-        return y
+        return as_vector("y", y, self.rows)
 
     def project(self, **components: Any) -> Array:
         """Return the flat state that is named, projected with a warning if need be."""
@@ -199,6 +200,7 @@ class Space:
 
     def defects(self, y: Array) -> Array:
         """Return c(y)."""
+        y = as_vector("y", y, self.rows)
         out, manifold = np.zeros(self.conditions), self.manifold
         if manifold is not None:
             manifold(Block(self.params), 0.0, Block(y), Block(out), Block(np.zeros(0)))
@@ -206,13 +208,14 @@ class Space:
 
     def normals(self, y: Array) -> Array:
         """Return c_y, by central differences."""
+        y = as_vector("y", y, self.rows)
         sizes = [length(y[s]) or 1.0 for s in self.slices.values() for _ in range(s.stop - s.start)]
         steps = STEP * np.array(sizes)
         return (differences(self.defects, y, np.diag(steps)) / steps[:, None]).T
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the part of a vector of R^N that is tangent to the space at y."""
-        return tangent_part(self.normals(y), v)
+        return tangent_part(self.normals(y), as_vector("v", v, self.rows))
 
     def retract(self, y: Array, v: Array) -> Array:
         """Return the point near y + v in the directions normal to the space, by Newton's method.
@@ -222,7 +225,9 @@ class Space:
         DomainError
             Where v is too long for it.
         """
-        z = brought_back(self.defects, self.normals, y + v)
+        y, v = as_vector("y", y, self.rows), as_vector("v", v, self.rows)
+        with np.errstate(over="ignore", invalid="ignore"):
+            z = brought_back(self.defects, self.normals, y + v)
         if z is None:
             raise DomainError(
                 "v", v, "a shorter vector: no point of the space was found near y + v"
@@ -231,7 +236,7 @@ class Space:
 
     def distance(self, y: Array, z: Array) -> float:
         """Return |y − z| in the flat coordinates."""
-        return length(np.asarray(y) - np.asarray(z))
+        return length(as_vector("y", y, self.rows) - as_vector("z", z, self.rows))
 
     def __mul__(self, other: Any) -> Space:
         from .product import Product

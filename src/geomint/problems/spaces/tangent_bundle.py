@@ -111,6 +111,7 @@ class TangentBundle(Space):
 
     def admit(self, y: Array) -> Array:
         """Return a flat state, the point repaired and then the vector."""
+        y = as_vector("y", y, self.rows)
         q, p = self.base.admit(y[: self.base.rows]), y[self.base.rows :]
         expected = f"a vector orthogonal to {self.base.normal}"
         said, defect = self._said(self.name), self._defect(q, p)
