@@ -62,6 +62,8 @@ def brought_back(c: Function, normals: Function, z: Array) -> Array | None:
     for _ in range(ROUNDS):
         defects = c(z)
         size = float(np.max(np.abs(defects), initial=0.0))
+        if not np.isfinite(size):
+            return None
         if size == 0.0 or (size >= 0.5 * before and before < 1e-12 * max(1.0, length(z))):
             return z
         before, rows = size, normals(z)

@@ -32,9 +32,9 @@ class Product(Space):
     """
 
     def __init__(self, *factors: Space) -> None:
-        for factor in factors:
+        for factor in factors or (None,):
             if not isinstance(factor, Space):
-                raise DomainError("factors", factor, "spaces")
+                raise DomainError("factors", factors, "one space or more")
         self._factors = tuple(one for factor in factors for one in factor.factors)
         self.check_names()
 
@@ -45,7 +45,8 @@ class Product(Space):
         return hash(self._factors)
 
     def __repr__(self) -> str:
-        return " * ".join(repr(factor) for factor in self._factors)
+        text = " * ".join(repr(factor) for factor in self._factors)
+        return text if len(self._factors) > 1 else f"Product({text})"
 
     @property
     def factors(self) -> tuple[Space, ...]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -22,7 +22,20 @@ from .repair import length
 
 __all__ = ["Space"]
 
+Method = TypeVar("Method", bound=Callable[..., Any])
+
 STEP = 0.125  # of central differences, over the size of the piece: exact for quadratic conditions
+
+
+def _of_states(method: Method) -> Method:
+    """Let a method take whatever are `rows` finite numbers; of others `DomainError` is raised."""
+
+    @functools.wraps(method)
+    def checked(self: Space, *states: Any, **named: Any) -> Any:
+        given = {name: as_vector(name, state, self.rows) for name, state in named.items()}
+        return method(self, *(as_vector("state", state, self.rows) for state in states), **given)
+
+    return cast(Method, checked)
 
 
 class Space:
@@ -49,6 +62,10 @@ class Space:
 
     n: int
     least = 2  # of n
+
+    def __init_subclass__(cls) -> None:
+        for name in {"admit", "tangent", "retract", "distance"} & set(vars(cls)):
+            setattr(cls, name, _of_states(vars(cls)[name]))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", whole("n", self.n, self.least))
@@ -102,6 +119,7 @@ class Space:
         """Return the flat state of these pieces, or raise `DomainError` for others."""
         return joined_pieces(self.pieces, components)
 
+    @_of_states
     def admit(self, y: Array) -> Array:
         """Return a flat state, repaired with a warning if need be, or raise; see `repair`."""
         return y
@@ -210,10 +228,12 @@ class Space:
         steps = STEP * np.array(sizes)
         return (differences(self.defects, y, np.diag(steps)) / steps[:, None]).T
 
+    @_of_states
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the part of a vector of R^N that is tangent to the space at y."""
         return tangent_part(self.normals(y), v)
 
+    @_of_states
     def retract(self, y: Array, v: Array) -> Array:
         """Return the point near y + v in the directions normal to the space, by Newton's method.
 
@@ -229,9 +249,10 @@ class Space:
             )
         return z
 
+    @_of_states
     def distance(self, y: Array, z: Array) -> float:
         """Return |y − z| in the flat coordinates."""
-        return length(np.asarray(y) - np.asarray(z))
+        return length(y - z)
 
     def __mul__(self, other: Any) -> Space:
         from .product import Product

@@ -105,8 +105,9 @@ class Stiefel(Orthonormal):
     name: str = "X"
 
     def __post_init__(self) -> None:
+        n = whole("n", self.n, self.least)
+        object.__setattr__(self, "r", whole("r", self.r, 1, n))
         super().__post_init__()
-        object.__setattr__(self, "r", whole("r", self.r, 1, self.n))
 
     @property
     def vectors(self) -> int:

@@ -69,8 +69,10 @@ class TangentBundle(Space):
     def manifold_at(self, first: int) -> Recorded | None:
         """c(q) and ½ dc(p)."""
         base, m = self.base, self.base.conditions
-        point, vector = base.manifold_at(first), base.tangency_at(first, first + base.rows)
-        return None if point is None else both(point, m, vector, m)
+        point = base.manifold_at(first)
+        if point is None:
+            return None
+        return both(point, m, base.tangency_at(first, first + base.rows), m)
 
     def constraints_at(self, first: int) -> dict[str, Recorded]:
         """Those of the point, and tangency."""
