@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, whole
 from ..kernels.compiling.recorded import Recorded
 from ..methods.method import Start
 from ..methods.registry import find_method
@@ -21,7 +21,7 @@ from ..problems.problem import Problem
 from ..problems.spaces.conditions import differences
 from ..problems.spaces.repair import length
 from .groups import check_group
-from .judge import hold, small, sure
+from .judge import checks, hold, small, sure
 
 __all__ = ["check_problem"]
 
@@ -32,6 +32,7 @@ SPREAD = 1e-5  # of a divergence by central differences
 CURVED = 100.0  # over H²: how far constraints may bend away
 
 
+@checks(Problem)
 def check_problem(problem: Problem, states: Any = 3) -> None:
     """Raise `AssertionError` for the first property of a problem that does not hold.
 
@@ -48,6 +49,7 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
         random ones.
     """
     chosen = list(_random(problem, states) if isinstance(states, int) else states)
+    whole("states", len(chosen), 1)
     for y in chosen:
         hold(problem.canonical(y), y, f"problem {problem.name!r} changes an admissible state")
         for form in problem.forms:
