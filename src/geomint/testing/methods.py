@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, whole
 from ..errors import DomainError
 from ..methods.method import Method, Start
 from ..problems.problem import Problem
@@ -45,6 +45,7 @@ def check_method(method: Method, compiled: bool = True) -> None:
     """
     if method.adaptive:
         raise DomainError("method", method.name, "a method of fixed steps")
+    whole("order", method.order, 1)
     problem, y0 = _problem(method.needs)
     options: dict[str, Any] = {"method": method, "compiled": compiled}
     exact = solve(problem, y0, t_end=T_END, step=T_END / 400, method="dop853", compiled=compiled)
