@@ -242,7 +242,8 @@ class Space:
         DomainError
             Where v is too long for it.
         """
-        z = brought_back(self.defects, self.normals, y + v)
+        with np.errstate(over="ignore", invalid="ignore"):
+            z = brought_back(self.defects, self.normals, y + v)
         if z is None:
             raise DomainError(
                 "v", v, "a shorter vector: no point of the space was found near y + v"

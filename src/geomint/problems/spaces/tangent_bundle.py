@@ -37,7 +37,9 @@ class TangentBundle(Space):
     name: str = "p"
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.base, Space) and len(self.base.pieces) == 1):
+        base = self.base
+        known = isinstance(base, Space) and len(base.pieces) == 1
+        if not (known and (not base.conditions or base.tangencies_at(0, base.rows))):
             raise DomainError("base", self.base, "a space of one piece that has tangent vectors")
         self.check_names()
 
