@@ -64,24 +64,30 @@ def test_all_tableaux_have_methods() -> None:
 def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of any package."""
     mine = gi.RungeKutta(dataclasses.replace(RUNGE_KUTTA["kutta-3"], name="mine-3"))
-    offered = {"mine-3": mine, "other-name": mine, "no-method": print}
+    silent = object.__new__(type(mine))
+    offered = {"mine-3": mine, "other-name": mine, "no-method": print, "silent": silent}
 
     class Point:
         def __init__(self, name: str) -> None:
             self.name = name
 
         def load(self) -> object:
+            if self.name == "broken":
+                raise RuntimeError("at its import")
             return offered[self.name]
 
-    monkeypatch.setattr(registry, "entry_points", lambda group: [Point(n) for n in offered])
+    monkeypatch.setattr(
+        registry, "entry_points", lambda group: [Point(n) for n in [*offered, "broken"]]
+    )
     methods.cache_clear()
     try:
         with pytest.warns(
             gi.GeomintWarning, match="is left out: expected a geomint.Method"
         ) as said:
             assert find_method("mine-3") is mine
-        assert len(said) == 2
-        assert not {"other-name", "no-method"} & set(method_names())
+        assert len(said) == 4
+        assert "RuntimeError: at its import" in str(said[-1].message)
+        assert not {"other-name", "no-method", "silent", "broken"} & set(method_names())
     finally:
         methods.cache_clear()
 

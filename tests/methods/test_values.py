@@ -114,3 +114,47 @@ def test_binary_coefficients_are_made_again() -> None:
 def test_methods_are_frozen() -> None:
     with pytest.raises(dataclasses.FrozenInstanceError):
         gi.Gauss(8).stages = 3  # type: ignore[misc]
+
+
+# --- methods of one's own -------------------------------------------------------------------------
+
+
+class Silent(gi.Method):
+    """Says nothing of itself."""
+
+    def start(self, s: gi.Start) -> gi.Stepper:
+        raise NotImplementedError
+
+
+class Plain(Silent):
+    """No dataclass: without options."""
+
+    name, order, needs, step_fraction = "plain", 2, "field", 0.1
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Worked(Plain):
+    """Has a field that the constructor does not take."""
+
+    stages: int = 2
+    found: int = dataclasses.field(default=3, init=False)
+
+
+def test_what_a_method_does_not_say_is_named() -> None:
+    for use in (find_method, gi.Adaptive, lambda method: gi.Compose(method, 4)):
+        with pytest.raises(gi.MethodError, match="Silent does not say its name, order, needs"):
+            use(Silent())  # type: ignore[operator]
+
+
+def test_methods_that_are_no_dataclasses() -> None:
+    assert (repr(Plain()), Plain().options) == ("Plain()", {})
+    with pytest.raises(gi.MethodError, match="no option 'tolerance'"):
+        Plain().with_options(tolerance=1.0)
+    assert repr(Worked(5)) == "Worked(5)"
+    assert eval(repr(Worked(5)), {"Worked": Worked}) == Worked(5)
+
+
+def test_equal_values_have_one_repr() -> None:
+    one, other = (gi.Adaptive(gi.RungeKutta("dop853"), atol=zero) for zero in (0.0, -0.0))
+    assert one == other
+    assert repr(one) == repr(other)

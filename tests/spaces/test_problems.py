@@ -152,6 +152,18 @@ def test_a_broken_problem_is_noticed(changes: dict, text: str) -> None:
         check_problem(dataclasses.replace(GEODESIC, **changes))
 
 
+@gi.field
+def pushed(params, t, y, out, work):
+    """Off the tangent space, at later times."""
+    GEODESIC.field(params, t, y, out, work)
+    out[3] = out[3] + t * y[0]
+
+
+def test_other_times_are_looked_at() -> None:
+    with pytest.raises(AssertionError, match="is not constant along the motion"):
+        check_problem(dataclasses.replace(GEODESIC, field=pushed, action=None, hamiltonian=None))
+
+
 def test_functions_are_held_to_what_is_declared() -> None:
     with pytest.raises(gi.DeclarationError):
         check_problem(dataclasses.replace(GEODESIC, field=generator, action=None))
@@ -181,6 +193,13 @@ def test_a_false_claim_is_noticed(name: str, changes: dict) -> None:
     for attribute, claim in changes.items():  # no arguments: they follow from what a method is
         object.__setattr__(method, attribute, claim)
     with pytest.raises(AssertionError, match=r"not of order|does not go back"):
+        check_method(method)
+
+
+def test_an_order_is_a_whole_number() -> None:
+    method = copy.copy(gi.find_method("rk-4"))
+    object.__setattr__(method, "order", 4.4)
+    with pytest.raises(gi.DomainError, match=r"order = 4\.4"):
         check_method(method)
 
 

@@ -16,7 +16,7 @@ import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.problems import spaces
 from geomint.problems.spaces.repair import repaired
-from geomint.testing import check_space
+from geomint.testing import check_group, check_method, check_problem, check_space
 
 pytestmark = pytest.mark.nojit
 SPACES = [
@@ -31,6 +31,9 @@ SPACES = [
         for space in (gi.Stiefel, gi.TangentStiefel)
     ),
     gi.TangentBundle(gi.Rotations(3), "m"),
+    gi.TangentBundle(gi.Euclidean(2), "v"),
+    gi.TangentBundle(gi.Skew(3), "v"),
+    gi.Product(gi.Sphere(3)),
     gi.Skew(3) * gi.Sphere(3) * gi.Rotations(3) * gi.Euclidean(2, "r"),
     gi.Sphere(3, "x") * gi.Sphere(3, "w"),
     gi.Euclidean(2, "r") * gi.TangentSphere(4) * gi.Euclidean(1, "s") * gi.Sphere(2, "w"),
@@ -93,6 +96,16 @@ def bent(params, q, g, G, work):
     G[0] = 2.0 * G[0]
 
 
+@gi.field
+def too_long(params, q, g, G, work):
+    g[1] = 0.0 * q[0]
+
+
+@gi.observable
+def half_tangent(params, t, y, work):
+    return y[0] * y[2] + y[1] * y[3] - 0.1
+
+
 @dataclass(frozen=True)
 class Circle(gi.Sphere):
     """A sphere whose parts are replaced."""
@@ -102,7 +115,21 @@ class Circle(gi.Sphere):
 
     def constraints_at(self, first: int) -> dict[str, Recorded]:
         own = super().constraints_at(first)
+        if self.broken == "first":
+            return super().constraints_at(0)
         return {"norm": above_one} if self.broken == "constraint" else own
+
+    def tangencies_at(self, first: int, second: int) -> dict[str, Recorded]:
+        own = super().tangencies_at(first, second)
+        return {"tangency": half_tangent} if self.broken == "tangency" else own
+
+    def point(self, value):
+        size = np.linalg.norm(value)
+        silent = self.broken == "named" and abs(size - 1.0) > 1e-12
+        return value / size if silent else super().point(value)
+
+    def distance(self, y, z):
+        return float(y[0] - z[0]) if self.broken == "distance" else super().distance(y, z)
 
     def manifold_at(self, first: int) -> Recorded:
         if self.broken == "conditions":
@@ -145,7 +172,7 @@ class Circle(gi.Sphere):
     @property
     def constraint(self):
         own = super().constraint
-        return {"zero": shifted, "jacobian": bent}.get(self.broken, own)
+        return {"zero": shifted, "jacobian": bent, "long": too_long}.get(self.broken, own)
 
     @property
     def group(self):
@@ -198,6 +225,11 @@ BROKEN = {
     "zero": "`constraint` .* is not 0 on it",
     "jacobian": "another Jacobian",
     "group": r"R\^2 moves points out",
+    "first": "constraint 'norm' of Euclidean.* is not 0",
+    "tangency": "constraint 'tangency' of TangentBundle.* is not 0",
+    "named": "`project` .* without a warning",
+    "distance": "the other way round",
+    "long": "IndexError.* by a function of Circle",
 }
 
 
@@ -217,6 +249,27 @@ def test_other_broken_spaces_are_noticed() -> None:
         check_space(Twice())
     with pytest.raises(AssertionError, match="is not the value that it pickles"):
         check_space(Unequal(2))
+
+
+@pytest.mark.parametrize("check", [check_space, check_group, check_problem, check_method])
+def test_checks_say_what_they_are_for(check) -> None:
+    for value in (3, None, "Sphere", gi.Sphere):
+        with pytest.raises(gi.DomainError, match=r"expected a geomint\."):
+            check(value)
+
+
+def test_checks_look_at_something() -> None:
+    problem = gi.Problem(
+        "p", space=gi.Euclidean(1), field=gi.field(lambda params, t, y, out, work: None)
+    )
+    for call in (
+        lambda: check_space(gi.Sphere(2), 0),
+        lambda: check_group(gi.translations(2), 2, 0),
+        lambda: check_problem(problem, 0),
+        lambda: check_problem(problem, []),
+    ):
+        with pytest.raises(gi.DomainError, match="a whole number ≥ 1"):
+            call()
 
 
 # --- what is admitted -----------------------------------------------------------------------------
@@ -282,8 +335,11 @@ def test_what_describes_no_point(space: gi.Space, components: dict, text: str) -
         lambda: gi.Sphere(3, ""),
         lambda: gi.Euclidean(2, turned=1),
         lambda: gi.Stiefel(3, 4),
+        lambda: gi.Stiefel(3, None),
+        lambda: gi.Product(),
         lambda: gi.TangentSphere(3, ("p", "p")),
         lambda: gi.TangentBundle(gi.TangentSphere(3), "v"),
+        lambda: gi.TangentBundle(Twice(), "v"),
         lambda: gi.Sphere(3) * gi.Sphere(3),
         lambda: gi.Product(gi.Sphere(3), 3),
     ],
@@ -293,9 +349,32 @@ def test_what_is_no_space(make) -> None:
         make()
 
 
-def test_a_tangent_vector_too_long_is_refused() -> None:
+@pytest.mark.parametrize("length", [1.0, 1e300])
+def test_a_tangent_vector_too_long_is_refused(length: float) -> None:
     with pytest.raises(gi.DomainError, match="a shorter vector"):
-        gi.Sphere(2).retract(np.array([1.0, 0.0]), np.array([-1.0, 0.0]))
+        gi.Sphere(2).retract(np.array([1.0, 0.0]), np.array([-length, 0.0]))
+
+
+@pytest.mark.parametrize("space", SPACES, ids=repr)
+def test_states_are_looked_at(space: gi.Space) -> None:
+    """Lists are taken as arrays are; what are not as many finite numbers is refused."""
+    y = space.join(space.random(np.random.default_rng(3)))
+    assert space.admit(list(y)).tobytes() == space.admit(y=y).tobytes() == y.tobytes()
+    nothing = [
+        np.full(len(y), np.nan),
+        np.full(len(y), np.inf),
+        y[1:],
+        [*y, 0.0],
+        None,
+        "y",
+        1j * y,
+    ]
+    for wrong in nothing:
+        calls = [(space.admit, (wrong,))]
+        calls += [(f, (y, wrong)) for f in (space.tangent, space.retract, space.distance)]
+        for f, given in calls:
+            with pytest.raises(gi.DomainError):
+                f(*given)
 
 
 # --- groups of spaces -----------------------------------------------------------------------------

@@ -213,7 +213,7 @@ class Ellipsoid(gi.Space):
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return v less its part along the normal A⁻¹x."""
-        normal = gi.as_vector("y", y, self.n) / np.array(self.a)
+        normal = y / np.array(self.a)
         return gi.Sphere(self.n).tangent(normal / length(normal), v)
 
     def point(self, value: Any) -> Array:
@@ -232,7 +232,6 @@ class Ellipsoid(gi.Space):
 
     def admit(self, y: Array) -> Array:
         """Return a point of a flat state, repaired if need be."""
-        y = gi.as_vector("y", y, self.n)
         size = length(y / np.sqrt(self.a))
         defect, said = abs(size - 1.0) * (size + 1.0), f"({self.name}, {self.name}/a) − 1"
         return repaired(self.name, y, defect, said, "a point of the ellipsoid", lambda: y / size)

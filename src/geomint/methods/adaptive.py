@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, finite, whole
-from ..errors import DomainError, MethodError, quoted
+from ..errors import DomainError, MethodError
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
-from .method import Method, Start
+from .method import Method, Start, checked_method
 from .stepper import Stepper
 
 __all__ = ["LARGEST_RTOL", "LEAST_RTOL", "Adaptive"]
@@ -59,9 +59,7 @@ class Adaptive(Method):
     adaptive = True
 
     def __post_init__(self) -> None:
-        if not isinstance(self.base, Method):
-            raise MethodError(f"base = {quoted(self.base)}: expected a geomint method")
-        if self.base.estimate_order is None:
+        if checked_method("base", self.base).estimate_order is None:
             what = "has no embedded method to estimate errors with"
             raise MethodError(f"method {self.base.name!r} {what}")
         limit = whole("max_steps", self.max_steps, 1)
@@ -119,4 +117,4 @@ class Adaptive(Method):
 def _real(name: str, value: Any) -> float:
     """Return a number, which may be infinite as `max_step` is, or raise `DomainError`."""
     endless = isinstance(value, float) and math.isinf(value)
-    return float(value) if endless else finite(name, value, "a number")
+    return float(value) if endless else finite(name, value, "a number") + 0.0  # no -0.0

@@ -13,7 +13,7 @@ from ..tableaux import (
     default_composition,
     substeps,
 )
-from .method import Method, Start
+from .method import Method, Start, checked_method
 from .stepper import Stepper
 
 __all__ = ["Compose"]
@@ -50,9 +50,7 @@ class Compose(Method):
     symmetric = True
 
     def __post_init__(self) -> None:
-        base = self.base
-        if not isinstance(base, Method):
-            raise MethodError(f"base = {quoted(base)}: expected a geomint method")
+        base = checked_method("base", self.base)
         if not base.symmetric:
             raise MethodError(
                 f"method {base.name!r} is not symmetric, and cannot be composed; symmetric are: "

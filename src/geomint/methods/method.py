@@ -117,7 +117,15 @@ class Method(ABC):
     @property
     def options(self) -> dict[str, Any]:
         """The options and their values."""
-        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.kw_only}  # type: ignore[arg-type]
+        return {f.name: getattr(self, f.name) for f in self._given() if f.kw_only}
+
+    def _given(self) -> list[dataclasses.Field[Any]]:
+        """Return the fields that the constructor takes; none of a class that is no dataclass."""
+        return (
+            [f for f in dataclasses.fields(self) if f.init]
+            if dataclasses.is_dataclass(self)
+            else []
+        )
 
     def with_options(self, **changes: Any) -> Self:
         """Return the method with other options, such as its tolerance.
@@ -139,7 +147,7 @@ class Method(ABC):
         return dataclasses.replace(self, **options)  # type: ignore[type-var]
 
     def __repr__(self) -> str:
-        fields = dataclasses.fields(self)  # type: ignore[arg-type]
+        fields = self._given()
         given = [pasted(getattr(self, f.name)) for f in fields if not f.kw_only]
         while len(given) > 1 and given[-1] == pasted(fields[len(given) - 1].default):
             given.pop()
@@ -182,6 +190,16 @@ class Method(ABC):
             )
 
 
+def checked_method(what: str, method: Any, expected: str = "a geomint method") -> Method:
+    """Return a method that says what every method has to say, or raise `MethodError`."""
+    if not isinstance(method, Method):
+        raise MethodError(f"{what} = {quoted(method)}: expected {expected}")
+    missing = [name for name in _SAID if getattr(method, name, None) is None]
+    if missing:
+        raise MethodError(f"method {type(method).__name__} does not say its {', '.join(missing)}")
+    return method
+
+
 def pasted(value: Any) -> str:
     """Return what gives a field in a constructor: its name, for a tableau of a registry."""
     name = getattr(value, "name", "")
@@ -189,6 +207,7 @@ def pasted(value: Any) -> str:
     return repr(name if known else value)
 
 
+_SAID = ("name", "order", "needs", "step_fraction")
 _FITTING = {
     "field": "gauss-8, dop853, rk-4",
     "action": "cf-4, rkmk-4",

@@ -13,7 +13,7 @@ from .commutator_free import CommutatorFree
 from .composition import Compose
 from .explicit import RungeKutta
 from .gauss import Gauss
-from .method import Method
+from .method import Method, checked_method
 from .rattle import Rattle
 from .rkmk import RKMK
 from .splitting import Verlet
@@ -42,12 +42,15 @@ def methods() -> dict[str, Method]:
         own += [base, *(Compose(base, order) for order in DEFAULT_COMPOSITION)]
     found = {method.name: method for method in own}
     for point in entry_points(group="geomint.methods"):
-        method = point.load()
-        if isinstance(method, Method) and method.name == point.name:
+        try:
+            method = checked_method("entry point", point.load())
+            if method.name != point.name:
+                raise MethodError(f"its name is {method.name!r}")
             found[point.name] = method
-        else:
+        except Exception as error:  # a package that is broken must not take the others with it
             said = f"entry point {point.name!r} of the group geomint.methods is left out: expected "
-            warnings.warn(f"{said}a geomint.Method of that name", GeomintWarning, stacklevel=2)
+            text = f"{said}a geomint.Method of that name; {type(error).__name__}: {error}"
+            warnings.warn(text, GeomintWarning, stacklevel=2)
     return found
 
 
@@ -58,10 +61,8 @@ def method_names() -> list[str]:
 
 def find_method(name: str | Method) -> Method:
     """Return the method of that name, or raise `MethodError` saying what may have been meant."""
-    if isinstance(name, Method):
-        return name
     if not isinstance(name, str):
-        raise MethodError(f"method = {quoted(name)}: expected a name or a geomint method")
+        return checked_method("method", name, "a name or a geomint method")
     known = methods()
     if name in known:
         return known[name]

@@ -112,6 +112,7 @@ class Problem(Sendable):
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "parameters": Mapping})
         object.__setattr__(self, "params", flat("params", self.params))
+        object.__setattr__(self, "parameters", dict(self.parameters))
         if self.space is not None:
             self._stand_on(self.space)
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
@@ -156,6 +157,7 @@ class Problem(Sendable):
         for group in _GROUPS:
             quantities = getattr(self, group)
             check_types(self, {group: Mapping})
+            object.__setattr__(self, group, dict(quantities))
             for name, f in quantities.items():
                 check_name(group, name)
                 if name in seen or name in _RESERVED:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, whole
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
 from ..problems.spaces.repair import length
-from .judge import hold, small, sure
+from .judge import checks, hold, small, sure
 
 __all__ = ["check_group", "moved"]
 
@@ -16,6 +16,7 @@ ROUNDING = 1e-12
 H = 1e-3  # elements whose products are compared with their series
 
 
+@checks(Group)
 def check_group(group: Group, rows: int, elements: int = 3) -> None:
     """Raise `AssertionError` for the first property of a group that does not hold.
 
@@ -32,7 +33,7 @@ def check_group(group: Group, rows: int, elements: int = 3) -> None:
         How many random elements are taken, from seeds 0, 1, …
     """
     sure(group.rows in (None, rows), f"{group.name} acts on {group.rows} rows, not on {rows}")
-    for seed in range(elements):
+    for seed in range(whole("elements", elements, 1)):
         rng = np.random.default_rng(seed)
         x, y, z = (v / max(1.0, length(v)) for v in rng.normal(size=(3, group.algebra_rows)))
         state = rng.normal(size=rows)

@@ -2,13 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from ..arguments import Array
+from ..errors import DomainError, GeomintError, GeomintWarning, quoted
 
-__all__ = ["hold", "small", "sure"]
+__all__ = ["checks", "hold", "small", "sure"]
+
+Check = TypeVar("Check", bound=Callable[..., None])
+
+
+def checks(kind: type) -> Callable[[Check], Check]:
+    """Say of a check what its first argument is, and let it name what a user's functions raise."""
+
+    def made(check: Check) -> Check:
+        @functools.wraps(check)
+        def checked(value: Any, *args: Any, **options: Any) -> None:
+            if not isinstance(value, kind):
+                raise DomainError(kind.__name__.lower(), value, f"a geomint.{kind.__name__}")
+            try:
+                check(value, *args, **options)
+            except (AssertionError, GeomintError, GeomintWarning):
+                raise
+            except Exception as error:  # whatever a user's functions raise
+                what = f"{type(error).__name__}: {error}"
+                raise AssertionError(f"{what}, by a function of {quoted(value)}") from error
+
+        return cast(Check, checked)
+
+    return made
 
 
 def sure(holds: Any, what: str) -> None:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, whole
 from ..errors import DomainError
 from ..methods.method import Method, Start
 from ..problems.problem import Problem
 from ..problems.testproblems import neumann, pulsating_body, sphere_metric
 from ..run.solve import solve
-from .judge import hold, small, sure
+from .judge import checks, hold, small, sure
 
 __all__ = ["check_method"]
 
@@ -25,6 +25,7 @@ STEP, BACK = 0.2, 1e-14  # of the step that a symmetric method goes back
 COUNTS = (8, 16, 32, 64, 128, 256, 512)
 
 
+@checks(Method)
 def check_method(method: Method, compiled: bool = True) -> None:
     """Raise `AssertionError` for the first property of a method that does not hold.
 
@@ -44,6 +45,7 @@ def check_method(method: Method, compiled: bool = True) -> None:
     """
     if method.adaptive:
         raise DomainError("method", method.name, "a method of fixed steps")
+    whole("order", method.order, 1)
     problem, y0 = _problem(method.needs)
     options: dict[str, Any] = {"method": method, "compiled": compiled}
     exact = solve(problem, y0, t_end=T_END, step=T_END / 400, method="dop853", compiled=compiled)

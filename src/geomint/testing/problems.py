@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, whole
 from ..kernels.compiling.recorded import Recorded
 from ..methods.method import Start
 from ..methods.registry import find_method
@@ -21,17 +21,19 @@ from ..problems.problem import Problem
 from ..problems.spaces.conditions import differences
 from ..problems.spaces.repair import length
 from .groups import check_group
-from .judge import hold, small, sure
+from .judge import checks, hold, small, sure
 
 __all__ = ["check_problem"]
 
 ROUNDING = 1e-13
 SLOPES = 1e-6  # of central differences
 H, STEP = 1e-5, 1e-4
+TIMES = (0.0, 1.0)  # at which a motion is looked at: fields may depend on time
 SPREAD = 1e-5  # of a divergence by central differences
 CURVED = 100.0  # over H²: how far constraints may bend away
 
 
+@checks(Problem)
 def check_problem(problem: Problem, states: Any = 3) -> None:
     """Raise `AssertionError` for the first property of a problem that does not hold.
 
@@ -48,6 +50,7 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
         random ones.
     """
     chosen = list(_random(problem, states) if isinstance(states, int) else states)
+    whole("states", len(chosen), 1)
     for y in chosen:
         hold(problem.canonical(y), y, f"problem {problem.name!r} changes an admissible state")
         for form in problem.forms:
@@ -57,9 +60,10 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
                 value(problem, problem.clock, y) > 0.0,
                 f"time stands or runs back in {problem.name!r}",
             )
-        rate = _rate(problem, y)
-        for name, f in {**problem.constraints, **problem.invariants}.items():
-            _check_constant(problem, name, f, y, rate)
+        for t in filter(functools.partial(_admits, problem, y), TIMES):
+            rate = _rate(problem, y, t)
+            for name, f in {**problem.constraints, **problem.invariants}.items():
+                _check_constant(problem, name, f, y, rate, t)
     for name, f in {**problem.constraints, **problem.invariants}.items():
         way = np.random.default_rng(len(name)).normal(size=problem.rows)
         moves = any(value(problem, f, y + 0.1 * way) != value(problem, f, y) for y in chosen)
@@ -83,13 +87,19 @@ def _random(problem: Problem, count: int) -> Iterator[Array]:
         yield y
 
 
-def _rate(problem: Problem, y: Array) -> Array:
+def _admits(problem: Problem, y: Array, t: float) -> bool:
+    """Tell whether a state of time 0 is one of time t: whether no constraint depends on time there."""
+    constraints = problem.constraints.values()
+    return all(value(problem, f, y, t) == value(problem, f, y) for f in constraints)
+
+
+def _rate(problem: Problem, y: Array, t: float) -> Array:
     """Return ẏ, the same by all forms."""
     rates = {}
     for form in problem.forms:
         others = {other: None for other in problem.forms if other != form}
         alone = dataclasses.replace(problem, **others)  # type: ignore[arg-type]
-        rates[form] = _by_steps(alone, y) if form == "hamiltonian" else derivative(alone, y)
+        rates[form] = _by_steps(alone, y, t) if form == "hamiltonian" else derivative(alone, y, t)
     first, rate = next(iter(rates.items()))
     for form, other in rates.items():
         text = f"{first} and {form} of {problem.name!r} are not one motion"
@@ -97,17 +107,19 @@ def _rate(problem: Problem, y: Array) -> Array:
     return rate
 
 
-def _by_steps(problem: Problem, y: Array) -> Array:
+def _by_steps(problem: Problem, y: Array, t: float) -> Array:
     """Return ẏ of the Hamiltonian form, whose multipliers RATTLE finds."""
-    stepper = find_method("rattle-2").start(Start(problem, y, 0.0, STEP, compiled=False))
-    above, below = (stepper.single_step(y, 0.0, h) for h in (STEP, -STEP))
+    stepper = find_method("rattle-2").start(Start(problem, y, t, STEP, compiled=False))
+    above, below = (stepper.single_step(y, t, h) for h in (STEP, -STEP))
     return (above - below) / (2.0 * STEP)
 
 
-def _check_constant(problem: Problem, name: str, f: Recorded, y: Array, rate: Array) -> None:
+def _check_constant(
+    problem: Problem, name: str, f: Recorded, y: Array, rate: Array, t: float
+) -> None:
     """Hold a quantity to be constant along the motion, and to be 0 if it is a constraint."""
     h, scale = H / max(1.0, length(rate)), max(1.0, rounding_scale(problem, f, y))
-    here, above, below = (value(problem, f, y + s * h * rate) for s in (0.0, 1.0, -1.0))
+    here, above, below = (value(problem, f, y + s * h * rate, t + s * h) for s in (0.0, 1.0, -1.0))
     text = f"{name!r} of {problem.name!r} is not constant along the motion"
     if name in problem.constraints:
         small(here, ROUNDING * scale, f"constraint {name!r} of {problem.name!r} is not 0")

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 import warnings
 from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
+from ..arguments import Array, whole
 from ..errors import DomainError, GeomintWarning
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
 from ..problems.spaces.conditions import differences
+from ..problems.spaces.euclidean import Euclidean
 from ..problems.spaces.repair import length
 from ..problems.spaces.space import Space
+from ..problems.spaces.tangent_bundle import TangentBundle
 from .groups import check_group, moved
-from .judge import hold, small, sure
+from .judge import checks, hold, small, sure
 
 __all__ = ["check_space"]
 
@@ -25,6 +28,7 @@ INDEPENDENT = 1e-8
 SCALES = (1.0, 1e-75, 1e75, 0.0)  # of what has no condition but direction: vectors of bundles
 
 
+@checks(Space)
 def check_space(space: Space, states: int = 5) -> None:
     """Raise `AssertionError` for the first property of a space that does not hold.
 
@@ -46,12 +50,13 @@ def check_space(space: Space, states: int = 5) -> None:
     rows = [k for start, stop in ends for k in range(start, stop)]
     sure(rows == list(range(space.rows)), f"the slices of {space!r} are not its rows: {ends}")
     sure(space.conditions < space.rows, f"{space!r} has as many conditions as rows")
-    for seed in range(states):
+    for seed in range(whole("states", states, 1)):
         y = _random(space, seed)
         _check_point(space, y)
         _check_constraint(space, y)
         _check_repair(space, y, np.random.default_rng([seed, 1]))
         _check_tangents(space, y, np.random.default_rng([seed, 2]).normal(size=space.rows))
+        _check_elsewhere(space, seed)
     for scale in SCALES:
         _check_scale(space, y, scale)
     if space.group is not None:
@@ -108,7 +113,7 @@ def _check_constraint(space: Space, y: Array) -> None:
 def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:
     """Repair what is near, with a warning, and once; refuse what is not."""
     if not space.conditions:
-        return
+        return None
     normals = space.normals(y)
     away = rng.normal(size=len(normals)) @ (
         normals / np.linalg.norm(normals, axis=1, keepdims=True)
@@ -130,8 +135,30 @@ def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:
             space.admit(y + 0.1 * away)
     except (DomainError, GeomintWarning) as error:
         sure(isinstance(error, DomainError), f"{space!r} repairs what is far away: {error}")
-        return
+        return _check_named(space, y, away)
     raise AssertionError(f"{space!r} admits a state that is 0.1 off")
+
+
+def _check_named(space: Space, y: Array, away: Array) -> None:
+    """Project what a user names far away to the space, and say so; or refuse it."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            found = space.project(**space.split(y + 0.1 * away))
+        except DomainError:
+            return
+    sure(caught, f"`project` of {space!r} changes what is 0.1 off without a warning")
+    size = max(1.0, length(found)) ** 2
+    small(space.defects(found), ROUNDING * size, f"`project` of {space!r} leads to no point of it")
+
+
+def _check_elsewhere(space: Space, seed: int) -> None:
+    """Conditions and constraints, from another row on and of the tangent bundle."""
+    others = [Euclidean(1, "a row before") * space]
+    with contextlib.suppress(DomainError, NotImplementedError):
+        others.append(TangentBundle(space, "a vector"))
+    for other in others:
+        _check_point(other, other.join(other.random(np.random.default_rng(seed))))
 
 
 def _check_tangents(space: Space, y: Array, v: Array) -> None:
@@ -147,6 +174,8 @@ def _check_tangents(space: Space, y: Array, v: Array) -> None:
         z = space.retract(y, h * tangent)
         small(space.defects(z), ROUNDING * size, f"retractions of {space!r} leave it")
         near = space.distance(z, y + h * tangent)
+        back = space.distance(y + h * tangent, z)
+        sure(near == back, f"distances of {space!r} are {near} and {back} the other way round")
         small(near, 20.0 * size * h * h, f"retractions of {space!r} are not near y + {h:g} v")
     text = f"`retract` of {space!r} moves y where v is 0"
     small(space.retract(y, 0.0 * v) - y, ROUNDING * size, text)

@@ -48,6 +48,12 @@ class Recorded(Sendable, Wrapped):
     __eq__ = object.__eq__  # what it reaches may change
     __hash__ = object.__hash__
 
+    def __copy__(self) -> Recorded:
+        return self  # as functions are
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Recorded:
+        return self
+
     def __repr__(self) -> str:
         return f"<recorded {self.function.__module__}.{self.function.__qualname__}>"
 

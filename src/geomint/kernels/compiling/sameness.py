@@ -12,7 +12,7 @@ import numpy as np
 from .code import described
 from .walk import Wrapped
 
-__all__ = ["Compared", "same"]
+__all__ = ["Compared", "contents", "same"]
 
 
 class Compared:
@@ -29,10 +29,10 @@ class Compared:
 
 def same(one: Any, other: Any) -> bool:
     """Tell whether two values are equal, with functions and arrays anywhere in them."""
-    return _same(one, other, set())
+    return _same(one, other, {})
 
 
-def _same(one: Any, other: Any, met: set[tuple[int, int]]) -> bool:
+def _same(one: Any, other: Any, met: dict[tuple[int, int], Any]) -> bool:
     if one is other:
         return True
     if type(one) is not type(other):
@@ -40,33 +40,60 @@ def _same(one: Any, other: Any, met: set[tuple[int, int]]) -> bool:
     pair = (id(one), id(other))
     if pair in met:  # a closure that holds itself
         return True
-    parts = _parts(one)
-    if parts is None:
-        return bool(one == other)
-    met.add(pair)
-    others = _parts(other)
-    return len(parts) == len(others) and all(
-        _same(x, y, met) for x, y in zip(parts, others, strict=True)
+    met[pair] = one, other  # kept: the id of what is gone is given to something else
+    parts, others = _parts(one), _parts(other)
+    if parts is None or others is None:
+        try:
+            return bool(one == other or (one != one and other != other))  # NaN
+        except Exception:  # of what is an array in disguise, or foreign
+            parts, others = _made_of(one), _made_of(other)
+    return (
+        parts is not None
+        and others is not None
+        and len(parts) == len(others)
+        and all(_same(x, y, met) for x, y in zip(parts, others, strict=True))
     )
 
 
 def _parts(value: Any) -> Any:
     """Return what a value is made of, to be compared in turn; None for one that `==` compares."""
     if isinstance(value, np.ndarray):
-        return [str(value.dtype), value.shape, value.tobytes()]
+        plain = type(value) is np.ndarray and not value.dtype.hasobject
+        content = value.tobytes() if plain else value.tolist()
+        return [str(value.dtype), value.shape, content]
     if isinstance(value, Wrapped):
         return [value.fingerprint, value.inline]
     if isinstance(value, types.FunctionType):
-        cells = [cell.cell_contents for cell in value.__closure__ or () if _is_set(cell)]
-        code = [value.__module__, described(value.__code__).digest]
-        return [*code, value.__defaults__, value.__kwdefaults__, *cells]
+        code = described(value.__code__)
+        cells = [contents(cell) for cell in value.__closure__ or ()]
+        names = [value.__globals__.get(path.name) for path in code.paths if not path.cell]
+        own = [value.__module__, code.digest, value.__defaults__, value.__kwdefaults__]
+        return [*own, *cells, *names]
     if isinstance(value, types.MethodType):
         return [value.__func__, value.__self__]
     if isinstance(value, Mapping):
         return [list(value), *value.values()]
     if isinstance(value, list | tuple):
         return list(value)
-    return _attributes(value)
+    attributes = _attributes(value)
+    compared = attributes is not None or _compares(type(value))
+    return attributes if compared else _made_of(value)
+
+
+def _compares(kind: Any) -> bool:
+    """Tell whether values of a type are compared by more than identity."""
+    return kind.__eq__ is not object.__eq__
+
+
+def _made_of(value: Any) -> list[Any] | None:
+    """Return what pickle would make a value of again; None for what it finds by name, or refuses."""
+    try:
+        made = value.__reduce_ex__(4)
+    except Exception:  # of several types
+        return None
+    if isinstance(made, str):
+        return None
+    return [*made[:3], *(list(items) for items in made[3:5] if items is not None)]
 
 
 def _attributes(value: Any) -> list[Any] | None:
@@ -75,8 +102,9 @@ def _attributes(value: Any) -> list[Any] | None:
     return list(vars(value).items()) if isinstance(value, Compared) else None
 
 
-def _is_set(cell: types.CellType) -> bool:
+def contents(cell: types.CellType) -> tuple[Any, ...]:
+    """Return what is in a cell; nothing for a variable that is not set."""
     try:
-        return cell.cell_contents is cell.cell_contents
+        return (cell.cell_contents,)
     except ValueError:
-        return False
+        return ()

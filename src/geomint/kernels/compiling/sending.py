@@ -10,6 +10,7 @@ have no module to import; they are sent by cloudpickle, where that is installed.
 
 from __future__ import annotations
 
+import copy
 import copyreg
 import functools
 import importlib
@@ -22,10 +23,13 @@ from typing import Any
 
 from ...errors import SendingError
 from .code import described
-from .sameness import Compared
+from .sameness import Compared, contents
 from .walk import Wrapped
 
-__all__ = ["Sendable", "cloudpickle", "received", "sent"]
+__all__ = ["Sendable", "cloudpickle", "kept", "received", "sent"]
+
+OTHER = "is another one here: expected the same version of it"
+MOST_KEPT = 2**18  # bytes; of these a process that receives others all the time keeps 256
 
 
 class Sendable(Compared):
@@ -37,10 +41,22 @@ class Sendable(Compared):
     def __reduce__(self) -> Any:
         return received, (sent(self),)
 
+    def __copy__(self) -> Any:
+        made = object.__new__(type(self))
+        vars(made).update(vars(self))
+        return made
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        """Return a copy whose functions are the same ones, as Python copies functions."""
+        made = self.__copy__()
+        memo[id(self)] = made
+        vars(made).update(copy.deepcopy(vars(self), memo))
+        return made
+
 
 class _Pickler(pickle.Pickler):
     def reducer_override(self, value: Any) -> Any:
-        if isinstance(value, types.FunctionType):
+        if isinstance(value, types.FunctionType) and value.__module__ != __name__:
             return _reduced(value)
         if isinstance(value, Wrapped):
             return _reduced_recorded(value)
@@ -64,9 +80,14 @@ def sent(value: Any) -> bytes:
     return buffer.getvalue()
 
 
-@functools.lru_cache(maxsize=256)
 def received(content: bytes) -> Any:
-    """Return what was sent; the same object for the same bytes."""
+    """Return what was sent; the same object for the same bytes, unless they are many."""
+    return pickle.loads(content) if len(content) > MOST_KEPT else kept(content)
+
+
+@functools.lru_cache(maxsize=256)
+def kept(content: bytes) -> Any:
+    """Return what was sent, and keep it."""
     return pickle.loads(content)
 
 
@@ -76,6 +97,23 @@ def _found(module: str, name: str) -> Any:
     for part in name.split("."):  # also of classes
         value = getattr(value, part, None)
     return value
+
+
+def _there(module: str, name: str, digest: bytes, whole: bool) -> Any:
+    """Return a function of a module, or all that it is wrapped in, if its code is the sender's."""
+    found = _imported(module, name)
+    code = getattr(_unwrapped(found), "__code__", None)
+    if code is None or described(code).digest != digest:
+        raise SendingError(name, module, OTHER)
+    return found if whole else _unwrapped(found)
+
+
+def _imported(module: str, name: str) -> Any:
+    """Return what a module has in the process that receives it, or raise `SendingError`."""
+    try:
+        return _found(module, name)
+    except Exception as error:  # a module may raise anything
+        raise SendingError(name, module, f"cannot be imported: {error!r}") from error
 
 
 def _unwrapped(value: Any) -> Any:
@@ -106,7 +144,7 @@ def _reduced_recorded(recorded: Wrapped) -> Any:
     if _importable(function) and "<locals>" not in function.__qualname__:
         module, name = function.__module__, _name_in(function.__module__, recorded)
         if name is not None:
-            return _found, (module, name)
+            return _there, (module, name, _digest(function), True)
     return type(recorded), (function, recorded.inline)
 
 
@@ -122,40 +160,32 @@ def _name_in(module: str, value: Any) -> str | None:
 def _reduced(function: types.FunctionType) -> Any:
     if _importable(function):
         module, name = function.__module__, function.__qualname__
+        digest = _digest(function)
         if "<locals>" not in name:
-            if _found(module, name) is function:
-                return NotImplemented  # as pickle does it
-            if _by_name(module, name) is function:
-                return _by_name, (module, name)
-            other = _name_in(module, function)
-            if other is not None:
-                return _found, (module, other)
+            known = name if _by_name(module, name) is function else _name_in(module, function)
+            if known is not None:
+                return _there, (module, known, digest, False)
         place = _place(function)
         if place is not None:
             cells = len(function.__closure__ or ())
-            digest = described(function.__code__).digest
             return _made, (module, *place, digest, cells), _state(function), None, None, _fill
     if (library := cloudpickle()) is not None:
         return library.loads, (library.dumps(function),)
     raise SendingError(function.__qualname__, function.__module__)
 
 
+def _digest(function: types.FunctionType) -> bytes:
+    return described(function.__code__).digest
+
+
 def _state(function: types.FunctionType) -> tuple[Any, ...]:
     return (
-        [_content(cell) for cell in function.__closure__ or ()],
+        [contents(cell) for cell in function.__closure__ or ()],
         function.__defaults__,
         function.__kwdefaults__,
         function.__name__,
         function.__qualname__,
     )
-
-
-def _content(cell: types.CellType) -> tuple[Any, ...]:
-    """Return what is in a cell; nothing for a variable that is not set."""
-    try:
-        return (cell.cell_contents,)
-    except ValueError:
-        return ()
 
 
 def _place(function: types.FunctionType) -> tuple[str, tuple[int, ...]] | None:
@@ -181,20 +211,20 @@ def _made(
     module: str, outer: str, positions: tuple[int, ...], digest: bytes, cells: int
 ) -> types.FunctionType:
     """Return the function whose code is at that place, with empty cells."""
-    found: Any = _by_name(module, outer)
+    found: Any = _unwrapped(_imported(module, outer))
     code: Any = getattr(found, "__code__", None)
     for i in positions:
         inside = getattr(code, "co_consts", ())
         code = inside[i] if i < len(inside) else None
     if not isinstance(code, types.CodeType) or described(code).digest != digest:
-        raise SendingError(outer, module, "is another one here: expected the same version of it")
+        raise SendingError(outer, module, OTHER)
     space = vars(importlib.import_module(module))
     return types.FunctionType(code, space, closure=tuple(types.CellType() for _ in range(cells)))
 
 
 def _fill(function: types.FunctionType, state: tuple[Any, ...]) -> None:
-    contents, defaults, keywords, name, qualified = state
-    for cell, content in zip(function.__closure__ or (), contents, strict=True):
+    cells, defaults, keywords, name, qualified = state
+    for cell, content in zip(function.__closure__ or (), cells, strict=True):
         for value in content:
             cell.cell_contents = value
     function.__defaults__, function.__kwdefaults__ = defaults, keywords

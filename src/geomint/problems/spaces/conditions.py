@@ -62,10 +62,10 @@ def brought_back(c: Function, normals: Function, z: Array) -> Array | None:
     for _ in range(ROUNDS):
         defects = c(z)
         size = float(np.max(np.abs(defects), initial=0.0))
-        if size == 0.0 or (size >= 0.5 * before and before < 1e-12 * max(1.0, length(z))):
-            return z
         if not np.isfinite(size):
             return None
+        if size == 0.0 or (size >= 0.5 * before and before < 1e-12 * max(1.0, length(z))):
+            return z
         before, rows = size, normals(z)
         sizes = np.maximum(np.linalg.norm(rows, axis=1), 1e-300)
         z = z - np.linalg.lstsq(rows / sizes[:, None], defects / sizes)[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import Array, as_vector
+from ...arguments import Array
 from ...errors import DomainError
 from ...kernels.compiling.recorded import Recorded
 from .conditions import both
@@ -32,9 +32,9 @@ class Product(Space):
     """
 
     def __init__(self, *factors: Space) -> None:
-        for factor in factors:
+        for factor in factors or (None,):
             if not isinstance(factor, Space):
-                raise DomainError("factors", factor, "spaces")
+                raise DomainError("factors", factors, "one space or more")
         self._factors = tuple(one for factor in factors for one in factor.factors)
         self.check_names()
 
@@ -45,7 +45,8 @@ class Product(Space):
         return hash(self._factors)
 
     def __repr__(self) -> str:
-        return " * ".join(repr(factor) for factor in self._factors)
+        text = " * ".join(repr(factor) for factor in self._factors)
+        return text if len(self._factors) > 1 else f"Product({text})"
 
     @property
     def factors(self) -> tuple[Space, ...]:
@@ -97,7 +98,6 @@ class Product(Space):
 
     def admit(self, y: Array) -> Array:
         """Return the state, each factor by itself."""
-        y = as_vector("y", y, self.rows)
         return np.concatenate([f.admit(y[row : row + f.rows]) for f, row in self._placed()])
 
     def project(self, **components: Any) -> Array:
@@ -117,6 +117,5 @@ class Product(Space):
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the tangent part, each factor by itself."""
-        y, v = as_vector("y", y, self.rows), as_vector("v", v, self.rows)
         ends = [(f, slice(row, row + f.rows)) for f, row in self._placed()]
         return np.concatenate([f.tangent(y[s], v[s]) for f, s in ends])

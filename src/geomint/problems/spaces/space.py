@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import itertools
 import operator
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -22,7 +22,20 @@ from .repair import length
 
 __all__ = ["Space"]
 
+Method = TypeVar("Method", bound=Callable[..., Any])
+
 STEP = 0.125  # of central differences, over the size of the piece: exact for quadratic conditions
+
+
+def _of_states(method: Method) -> Method:
+    """Let a method take whatever are `rows` finite numbers; of others `DomainError` is raised."""
+
+    @functools.wraps(method)
+    def checked(self: Space, *states: Any, **named: Any) -> Any:
+        given = {name: as_vector(name, state, self.rows) for name, state in named.items()}
+        return method(self, *(as_vector("state", state, self.rows) for state in states), **given)
+
+    return cast(Method, checked)
 
 
 class Space:
@@ -49,6 +62,10 @@ class Space:
 
     n: int
     least = 2  # of n
+
+    def __init_subclass__(cls) -> None:
+        for name in {"admit", "tangent", "retract", "distance"} & set(vars(cls)):
+            setattr(cls, name, _of_states(vars(cls)[name]))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", whole("n", self.n, self.least))
@@ -94,18 +111,19 @@ class Space:
         """Where each piece lies in the flat state."""
         return piece_slices(self.pieces)
 
+    @_of_states
     def split(self, y: Array) -> dict[str, Array]:
         """Return the pieces of a flat state by name, as copies."""
-        y = as_vector("y", y, self.rows)
         return {name: np.array(y[rows]) for name, rows in self.slices.items()}
 
     def join(self, components: Mapping[str, Any]) -> Array:
         """Return the flat state of these pieces, or raise `DomainError` for others."""
         return joined_pieces(self.pieces, components)
 
+    @_of_states
     def admit(self, y: Array) -> Array:
         """Return a flat state, repaired with a warning if need be, or raise; see `repair`."""
-        return as_vector("y", y, self.rows)
+        return y
 
     def project(self, **components: Any) -> Array:
         """Return the flat state that is named, projected with a warning if need be."""
@@ -198,25 +216,27 @@ class Space:
 
     # --- geometry, in plain Python ----------------------------------------------------------------
 
+    @_of_states
     def defects(self, y: Array) -> Array:
         """Return c(y)."""
-        y = as_vector("y", y, self.rows)
         out, manifold = np.zeros(self.conditions), self.manifold
         if manifold is not None:
             manifold(Block(self.params), 0.0, Block(y), Block(out), Block(np.zeros(0)))
         return out
 
+    @_of_states
     def normals(self, y: Array) -> Array:
         """Return c_y, by central differences."""
-        y = as_vector("y", y, self.rows)
         sizes = [length(y[s]) or 1.0 for s in self.slices.values() for _ in range(s.stop - s.start)]
         steps = STEP * np.array(sizes)
         return (differences(self.defects, y, np.diag(steps)) / steps[:, None]).T
 
+    @_of_states
     def tangent(self, y: Array, v: Array) -> Array:
         """Return the part of a vector of R^N that is tangent to the space at y."""
-        return tangent_part(self.normals(y), as_vector("v", v, self.rows))
+        return tangent_part(self.normals(y), v)
 
+    @_of_states
     def retract(self, y: Array, v: Array) -> Array:
         """Return the point near y + v in the directions normal to the space, by Newton's method.
 
@@ -225,7 +245,6 @@ class Space:
         DomainError
             Where v is too long for it.
         """
-        y, v = as_vector("y", y, self.rows), as_vector("v", v, self.rows)
         with np.errstate(over="ignore", invalid="ignore"):
             z = brought_back(self.defects, self.normals, y + v)
         if z is None:
@@ -234,9 +253,10 @@ class Space:
             )
         return z
 
+    @_of_states
     def distance(self, y: Array, z: Array) -> float:
         """Return |y − z| in the flat coordinates."""
-        return length(as_vector("y", y, self.rows) - as_vector("z", z, self.rows))
+        return length(y - z)
 
     def __mul__(self, other: Any) -> Space:
         from .product import Product

@@ -62,7 +62,6 @@ class Sphere(Orthonormal):
 
     def admit(self, y: Array) -> Array:
         """Return a vector of a flat state, divided by its length if need be."""
-        y = as_vector("y", y, self.n)
         size = length(y)
         defect = abs(size - 1.0) * (size + 1.0)
         said = f"|{self.name}|² − 1"
@@ -70,7 +69,6 @@ class Sphere(Orthonormal):
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return v less its part along y; twice, so that the result is orthogonal to round-off."""
-        y, v = as_vector("y", y, self.n), as_vector("v", v, self.n)
         size = length(v)
         result = v / (size or 1.0)
         for _ in range(2):

@@ -67,7 +67,7 @@ class Orthonormal(Space):
 
     def matrix(self, y: Array) -> Array:
         """Return X, shape (r, n)."""
-        return as_vector(self.name, y, self.rows).reshape(self.vectors, self.n)
+        return y.reshape(self.vectors, self.n)
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return V − ½(XVᵀ + VXᵀ)X, twice, for round-off."""
@@ -82,8 +82,7 @@ class Orthonormal(Space):
         X = self.matrix(y)
         defect = float(np.max(np.abs(X @ X.T - np.eye(len(X)))))
         said = f"the largest entry of {self.name}ᵀ{self.name} − 1"
-        flat = X.reshape(-1)
-        return repaired(self.name, flat, defect, said, self.what, lambda: _nearest(X).reshape(-1))
+        return repaired(self.name, y, defect, said, self.what, lambda: _nearest(X).reshape(-1))
 
     def random(self, rng: np.random.Generator) -> dict[str, Array]:
         """Return vectors whose distribution rotations do not change."""
@@ -106,8 +105,9 @@ class Stiefel(Orthonormal):
     name: str = "X"
 
     def __post_init__(self) -> None:
+        n = whole("n", self.n, self.least)
+        object.__setattr__(self, "r", whole("r", self.r, 1, n))
         super().__post_init__()
-        object.__setattr__(self, "r", whole("r", self.r, 1, self.n))
 
     @property
     def vectors(self) -> int:

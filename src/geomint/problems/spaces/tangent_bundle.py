@@ -37,7 +37,9 @@ class TangentBundle(Space):
     name: str = "p"
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.base, Space) and len(self.base.pieces) == 1):
+        base = self.base
+        known = isinstance(base, Space) and len(base.pieces) == 1
+        if not (known and (not base.conditions or base.tangencies_at(0, base.rows))):
             raise DomainError("base", self.base, "a space of one piece that has tangent vectors")
         self.check_names()
 
@@ -69,8 +71,10 @@ class TangentBundle(Space):
     def manifold_at(self, first: int) -> Recorded | None:
         """c(q) and ½ dc(p)."""
         base, m = self.base, self.base.conditions
-        point, vector = base.manifold_at(first), base.tangency_at(first, first + base.rows)
-        return None if point is None else both(point, m, vector, m)
+        point = base.manifold_at(first)
+        if point is None:
+            return None
+        return both(point, m, base.tangency_at(first, first + base.rows), m)
 
     def constraints_at(self, first: int) -> dict[str, Recorded]:
         """Those of the point, and tangency."""
@@ -111,7 +115,6 @@ class TangentBundle(Space):
 
     def admit(self, y: Array) -> Array:
         """Return a flat state, the point repaired and then the vector."""
-        y = as_vector("y", y, self.rows)
         q, p = self.base.admit(y[: self.base.rows]), y[self.base.rows :]
         expected = f"a vector orthogonal to {self.base.normal}"
         said, defect = self._said(self.name), self._defect(q, p)
