@@ -3,33 +3,53 @@
 from __future__ import annotations
 
 import functools
+from collections import namedtuple
 from typing import Any
 
-import numpy as np
-
-from ..kernels.compiling.recorded import Recorded, helper
+from ..kernels.compiling.recorded import Recorded, helper, inlined
 from ..kernels.groups.translations import endless
 from ..kernels.numbers.arithmetic import maximum
-from ..kernels.numbers.blocks import part
+from ..kernels.numbers.blocks import REST, packed, part, section
 from .forms import Group
 
 __all__ = ["joined"]
 
-# layout = [length of the first layout, rows of its algebra, rows of its states, both layouts]
-HEADER = 3
+# Numbers of the first group's layout, rows of its algebra and of its states; the layouts of both.
+Joined = namedtuple("Joined", "numbers algebra_rows rows first second")
+
+
+@inlined
+def joined_layout(numbers: int) -> Joined:
+    """Return the layout of a product's layout."""
+    return Joined(numbers=1, algebra_rows=1, rows=1, first=numbers, second=REST)
+
+
+@inlined
+def layout_of(layout: Any) -> Any:
+    """Return the layout that a product's layout has."""
+    return joined_layout(int(section(layout, joined_layout(0), "numbers")[0]))
 
 
 def joined(first: Group, second: Group) -> Group:
     """Return the product; both say their `rows`."""
     assert first.rows is not None
     assert second.rows is not None
-    sizes = [len(first.layout), first.algebra_rows, first.rows]
-    moves = {name: _both(first, second, name, 2) for name in ("act", "cayley")}
-    maps = {name: _both(first, second, name, 1) for name in ("bracket", "dexpinv", "dcayinv")}
+    moves = {name: _both(first, second, name, "rows") for name in ("act", "cayley")}
+    maps = {
+        name: _both(first, second, name, "algebra_rows")
+        for name in ("bracket", "dexpinv", "dcayinv")
+    }
     return Group(
         f"{first.name} × {second.name}",
         first.algebra_rows + second.algebra_rows,
-        np.array([*map(float, sizes), *first.layout, *second.layout]),
+        packed(
+            joined_layout(len(first.layout)),
+            numbers=len(first.layout),
+            algebra_rows=first.algebra_rows,
+            rows=first.rows,
+            first=first.layout,
+            second=second.layout,
+        ).data,
         work=max(first.work, second.work),
         extent=_extent(first.extent or endless, second.extent or endless),
         rows=first.rows + second.rows,
@@ -38,19 +58,21 @@ def joined(first: Group, second: Group) -> Group:
     )
 
 
-def _both(first: Group, second: Group, name: str, size: int) -> Recorded | None:
+def _both(first: Group, second: Group, name: str, written: str) -> Recorded | None:
     """Return both functions of that name as one, if both groups have it."""
     f, h = getattr(first, name), getattr(second, name)
-    return None if f is None or h is None else _one_after_another(f, h, size)
+    return None if f is None or h is None else _one_after_another(f, h, written)
 
 
 @functools.cache
-def _one_after_another(f: Recorded, h: Recorded, size: int) -> Recorded:
-    """Return the function of f and h; the layout has the rows of f's `out` at `size`."""
+def _one_after_another(f: Recorded, h: Recorded, written: str) -> Recorded:
+    """Return the function of f and h; the layout says by that name what rows f writes."""
 
     def product_map(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
-        k, m, r = int(layout[0]), int(layout[1]), int(layout[size])
-        own, other = part(layout, HEADER, k), part(layout, HEADER + k, len(layout) - HEADER - k)
+        both = layout_of(layout)
+        m = int(section(layout, both, "algebra_rows")[0])
+        r = int(section(layout, both, written)[0])
+        own, other = section(layout, both, "first"), section(layout, both, "second")
         f(own, part(x, 0, m), part(y, 0, r), part(out, 0, r), work)
         rest = part(out, r, len(out) - r)
         h(other, part(x, m, len(x) - m), part(y, r, len(y) - r), rest, work)
@@ -63,8 +85,9 @@ def _extent(f: Recorded, h: Recorded) -> Recorded:
     """Return how far an element is from where the coordinates of either group end."""
 
     def product_extent(layout: Any, u: Any, work: Any) -> Any:
-        k, m = int(layout[0]), int(layout[1])
-        own, other = part(layout, HEADER, k), part(layout, HEADER + k, len(layout) - HEADER - k)
+        both = layout_of(layout)
+        m = int(section(layout, both, "algebra_rows")[0])
+        own, other = section(layout, both, "first"), section(layout, both, "second")
         return maximum(f(own, part(u, 0, m), work), h(other, part(u, m, len(u) - m), work))
 
     return helper(product_extent)
