@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from ..arguments import Array
 from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
 from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
@@ -71,12 +71,17 @@ class Stepper:
     lane_stepper: LaneStepper | None = None
 
     def __post_init__(self) -> None:
-        self._advance: Callable[..., Any] | None = None
+        self._advance: Call | None = None
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
-        self._advance = bound_stepper(self.kernel, self.functions).with_functions(
-            *self.functions, compiled=self.compiled
+        self._advance = bound_stepper(self.kernel, self.functions).call(
+            self.compiled,
+            functions=self.functions,
+            params=self.params,
+            coefficients=self.coefficients,
+            fractions=self.fractions,
+            rows=self.rows,
         )
 
     def lanes(self) -> LaneStepper:
@@ -111,21 +116,16 @@ class Stepper:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
-        with np.errstate(all="ignore"):  # plain Python overflows as silently as compiled code
-            result = self._advance(
-                self.params,
-                self.coefficients,
-                self.fractions,
-                self.memory,
-                self.work,
-                self.rows,
-                self.t0,
-                self.h,
-                first,
-                count,
-                every,
-                out,
-            )
+        result = self._advance(
+            memory=self.memory,
+            work=self.work,
+            t0=self.t0,
+            h=self.h,
+            first=first,
+            count=count,
+            every=every,
+            out=out,
+        )
         return Advance(*result)
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:

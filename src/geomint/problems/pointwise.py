@@ -67,12 +67,12 @@ def pointwise(
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
-    sweep = pointwise_sweep(function).entry()
+    sweep = pointwise_sweep(function).call(params=block, width=width, rows=rows, work=scratch)
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
         given = Block(flat[first * width : (first + number) * width])
         result = Block(out[first * rows : (first + number) * rows])
-        sweep(block, given, width, result, rows, number, scratch)
+        sweep(points=given, out=result, count=number)
     return out.reshape(*shape, rows)
 
 

@@ -64,7 +64,6 @@ def drive(
         After the states before the failed step have been handed out.
     """
     rows = stepper.rows
-    stepper.prepare()
     largest = max(1, MAX_BUFFER // rows) * stride
     chunk = FIRST_CHUNK
     out = scalar_block(0)

@@ -16,7 +16,6 @@ the quantity is made so that 32 ε × scale is that (plus what rounding the end 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ import numpy as np
 from ..arguments import Array
 from ..errors import DomainError
 from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD, VALUE
 from ..kernels.measure.measure import measure_sweep
@@ -85,7 +85,7 @@ class MeasureObserver:
         self._lane_numbers = scalar_block(8 * sum(lane_layout(self._sizes)))
         self._work = scalar_block(sum(work_layout(self._sizes)))
         self._time, self._left = stepper.t0, limit
-        self._sweep: Callable[..., None] | None = None
+        self._sweep: Call | None = None
         self.windows = Windows(0.0)
         self._end = np.zeros(0), np.zeros(0)  # time and sum after the last step
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
@@ -110,9 +110,20 @@ class MeasureObserver:
         manifold = Bound(no_conditions, FIELD)
         if measure.manifold is not None:
             manifold = bind(measure.manifold, FIELD, **sizes, out=measure.conditions)
-        functions = (*self._functions, density, manifold.in_lanes)
-        self._sweep = measure_sweep(kernel, *functions).with_functions(
-            kernel, *functions, compiled=self._compiled
+        manifold = manifold.in_lanes
+        self._sweep = measure_sweep(kernel, self._functions, density, manifold).call(
+            self._compiled,
+            kernel=kernel,
+            functions=self._functions,
+            density=density,
+            manifold=manifold,
+            params=self._stepper.params,
+            coefficients=self._lanes.coefficients,
+            fractions=self._stepper.fractions,
+            layout=self._given,
+            memory=self._memory,
+            lane_numbers=self._lane_numbers,
+            work=self._work,
         )
 
     def add(self, times: Array, labels: Array, states: Array, watched: Any, step: float) -> None:
@@ -141,20 +152,12 @@ class MeasureObserver:
         flat = np.ascontiguousarray(states)
         for first in range(0, len(times), BATCH):
             here = slice(first, first + BATCH)
-            with np.errstate(all="ignore"):
-                self._sweep(
-                    self._stepper.params,
-                    self._lanes.coefficients,
-                    self._stepper.fractions,
-                    self._given,
-                    self._memory,
-                    self._lane_numbers,
-                    self._work,
-                    Block(starts[here]),
-                    Block(lengths[here]),
-                    Block(flat[here].reshape(-1)),
-                    Block(values[here]),
-                )
+            self._sweep(
+                starts=Block(starts[here]),
+                lengths=Block(lengths[here]),
+                states=Block(flat[here].reshape(-1)),
+                out=Block(values[here]),
+            )
         self._time = float(times[-1])
         self._end = labels[-1:].copy(), values[-1:]
         self.windows.add(labels[watched], values[watched])

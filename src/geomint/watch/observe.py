@@ -142,7 +142,9 @@ class Observers:
         if not self._functions or self._sample is not None:
             return
         self._entries = {name: f.entry(self._compiled) for name, f in self._functions.items()}
-        self._sample = SAMPLE.entry(self._compiled)
+        self._sample = SAMPLE.call(
+            self._compiled, params=self._params, rows=self._problem.rows, work=self._work
+        )
 
     def add(
         self,
@@ -180,8 +182,12 @@ class Observers:
         now, out = Block(np.ascontiguousarray(times)), scalar_block(count)
         for name in names:
             self._sample(
-                self._entries[name],
-                *(self._params, now, flat, stride, self._problem.rows, count, self._work, out),
+                value=self._entries[name],
+                times=now,
+                states=flat,
+                stride=stride,
+                count=count,
+                out=out,
             )
             self.windows[name].add(labels, out.data)
 

@@ -45,6 +45,21 @@ class Block:
     def __init__(self, data: npt.NDArray[Any]) -> None:
         self.data = data
 
+    @property
+    def address(self) -> int:
+        """Where the numbers begin in memory, for compiled code.
+
+        Raises
+        ------
+        TypeError
+            If they are not what compiled code takes them for.
+        """
+        data = self.data
+        if data.dtype != np.float64 or not data.flags.c_contiguous:
+            raise TypeError(f"compiled code needs contiguous float64 numbers, got {data.dtype}")
+        where: int = data.__array_interface__["data"][0]
+        return where
+
     def __len__(self) -> int:
         return len(self.data)
 
