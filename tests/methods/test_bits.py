@@ -111,7 +111,7 @@ def test_compiled_is_plain(name: str, problem: str) -> None:
     plain_equals_compiled(name, problem, 10)
     stepper = start(name, problem)
     code = bound_stepper(stepper.kernel, stepper.functions).entry()
-    libraries = [overload.library for overload in code.overloads.values()]
+    libraries = [overload.library for overload in code.dispatcher.overloads.values()]
     assert libraries
     assert not any(library.has_dynamic_globals for library in libraries)
 
@@ -204,23 +204,23 @@ def test_lanes_are_eight_runs(name: str, problem: str) -> None:
     p, _ = PROBLEMS[problem]
     singles = [find_method(name).start(Start(p, y, 0.0, H)) for y in eight_states(problem)]
     one = singles[0]
-    functions = [f.in_lanes for f in one.functions]
-    advance = bound_stepper(one.kernel, one.functions).in_lanes
+    functions = tuple(f.in_lanes for f in one.functions)
+    advance = bound_stepper(one.kernel, one.functions).in_lanes.call(functions=functions)
     memory = LaneBlock(np.stack([s.memory.data for s in singles], axis=1))
     out = LaneBlock(np.zeros((steps // 100 * one.rows, LANES)))
-    status, done, iterations, _ = advance.with_functions(*functions)(
-        one.params,
-        one.coefficients,
-        one.fractions,
-        memory,
-        LaneBlock(np.zeros((len(one.work), LANES))),
-        one.rows,
-        0.0,
-        H,
-        0,
-        steps,
-        100,
-        out,
+    status, done, iterations, _ = advance(
+        params=one.params,
+        coefficients=one.coefficients,
+        fractions=one.fractions,
+        memory=memory,
+        work=LaneBlock(np.zeros((len(one.work), LANES))),
+        rows=one.rows,
+        t0=0.0,
+        h=H,
+        first=0,
+        count=steps,
+        every=100,
+        out=out,
     )
     assert (status, done) == (0, steps)
     used = []

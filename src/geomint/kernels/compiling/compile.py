@@ -145,16 +145,16 @@ def compile_function(recorded: Recorded, signature: Any) -> Any:
     code = dispatcher.codes.get(id(signature))  # which the code keeps
     if code is not None:
         return code
-    if signature.args not in dispatcher.overloads:
-        with _lock, warnings.catch_warnings():
-            # Steppers take fields as first-class functions, which numba calls experimental every
-            # time; its pedantic warnings are addressed to its own developers.
-            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-            warnings.simplefilter("ignore", NumbaPedanticWarning)
-            _compile(dispatcher, recorded.function.__name__, signature)
-    found = dispatcher.overloads[signature.args]
-    address = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
-    return dispatcher.codes.setdefault(id(signature), Code(address, dispatcher, signature))
+    with _lock, warnings.catch_warnings():
+        # Steppers take fields as first-class functions, which numba calls experimental every
+        # time; its pedantic warnings are addressed to its own developers.
+        warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+        warnings.simplefilter("ignore", NumbaPedanticWarning)
+        _compile(dispatcher, recorded.function.__name__, signature)
+        found = dispatcher.overloads[signature.args]
+        address = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+        code = dispatcher.codes[id(signature)] = Code(address, dispatcher, signature)
+    return code
 
 
 @contextmanager

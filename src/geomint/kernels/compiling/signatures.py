@@ -81,17 +81,19 @@ class Functions:
         """Return numba's type of it."""
         from numba.core import types
 
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what numba calls experimental every time
-            return types.Tuple([signature(number_type) for signature in self.signatures])
+        return types.Tuple([signature(number_type) for signature in self.signatures])
 
 
 @functools.cache
 def _of(signature: Signature, number_type: NumberType) -> Any:
     from numba.core import types
 
-    result = types.void if signature.result is None else signature.result(number_type)
-    return result(*(kind(number_type) for _, kind in signature.arguments))
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore"
+        )  # numba calls functions as arguments experimental every time
+        result = types.void if signature.result is None else signature.result(number_type)
+        return result(*(kind(number_type) for _, kind in signature.arguments))
 
 
 def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
