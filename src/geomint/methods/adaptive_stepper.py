@@ -107,7 +107,7 @@ class AdaptiveStepper(Stepper):
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper of fixed step from another state, time and step."""
-        if self.fixed._advance is None:
+        if not self.fixed.prepared:
             self.fixed.prepare()
         return self.fixed.restarted(y, t, h, carry)
 

@@ -98,6 +98,11 @@ class Stepper:
         )
 
     @property
+    def prepared(self) -> bool:
+        """Whether code to run has been looked up."""
+        return self._advance is not None
+
+    @property
     def finished(self) -> bool:
         """Whether the stepper has found the end of the run by itself."""
         return False
@@ -116,17 +121,10 @@ class Stepper:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
-        result = self._advance(
-            memory=self.memory,
-            work=self.work,
-            t0=self.t0,
-            h=self.h,
-            first=first,
-            count=count,
-            every=every,
-            out=out,
-        )
-        return Advance(*result)
+        if self._advance.owner is not self:  # steppers made by `restarted` share the call
+            self._advance.set(memory=self.memory, work=self.work, t0=self.t0, h=self.h)
+            self._advance.owner = self
+        return Advance(*self._advance(first=first, count=count, every=every, out=out))
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper from another state, time and step, remembering at most the carries."""
@@ -136,6 +134,13 @@ class Stepper:
             memory.data[self.rows : 2 * self.rows] = carry
         fresh = replace(self, memory=memory, work=scalar_block(len(self.work)), t0=t, h=h)
         fresh._advance = self._advance
+        return fresh
+
+    def renewed(self, y: Array, t: float, h: float) -> Stepper:
+        """Return a stepper for another run, prepared as this one is, that shares nothing it changes."""
+        fresh = Stepper.restarted(self, y, t, h)
+        if fresh._advance is not None:
+            fresh._advance = fresh._advance.copy()
         return fresh
 
     @property

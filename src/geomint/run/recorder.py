@@ -65,7 +65,7 @@ class Recorder:
         if len(self._wanted) or physical or self._observers.needs_all_states:
             return 1
         intervals = [self._save_every] if self._save_every else []
-        if self._observers.windows:
+        if self._observers.samples:
             intervals.append(self._observe_every)
         return int(np.gcd.reduce(intervals)) if intervals else max(self._timeline.steps or NEVER, 1)
 

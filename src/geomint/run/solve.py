@@ -10,6 +10,7 @@ from ..arguments import switch, whole
 from ..errors import DomainError, GeomintWarning, StepError
 from ..methods import Method, Start, find_method
 from ..methods.agreement import check_agreement
+from ..methods.started import keep_started, started
 from ..methods.stepper import Stepper
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
@@ -106,23 +107,16 @@ def solve(
     watched = choose_observables(problem, observe)
     _check_counts(watched, save_every, observe_every, measure_steps)
     check_problem(problem, state, chosen.needs, wants_clock, watched)
-    stepper = chosen.start(
-        Start(
-            problem,
-            state,
-            0.0,
-            timeline.h,
-            clock=wants_clock,
-            compiled=compiled,
-            end=timeline.own_end,
-        )
-    )
+    start = Start(problem, state, 0.0, timeline.h, wants_clock, compiled, timeline.own_end)
+    stepper = started(chosen, start)
     observers = Observers(problem, watched, state, stepper, measure_steps)
     recorder = Recorder(problem, stepper, timeline, observers, save_every, observe_every, t_eval)
     total = timeline.own_end or timeline.physical_end if timeline.steps is None else timeline.steps
     with Progress(progress, None if total is None else abs(total), chosen.name) as bar:
-        stepper.prepare()
-        check_agreement(problem.name, stepper)
+        if not stepper.prepared:
+            stepper.prepare()
+            check_agreement(problem.name, stepper)
+            keep_started(chosen, start, stepper)
         observers.prepare()
         bar.begin()
         account = Account()

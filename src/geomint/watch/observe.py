@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -12,12 +12,13 @@ import numpy.typing as npt
 from ..arguments import Array, check_name
 from ..errors import DomainError, nearest
 from ..kernels.compiling.bound import bind
+from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.sample import SAMPLE
-from ..methods.stepper import Stepper
-from ..problems.evaluate import rounding_scale, value
+from ..methods.stepper import Stepper, filled_block
+from ..problems.evaluate import scale_of, states_around
 from ..problems.forms import Measure
 from ..problems.problem import Problem
 from .drift import ROUNDOFF, Drift, drift_of_run, walk_level
@@ -122,13 +123,15 @@ class Observers:
         self._measure = None
         if MEASURE in chosen:
             self._measure = MeasureObserver(problem, stepper, y0, measure_steps)
-        self._params = scalar_block(len(problem.params))
-        self._params.data[:] = problem.params
-        self._work = scalar_block(problem.work)
-        self._entries: dict[str, Any] = {}
-        self._sample: Any = None
-        self.windows = {name: Windows(value(problem, f, y0)) for name, f in functions.items()}
-        self.scales = {name: rounding_scale(problem, f, y0) for name, f in functions.items()}
+        self._y0, self._entries = y0, dict[str, Any]()
+        self._sample: Call | None = None
+        self.windows: dict[str, Windows] = {}
+        self.scales: dict[str, float] = {}
+
+    @property
+    def samples(self) -> bool:
+        """Whether something is to be sampled at some states."""
+        return bool(self._functions)
 
     @property
     def needs_all_states(self) -> bool:
@@ -136,15 +139,23 @@ class Observers:
         return self._measure is not None
 
     def prepare(self) -> None:
-        """Compile, or find in the cache, all functions."""
+        """Compile, or find in the cache, all functions, and evaluate them where the run begins."""
         if self._measure is not None:
             self._measure.prepare()
         if not self._functions or self._sample is not None:
             return
+        problem = self._problem
         self._entries = {name: f.entry(self._compiled) for name, f in self._functions.items()}
         self._sample = SAMPLE.call(
-            self._compiled, params=self._params, rows=self._problem.rows, work=self._work
+            self._compiled,
+            params=filled_block(problem.params),
+            rows=problem.rows,
+            work=scalar_block(problem.work),
         )
+        states = states_around(self._y0)
+        for name, values in self._values(np.zeros(len(states)), states, self._entries):
+            self.windows[name] = Windows(float(values[0]))
+            self.scales[name] = scale_of(values, self._y0)
 
     def add(
         self,
@@ -177,19 +188,26 @@ class Observers:
     def _evaluate(self, times: Array, labels: Array, states: Array, names: Iterable[str]) -> None:
         if not self._functions or not len(times):
             return
+        for name, values in self._values(times, states, names):
+            self.windows[name].add(labels, values)
+
+    def _values(
+        self, times: Array, states: Array, names: Iterable[str]
+    ) -> Iterator[tuple[str, Array]]:
+        """Yield the names of functions and their values at states, in memory that all share."""
+        assert self._sample is not None
         count, stride = states.shape
-        flat = Block(np.ascontiguousarray(states).reshape(-1))
-        now, out = Block(np.ascontiguousarray(times)), scalar_block(count)
+        out = scalar_block(count)
+        self._sample.set(
+            times=Block(np.ascontiguousarray(times)),
+            states=Block(np.ascontiguousarray(states).reshape(-1)),
+            stride=stride,
+            count=count,
+            out=out,
+        )
         for name in names:
-            self._sample(
-                value=self._entries[name],
-                times=now,
-                states=flat,
-                stride=stride,
-                count=count,
-                out=out,
-            )
-            self.windows[name].add(labels, out.data)
+            self._sample(value=self._entries[name])
+            yield name, out.data
 
     def drifts(self, steps: int) -> dict[str, Drift]:
         """Return the drift of every quantity over `steps` steps."""

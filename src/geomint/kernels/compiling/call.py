@@ -10,6 +10,7 @@ arguments)``, with blocks and functions as their members, one after the other.
 
 from __future__ import annotations
 
+import copy
 import ctypes
 import functools
 import pickle
@@ -51,23 +52,41 @@ class Call:
         Of all arguments.
     code : Code, optional
         What runs. Without it plain Python does.
+
+    Attributes
+    ----------
+    owner : object
+        Whose arguments these are, where several share a call.
     """
 
     def __init__(
         self, function: Callable[..., Any], names: tuple[str, ...], code: Code | None = None
     ) -> None:
         self._function, self._code = function, code
+        self.owner: Any = None
         self._values: dict[str, Any] = dict.fromkeys(names)
         if code is None:
             return
         frame = _frame_of(code.signature)
         self._run = _ENTRY(code.address)
         self._places = dict(zip(names, frame.places, strict=True))
-        self._numbers = [number() for number in frame.numbers]
         self._form = frame.result
+        self._own([number() for number in frame.numbers])
+
+    def _own(self, numbers: list[Any]) -> None:
+        """Take numbers, and places for the result, that no other call has."""
+        self._numbers = numbers
         self._result = ctypes.create_string_buffer(max(self._form.size, 1))
         self._error = ctypes.c_void_p()
         self._out = ctypes.byref(self._result), ctypes.byref(self._error)
+
+    def copy(self) -> Call:
+        """Return a call of the same with the same arguments, for instance for another thread."""
+        other = copy.copy(self)
+        other._values, other.owner = dict(self._values), None
+        if self._code is not None:
+            other._own([type(number)(number.value) for number in self._numbers])
+        return other
 
     def set(self, **values: Any) -> None:
         """Change arguments; blocks and functions are held until they are changed again."""

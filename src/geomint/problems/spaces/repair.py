@@ -9,6 +9,7 @@ larger one is an error. Defects of vectors are relative to their length: any sca
 from __future__ import annotations
 
 import functools
+import math
 import sys
 import warnings
 from collections.abc import Callable
@@ -43,11 +44,11 @@ def _packages() -> set[str]:
 
 def length(v: Array) -> float:
     """Return |v| without overflow or underflow of its square."""
-    largest = float(np.max(np.abs(v)))
+    largest = float(np.abs(v).max())
     if largest == 0.0:
         return 0.0
     scaled = v / largest
-    return largest * float(np.sqrt(scaled @ scaled))
+    return largest * math.sqrt(scaled @ scaled)
 
 
 def repaired(
