@@ -93,6 +93,7 @@ from .run.files.outputs import (
     whole_file as whole_file,
     whole_folder as whole_folder,
 )
+from .run.integrator import Integrator as Integrator
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
 from .run.storage import SavedSolution as SavedSolution, load as load
@@ -131,6 +132,7 @@ __all__ = [
     "Group",
     "GroupAction",
     "Hamiltonian",
+    "Integrator",
     "Measure",
     "Method",
     "MethodError",

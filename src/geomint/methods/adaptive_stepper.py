@@ -69,6 +69,19 @@ class AdaptiveStepper(Stepper):
         return float(self.memory.data[self.rows - 1])
 
     @property
+    def next_step(self) -> float:
+        """The step that is tried next."""
+        return self._remembered("next")
+
+    def time_after(self, steps: int) -> float:
+        """Return the time that has been reached."""
+        return self.time
+
+    def aim(self, end: float) -> None:
+        """End there; infinity: nowhere."""
+        section(self.coefficients, _GIVEN, "end")[0] = end
+
+    @property
     def finished(self) -> bool:
         """Whether the end has been reached."""
         return self.left == 0.0

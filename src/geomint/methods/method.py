@@ -156,9 +156,11 @@ class Method(ABC):
         words = [f"{name}={value!r}" for name, value in changed if value != options[name]]
         return f"{type(self).__name__}({', '.join([*given, *words])})"
 
-    def default_step(self, problem: Problem, y0: npt.NDArray[np.float64], end: float) -> float:
-        """Return the step of a run to `end` for which none is given, > 0."""
-        return self.step_fraction * characteristic_time(problem, y0, direction=end)
+    def default_step(
+        self, problem: Problem, y0: npt.NDArray[np.float64], span: float, start: float = 0.0
+    ) -> float:
+        """Return the step of a run over `span` from a time for which none is given, > 0."""
+        return self.step_fraction * characteristic_time(problem, y0, span, start)
 
     def structure(self, problem: Problem) -> str:
         """Return in words what holds of the method's map on that problem: symmetric, symplectic.

@@ -36,10 +36,19 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
     kept[method, s.clock] = stepper.renewed(stepper.state, s.t0, s.h), _fingerprints(stepper)
 
 
-def _kept(s: Start) -> dict[Any, tuple[Stepper, tuple[str, ...]]]:
-    found: dict[Any, tuple[Stepper, tuple[str, ...]]]
-    found = s.problem.__dict__.setdefault("_started", {})
-    return found
+class _Kept(dict[Any, tuple[Stepper, tuple[str, ...]]]):
+    """The steppers that a problem keeps: addresses of this process, which neither copies nor pickles."""
+
+    def __reduce__(self) -> Any:
+        return _Kept, ()
+
+    def __deepcopy__(self, memo: Any) -> _Kept:
+        return _Kept()
+
+
+def _kept(s: Start) -> _Kept:
+    kept: _Kept = s.problem.__dict__.setdefault("_started", _Kept())
+    return kept
 
 
 def _fingerprints(stepper: Stepper) -> tuple[str, ...]:

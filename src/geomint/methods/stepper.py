@@ -103,6 +103,24 @@ class Stepper:
         return self._advance is not None
 
     @property
+    def next_step(self) -> float:
+        """The step that is taken or, by an adaptive method, tried next."""
+        return self.h
+
+    def aim(self, end: float) -> None:
+        """Let a stepper that chooses its steps end there; others end where they are told."""
+
+    def time_after(self, steps: int) -> float:
+        """Return the problem's own time after so many steps; an adaptive stepper remembers it."""
+        return self.t0 + steps * self.h
+
+    def moved(self, t: float) -> Stepper:
+        """Return the stepper as it is, memory shared, with another time at its beginning."""
+        other = replace(self, t0=t)
+        other._advance = self._advance
+        return other
+
+    @property
     def finished(self) -> bool:
         """Whether the stepper has found the end of the run by itself."""
         return False

@@ -11,6 +11,7 @@ from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
+from .restart import Restart
 
 __all__ = ["Result", "Status", "StepSizes"]
 
@@ -50,6 +51,7 @@ class Result(Compared):
     message: str
     drift_time: Time = "t"
     physical: Array | None = field(default=None, repr=False)
+    restart: Restart | None = field(default=None, repr=False)
 
     def __repr__(self) -> str:
         end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"

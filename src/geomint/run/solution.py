@@ -46,6 +46,8 @@ class Solution(Result):
         if the end was reached, but something that was observed was infinite or not a number.
     drift_time : ``"t"`` or ``"tau"``
         The time that drifts are measured in: physical if the end was given in it.
+    restart : Restart or None
+        What ``geomint.solve(solution, …)`` goes on from: the last whole step.
     """
 
     def plot_drift(self) -> Figure:

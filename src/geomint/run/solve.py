@@ -9,31 +9,31 @@ from typing import Any
 from ..arguments import switch, whole
 from ..errors import DomainError, GeomintWarning, StepError
 from ..methods import Method, Start, find_method
-from ..methods.agreement import check_agreement
-from ..methods.started import keep_started, started
-from ..methods.stepper import Stepper
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from ..watch.observe import MEASURE, Observers, choose_observables
 from .calls import explained
 from .driver import Account, drive
+from .integrator import Integrator
 from .progress import Progress
 from .recorder import Recorder
+from .restart import Restart
 from .result import Status
 from .solution import Solution
-from .timeline import Timeline, plan_timeline
+from .timeline import Timeline, evaluation_times, plan_timeline
 
 __all__ = ["solve"]
 
 
 @explained
 def solve(
-    problem: Problem,
-    y0: Any,
+    problem: Problem | Solution,
+    y0: Any = None,
     *,
+    t0: float = 0.0,
     t_end: float | None = None,
     tau_end: float | None = None,
-    method: str | Method = "gauss-8",
+    method: str | Method | None = None,
     step: float | None = None,
     t_eval: Any = None,
     save_every: int | None = None,
@@ -44,18 +44,23 @@ def solve(
     progress: bool | None = None,
     compiled: bool = True,
 ) -> Solution:
-    """Integrate `problem` from `y0` at time 0.
+    """Integrate `problem` from `y0`, or go on where a solution ended.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem, or Solution
+        A solution goes on from its last whole step, with its method, step and clock: the states are
+        bit for bit those of one run with that step. (An adaptive method has made its last step fit
+        the end, and goes on from there.) Drifts are those of the new part.
     y0 : array_like
         Flat state in the problem's documented order; `Problem.state` makes one.
+    t0 : float
+        Physical time at y0. A problem in τ begins at τ = 0.
     t_end, tau_end : float
         Exactly one: the end in physical time, met by a last partial step, or (for a problem in τ)
-        in the problem's own time. Negative: backwards.
+        in the problem's own time. Before the beginning: backwards.
     method : str or Method
-        Such as ``"gauss-8"`` or ``geomint.Gauss(8)``.
+        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default.
     step : float, optional
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
         characteristic time at y0 (`geomint.problems.time_scale.characteristic_time`). If the end is
@@ -99,38 +104,58 @@ def solve(
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     """
     _check_switches(compiled=compiled, clock=clock, progress=progress)
-    chosen = find_method(method)
-    state = problem.canonical(y0)
-    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step)
+    before: Restart | None = None
+    if isinstance(problem, Solution):
+        former, problem = problem, problem.problem
+        before = _restart_of(former, y0, method, step, clock)
+        y0, method = before.memory[: problem.rows], former.method
+        clock = before.clock if problem.time == "tau" else clock
+    chosen = find_method("gauss-8" if method is None else method)
+    state = problem.canonical(y0) if before is None else y0
+    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before)
     wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
     chosen.check_fits(problem, wants_clock)
     watched = choose_observables(problem, observe)
     _check_counts(watched, save_every, observe_every, measure_steps)
     check_problem(problem, state, chosen.needs, wants_clock, watched)
-    start = Start(problem, state, 0.0, timeline.h, wants_clock, compiled, timeline.own_end)
-    stepper = started(chosen, start)
-    observers = Observers(problem, watched, state, stepper, measure_steps)
-    recorder = Recorder(problem, stepper, timeline, observers, save_every, observe_every, t_eval)
-    total = timeline.own_end or timeline.physical_end if timeline.steps is None else timeline.steps
-    with Progress(progress, None if total is None else abs(total), chosen.name) as bar:
-        if not stepper.prepared:
-            stepper.prepare()
-            check_agreement(problem.name, stepper)
-            keep_started(chosen, start, stepper)
+    start = Start(
+        problem, state, timeline.start, timeline.h, wants_clock, compiled, timeline.own_end
+    )
+    integrator = Integrator.of(chosen, start, t0, before)
+    begin = integrator.t if wants_clock or problem.time == "t" else 0.0
+    wanted = evaluation_times(t_eval, problem, timeline, begin)
+    here, now = integrator.state, integrator.time
+    observers = Observers(problem, watched, here, integrator.stepper, measure_steps, now)
+    recorder = Recorder(integrator, timeline, observers, save_every, observe_every, wanted)
+    with Progress(progress, recorder.length, chosen.name) as bar:
+        integrator.prepare()
         observers.prepare()
         bar.begin()
         account = Account()
         status = _integrate(
-            stepper, timeline, recorder, account, _displayed(bar, recorder, timeline)
+            integrator, timeline, recorder, account, lambda: bar.update(recorder.progress)
         )
         recorder.observe_end()
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None:
-        _tell_short_run(solution, abs(recorder.own_time), float(step))
+        _tell_short_run(solution, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):
         status.partial = solution
         raise status
     return solution
+
+
+def _restart_of(solution: Solution, y0: Any, method: Any, step: Any, clock: Any) -> Restart:
+    """Return where a solution goes on, or raise `DomainError` for what it has already."""
+    given = {"y0": y0, "method": method, "step": step}
+    for name, value in given.items():
+        if value is not None:
+            raise DomainError(name, value, "nothing: a solution goes on as it was")
+    if solution.restart is None:
+        raise DomainError("problem", solution, "a solution that can go on: this one has no restart")
+    if clock is not None and clock != solution.restart.clock and solution.problem.time == "tau":
+        raise DomainError("clock", clock, f"{solution.restart.clock}, as before")
+    return solution.restart
 
 
 def _check_switches(compiled: Any, **optional: Any) -> None:
@@ -182,30 +207,26 @@ def _tell_short_run(solution: Solution, end: float, step: float) -> None:
         )
 
 
-def _displayed(bar: Progress, recorder: Recorder, timeline: Timeline) -> Callable[[int], None]:
-    counted = timeline.steps is not None
-    return lambda steps: bar.update(steps if counted else abs(recorder.reached))
-
-
 def _integrate(
-    stepper: Stepper,
+    integrator: Integrator,
     timeline: Timeline,
     recorder: Recorder,
     account: Account,
-    progress: Callable[[int], None],
+    progress: Callable[[], None],
 ) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error of the step that failed."""
     try:
-        drive(stepper, timeline.steps, recorder.stride, recorder.consume, account, progress)
-        recorder.catch_up(account.steps)
+        drive(integrator, timeline.steps, recorder.stride, recorder.consume, account, progress)
+        recorder.catch_up()
         if timeline.remainder != 0.0:
-            last, done = timeline.h * account.steps, account.steps
+            stepper, done = integrator.stepper, integrator.done
+            last = timeline.start + timeline.h * done
             y = stepper.single_step(stepper.state, last, timeline.remainder, stepper.carry, done)
             recorder.finish(timeline.own_end or 0.0, y)
     except StepError as error:
-        recorder.catch_up(account.steps)
+        recorder.catch_up()
         return error
     except KeyboardInterrupt:
-        recorder.catch_up(account.steps)
+        recorder.catch_up()
         return "interrupted"
     return "success"

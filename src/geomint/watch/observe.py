@@ -115,6 +115,7 @@ class Observers:
         y0: Array,
         stepper: Stepper,
         measure_steps: int | None = None,
+        time: float = 0.0,
     ) -> None:
         self._problem, self._compiled, self._names = problem, stepper.compiled, list(chosen)
         functions = {name: f for name, f in chosen.items() if isinstance(f, Recorded)}
@@ -123,7 +124,7 @@ class Observers:
         self._measure = None
         if MEASURE in chosen:
             self._measure = MeasureObserver(problem, stepper, y0, measure_steps)
-        self._y0, self._entries = y0, dict[str, Any]()
+        self._y0, self._time, self._entries = y0, time, dict[str, Any]()
         self._sample: Call | None = None
         self.windows: dict[str, Windows] = {}
         self.scales: dict[str, float] = {}
@@ -153,8 +154,8 @@ class Observers:
             work=scalar_block(problem.work),
         )
         states = states_around(self._y0)
-        for name, values in self._values(np.zeros(len(states)), states, self._entries):
-            self.windows[name] = Windows(float(values[0]))
+        for name, values in self._values(np.full(len(states), self._time), states, self._entries):
+            self.windows[name] = Windows(float(values[0]), self._time)
             self.scales[name] = scale_of(values, self._y0)
 
     def add(
