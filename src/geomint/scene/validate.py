@@ -41,8 +41,11 @@ class Checked(NamedTuple):
     notes: tuple[str, ...]
 
 
-def check_content(raw: Mapping[str, Any], name: str) -> Checked:
-    """Return the checked content, or raise a `SceneError` with one line for every flaw."""
+def check_content(raw: Mapping[str, Any], name: str, former: Checked | None = None) -> Checked:
+    """Return the checked content, or raise a `SceneError` with one line for every flaw.
+
+    `former` is of a scene with the same system and initial state, whose model is taken.
+    """
     content, flaws = _structure(raw)
     system, more = _system(raw)
     flaws += more
@@ -53,7 +56,7 @@ def check_content(raw: Mapping[str, Any], name: str) -> Checked:
     parameters = system.parameters.model_validate(_parameters(content))
     initial = system.initial.model_validate(content.initial)
     try:
-        model, notes = _build(system, parameters, initial)
+        model, notes = _build(system, parameters, initial, former)
     except DomainError as error:
         raise _error(name, [f"{_section_of(error.name, content)} {error}"]) from error
     except GeomintError as error:
@@ -175,8 +178,12 @@ def _section_of(name: str, content: Content) -> str:
     return "[initial]" if key in content.initial else "[system] or [initial]:"
 
 
-def _build(system: System, parameters: Any, initial: Any) -> tuple[Model, tuple[str, ...]]:
+def _build(
+    system: System, parameters: Any, initial: Any, former: Checked | None
+) -> tuple[Model, tuple[str, ...]]:
     """Return the model, and what the system had to change to make the initial state admissible."""
+    if former is not None:
+        return former.model, former.notes
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeomintWarning)
         model = system.build(parameters, initial)
