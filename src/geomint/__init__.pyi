@@ -85,7 +85,7 @@ from .problems.spaces.tangent_bundle import (
     TangentSphere as TangentSphere,
     TangentStiefel as TangentStiefel,
 )
-from .problems.systems import Model as Model, System as System
+from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .report.drift_page import drift_report as drift_report
 from .run.files.outputs import (
     check_file as check_file,
@@ -140,6 +140,7 @@ __all__ = [
     "Problem",
     "Product",
     "Rattle",
+    "Reduction",
     "Rescaled",
     "RigidMotions",
     "Rotations",

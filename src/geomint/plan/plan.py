@@ -19,7 +19,8 @@ from ..scene.scene import Scene
 from ..watch.observe import MEASURE
 from . import rules
 from .choice import Asked, Choice, Purpose, Route, Saving
-from .representation import choose_representation
+from .exact import choose_exact, exact_timeline, follow_exactly
+from .representation import choose_representation, told_representation
 
 __all__ = ["Plan", "make_plan", "run_scene"]
 
@@ -32,6 +33,8 @@ class Plan(Compared):
 
     Attributes
     ----------
+    exact : Choice of Route, or None
+        What exact motion is followed, if the scene allows it; there are no steps then.
     representation : Choice of Route
         What is integrated, and what states are handed out.
     clock : Choice of bool
@@ -48,6 +51,7 @@ class Plan(Compared):
 
     scene: Scene
     purpose: Purpose
+    exact: Choice[Route | None] | None
     representation: Choice[Route]
     method: Choice[Method]
     clock: Choice[bool]
@@ -87,6 +91,8 @@ class Plan(Compared):
 
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
+        if self.exact is not None and self.exact.chosen is not None:
+            return self._handed_out(follow_exactly(self))
         from ..run.solve import solve
 
         time, observe = self.scene.content.time, self.scene.content.observe
@@ -119,7 +125,8 @@ class Plan(Compared):
         if lift is None:
             return solution
         asked = self.scene.model.problems[self.route.asked]
-        return replace(solution, problem=asked, y=lift(solution.y))
+        way = solution.route or self.route.name
+        return replace(solution, problem=asked, y=lift(solution.y), route=way)
 
     def attempt(self, progress: bool | None = None) -> tuple[Solution, StepError | None]:
         """Carry the plan out as far as it goes; return what was computed, and why it ends there."""
@@ -152,6 +159,9 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
     if not (isinstance(purpose, str) and purpose in PURPOSES):
         raise DomainError("purpose", purpose, f"one of {list(PURPOSES)}")
     asked = Asked(scene, purpose)
+    exact = choose_exact(asked)
+    if exact is not None and exact.chosen is not None:
+        return _without_steps(asked, exact, exact.chosen)
     representation = choose_representation(asked)
     route = representation.chosen
     clock = rules.choose_clock(asked, route.problem)
@@ -159,6 +169,7 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
     plan = Plan(
         scene,
         purpose,
+        exact,
         representation=representation,
         method=rules.choose_method(asked, route.problem),
         clock=clock,
@@ -173,6 +184,27 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
         return plan
     found = rules.estimate_evaluations(asked, route, timeline, clock.chosen, steps.chosen)
     return replace(plan, evaluations=found)
+
+
+def _without_steps(c: Asked, exact: Choice[Route | None], route: Route) -> Plan:
+    """Return the plan of a motion that is followed exactly."""
+    timeline = exact_timeline(c, route)
+    none = "the exact flow takes none"
+    return Plan(
+        c.scene,
+        c.purpose,
+        exact,
+        representation=told_representation(route, "it has an exact flow"),
+        method=Choice("method", c.method, "none", f"the exact flow, in place of {c.method.name}"),
+        clock=Choice("physical time", False, "of the exact flow", "nothing to integrate"),
+        save=rules.choose_states(c, route.problem, timeline),
+        watched=rules.choose_quantities(c, route),
+        missing=None,
+        timeline=timeline,
+        step=Choice("step", 0.0, "none", none),
+        steps=Choice("steps", 0, "0", none),
+        evaluations=Choice("field evaluations", 0.0, "0", none),
+    )
 
 
 def run_scene(

@@ -9,7 +9,12 @@ from .choice import Asked, Choice, Route
 from .cost import Cost, cost_of
 from .fitting import obstacles, unfit
 
-__all__ = ["choose_representation", "missing_quantities", "wanted_quantities"]
+__all__ = [
+    "choose_representation",
+    "missing_quantities",
+    "told_representation",
+    "wanted_quantities",
+]
 
 _TIME = {"t": "physical time t", "tau": "its own time τ"}
 _FITTING = {
@@ -41,10 +46,11 @@ def choose_representation(c: Asked) -> Choice[Route]:
         reason = f"{own}: {obstacle}; the same motion from the same initial state"
     chosen, saving = _cheaper(c, c.route(first), unfitting)
     words = [saving] if own == first != chosen.name else [reason, saving]
-    return _choice(chosen, "; ".join(filter(None, words)))
+    return told_representation(chosen, "; ".join(filter(None, words)))
 
 
-def _choice(route: Route, reason: str) -> Choice[Route]:
+def told_representation(route: Route, reason: str) -> Choice[Route]:
+    """Return the choice of a representation, in words."""
     problem = route.problem
     pieces = ", ".join(f"{piece} ({rows})" for piece, rows in problem.pieces)
     value = f"{route.name}: {pieces}; {problem.rows} numbers in {_TIME[problem.time]}"
@@ -62,7 +68,7 @@ def _asked(c: Asked, asked: str, unfitting: dict[str, str]) -> Choice[Route]:
             f"representation {asked!r}, which [integrate] asks for, does not serve: {obstacle}. "
             f"{fitting if unfitting[name] else has}"
         )
-    return _choice(c.route(name), f"[integrate] representation = {asked!r}")
+    return told_representation(c.route(name), f"[integrate] representation = {asked!r}")
 
 
 def _fitting(c: Asked, unfitting: dict[str, str]) -> list[str]:

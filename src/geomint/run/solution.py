@@ -46,6 +46,9 @@ class Solution(Result):
         if the end was reached, but something that was observed was infinite or not a number.
     drift_time : ``"t"`` or ``"tau"``
         The time that drifts are measured in: physical if the end was given in it.
+    route : str
+        What was followed in place of the problem, if a plan chose so: the name of a reduction, or
+        ``"exact flow"``, which takes no steps.
     """
 
     def plot_drift(self) -> Figure:

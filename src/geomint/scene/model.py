@@ -60,7 +60,8 @@ class TimeSection(Section):
 class IntegrateSection(Section):
     """``[integrate]``: the method, its step in the problem's own time, and the method's options.
 
-    `representation` forces a representation of the system, by its name or as ``"own"``.
+    `representation` forces a representation of the system, by its name or as ``"own"``. With `exact`
+    states may come from the exact flow, in place of the method's steps.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -68,6 +69,7 @@ class IntegrateSection(Section):
     method: Name = Field(default="gauss-8", description="the name of a method")
     step: Positive | None = Field(default=None, description="a step > 0")
     representation: Name | None = None
+    exact: bool | None = Field(default=None, description="true or false")
 
     @property
     def options(self) -> dict[str, Any]:

@@ -29,6 +29,8 @@ from .model import Content
 
 __all__ = ["Checked", "check_content"]
 
+OWN = ("step", "representation", "exact")  # of [integrate], beside the method and its options
+
 
 class Checked(NamedTuple):
     """Content that was found right, with what was built from it."""
@@ -122,7 +124,7 @@ def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
 def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | None, list[str]]:
     section = _section(raw, "integrate")
     name = section.pop("method", "gauss-8")
-    for key in ("step", "representation"):
+    for key in OWN:
         section.pop(key, None)
     if not isinstance(name, str) or not name:
         return None, []
@@ -133,7 +135,7 @@ def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | N
         return None, [f"[integrate] {error}", *flaws]
     for key in section:
         if key not in method.options:
-            known = ["method", "step", "representation", *method.options]
+            known = ["method", *OWN, *method.options]
             flaws.append(
                 f"[integrate] {key} = {shown(section[key])}: no such key, nor an option of "
                 f"{name!r}.{nearest(key, known)}"
