@@ -85,6 +85,7 @@ def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
         "method": "gauss-8",
         "step": None,
         "representation": "own",
+        "exact": None,
     }
     assert drift.content.observe.model_dump() == {
         "quantities": ["K"],

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..inertia import SpecialInertia
 from ..manifold import Array
 
 __all__ = ["exact_ball", "exact_body", "exact_sphere", "exact_turn", "exact_veselova"]
@@ -55,14 +56,14 @@ def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
 
 def exact_turn(inertia: Any, D: float) -> Callable[[Array], Any] | None:
     """Return y0 ↦ the exact motion of the ball in (k, γ) or (k, γ, g) if I = s·1, else None."""
-    values = inertia.diagonal
-    if values is None or np.ptp(values) != 0.0:
+    special = isinstance(inertia, SpecialInertia)
+    if not special or (inertia.n > 2 and np.ptp(inertia.a) != 0.0):
         return None
 
     def motion(y: Array) -> Any:
         from .steady import SteadyTurn
 
-        return SteadyTurn(inertia.n, float(values[0]), D, y)
+        return SteadyTurn(inertia.n, float(inertia.diagonal[0]), D, y)
 
     return motion
 
