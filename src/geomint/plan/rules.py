@@ -10,7 +10,7 @@ from ..problems.evaluate import value
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.timeline import Timeline, evaluation_times, plan_timeline
-from ..watch.observe import MEASURE, quantities_of
+from ..watch.observe import MEASURE, quantities_of, together
 from .choice import Asked, Choice, Route, Saving
 from .representation import missing_quantities, wanted_quantities
 
@@ -84,8 +84,8 @@ def choose_states(c: Asked, problem: Problem, timeline: Timeline) -> Choice[Savi
     return Choice(what, save, "the last", "no [save] section")
 
 
-def choose_quantities(c: Asked, route: Route) -> Choice[tuple[str, ...]]:
-    """Evaluate the watched quantities and no others.
+def choose_quantities(c: Asked, route: Route, timeline: Timeline) -> Choice[tuple[str, ...]]:
+    """Evaluate the watched quantities and no others; by one function where they are many.
 
     The group of constraints means those of the representation that is integrated.
     """
@@ -101,6 +101,8 @@ def choose_quantities(c: Asked, route: Route) -> Choice[tuple[str, ...]]:
     limit = c.content.observe.measure_steps
     if MEASURE in names and limit is not None:
         often += f" ({MEASURE}: the first {limit} steps)"
+    groups = together([name for name in names if name != MEASURE], timeline.expected / every)
+    often += ", by one function" if len(groups) == 1 < len(groups[0]) else ""
     rest = len(has) - len(names)
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
     reason = f"[observe], {often}, reduced to windows on the way{left}"

@@ -117,7 +117,8 @@ def solve(
             end=timeline.own_end,
         )
     )
-    observers = Observers(problem, watched, state, stepper, measure_steps)
+    samples = timeline.expected / observe_every
+    observers = Observers(problem, watched, state, stepper, measure_steps, samples)
     recorder = Recorder(problem, stepper, timeline, observers, save_every, observe_every, t_eval)
     total = timeline.own_end or timeline.physical_end if timeline.steps is None else timeline.steps
     with Progress(progress, None if total is None else abs(total), chosen.name) as bar:

@@ -13,21 +13,30 @@ from ..arguments import Array, check_name
 from ..errors import DomainError, nearest
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import VALUE
+from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.sample import SAMPLE
 from ..methods.stepper import Stepper
 from ..problems.evaluate import rounding_scale, value
 from ..problems.forms import Measure
 from ..problems.problem import Problem
+from ..problems.spaces.conditions import written
 from .drift import ROUNDOFF, Drift, drift_of_run, walk_level
 from .measure import MeasureObserver
 from .windows import Windows
 
-__all__ = ["MEASURE", "Observers", "choose_observables", "expanded", "quantities_of"]
+__all__ = [
+    "MEASURE",
+    "Observers",
+    "choose_observables",
+    "expanded",
+    "quantities_of",
+    "together",
+]
 
 GROUPS = ("invariants", "constraints", "observables", "all")
 MEASURE = "measure"
+MANY = 1_000_000  # calls saved, at some 15 ns each: they pay for compiling another function
 NOISE = 4.0  # times the level of its noise: how large a random walk of the measure may be just that
 
 
@@ -104,8 +113,21 @@ def expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
             yield name
 
 
+def together(names: Iterable[str], samples: float) -> list[tuple[str, ...]]:
+    """Return which quantities are evaluated by one function: all, if so many states are watched.
+
+    What they share, such as the angular velocity, is then computed once; but that function is
+    compiled for these quantities alone.
+    """
+    known = tuple(names)
+    return [known] if (len(known) - 1) * samples >= MANY else [(name,) for name in known]
+
+
 class Observers:
-    """Evaluates what was chosen on chunks of states and keeps its windows."""
+    """Evaluates what was chosen on chunks of states and keeps its windows.
+
+    `samples` is how many states will be watched, about.
+    """
 
     def __init__(
         self,
@@ -114,18 +136,22 @@ class Observers:
         y0: Array,
         stepper: Stepper,
         measure_steps: int | None = None,
+        samples: float = 0.0,
     ) -> None:
         self._problem, self._compiled, self._names = problem, stepper.compiled, list(chosen)
         functions = {name: f for name, f in chosen.items() if isinstance(f, Recorded)}
         sizes = {"params": len(problem.params), "y": problem.rows}
-        self._functions = {name: bind(f, VALUE, **sizes) for name, f in functions.items()}
+        self._functions = {
+            names: bind(written(*map(functions.get, names)), FIELD, **sizes, out=len(names))
+            for names in together(functions, samples)
+        }
         self._measure = None
         if MEASURE in chosen:
             self._measure = MeasureObserver(problem, stepper, y0, measure_steps)
         self._params = scalar_block(len(problem.params))
         self._params.data[:] = problem.params
         self._work = scalar_block(problem.work)
-        self._entries: dict[str, Any] = {}
+        self._entries: dict[tuple[str, ...], Any] = {}
         self._sample: Any = None
         self.windows = {name: Windows(value(problem, f, y0)) for name, f in functions.items()}
         self.scales = {name: rounding_scale(problem, f, y0) for name, f in functions.items()}
@@ -141,7 +167,7 @@ class Observers:
             self._measure.prepare()
         if not self._functions or self._sample is not None:
             return
-        self._entries = {name: f.entry(self._compiled) for name, f in self._functions.items()}
+        self._entries = {names: f.entry(self._compiled) for names, f in self._functions.items()}
         self._sample = SAMPLE.entry(self._compiled)
 
     def add(
@@ -169,21 +195,26 @@ class Observers:
         """
         if self._measure is not None:
             self._measure.add_end()
-        late = [name for name, windows in self.windows.items() if windows.last_time != label]
+        late = [names for names in self._entries if self.windows[names[0]].last_time != label]
         self._evaluate(np.array([time]), np.array([label]), state[None, :], late)
 
-    def _evaluate(self, times: Array, labels: Array, states: Array, names: Iterable[str]) -> None:
+    def _evaluate(
+        self, times: Array, labels: Array, states: Array, groups: Iterable[tuple[str, ...]]
+    ) -> None:
         if not self._functions or not len(times):
             return
         count, stride = states.shape
         flat = Block(np.ascontiguousarray(states).reshape(-1))
-        now, out = Block(np.ascontiguousarray(times)), scalar_block(count)
-        for name in names:
+        now, rows = Block(np.ascontiguousarray(times)), self._problem.rows
+        for names in groups:
+            width = len(names)
+            out = scalar_block(count * width)
+            entry = self._entries[names]
             self._sample(
-                self._entries[name],
-                *(self._params, now, flat, stride, self._problem.rows, count, self._work, out),
+                entry, self._params, now, flat, stride, rows, count, self._work, out, width
             )
-            self.windows[name].add(labels, out.data)
+            for name, values in zip(names, out.data.reshape(count, width).T, strict=True):
+                self.windows[name].add(labels, values)
 
     def drifts(self, steps: int) -> dict[str, Drift]:
         """Return the drift of every quantity over `steps` steps."""
