@@ -19,6 +19,7 @@ from .errors import (
     StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
     UnknownReferenceError as UnknownReferenceError,
+    WatcherError as WatcherError,
 )
 from .kernels.compiling.recorded import field as field, helper as helper, observable as observable
 from .kernels.groups.great_circle import (
@@ -85,7 +86,7 @@ from .problems.spaces.tangent_bundle import (
     TangentSphere as TangentSphere,
     TangentStiefel as TangentStiefel,
 )
-from .problems.systems import Model as Model, System as System
+from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .report.drift_page import drift_report as drift_report
 from .run.files.outputs import (
     check_file as check_file,
@@ -109,6 +110,7 @@ from .stress.case import (
 )
 from .watch.drift import Drift as Drift
 from .watch.frequencies import Term as Term, frequencies as frequencies
+from .watch.watcher import Watcher as Watcher
 
 __version__: str
 
@@ -142,6 +144,7 @@ __all__ = [
     "Problem",
     "Product",
     "Rattle",
+    "Reduction",
     "Rescaled",
     "RigidMotions",
     "Rotations",
@@ -169,6 +172,8 @@ __all__ = [
     "Term",
     "UnknownReferenceError",
     "Verlet",
+    "Watcher",
+    "WatcherError",
     "as_vector",
     "check_file",
     "check_folder",

@@ -199,7 +199,7 @@ def test_a_drift_report_of_which_nothing_is_left_is_refused() -> None:
     """One of nothing says so itself."""
     scene = gi.Scene(**{**SCENE, "observe": {"quantities": []}})
     for purpose in ("run", "drift"):
-        assert gi.make_plan(scene, purpose).context.choices["watched"].value == "nothing"
+        assert gi.make_plan(scene, purpose).watched.value == "nothing"
     forced = gi.Scene(**SCENE).changed_integration(representation="reduced")
     with pytest.raises(gi.SceneError, match=r"nothing to show.*reduced has no spatial-momentum"):
         gi.make_plan(forced.changed_observation(["spatial-momentum"]), "drift")
@@ -212,7 +212,7 @@ def test_a_named_quantity_is_never_another() -> None:
     scene = scene.changed_observation(["energy", "orthogonality"])
     for purpose in ("run", "drift"):
         plan = gi.make_plan(scene, purpose)
-        assert plan.context.choices["watched"].detail == ["energy", "orthogonality"]
+        assert plan.watched.chosen == ("energy", "orthogonality")
         assert plan.notes == ()
     forced = scene.changed_integration(representation="reduced")
     with pytest.raises(
@@ -220,14 +220,14 @@ def test_a_named_quantity_is_never_another() -> None:
     ):
         gi.make_plan(forced, "run")
     plan = gi.make_plan(forced, "drift")
-    assert plan.context.choices["watched"].detail == ["energy"]
+    assert plan.watched.chosen == ("energy",)
     assert plan.notes[0].startswith(
         "not watched: orthogonality: reduced has no such quantity; only in"
     )
     group = forced.changed_observation(["energy", "constraints"])
     for purpose in ("run", "drift"):
-        watched = gi.make_plan(group, purpose).context.choices["watched"].detail
-        assert watched == ["energy", "norm", "tangency"]
+        watched = gi.make_plan(group, purpose).watched.chosen
+        assert watched == ("energy", "norm", "tangency")
 
 
 def test_what_a_drift_report_misses_is_said(tmp_path, monkeypatch) -> None:
@@ -248,14 +248,14 @@ def test_a_splitting_that_is_not_symplectic_is_not_called_so() -> None:
     import dataclasses
 
     scene = gi.load_scene("neumann-n3")
-    assert "symplectic" in gi.make_plan(scene).context.choices["method"].reason
+    assert "symplectic" in gi.make_plan(scene).method.reason
     problem = scene.problem
     assert problem.splitting is not None
     other = dataclasses.replace(
         problem, splitting=dataclasses.replace(problem.splitting, symplectic=False)
     )
     scene.model.problems[next(iter(scene.model.problems))] = other
-    assert "symplectic" not in gi.make_plan(scene).context.choices["method"].reason
+    assert "symplectic" not in gi.make_plan(scene).method.reason
 
 
 # --- the command line -----------------------------------------------------------------------------

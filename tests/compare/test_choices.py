@@ -8,8 +8,8 @@ import pytest
 
 import geomint as gi
 from geomint.compare import runs as compare_module
-from geomint.compare.ladder import representation_for
 from geomint.compare.runs import compare
+from geomint.plan import representation_for
 from geomint.report import compare_page
 
 SCENE: dict[str, Any] = {

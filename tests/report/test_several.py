@@ -63,7 +63,7 @@ def test_a_cell_says_how_long_it_was_watched(tmp_path):
 
 def test_every_method_in_what_suits_it(result):
     assert [run.label for run in result] == LABELS
-    chosen = {run.label: run.plan.context.representation for run in result}
+    chosen = {run.label: run.plan.route.name for run in result}
     assert chosen["gauss-8"] == chosen["rattle-4"] == "hamiltonized"
     assert chosen["cf-4"] == "reduced"
     assert result["gauss-8"].solution.step == 0.25  # the scene's own

@@ -59,7 +59,7 @@ def command(
 
     The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
-    from ..plan import comparison_time
+    from ..compare.duration import comparison_time
     from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, run_compare
     from ..report.summary import print_comparison

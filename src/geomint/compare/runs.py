@@ -19,12 +19,13 @@ from ..arguments import Array
 from ..errors import FormError, GeomintError
 from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
+from ..plan.fitting import representation_for
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
-from .ladder import check_representation, checked_steps, ladder, representation_for
+from .ladder import check_representation, checked_steps, ladder
 
 __all__ = ["Comparison", "Point", "compare"]
 

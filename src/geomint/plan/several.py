@@ -59,8 +59,8 @@ class MethodRun:
     @property
     def missing(self) -> dict[str, str]:
         """Quantities that its representation does not have, and where they are."""
-        choices = () if self.plan is None else self.plan.choices
-        return {n: c.reason for c in choices if c.what == "not watched" for n in c.detail}
+        missing = None if self.plan is None else self.plan.missing
+        return {} if missing is None else dict.fromkeys(missing.chosen, missing.reason)
 
 
 @dataclass(eq=False)

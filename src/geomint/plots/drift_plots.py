@@ -97,14 +97,14 @@ def draw_sizes(
     lines = [Line(label, d.windows.times, d.windows.maxima) for label, d in runs]
     if len(lines) > 1:
         lines = [thinned(line) for line in lines]
-    draw_lines(axes, name, lines, level, time_label, order=order)
+    draw_lines(axes, name, lines, level, time_label, order=order, label=runs[0][1].label)
 
 
 def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str) -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
     axes.set_title(name, loc="right", fontweight="bold")
     axes.set_xlabel(time_name(time_label))
-    axes.set_ylabel("mean v − v₀")
+    axes.set_ylabel(f"mean {runs[0][1].label}")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
     for i, (label, drift) in enumerate(runs):
         times, means = drift.windows.times, drift.windows.means

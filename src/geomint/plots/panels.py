@@ -46,6 +46,7 @@ def draw_lines(
     relative: bool = False,
     order: Mapping[str, int] | None = None,
     subtitle: str = "",
+    label: str = "v − v₀",
 ) -> None:
     """Draw lines over time, the round-off level dashed, and say what the axes cannot show.
 
@@ -57,11 +58,11 @@ def draw_lines(
         Whether the sizes are relative to scales.
     order : mapping of label to int, optional
         The number of each run's style; by default they are counted here.
-    subtitle : str
-        A line below the title.
+    subtitle, label : str
+        A line below the title; what the sizes are of.
     """
     axes.set_xlabel(time_name(time_label))
-    axes.set_ylabel("largest |v − v₀| / scale" if relative else "largest |v − v₀|")
+    axes.set_ylabel(f"largest |{label}|{' / scale' if relative else ''}")
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_autoscale_on(False)  # the limits below are drawn from the data

@@ -40,7 +40,7 @@ Time = Literal["t", "tau"]
 
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
 _GROUPS = ("invariants", "constraints", "observables")
-_RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
+_RESERVED = (*_GROUPS, "all")  # what `geomint.solve` understands in `observe`
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,7 +59,7 @@ def _method_entry(run: MethodRun) -> dict[str, Any]:
     return {
         "status": run.status,
         "message": run.message,
-        "representation": None if run.plan is None else run.plan.context.representation,
+        "representation": None if run.plan is None else run.plan.route.name,
         "quantities": {name: finite_json(drift.as_json()) for name, drift in run.drift.items()},
         "missing": run.missing,
         "run": None if run.solution is None else finite_json(run_record(run.solution)),

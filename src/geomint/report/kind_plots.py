@@ -12,7 +12,7 @@ from ..plots.drift_plots import draw_sizes
 from ..plots.panels import Line, draw_lines, line_style, say, shared_legend, thinned
 from ..plots.style import WIDTH, new_figure, series_style
 from ..watch.drift import ROUNDOFF
-from ..watch.quantities import KINDS, kind_of
+from ..watch.quantities import KINDS
 from .kinds import conserved_by_kind
 
 if TYPE_CHECKING:
@@ -75,8 +75,8 @@ def quantity_figure(result: SeveralRuns, name: str) -> Figure:
     order = {run.title: i for i, run in enumerate(result)}
     runs = [(run.title, run.drift[name]) for run in result if name in run.drift]
     with new_figure(3.6, 2.6, layout="constrained") as figure:
-        if kind_of(name) == "measure":
-            draw_kind(figure.subplots(), result, "measure", [name])
+        if runs[0][1].own_noise:
+            draw_kind(figure.subplots(), result, runs[0][1].kind, [name])
         else:
             draw_sizes(figure.subplots(), name, runs, result.time, order)
     return figure
@@ -88,9 +88,10 @@ def draw_kind(axes: Axes, result: SeveralRuns, kind: str, names: Sequence[str]) 
     scales = {
         name: max(run.drift[name].scale for run in result if name in run.drift) for name in names
     }
-    # The measure is the logarithm of a ratio. Its scale is the noise of its instrument, which is
-    # another one for every method: each line has its own level.
-    relative = kind != "measure"
+    # Where the scale is the noise of an instrument it is another one for every method, and each line
+    # has its own level.
+    own = len(names) == 1 and any(run.drift[names[0]].own_noise for run in result if names[0] in run.drift)
+    relative = not own
     lines = [
         _worst(run, [name for name in names if name in run.drift], scales if relative else None)
         for run in result

@@ -96,7 +96,7 @@ def _row(run: MethodRun, names: list[str], i: int) -> dict[str, Any]:
     row: dict[str, Any] = {"run": run, "swatch": data_uri(swatch(i)), "cells": []}
     row["cells"] = [_cell(run, name) for name in names]
     plan, solution = run.plan, run.solution
-    row["representation"] = "none" if plan is None else plan.context.representation
+    row["representation"] = "none" if plan is None else plan.route.name
     row["choices"] = () if plan is None else plan.choices
     row["step"] = row["each"] = row["total"] = row["steps"] = row["compiled"] = "–"
     if solution is not None:
@@ -124,7 +124,7 @@ def _cell(run: MethodRun, name: str) -> dict[str, str]:
         }
     why = run.missing.get(name, "")
     if run.drift and run.plan is not None and not why:
-        why = f"{run.plan.context.representation} has no such quantity"
+        why = f"{run.plan.route.name} has no such quantity"
     return {"name": name, "kind": "", "error": "–", "slope": why or run.status}
 
 

@@ -96,13 +96,12 @@ def print_summary(solution: Solution, scene: Scene) -> None:
     console = Console()
     console.print(Text(printable(scene.title), style="bold"))
     rate = solution.steps / solution.run_seconds if solution.run_seconds > 0.0 else 0.0
-    console.print(
-        Text(
-            f"{solution.method.name}, step {step_of(solution)}, {solution.steps} steps in "
-            f"{solution.run_seconds:.3g} s ({rate:.3g} a second), "
-            f"{solution.evaluations:.4g} field evaluations"
-        )
+    told = (
+        f"{solution.method.name}, step {step_of(solution)}, {solution.steps} steps in "
+        f"{solution.run_seconds:.3g} s ({rate:.3g} a second), "
+        f"{solution.evaluations:.4g} field evaluations"
     )
+    console.print(Text(told if solution.steps or not solution.route else solution.route))
     if solution.status != "success":
         console.print(Text(f"{solution.status} {solution.message}".strip(), style="bold red"))
     if solution.drift:

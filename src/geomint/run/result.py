@@ -52,12 +52,13 @@ class Result(Compared):
     drift_time: Time = "t"
     physical: Array | None = field(default=None, repr=False)
     restart: Restart | None = field(default=None, repr=False)
+    route: str = ""
 
     def __repr__(self) -> str:
         end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"
         mean = "mean " if self.method.adaptive else ""
         return (
-            f"<solution of {self.problem.name!r} by {self.method.name}: {self.status}, "
+            f"<solution of {self.problem.name!r} by {self.route or self.method.name}: {self.status}, "
             f"{self.steps} steps of {mean}{self.step:.6g}, {len(self.tau)} states to {end}, "
             f"{len(self.drift)} drifts>"
         )

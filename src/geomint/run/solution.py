@@ -48,6 +48,9 @@ class Solution(Result):
         The time that drifts are measured in: physical if the end was given in it.
     restart : Restart or None
         What ``geomint.solve(solution, …)`` goes on from: the last whole step.
+    route : str
+        What was followed in place of the problem, if a plan chose so: the name of a reduction, or
+        ``"exact flow"``, which takes no steps.
     """
 
     def plot_drift(self) -> Figure:

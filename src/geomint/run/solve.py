@@ -7,11 +7,12 @@ from collections.abc import Callable
 from typing import Any
 
 from ..arguments import switch, whole
-from ..errors import DomainError, GeomintWarning, StepError
+from ..errors import DomainError, GeomintWarning, StepError, WatcherError
 from ..methods import Method, Start, find_method
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
-from ..watch.observe import MEASURE, Observers, choose_observables
+from ..watch.observe import Observers, choose_watchers
+from ..watch.watcher import Run
 from .calls import explained
 from .driver import Account, drive
 from .integrator import Integrator
@@ -39,7 +40,6 @@ def solve(
     save_every: int | None = None,
     observe: Any = (),
     observe_every: int = 1,
-    measure_steps: int | None = None,
     clock: bool | None = None,
     progress: bool | None = None,
     compiled: bool = True,
@@ -75,13 +75,10 @@ def solve(
         Save the initial state, every that many steps, and the last state. Default: the last only.
         With `t_eval` both kinds of states are saved, in the order of the run and each once: a time of
         `t_eval` that is that of a saved step, to rounding, is that step.
-    observe : names, or mapping of names to functions
-        What to watch, see `geomint.watch.observe.choose_observables`.
+    observe : names, or mapping of names to functions, watchers or options
+        What to watch, see `geomint.watch.observe.choose_watchers`.
     observe_every : int
         Watch every that many steps, and at the end. Only with something to observe.
-    measure_steps : int, optional
-        Watch the measure over the first that many steps only; it costs as much as tens of steps.
-        Default: all. Only if the measure is observed.
     clock : bool, optional
         Whether physical time is integrated beside a problem in τ. Default: if the method and the
         problem can.
@@ -102,6 +99,8 @@ def solve(
         declares (`geomint.problems.declaration`), or does what the rules of `geomint.field` exclude.
     ConvergenceError, NonFiniteError, StepSizeError, StepLimitError, ClockError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
+    WatcherError
+        Likewise, where what watches a quantity fails.
     """
     _check_switches(compiled=compiled, clock=clock, progress=progress)
     before: Restart | None = None
@@ -115,17 +114,24 @@ def solve(
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before)
     wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
     chosen.check_fits(problem, wants_clock)
-    watched = choose_observables(problem, observe)
-    _check_counts(watched, save_every, observe_every, measure_steps)
-    check_problem(problem, state, chosen.needs, wants_clock, watched)
+    watched = choose_watchers(problem, observe)
+    _check_counts(watched, save_every, observe_every)
+    evaluated = {name: f for name, w in watched.items() if (f := w.evaluates(problem)) is not None}
+    check_problem(problem, state, chosen.needs, wants_clock, evaluated)
     start = Start(
         problem, state, timeline.start, timeline.h, wants_clock, compiled, timeline.own_end
     )
     integrator = Integrator.of(chosen, start, t0, before)
     begin = integrator.t if wants_clock or problem.time == "t" else 0.0
     wanted = evaluation_times(t_eval, problem, timeline, begin)
-    here, now = integrator.state, integrator.time
-    observers = Observers(problem, watched, here, integrator.stepper, measure_steps, now)
+    run = Run(
+        problem,
+        integrator.state,
+        integrator.time,
+        integrator.stepper,
+        timeline.expected / observe_every,
+    )
+    observers = Observers(watched, run)
     recorder = Recorder(integrator, timeline, observers, save_every, observe_every, wanted)
     with Progress(progress, recorder.length, chosen.name) as bar:
         integrator.prepare()
@@ -135,7 +141,6 @@ def solve(
         status = _integrate(
             integrator, timeline, recorder, account, lambda: bar.update(recorder.progress)
         )
-        recorder.observe_end()
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None:
         _tell_short_run(solution, abs(recorder.own_time - timeline.start), float(step))
@@ -181,19 +186,16 @@ def _wants_clock(
     return possible if clock is None else clock
 
 
-def _check_counts(watched: Any, save_every: Any, observe_every: Any, measure_steps: Any) -> None:
+def _check_counts(watched: Any, save_every: Any, observe_every: Any) -> None:
     """Raise `DomainError` for numbers of steps that are none, or that nothing would follow."""
     for name, count, optional in (
         ("save_every", save_every, True),
         ("observe_every", observe_every, False),
-        ("measure_steps", measure_steps, True),
     ):
         if not (count is None and optional):
             whole(name, count, 1)
     if observe_every != 1 and not watched:
         raise DomainError("observe_every", observe_every, "1, or something to observe")
-    if measure_steps is not None and MEASURE not in watched:
-        raise DomainError("measure_steps", measure_steps, "None, or 'measure' to be observed")
 
 
 def _tell_short_run(solution: Solution, end: float, step: float) -> None:
@@ -214,7 +216,8 @@ def _integrate(
     account: Account,
     progress: Callable[[], None],
 ) -> Status | StepError:
-    """Run to the end; return "success", "interrupted", or the error of the step that failed."""
+    """Run to the end; return "success", "interrupted", or the error that ended the run before."""
+    status: Status | StepError = "success"
     try:
         drive(integrator, timeline.steps, recorder.stride, recorder.consume, account, progress)
         recorder.catch_up()
@@ -225,8 +228,14 @@ def _integrate(
             recorder.finish(timeline.own_end or 0.0, y)
     except StepError as error:
         recorder.catch_up()
-        return error
+        status = error
     except KeyboardInterrupt:
         recorder.catch_up()
-        return "interrupted"
-    return "success"
+        status = "interrupted"
+    try:
+        recorder.observe_end()
+    except WatcherError as error:
+        status = error if status == "success" else status
+    if isinstance(status, WatcherError):
+        status.step = integrator.steps
+    return status

@@ -48,6 +48,12 @@ class Timeline:
     own_end: float | None
     physical_end: float | None
 
+    @property
+    def expected(self) -> float:
+        """About how many steps there will be: as many as the first one makes."""
+        end = self.own_end if self.own_end is not None else self.physical_end
+        return abs(((end or 0.0) - self.start) / self.h)
+
     def at(self, steps: npt.NDArray[np.int64]) -> Array:
         """Return the problem's own time after so many steps; the end is the one asked for."""
         times: Array = np.asarray(self.start + self.h * steps, dtype=np.float64)

@@ -20,7 +20,7 @@ from ..errors import SceneError, nearest, quoted, shortened
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["builtin_scenes", "load_scene", "scene_names"]
+__all__ = ["builtin_scenes", "load_changed", "load_scene", "scene_names"]
 
 
 def builtin_scenes() -> dict[str, Traversable]:
@@ -54,25 +54,44 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
-    text: str | None = None
-    content: Mapping[str, Any] | None = None
-    name, builtin = "scene", False
     if isinstance(source, str | PathLike):
-        name, text, builtin = _found(source)
-        content = parse(name if builtin else fspath(source), text)
-    elif isinstance(source, Mapping):
-        content = source
+        scene, builtin = _read_scene(source)
+        if not builtin:
+            scene.warn()
+        return scene
     from .scene import Scene
 
     if isinstance(source, Scene):
         return source
-    if content is None:
+    if not isinstance(source, Mapping):
         expected = "a name, the path of a TOML file, a mapping, or a Scene"
         raise SceneError(f"scene {quoted(source)}: expected {expected}")
-    scene = Scene.from_content(name, content, text)
-    if not builtin:
-        scene.warn()
+    scene = Scene.from_content("scene", source)
+    scene.warn()
     return scene
+
+
+def load_changed(source: str, drift: bool, **changes: Any) -> Scene:
+    """Return a scene from a built-in name or a TOML file, changed before it is checked.
+
+    By its own section ``[drift]`` if `drift`, and then by `changes`: the fields of `Overrides`.
+    """
+    return _read_scene(source, drift, changes)[0]
+
+
+def _read_scene(
+    source: str | PathLike[str], drift: bool = False, changes: Mapping[str, Any] | None = None
+) -> tuple[Scene, bool]:
+    """Return a scene, and whether it is a built-in one."""
+    name, text, builtin = _found(source)
+    content = parse(name if builtin else fspath(source), text)
+    from .raw import Overrides, drift_overrides
+    from .scene import Scene
+
+    uses = [drift_overrides] if drift else []
+    return Scene.from_content(
+        name, content, text, [*uses, lambda raw: Overrides(**(changes or {}))]
+    ), builtin
 
 
 def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:

@@ -58,6 +58,9 @@ class Drift(Compared):
         Size and time of the largest jump, where there is one; the time is 0 for the first step.
     not_finite_from : float or None
         Time of the first value that was infinite or not a number.
+    kind, label, note : str
+    own_noise : bool
+        What the watcher says of the quantity, see `geomint.Watcher`.
     """
 
     name: str
@@ -74,6 +77,15 @@ class Drift(Compared):
     jump_size: float | None = None
     jump_time: float | None = None
     not_finite_from: float | None = None
+    kind: str = "others"
+    label: str = "v − v₀"
+    note: str = ""
+    own_noise: bool = False
+
+    def of(self, watcher: Any) -> Drift:
+        """Return the drift with what its watcher says of the quantity."""
+        said = {key: getattr(watcher, key) for key in ("kind", "label", "note", "own_noise")}
+        return replace(self, **said)
 
     @property
     def within_roundoff(self) -> bool:
