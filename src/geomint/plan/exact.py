@@ -75,7 +75,9 @@ def exact_timeline(c: Asked, route: Route) -> Timeline:
     """Return the timeline of a motion without steps."""
     end = next(iter(c.end.values()))
     own = "tau_end" in c.end or route.problem.time == "t"
-    return Timeline(0.0, math.copysign(1.0, end), 0, 0.0, end if own else None, None if own else end)
+    return Timeline(
+        0.0, math.copysign(1.0, end), 0, 0.0, end if own else None, None if own else end
+    )
 
 
 def follow_exactly(plan: Plan) -> Solution:

@@ -90,7 +90,9 @@ def draw_kind(axes: Axes, result: SeveralRuns, kind: str, names: Sequence[str]) 
     }
     # Where the scale is the noise of an instrument it is another one for every method, and each line
     # has its own level.
-    own = len(names) == 1 and any(run.drift[names[0]].own_noise for run in result if names[0] in run.drift)
+    own = len(names) == 1 and any(
+        run.drift[names[0]].own_noise for run in result if names[0] in run.drift
+    )
     relative = not own
     lines = [
         _worst(run, [name for name in names if name in run.drift], scales if relative else None)

@@ -23,7 +23,7 @@ from ..methods.method import Method
 from ..methods.registry import find_method
 from ..problems.systems import Model, System, find_system
 from ..watch.observe import choose_watchers
-from ..watch.quantities import GROUPS, expanded, has_quantity, quantities_of
+from ..watch.quantities import GROUPS, expanded, quantities_of
 from ..watch.registry import plugged
 from .entries import check_once, method_and_step
 from .explain import explained, key_of, shown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -40,10 +40,10 @@ class Function(Watcher):
         What it is to its problem, see `Watcher`.
     """
 
-    invariant: ClassVar[bool] = True
+    invariant = True
 
     function: Recorded
-    kind: str = "others"  # type: ignore[misc]
+    kind: str = "others"
 
     def evaluates(self, problem: Problem) -> Recorded:
         return self.function

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -68,12 +67,12 @@ class InvariantMeasure(Watcher):
         Each costs as much as tens of steps of the method.
     """
 
-    name: ClassVar[str] = "measure"
-    kind: ClassVar[str] = "measure"
-    every_state: ClassVar[bool] = True
-    with_clock: ClassVar[bool] = True
-    own_noise: ClassVar[bool] = True
-    note: ClassVar[str] = (
+    name = "measure"
+    kind = "measure"
+    every_state = True
+    with_clock = True
+    own_noise = True
+    note = (
         "the sum of log(density ratio × Jacobian determinant) of the numerical steps, 0 if the method "
         "keeps the invariant measure. Its scale is the noise that this instrument has measured of "
         "itself, which grows with the number of steps, divided by 32 ε."

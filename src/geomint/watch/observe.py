@@ -47,7 +47,7 @@ def choose_watchers(problem: Problem, wanted: Any) -> dict[str, Watcher]:
         raise DomainError("observe", wanted, expected) from None
     if not all(isinstance(name, str) for name in names):
         raise DomainError("observe", wanted, expected)
-    given = wanted if isinstance(wanted, Mapping) else dict.fromkeys(names, {})
+    given = wanted if isinstance(wanted, Mapping) else {key: {} for key in names}
     chosen: dict[str, Watcher] = {}
     for key in names:
         what = given[key]

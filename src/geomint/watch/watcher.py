@@ -7,7 +7,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -119,13 +119,13 @@ class Watcher(Sendable):
         What axes call its deviation; a sentence for reports.
     """
 
-    kind: ClassVar[str] = "others"
-    every_state: ClassVar[bool] = False
-    with_clock: ClassVar[bool] = False
-    invariant: ClassVar[bool] = False
-    own_noise: ClassVar[bool] = False
-    label: ClassVar[str] = "v − v₀"
-    note: ClassVar[str] = ""
+    kind = "others"
+    every_state = False
+    with_clock = False
+    invariant = False
+    own_noise = False
+    label = "v − v₀"
+    note = ""
 
     steps: int | None = None
 
@@ -250,7 +250,9 @@ class Watch:
             found = np.asarray(question(*given))
             if found.shape != ((count,) if count else ()) or found.dtype.kind not in "biuf":
                 expected = f"{count} real numbers, one for each state" if count else "a real number"
-                raise TypeError(f"{question.__name__} returned {quoted(found)}: expected {expected}")
+                raise TypeError(
+                    f"{question.__name__} returned {quoted(found)}: expected {expected}"
+                )
             return found.astype(np.float64) if count else float(found)
         except Exception as error:  # whatever a user's class raises
             self._over = True
@@ -270,7 +272,9 @@ class Watch:
         self._left -= len(seen)
         between = np.diff(seen.times, prepend=self._time)
         lengths = np.full(len(seen), seen.step) if seen.step and self.sees_all else between
-        states = seen.states if self._watcher.with_clock else seen.states[:, : self._run.problem.rows]
+        states = (
+            seen.states if self._watcher.with_clock else seen.states[:, : self._run.problem.rows]
+        )
         states = states.view()
         states.flags.writeable = False
         found = self._asked(self._watcher.values, seen.times, states, lengths, count=len(seen))
@@ -279,7 +283,7 @@ class Watch:
         self._windows.add(seen.labels[seen.sampled], found[seen.sampled])
 
     def add_end(self, end: Seen) -> None:
-        """Sample the last state of a run, if that is still to do; of all that it sees, the last seen."""
+        """Sample the last state of a run, if that is still to do; or the last seen."""
         assert self._windows is not None
         if not self.sees_all and self._windows.last_time != end.labels[0]:
             self.add(end)
