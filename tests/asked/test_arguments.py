@@ -197,7 +197,10 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
         {"tau_end": 2.0, "clock": False},
     ),
-    "solve with observers": ({**RUN, **OBSERVED}, {"observe_every": 3, "measure_steps": 2}),
+    "solve with observers": (
+        {**RUN, **OBSERVED},
+        {"observe_every": 3, "observe": {"size": {}, "measure": {"steps": 2}}},
+    ),
 }
 LOOK: dict[str, Callable[..., Any]] = {
     "natural_on_sphere": lambda **given: flow_of(gi.natural_on_sphere(**given)),

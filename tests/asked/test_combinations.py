@@ -62,10 +62,16 @@ def solve(problem: gi.Problem = IN_T, **given: Any) -> gi.Solution:
 REFUSED_BY_SOLVE = {
     "observe_every of nothing": ({"observe_every": 3}, "observe_every = 3.*something to observe"),
     "observe_every = None": ({"observe_every": None}, "observe_every = None"),
-    "measure_steps without the measure": (
-        {"measure_steps": 3, "observe": "size"},
-        "measure_steps = 3.*'measure' to be observed",
+    "options of what the problem has not": (
+        {"observe": {"measure": {"steps": 3}}},
+        "observe = 'measure': .*states no measure",
     ),
+    "options that it has not": (
+        {"observe": {"size": {"stops": 3}}},
+        "stops = 3: .*no such option. Did you mean 'steps'",
+    ),
+    "options of a group": ({"observe": {"all": {"steps": 3}}}, "a group has no options"),
+    "no steps to watch": ({"observe": {"size": {"steps": 0}}}, "steps = 0"),
     "t_eval after the end": ({"t_eval": [0.5, 1.5]}, "t_eval = .*from 0 to 1.0"),
     "t_eval before the start": ({"t_eval": [-0.5]}, "t_eval"),
     "t_eval the other way": ({"t_eval": [0.5], "t_end": -1.0}, "t_eval"),
@@ -145,9 +151,17 @@ REFUSED_SCENES = {
         {"observe": {"quantities": [], "every": 3}},
         r"\[observe\] every = 3: nothing is observed",
     ),
-    "measure_steps without the measure": (
-        {"observe": {"quantities": ["energy"], "measure_steps": 3}},
-        r"measure_steps = 3: 'measure' is observed neither",
+    "options of what is not observed": (
+        {"observe": {"quantities": ["energy"], "measure": {"steps": 3}}},
+        r"\[observe\] measure = {'steps': 3}: 'measure' is observed neither",
+    ),
+    "options that it has not": (
+        {"observe": {"quantities": ["measure"], "measure": {"stops": 3}}},
+        r"\[observe.measure\] stops = 3: expected no such option",
+    ),
+    "options that are none": (
+        {"observe": {"quantities": ["measure"], "measure": 3}},
+        r"\[observe\] measure = 3: no such key",
     ),
     "two ends": ({"time": {"t_end": 1.0, "tau_end": 1.0}}, "exactly one"),
     "two other ends": ({"drift": {"t_end": 1.0, "tau_end": 1.0}}, "t_end or tau_end"),
@@ -162,13 +176,13 @@ def test_a_scene_refuses(name: str) -> None:
         gi.Scene(**{**SCENE, **sections})
 
 
-def test_the_steps_of_the_measure_may_be_those_of_the_drift_report() -> None:
-    """And go with the measure, where something else is watched."""
-    watched = {"quantities": ["energy"], "measure_steps": 3}
+def test_options_may_be_of_what_the_drift_report_watches() -> None:
+    """And go with it, where something else is watched."""
+    watched = {"quantities": ["energy"], "measure": {"steps": 3}}
     scene = gi.Scene(**{**SCENE, "observe": watched, "drift": {"quantities": ["measure"]}})
-    assert scene.for_drift().content.observe.measure_steps == 3
-    assert scene.for_drift().changed_observation(["K"]).content.observe.measure_steps is None
-    assert scene.changed_observation(every=2).content.observe.measure_steps == 3
+    assert scene.for_drift().content.observe.options == {"measure": {"steps": 3}}
+    assert scene.for_drift().changed_observation(["K"]).content.observe.options == {}
+    assert scene.changed_observation(every=2).content.observe.options["measure"] == {"steps": 3}
     none = gi.Scene(**{**SCENE, "observe": {"quantities": ["K"], "every": 5}}).changed_observation(
         []
     )

@@ -109,9 +109,9 @@ TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("integrate", "exact"): (None, True, (planned,), {**BASE, "observe": {"quantities": []}}),
     ("observe", "quantities"): (["energy"], ["K"], (run, drift)),
     ("observe", "every"): (1, 3, (run, drift)),
-    ("observe", "measure_steps"): (
-        3,
-        4,
+    ("observe", "measure"): (
+        {"steps": 3},
+        {"steps": 4},
         (run, drift),
         {**BASE, "observe": {"quantities": ["measure"]}},
     ),

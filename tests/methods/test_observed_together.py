@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.watch import observe
-from geomint.watch.observe import MANY, together
+from geomint.watch import functions
+from geomint.watch.functions import MANY, grouped
 
 WATCHED = ["energy", "K", "area", "norm", "measure"]
 
 
 def test_when():
     names = ("a", "b", "c")
-    assert together(names, MANY / 2) == [names]
-    assert together(names, np.nextafter(MANY / 2, 0.0)) == [("a",), ("b",), ("c",)]
-    assert together(["a"], 1e300) == [("a",)]
-    assert together([], 1e300) == []
+    assert grouped(names, MANY / 2) == [names]
+    assert grouped(names, np.nextafter(MANY / 2, 0.0)) == [("a",), ("b",), ("c",)]
+    assert grouped(["a"], 1e300) == [("a",)]
+    assert grouped([], 1e300) == []
 
 
 @pytest.mark.parametrize("compiled", [True, False])
@@ -32,17 +32,16 @@ def test_bits_are_the_same(monkeypatch, end, every, compiled):
             t_end=end if compiled else 0.01 * end,
             method="cf-4",
             step=0.02,
-            observe=WATCHED,
+            observe={**dict.fromkeys(WATCHED, {}), "measure": {"steps": 2}},
             observe_every=every,
-            measure_steps=2,
             compiled=compiled,
         ).drift
 
     apart = drifts()
-    monkeypatch.setattr(observe, "MANY", 1)
+    monkeypatch.setattr(functions, "MANY", 1)
     calls = []
-    written = observe.written
-    monkeypatch.setattr(observe, "written", lambda *f: calls.append(len(f)) or written(*f))
+    written = functions.written
+    monkeypatch.setattr(functions, "written", lambda *f: calls.append(len(f)) or written(*f))
     assert drifts() == apart
     assert calls == [4]
 
