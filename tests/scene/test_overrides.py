@@ -15,7 +15,7 @@ system = {name = "chaplygin-sphere-hamiltonized", a = [0.8, 1.1, 1.5], D = 4.0}
 initial = {gamma = [0.6, 0.0, 0.8], p = [0.8, 1.0, -0.6]}
 time = {tau_end = 9.0}
 integrate = {method = "rattle-4", tolerance = 1e-13, representation = "own"}
-observe = {quantities = ["energy", "measure"], measure_steps = 3}
+observe = {quantities = ["energy", "measure"], measure = {steps = 3}}
 [drift]
 method = "gauss-8"
 quantities = ["K"]
@@ -90,7 +90,6 @@ def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
     assert drift.content.observe.model_dump() == {
         "quantities": ["K"],
         "every": 2,
-        "measure_steps": None,
     }
     assert drift.content.time.t_end == 5.0
     assert drift.content.time.tau_end is None
