@@ -32,7 +32,7 @@ def test_bits_are_the_same(monkeypatch, end, every, compiled):
             t_end=end if compiled else 0.01 * end,
             method="cf-4",
             step=0.02,
-            observe={**dict.fromkeys(WATCHED, {}), "measure": {"steps": 2}},
+            observe={**{key: {} for key in WATCHED}, "measure": {"steps": 2}},
             observe_every=every,
             compiled=compiled,
         ).drift

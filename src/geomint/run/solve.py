@@ -234,8 +234,9 @@ def _integrate(
         status = "interrupted"
     try:
         recorder.observe_end()
-    except WatcherError as error:
-        status = error if status == "success" else status
+    except (WatcherError, KeyboardInterrupt) as end:
+        if status == "success":
+            status = end if isinstance(end, WatcherError) else "interrupted"
     if isinstance(status, WatcherError):
         status.step = integrator.steps
     return status

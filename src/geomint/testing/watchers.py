@@ -21,7 +21,6 @@ from .judge import checks, hold, sure
 __all__ = ["check_watcher"]
 
 STEPS, SELDOM = 60, 7
-OPTIONS: dict[str, Any] = {"compiled": False, "progress": False}
 
 
 @checks(Watcher)
@@ -30,9 +29,9 @@ def check_watcher(
 ) -> None:
     """Raise `AssertionError` for the first property of a watcher that does not hold.
 
-    It is a value: copies, pickles and options given again make an equal one, and runs leave it as it was.
-    What it sees does not depend on what is watched beside it, on a run before, nor on how a run is cut
-    into chunks; it changes no state; sampled more seldom, what sees every state ends with the same value.
+    It is a value: copies, pickles and options given again make an equal one, and runs leave it as it
+    was. What it sees does not depend on what is watched beside it, on a run before, nor on chunks of a
+    run; it changes no state; sampled more seldom, what sees every state ends with the same value.
 
     Parameters
     ----------
@@ -46,16 +45,16 @@ def check_watcher(
         That fits the problem. Runs are in plain Python.
     """
     step, name = positive("step", step), type(watcher).__name__
+    end_name = "tau_end" if problem.time == "tau" else "t_end"
     made = [copy.copy(watcher), pickle.loads(pickle.dumps(watcher))]
     made.append(watcher.with_options(**watcher.options))
     sure(all(watcher == other for other in made), f"{name}: a copy is not equal to the watcher")
     before, own = copy.copy(watcher), problem.canonical(y0)
 
     def run(end: float, observe: Any, every: int = 1) -> Any:
-        return solve(
-            problem, own, **{"tau_end" if problem.time == "tau" else "t_end": end}, step=step,
-            method=method, observe=observe, observe_every=every, **OPTIONS,
-        )  # fmt: skip
+        options: dict[str, Any] = {end_name: end, "observe": observe, "observe_every": every}
+        options |= {"compiled": False, "progress": False}
+        return solve(problem, own, step=step, method=method, **options)
 
     for end in (STEPS * step, -STEPS * step, (STEPS + 0.4) * step):
         alone = run(end, {"it": watcher})
@@ -81,7 +80,8 @@ def _in_chunks(
     watch.prepare()
     out = scalar_block(STEPS * stepper.rows)
     stepper.advance(0, STEPS, 1, out)
-    states, times = out.data.reshape(STEPS, -1), step * np.arange(1, STEPS + 1)
+    states: Array = out.data.reshape(STEPS, -1)
+    times: Array = step * np.arange(1.0, STEPS + 1.0)
     seen = Seen(times, times, states, np.ones(STEPS, dtype=bool), step)
     for first in range(0, STEPS, size):
         watch.add(seen.of(slice(first, first + size)))

@@ -67,6 +67,8 @@ def _chosen(problem: Problem, name: str, what: Any) -> Watcher:
     where = f"observe[{name!r}]"
     if isinstance(what, Mapping):
         watcher = watcher_of(problem, name)
+        if not all(isinstance(option, str) for option in what):
+            raise DomainError(where, what, "options by their names")
         return checked_watcher(where, watcher.with_options(**what)) if what else watcher
     check_name("observe", name)
     if isinstance(what, Recorded | FunctionType):

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array, finite, switch, whole
-from ..errors import DomainError, GeomintError, WatcherError, nearest, quoted
+from ..errors import DomainError, GeomintError, WatcherError, nearest, quoted, shortened
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
 from ..methods.stepper import Stepper
@@ -250,9 +250,8 @@ class Watch:
             found = np.asarray(question(*given))
             if found.shape != ((count,) if count else ()) or found.dtype.kind not in "biuf":
                 expected = f"{count} real numbers, one for each state" if count else "a real number"
-                raise TypeError(
-                    f"{question.__name__} returned {quoted(found)}: expected {expected}"
-                )
+                said = " ".join(shortened(str(found), 100).split())
+                raise TypeError(f"{question.__name__} returned {said}: expected {expected}")
             return found.astype(np.float64) if count else float(found)
         except Exception as error:  # whatever a user's class raises
             self._over = True
