@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from chaplygin.manifold import wedge as flat_wedge
 
 GAMMA, P = [0.5, 0.5, -0.5, 0.5], [1.0, -0.5, 0.25, -0.25]
 DIFFERENT, THREE, ALL = [0.7, 0.9, 1.2, 1.4], [0.9, 0.9, 0.9, 1.4], [0.9] * 4
+
+
+def wedge(x, y):
+    return flat_wedge(np.array(x), np.array(y))
+
+
 CONTENT = {
     "system": {"name": "chaplygin-ball", "a": DIFFERENT, "D": 4.0},
     "initial": {"gamma": GAMMA, "p": P},
@@ -78,6 +85,10 @@ def test_axes_at_rest():
     assert not one.y[:, [1, 3, 5, 7]].any()
 
 
+def test_momentum_within_rounding_is_none():
+    assert_equal_answers(scene(initial={"gamma": GAMMA, "k": wedge(GAMMA, P)}), "reduced")
+
+
 def test_two_dimensions():
     initial = {"gamma": [0.6, 0.8], "p": [-0.8, 0.6]}
     asked = scene("chaplygin-sphere-reduced", [0.9, 1.2], initial=initial)
@@ -92,8 +103,9 @@ def test_two_dimensions():
         scene("chaplygin-sphere-reduced", [0.9, 0.9, 1.2, 1.2]),
         scene("chaplygin-sphere-reduced", ALL, initial={"gamma": GAMMA, "p": [0.0] * 4}),
         scene(initial={"gamma": GAMMA, "k": [1.0, 0.4, -0.3, 0.8, 0.2, -0.6]}),
+        scene(initial={"gamma": GAMMA, "k": wedge(GAMMA, P) + 1e-10 * np.eye(6)[0]}),
     ],
-    ids=["an ulp apart", "pairs", "at rest", "momentum"],
+    ids=["an ulp apart", "pairs", "at rest", "momentum", "little momentum"],
 )
 def test_what_cannot_be_reduced(asked):
     """A group of two equal parameters spans a plane already; at rest there is none."""
