@@ -116,10 +116,18 @@ def test_what_cannot_be_reduced(asked):
 
 @pytest.mark.parametrize("quantity", ["f-1-2", "r1", "measure"])
 def test_a_quantity_that_needs_all_axes_keeps_them(quantity):
-    asked = scene("chaplygin-sphere-reduced", THREE, observe={"quantities": ["energy", quantity]})
+    """There is an r1 of the smaller problem as well: another one."""
+    initial = {"gamma": [*GAMMA, 0.1], "p": [*P, 0.3]}
+    a, quantities = [0.9, 0.9, 0.9, 1.2, 1.4], ["energy", quantity]
+    with pytest.warns(gi.GeomintWarning):
+        asked = scene(
+            "chaplygin-sphere-reduced", a, initial=initial, observe={"quantities": quantities}
+        )
+    (r,) = (r for r in asked.model.reductions if r.of == "reduced")
+    assert "r1" in r.problem.invariants
     plan = gi.make_plan(asked)
     assert plan.route.name == "reduced"
-    assert f"{quantity} keeps it: else reduced, n = 3 would do" in plan.representation.reason
+    assert f"{quantity} keeps it: else reduced, n = 4 would do" in plan.representation.reason
     assert quantity in plan.watched.chosen
 
 
