@@ -169,7 +169,7 @@ def plan_scenes() -> str:
     for row in result("plan_table")["scenes"]:
         found = [row["ways"][way] for way in ways]
         times, sizes = ([way[key] for way in found] for key in ("seconds", "bytes"))
-        cells = [f"{1e3 * x:.3g}" for x in times] + [f"{1e-6 * x:.2g}" for x in sizes]
+        cells = [f"{1e3 * x:.0f}" for x in times] + [f"{1e-6 * x:.2g}" for x in sizes]
         rows.append([f"`{row['name']}`", *cells, f"{found[0]['evaluations']:,}".replace(",", " ")])
     return _table(heads, rows)
 

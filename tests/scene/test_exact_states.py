@@ -65,6 +65,10 @@ def test_two_states_far_apart_take_no_evaluations():
     asked = scene(time={"t_end": 1e9}, save={"t_eval": [1.0, 1e9]})
     plain = gi.make_plan(asked.changed(integrate={"exact": False}), costs=True)
     assert plain.evaluations.chosen > 1e10
+    motion = asked.problem.exact(asked.state)
+    tau = motion.tau(1e9)
+    known = motion.phase_error(tau) + motion.time_error(tau)
+    assert f"phases are known to {known:.1e}" in gi.make_plan(asked).exact.reason
     solution = gi.run_scene(asked, progress=False)
     np.testing.assert_array_equal(solution.t, [1.0, 1e9])
     energies = [gi.value(asked.problem, "energy", y) for y in solution.y]

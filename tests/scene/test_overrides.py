@@ -8,7 +8,8 @@ from click.testing import CliRunner
 import geomint as gi
 from geomint.cli import main
 from geomint.scene import validate
-from geomint.scene.raw import Overrides, drift_overrides
+from geomint.scene.load import load_changed
+from geomint.scene.raw import drift_changes, overridden
 
 SCENE = """
 system = {name = "chaplygin-sphere-hamiltonized", a = [0.8, 1.1, 1.5], D = 4.0}
@@ -93,16 +94,24 @@ def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
     }
     assert drift.content.time.t_end == 5.0
     assert drift.content.time.tau_end is None
-    raw = Overrides(step=0.5, tau_end=3.0).applied(drift.sections)
+    raw = overridden(drift.sections, step=0.5, tau_end=3.0)
     assert raw["time"] == {"tau_end": 3.0}
     assert raw["integrate"]["step"] == 0.5
 
 
 def test_overrides_leave_what_makes_no_sense_to_the_check():
     for raw in ({"drift": 3}, {"drift": {"step": "x"}}, {"drift": {"strep": 1.0}}):
-        assert drift_overrides(raw).nothing
-    assert Overrides(method="rk-4", t_end=1.0).applied({"integrate": 3, "time": []}) == {
-        "integrate": 3,
-        "time": [],
-    }
-    assert Overrides().nothing
+        assert drift_changes(raw) == {}
+    nonsense = {"integrate": 3, "time": []}
+    assert overridden(nonsense, method="rk-4", t_end=1.0) == nonsense
+    assert overridden(nonsense) == nonsense
+
+
+def test_a_scene_that_is_not_changed_keeps_its_text(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    scene = gi.load_scene(path)
+    assert load_changed(str(path), False, step=None).toml() == SCENE
+    assert load_changed(str(path), False, step=0.5).toml() != SCENE
+    assert load_changed(str(path), True).hash == scene.for_drift().hash
+    assert scene.changed_integration(representation="own") is scene

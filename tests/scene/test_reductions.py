@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from chaplygin.manifold import wedge as flat_wedge
 
 GAMMA, P = [0.5, 0.5, -0.5, 0.5], [1.0, -0.5, 0.25, -0.25]
 DIFFERENT, THREE, ALL = [0.7, 0.9, 1.2, 1.4], [0.9, 0.9, 0.9, 1.4], [0.9] * 4
+
+
+def wedge(x, y):
+    return flat_wedge(np.array(x), np.array(y))
+
+
 CONTENT = {
     "system": {"name": "chaplygin-ball", "a": DIFFERENT, "D": 4.0},
     "initial": {"gamma": GAMMA, "p": P},
@@ -78,6 +85,10 @@ def test_axes_at_rest():
     assert not one.y[:, [1, 3, 5, 7]].any()
 
 
+def test_momentum_within_rounding_is_none():
+    assert_equal_answers(scene(initial={"gamma": GAMMA, "k": wedge(GAMMA, P)}), "reduced")
+
+
 def test_two_dimensions():
     initial = {"gamma": [0.6, 0.8], "p": [-0.8, 0.6]}
     asked = scene("chaplygin-sphere-reduced", [0.9, 1.2], initial=initial)
@@ -92,8 +103,9 @@ def test_two_dimensions():
         scene("chaplygin-sphere-reduced", [0.9, 0.9, 1.2, 1.2]),
         scene("chaplygin-sphere-reduced", ALL, initial={"gamma": GAMMA, "p": [0.0] * 4}),
         scene(initial={"gamma": GAMMA, "k": [1.0, 0.4, -0.3, 0.8, 0.2, -0.6]}),
+        scene(initial={"gamma": GAMMA, "k": wedge(GAMMA, P) + 1e-10 * np.eye(6)[0]}),
     ],
-    ids=["an ulp apart", "pairs", "at rest", "momentum"],
+    ids=["an ulp apart", "pairs", "at rest", "momentum", "little momentum"],
 )
 def test_what_cannot_be_reduced(asked):
     """A group of two equal parameters spans a plane already; at rest there is none."""
@@ -104,10 +116,18 @@ def test_what_cannot_be_reduced(asked):
 
 @pytest.mark.parametrize("quantity", ["f-1-2", "r1", "measure"])
 def test_a_quantity_that_needs_all_axes_keeps_them(quantity):
-    asked = scene("chaplygin-sphere-reduced", THREE, observe={"quantities": ["energy", quantity]})
+    """There is an r1 of the smaller problem as well: another one."""
+    initial = {"gamma": [*GAMMA, 0.1], "p": [*P, 0.3]}
+    a, quantities = [0.9, 0.9, 0.9, 1.2, 1.4], ["energy", quantity]
+    with pytest.warns(gi.GeomintWarning):
+        asked = scene(
+            "chaplygin-sphere-reduced", a, initial=initial, observe={"quantities": quantities}
+        )
+    (r,) = (r for r in asked.model.reductions if r.of == "reduced")
+    assert "r1" in r.problem.invariants
     plan = gi.make_plan(asked)
     assert plan.route.name == "reduced"
-    assert f"{quantity} keeps it: else reduced, n = 3 would do" in plan.representation.reason
+    assert f"{quantity} keeps it: else reduced, n = 4 would do" in plan.representation.reason
     assert quantity in plan.watched.chosen
 
 

@@ -210,7 +210,7 @@ def pasted(value: Any) -> str:
 
 
 _SAID = ("name", "order", "needs", "step_fraction")
-_FITTING = {
+FITTING = {
     "field": "gauss-8, dop853, rk-4",
     "action": "cf-4, rkmk-4",
     "hamiltonian": "rattle-2, rattle-4, rattle-6",
@@ -219,7 +219,7 @@ _FITTING = {
 
 
 def _advice(problem: Problem) -> str:
-    fitting = [f"{_FITTING[form]} (form {form!r})" for form in problem.forms]
+    fitting = [f"{FITTING[form]} (form {form!r})" for form in problem.forms]
     return f"Methods that fit: {'; '.join(fitting)}."
 
 

@@ -7,7 +7,7 @@ what the scene does not need. `run_methods` plans and runs one scene for each of
 
 from .choice import Choice, Route, Saving
 from .duration import Estimate, estimate, expected_time
-from .fitting import obstacles, representation_for, unfit
+from .fitting import representation_for
 from .plan import Plan, make_plan, run_scene
 from .several import MethodRun, SeveralRuns, expected_plans, run_methods
 
@@ -23,9 +23,7 @@ __all__ = [
     "expected_plans",
     "expected_time",
     "make_plan",
-    "obstacles",
     "representation_for",
     "run_methods",
     "run_scene",
-    "unfit",
 ]

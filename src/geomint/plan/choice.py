@@ -10,7 +10,7 @@ from ..kernels.compiling.sameness import Compared
 from ..kernels.compiling.sending import Sendable
 from ..methods.method import Method
 from ..problems.problem import Problem
-from ..problems.systems import Lift, Model
+from ..problems.systems import Lift, Model, Reduction
 from ..scene.model import Content
 from ..scene.scene import Scene
 
@@ -59,6 +59,8 @@ class Route(Sendable):
         Its states ↦ those of `asked`, if that is another one and a run keeps states.
     same : tuple of str, optional
         The quantities that mean what they mean in `asked`; None: all.
+    condition : str
+        In words, why the initial state allows it.
     """
 
     name: str
@@ -67,6 +69,12 @@ class Route(Sendable):
     asked: str
     lift: Lift | None = None
     same: tuple[str, ...] | None = None
+    condition: str = ""
+
+    @classmethod
+    def along(cls, r: Reduction) -> Route:
+        """Return the way by a reduction."""
+        return cls(r.name, r.problem, r.state, r.of, r.lift, r.quantities, r.condition)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,4 +119,5 @@ class Asked(Compared):
 
     def route(self, name: str) -> Route:
         """Return the way that integrates a representation itself."""
-        return Route(name, self.model.problems[name], self.model.states[name], name)
+        problem, state = self.model.problems[name], self.model.states[name]
+        return Route(name, problem, state, name, condition=self.model.conditions.get(name, ""))

@@ -35,7 +35,7 @@ def choose_exact(c: Asked) -> Choice[Route | None] | None:
     name = c.content.integrate.representation
     first = c.route(c.own if name in (None, "own") else str(name))
     refused = f"no representation of {c.content.system.name!r} has one that gives {first.asked}"
-    for route in (first, *_lifted(c, first)):
+    for route in (first, *(Route.along(r) for r in c.model.reductions if r.of == first.name)):
         if route.problem.make_exact is None:
             continue
         try:
@@ -47,15 +47,6 @@ def choose_exact(c: Asked) -> Choice[Route | None] | None:
             why = f"[integrate] exact; states alone are asked for, phases are known to {error:.1e}"
             return Choice("exact flow", route, told, why)
     return Choice("exact flow", None, "not taken", refused)
-
-
-def _lifted(c: Asked, first: Route) -> list[Route]:
-    """Return the problems whose states give those of a representation."""
-    return [
-        Route(r.name, r.problem, r.state, r.of, r.lift)
-        for r in c.model.reductions
-        if r.of == first.name
-    ]
 
 
 def _phase_error(c: Asked, route: Route) -> float:

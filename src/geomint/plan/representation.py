@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from ..errors import FormError
+from ..methods.method import FITTING
 from ..problems.problem import Problem
 from ..watch.quantities import expanded, has_quantity, quantities_of, watcher_of
 from .choice import Asked, Choice, Route
@@ -17,12 +20,6 @@ __all__ = [
 ]
 
 _TIME = {"t": "physical time t", "tau": "its own time τ"}
-_FITTING = {
-    "field": "gauss-8, dop853, rk-4",
-    "action": "cf-4, rkmk-4",
-    "hamiltonian": "rattle-4",
-    "splitting": "verlet-4",
-}
 
 
 def choose_representation(c: Asked) -> Choice[Route]:
@@ -101,7 +98,7 @@ def _nothing_fits(c: Asked, unfitting: dict[str, str]) -> FormError:
 
 
 def _methods_for(problem: Problem) -> str:
-    return ", ".join(_FITTING[form] for form in problem.forms if form in _FITTING)
+    return ", ".join(FITTING[form] for form in problem.forms)
 
 
 def _obstacle(c: Asked, name: str, unfitting: dict[str, str]) -> str:
@@ -175,7 +172,7 @@ def _others(c: Asked, first: Route, unfitting: dict[str, str]) -> dict[str, Rout
     for r in model.reductions:
         if r.of == first.name and r.name not in found and not unfit(r.problem, c.method, c.end):
             lift = r.lift if c.purpose == "run" else None
-            found[r.name] = Route(r.name, r.problem, r.state, r.of, lift, r.quantities)
+            found[r.name] = replace(Route.along(r), lift=lift)
     return found
 
 
@@ -193,12 +190,7 @@ def _lacking(c: Asked, first: Route, way: Route) -> list[str]:
 def _saving(c: Asked, first: Route, way: Route, costs: dict[str, Cost]) -> str:
     kept = {piece for piece, _ in way.problem.pieces}
     gone = [piece for piece, _ in first.problem.pieces if piece not in kept]
-    conditions = {
-        **c.model.conditions,
-        **{r.name: r.condition for r in c.model.reductions if r.of == first.name},
-    }
-    condition = conditions.get(way.name)
-    words = [condition] if condition and condition != conditions.get(first.name) else []
+    words = [way.condition] if way.condition not in ("", first.condition) else []
     if c.purpose == "run":
         words.append(f"saved states are those of {first.name} again")
     else:

@@ -54,44 +54,40 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
+    text: str | None = None
+    content: Mapping[str, Any] | None = None
+    name, builtin = "scene", False
     if isinstance(source, str | PathLike):
-        scene, builtin = _read_scene(source)
-        if not builtin:
-            scene.warn()
-        return scene
+        name, text, builtin = _found(source)
+        content = parse(name if builtin else fspath(source), text)
+    elif isinstance(source, Mapping):
+        content = source
     from .scene import Scene
 
     if isinstance(source, Scene):
         return source
-    if not isinstance(source, Mapping):
+    if content is None:
         expected = "a name, the path of a TOML file, a mapping, or a Scene"
         raise SceneError(f"scene {quoted(source)}: expected {expected}")
-    scene = Scene.from_content("scene", source)
-    scene.warn()
+    scene = Scene.from_content(name, content, text)
+    if not builtin:
+        scene.warn()
     return scene
 
 
 def load_changed(source: str, drift: bool, **changes: Any) -> Scene:
     """Return a scene from a built-in name or a TOML file, changed before it is checked.
 
-    By its own section ``[drift]`` if `drift`, and then by `changes`: the fields of `Overrides`.
+    By its own section ``[drift]`` if `drift`, and then by `changes`, as `raw.overridden` takes them.
     """
-    return _read_scene(source, drift, changes)[0]
-
-
-def _read_scene(
-    source: str | PathLike[str], drift: bool = False, changes: Mapping[str, Any] | None = None
-) -> tuple[Scene, bool]:
-    """Return a scene, and whether it is a built-in one."""
     name, text, builtin = _found(source)
-    content = parse(name if builtin else fspath(source), text)
-    from .raw import Overrides, drift_overrides
+    content = parse(name if builtin else source, text)
+    from .raw import drift_changes, overridden
     from .scene import Scene
 
-    uses = [drift_overrides] if drift else []
-    return Scene.from_content(
-        name, content, text, [*uses, lambda raw: Overrides(**(changes or {}))]
-    ), builtin
+    raw = overridden(content, **drift_changes(content)) if drift else content
+    raw = overridden(raw, **changes)
+    return Scene.from_content(name, raw, text if raw == content else None)
 
 
 def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,81 +12,57 @@ from ..errors import SceneError, quoted
 from .explain import key_of, shown
 from .model import DriftSection, IntegrateSection, ObserveSection
 
-__all__ = ["Overrides", "drift_overrides", "merged", "plain"]
+__all__ = ["drift_changes", "merged", "overridden", "plain"]
 
 DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
 LARGEST_INTEGER = 10**300  # a float
 
 
-@dataclass(frozen=True)
-class Overrides:
-    """What a use of a scene changes in it: the keys of several sections; None leaves one as it is.
+def overridden(
+    raw: Mapping[str, Any],
+    *,
+    method: str | None = None,
+    step: float | None = None,
+    representation: str | None = None,
+    quantities: Iterable[str] | None = None,
+    every: int | None = None,
+    t_end: float | None = None,
+    tau_end: float | None = None,
+) -> dict[str, Any]:
+    """Return the content with some keys of several sections changed; None leaves one as it is.
 
     Options of the former method go with it, and so does its step, unless one is given. Options of
     quantities go with these.
     """
-
-    method: Any = None
-    step: Any = None
-    representation: Any = None
-    quantities: Any = None
-    every: Any = None
-    t_end: Any = None
-    tau_end: Any = None
-
-    @property
-    def nothing(self) -> bool:
-        """Whether all is left as it is."""
-        return all(value is None for value in vars(self).values())
-
-    def applied(self, raw: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the content with these changes."""
-        changes = {"observe": self._observe(raw), "integrate": self._integrate(raw)}
-        if self.t_end is not None or self.tau_end is not None:
-            changes["time"] = {"t_end": self.t_end, "tau_end": self.tau_end}
-        return merged(raw, plain({key: section for key, section in changes.items() if section}))
-
-    def _observe(self, raw: Mapping[str, Any]) -> dict[str, Any]:
-        changes = {} if self.every is None else {"every": self.every}
-        if self.quantities is None:
-            return changes
-        names = list(self.quantities)
+    observe: dict[str, Any] = {} if every is None else {"every": every}
+    if quantities is not None:
+        names = list(quantities)
         section = raw.get("observe", {})
         options = [key for key in section if key not in ObserveSection.model_fields]
         gone = [] if "all" in names else [key for key in options if key not in names]
         gone += [] if names else ["every"]
-        return {**dict.fromkeys(gone), **changes, "quantities": names}
-
-    def _integrate(self, raw: Mapping[str, Any]) -> dict[str, Any]:
-        section = raw.get("integrate", {})
-        given = {"step": self.step, "representation": self.representation}
-        changes = {key: value for key, value in given.items() if value is not None}
-        fields = IntegrateSection.model_fields
-        if self.method is None or not isinstance(section, Mapping):
-            return changes
-        if self.method == section.get("method", fields["method"].default):
-            return changes
-        gone = {key: None for key in section if key == "step" or key not in fields}
-        return {**gone, "method": self.method, **changes}
+        observe = {**dict.fromkeys(gone), **observe, "quantities": names}
+    given = {"step": step, "representation": representation}
+    integrate: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    section, fields = raw.get("integrate", {}), IntegrateSection.model_fields
+    former = dict(section) if isinstance(section, Mapping) else {}
+    if method not in (None, former.get("method", fields["method"].default)):
+        old = dict.fromkeys(key for key in former if key == "step" or key not in fields)
+        integrate = {**old, "method": method, **integrate}
+    time = {} if t_end is None and tau_end is None else {"t_end": t_end, "tau_end": tau_end}
+    sections = {"observe": observe, "integrate": integrate, "time": time}
+    return merged(raw, plain({key: changes for key, changes in sections.items() if changes}))
 
 
-def drift_overrides(raw: Mapping[str, Any]) -> Overrides:
-    """Return what ``geomint drift`` changes in a scene: what its section ``[drift]`` says.
+def drift_changes(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what ``geomint drift`` changes in a scene, as `overridden` takes it.
 
-    Nothing if that makes no sense: the check of the whole reports it.
+    Its section ``[drift]``; nothing if that makes no sense: the check of the whole reports it.
     """
     try:
-        other = DriftSection.model_validate(raw.get("drift", {}))
+        return DriftSection.model_validate(raw.get("drift", {})).model_dump(exclude={"methods"})
     except ValidationError:
-        return Overrides()
-    return Overrides(
-        method=other.method,
-        step=other.step,
-        quantities=other.quantities,
-        every=other.every,
-        t_end=other.t_end,
-        tau_end=other.tau_end,
-    )
+        return {}
 
 
 def merged(raw: Mapping[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:

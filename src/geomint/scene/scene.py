@@ -6,7 +6,7 @@ import copy
 import hashlib
 import json
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +16,7 @@ from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from .model import Content
-from .raw import Overrides, drift_overrides, merged, plain
+from .raw import drift_changes, merged, overridden, plain
 from .validate import Checked, check_content
 
 __all__ = ["Scene"]
@@ -71,37 +71,19 @@ class Scene(Compared):
         self.warn()
 
     @classmethod
-    def from_content(
-        cls,
-        name: str,
-        content: Mapping[str, Any],
-        text: str | None = None,
-        uses: Iterable[Callable[[Mapping[str, Any]], Overrides]] = (),
-    ) -> Scene:
-        """Return a scene from the content of a scene file, and its text if there is one.
-
-        `uses` say what is changed in the content, one after the other, before it is checked.
-        """
+    def from_content(cls, name: str, content: Mapping[str, Any], text: str | None = None) -> Scene:
+        """Return a scene from the content of a scene file, and its text if there is one."""
         scene = cls.__new__(cls)
-        scene._check(name, content, uses=uses, text=text)
+        scene._check(name, content)
+        scene._text = text
         return scene
 
-    def _check(
-        self,
-        name: str,
-        content: Mapping[str, Any],
-        former: Checked | None = None,
-        uses: Iterable[Callable[[Mapping[str, Any]], Overrides]] = (),
-        text: str | None = None,
-    ) -> None:
+    def _check(self, name: str, content: Mapping[str, Any], former: Checked | None = None) -> None:
         """Check the content; `former` is that of a scene with the same system and initial state."""
-        self.name, self._text = name, text
+        self.name = name
+        self._text: str | None = None
         try:
             self._raw: dict[str, Any] = plain(content)
-            for use in uses:
-                overrides = use(self._raw)
-                if not overrides.nothing:
-                    self._raw, self._text = overrides.applied(self._raw), None
         except SceneError as error:
             raise SceneError(f"scene {quoted(name)}: {error}") from None
         self._checked = check_content(self._raw, name, former)
@@ -137,27 +119,26 @@ class Scene(Compared):
         ``scene.changed(time={"t_end": 5.0})`` also removes ``tau_end``: there is only one end.
         """
         former = None if {"system", "initial"} & sections.keys() else self._checked
-        return self._with(merged(self._raw, plain(sections)), former, name)
+        return self._of(merged(self._raw, plain(sections)), former, name or self.name)
 
-    def _with(self, raw: dict[str, Any], former: Checked | None, name: str | None = None) -> Scene:
+    def _of(self, raw: dict[str, Any], former: Checked | None, name: str) -> Scene:
         scene = Scene.__new__(Scene)
-        scene._check(name or self.name, raw, former)
+        scene._check(name, raw, former)
         return scene
 
-    def _overridden(self, overrides: Overrides) -> Scene:
-        """Return the scene with these changes, which is checked once; its model is not built again."""
-        return (
-            self if overrides.nothing else self._with(overrides.applied(self._raw), self._checked)
-        )
+    def _overridden(self, **changes: Any) -> Scene:
+        """Return the scene with changes that leave its model, which is not built again."""
+        raw = overridden(self._raw, **changes)
+        return self if raw == self._raw else self._of(raw, self._checked, self.name)
 
     def for_drift(self) -> Scene:
         """Return the scene as ``geomint drift`` runs it: changed by its ``[drift]`` section."""
-        return self._overridden(drift_overrides(self._raw))
+        return self._overridden(**drift_changes(self._raw))
 
     def for_compare(self) -> Scene:
         """Return the scene with the end that its ``[compare]`` section may state."""
         other = self.content.compare
-        return self._overridden(Overrides(t_end=other.t_end, tau_end=other.tau_end))
+        return self._overridden(t_end=other.t_end, tau_end=other.tau_end)
 
     def changed_integration(
         self,
@@ -169,7 +150,7 @@ class Scene(Compared):
 
         Options of the former method go; its step goes too, unless one is given.
         """
-        return self._overridden(Overrides(method, step, representation))
+        return self._overridden(method=method, step=step, representation=representation)
 
     def changed_observation(
         self, quantities: Iterable[str] | None = None, every: int | None = None
@@ -178,7 +159,7 @@ class Scene(Compared):
 
         Options of quantities that are watched no longer go with them.
         """
-        return self._overridden(Overrides(quantities=quantities, every=every))
+        return self._overridden(quantities=quantities, every=every)
 
     @property
     def sections(self) -> dict[str, Any]:
