@@ -72,10 +72,15 @@ def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping
         inspect.signature(function).bind(*args, **options)
     except TypeError as error:
         raise ArgumentError(f"{name}: {error}: expected a problem and an initial state") from None
-    if isinstance(problem, Problem) and options.get("y0", args[1] if len(args) > 1 else None) is None:
+    if (
+        isinstance(problem, Problem)
+        and options.get("y0", args[1] if len(args) > 1 else None) is None
+    ):
         raise ArgumentError(f"{name}: missing y0: expected a problem and an initial state")
     if not isinstance(problem, Problem | Solution):
-        raise ArgumentError(f"problem = {quoted(problem)}: expected a geomint.Problem, or a Solution to go on")
+        raise ArgumentError(
+            f"problem = {quoted(problem)}: expected a geomint.Problem, or a Solution to go on"
+        )
 
 
 def _instead(option: str, known: list[str]) -> str:
