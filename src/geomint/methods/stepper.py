@@ -114,11 +114,17 @@ class Stepper:
         """Return the problem's own time after so many steps; an adaptive stepper remembers it."""
         return self.t0 + steps * self.h
 
-    def moved(self, t: float) -> Stepper:
-        """Return the stepper as it is, memory shared, with another time at its beginning."""
-        other = replace(self, t0=t)
-        other._advance = self._advance
-        return other
+    def begin(self, y: Array, t: float, h: float) -> None:
+        """Begin anew, and remember nothing; the clock stands at 0."""
+        self.memory.data[:] = 0.0
+        self.memory.data[: len(y)] = y
+        self.move(t, h)
+
+    def move(self, t: float, h: float) -> None:
+        """Take the state as it is for that of another time, and a step of another length."""
+        self.t0, self.h = t, h
+        if self._advance is not None:
+            self._advance.owner = None
 
     @property
     def finished(self) -> bool:

@@ -107,9 +107,7 @@ def _counted(span: float, size: float) -> tuple[int, bool]:
     return steps, near and steps >= 1
 
 
-def _resumed(
-    restart: Restart, problem: Problem, method: Method, end: float, own: bool
-) -> Timeline:
+def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own: bool) -> Timeline:
     """Return the timeline of a run that goes on, with the steps it had: no step is adjusted."""
     start, h = restart.start, restart.h
     reached = start + restart.done * h

@@ -15,11 +15,9 @@ from numba.extending import (
     models,
     overload,
     register_model,
-    typeof_impl,
 )
 
 from . import arithmetic
-from .double_double import DoubleDoubleBlock
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE
 
@@ -48,11 +46,6 @@ DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 class DoubleDoubleModel(models.StructModel):
     def __init__(self, dmm: Any, fe_type: DoubleDoubleType) -> None:
         super().__init__(dmm, fe_type, [("hi", fe_type.base), ("lo", fe_type.base)])
-
-
-@typeof_impl.register(DoubleDoubleBlock)
-def _typeof_block(value: Any, c: Any) -> Any:
-    return DD_BLOCK
 
 
 def _is_dd(x: Any) -> bool:
