@@ -32,16 +32,19 @@ _ALIGN = 8
 
 
 class BlockType(types.Type):
-    """A block whose rows are of type `row`; `rows` is their number where it is a constant."""
+    """A block whose rows are of type `row`; `rows` is their number where it is a constant.
 
-    def __init__(self, row: Any, rows: int | None = None) -> None:
-        self.row, self.rows = row, rows
+    `held` is the class of what Python holds.
+    """
+
+    def __init__(self, row: Any, rows: int | None = None, held: Any = blocks.Block) -> None:
+        self.row, self.rows, self.held = row, rows, held
         size = "" if rows is None else f", {rows}"
         super().__init__(name=f"block({row}{size})")
 
 
 SCALAR_BLOCK = BlockType(types.float64)
-LANE_BLOCK = BlockType(LANE_VALUE)
+LANE_BLOCK = BlockType(LANE_VALUE, held=blocks.LaneBlock)
 
 
 @register_model(BlockType)

@@ -18,6 +18,7 @@ from numba.extending import (
 )
 
 from . import arithmetic
+from .double_double import DoubleDoubleBlock
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE
 
@@ -38,7 +39,7 @@ class DoubleDoubleType(types.Type):
 
 DD_VALUE = DoubleDoubleType(types.float64)
 DD_LANE_VALUE = DoubleDoubleType(LANE_VALUE)
-DD_BLOCK = BlockType(DD_VALUE)
+DD_BLOCK = BlockType(DD_VALUE, held=DoubleDoubleBlock)
 DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 
 
