@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import functools
-import warnings
 from collections import namedtuple
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import GeomintWarning
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
@@ -19,6 +17,7 @@ from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part, section
 from ..kernels.numbers.lanes import LANES, Lanes
+from ..problems.spaces.repair import warn
 
 __all__ = ["lane_field", "no_clock", "with_clock"]
 
@@ -93,11 +92,9 @@ def _compiles_for_lanes(f: Recorded) -> bool:
     except Exception as error:
         reason = reason_of(error.__cause__ or error, f)
     field.entry(number_type=SCALAR)  # a field that compiles for neither is wrong
-    warnings.warn(
+    warn(
         f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
-        f"{reason}; see geomint.field",
-        GeomintWarning,
-        stacklevel=7,
+        f"{reason}; see geomint.field"
     )
     return False
 

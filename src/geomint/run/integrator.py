@@ -58,8 +58,8 @@ class Integrator:
     Examples
     --------
     >>> import geomint as gi
-    >>> from geomint.problems.testproblems import pendulum
-    >>> motion = gi.Integrator(pendulum.PROBLEM, [1.0, 0.0], step=0.1)
+    >>> from geomint.problems.testproblems import henon_heiles
+    >>> motion = gi.Integrator(henon_heiles.problem(), henon_heiles.INITIAL, step=0.1)
     >>> motion.step(10)
     >>> motion.time
     1.0
