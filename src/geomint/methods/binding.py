@@ -13,18 +13,18 @@ from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD
+from ..kernels.compiling.signatures import FIELD, GENERATOR, Signature
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part, section
 from ..kernels.numbers.lanes import LANES, Lanes
 from ..problems.spaces.repair import warn
 
-__all__ = ["lane_field", "no_clock", "with_clock"]
+__all__ = ["generator_with_clock", "lane_field", "no_clock", "with_clock"]
 
 
-def _renamed(function: Any, recorded: Recorded) -> Bound:
+def _renamed(function: Any, recorded: Recorded, signature: Signature = FIELD) -> Bound:
     function.__name__ = function.__qualname__ = recorded.function.__name__
-    return Bound(Recorded(function), FIELD)
+    return Bound(Recorded(function), signature)
 
 
 @functools.cache
@@ -38,6 +38,21 @@ def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Bou
         out[rows] = clock(p, t, state, work)
 
     return _renamed(bound, f)
+
+
+@functools.cache
+def generator_with_clock(
+    f: Recorded, clock: Recorded, params_rows: int, rows: int, algebra_rows: int
+) -> Bound:
+    """Bind a generator with one more row, the clock dt/dτ, by which translations move the last row."""
+
+    def bound(params, t, y, xi, work):  # type: ignore[no-untyped-def]
+        p = fixed_rows(params, params_rows)
+        state = fixed_rows(part(y, 0, rows), rows)
+        f(p, t, state, fixed_rows(part(xi, 0, algebra_rows), algebra_rows), work)
+        xi[algebra_rows] = clock(p, t, state, work)
+
+    return _renamed(bound, f, GENERATOR)
 
 
 Work = namedtuple("Work", "y out work padding")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +21,8 @@ from ..kernels.compiling.signatures import (
 )
 from ..kernels.numbers.blocks import Block
 from ..problems.forms import Group
-from .binding import no_clock, with_clock
+from ..problems.groups import translations
+from .binding import generator_with_clock, no_clock, with_clock
 from .method import Start
 from .stepper import filled_block
 
@@ -67,12 +69,20 @@ def piece_numbers(s: Start) -> list[float]:
     return numbers + [-1.0] * s.clock
 
 
-def action_of(s: Start) -> tuple[Bound, Group]:
-    """Return the bound generator and the group of the action form."""
-    action = s.problem.action
+def action_of(s: Start) -> tuple[Bound, Group, Array]:
+    """Return the bound generator and the group of the action form, and the initial state.
+
+    The clock, if wanted, is moved by translations beside the group.
+    """
+    problem, action = s.problem, s.problem.action
     assert action is not None
-    sizes = {"params": len(s.problem.params), "y": s.problem.rows, "xi": action.group.algebra_rows}
-    return bind(action.generator, GENERATOR, **sizes), action.group
+    n, m, params = problem.rows, action.group.algebra_rows, len(problem.params)
+    if not s.clock:
+        return bind(action.generator, GENERATOR, params=params, y=n, xi=m), action.group, s.y0
+    assert problem.clock is not None
+    group = replace(action.group, rows=n) * translations(1)
+    generator = generator_with_clock(action.generator, problem.clock, params, n, m)
+    return generator, group, np.append(s.y0, 0.0)
 
 
 class Maps(NamedTuple):

@@ -183,8 +183,7 @@ def _wants_clock(
         if clock is False:
             raise DomainError("clock", clock, "True: t_end and t_eval are physical time")
         return True
-    possible = problem.clock is not None and method.needs != "action"
-    return possible if clock is None else clock
+    return problem.clock is not None if clock is None else clock
 
 
 def _check_counts(watched: Any, save_every: Any, observe_every: Any, measure_steps: Any) -> None:
