@@ -1,10 +1,9 @@
-"""Fields as methods take them: with the clock's row, and for eight numbers at once."""
+"""Fields as methods take them: for eight numbers at once."""
 
 from __future__ import annotations
 
 import functools
 from collections import namedtuple
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,46 +12,13 @@ from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD, GENERATOR, Signature
+from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
-from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part, section
+from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, section
 from ..kernels.numbers.lanes import LANES, Lanes
 from ..problems.spaces.repair import warn
 
-__all__ = ["generator_with_clock", "lane_field", "no_clock", "with_clock"]
-
-
-def _renamed(function: Any, recorded: Recorded, signature: Signature = FIELD) -> Bound:
-    function.__name__ = function.__qualname__ = recorded.function.__name__
-    return Bound(Recorded(function), signature)
-
-
-@functools.cache
-def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Bound:
-    """Bind a field with one more row, whose derivative is the clock dt/dτ."""
-
-    def bound(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        p = fixed_rows(params, params_rows)
-        state = fixed_rows(part(y, 0, rows), rows)
-        f(p, t, state, fixed_rows(part(out, 0, rows), rows), work)
-        out[rows] = clock(p, t, state, work)
-
-    return _renamed(bound, f)
-
-
-@functools.cache
-def generator_with_clock(
-    f: Recorded, clock: Recorded, params_rows: int, rows: int, algebra_rows: int
-) -> Bound:
-    """Bind a generator with one more row, the clock dt/dτ, by which translations move the last row."""
-
-    def bound(params, t, y, xi, work):  # type: ignore[no-untyped-def]
-        p = fixed_rows(params, params_rows)
-        state = fixed_rows(part(y, 0, rows), rows)
-        f(p, t, state, fixed_rows(part(xi, 0, algebra_rows), algebra_rows), work)
-        xi[algebra_rows] = clock(p, t, state, work)
-
-    return _renamed(bound, f, GENERATOR)
+__all__ = ["lane_field", "no_clock"]
 
 
 Work = namedtuple("Work", "y out work padding")
@@ -79,7 +45,8 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
             for r in range(rows):
                 target[r * LANES + i] = out1[r]
 
-    return _renamed(adapted, f)
+    adapted.__name__ = adapted.__qualname__ = f.function.__name__
+    return Bound(Recorded(adapted), FIELD)
 
 
 def lane_field(

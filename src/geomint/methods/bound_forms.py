@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -20,9 +19,9 @@ from ..kernels.compiling.signatures import (
     VALUE,
 )
 from ..kernels.numbers.blocks import Block
+from ..problems.beside import field_beside, generator_beside, group_beside
 from ..problems.forms import Group
-from ..problems.groups import translations
-from .binding import generator_with_clock, no_clock, with_clock
+from .binding import no_clock
 from .method import Start
 from .stepper import filled_block
 
@@ -59,7 +58,7 @@ def field_of(s: Start) -> tuple[Bound, int, Array, int]:
     if not s.clock:
         return bind(problem.field, FIELD, params=m, y=n, out=n), n, s.y0, problem.work
     assert problem.clock is not None
-    field = with_clock(problem.field, problem.clock, m, n)
+    field = bind(field_beside(problem.field, problem.clock, n), FIELD, params=m, y=n + 1, out=n + 1)
     return field, n + 1, np.append(s.y0, 0.0), problem.work
 
 
@@ -72,7 +71,7 @@ def piece_numbers(s: Start) -> list[float]:
 def action_of(s: Start) -> tuple[Bound, Group, Array]:
     """Return the bound generator and the group of the action form, and the initial state.
 
-    The clock, if wanted, is moved by translations beside the group.
+    The clock, if wanted, is moved beside the group.
     """
     problem, action = s.problem, s.problem.action
     assert action is not None
@@ -80,9 +79,9 @@ def action_of(s: Start) -> tuple[Bound, Group, Array]:
     if not s.clock:
         return bind(action.generator, GENERATOR, params=params, y=n, xi=m), action.group, s.y0
     assert problem.clock is not None
-    group = replace(action.group, rows=n) * translations(1)
-    generator = generator_with_clock(action.generator, problem.clock, params, n, m)
-    return generator, group, np.append(s.y0, 0.0)
+    generator = generator_beside(action.generator, problem.clock, n, m)
+    sizes = {"params": params, "y": n + 1, "xi": m + 1}
+    return bind(generator, GENERATOR, **sizes), group_beside(action.group, n), np.append(s.y0, 0.0)
 
 
 class Maps(NamedTuple):
