@@ -37,7 +37,7 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
 
 
 class _Kept(dict[Any, tuple[Stepper, tuple[str, ...]]]):
-    """The steppers that a problem keeps: addresses of this process, which neither copies nor pickles."""
+    """The steppers that a problem keeps; copies and pickles of it have none, addresses are no use."""
 
     def __reduce__(self) -> Any:
         return _Kept, ()

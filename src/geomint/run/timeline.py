@@ -54,10 +54,9 @@ class Timeline:
         end = self.own_end if self.own_end is not None else self.physical_end
         return abs(((end or 0.0) - self.start) / self.h)
 
-    def at(self, steps: npt.NDArray[np.int64]) -> Array:
-        """Return the problem's own time after so many steps; the end is the one asked for."""
-        times: Array = np.asarray(self.start + self.h * steps, dtype=np.float64)
-        if self.own_end is not None and self.remainder == 0.0:
+    def met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
+        """Return times after so many steps, that of the last whole step being the end, if it is."""
+        if self.own_end is not None and self.steps is not None and self.remainder == 0.0:
             times[steps == self.steps] = self.own_end
         return times
 
@@ -85,7 +84,7 @@ def plan_timeline(
     own = problem.time == "t" or tau_end is not None
     begin = finite("t0", t0) if tau_end is None else 0.0
     if restart is not None:
-        return _resumed(restart, method, end, own)
+        return _resumed(restart, problem, method, end, own)
     start, span = begin if own else 0.0, end - begin
     if span == 0.0 or not math.isfinite(span):
         name = "t_end" if tau_end is None else "tau_end"
@@ -113,18 +112,20 @@ def _counted(span: float, size: float) -> tuple[int, bool]:
     return steps, near and steps >= 1
 
 
-def _resumed(restart: Restart, method: Method, end: float, own: bool) -> Timeline:
+def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own: bool) -> Timeline:
     """Return the timeline of a run that goes on, with the steps it had: no step is adjusted."""
     start, h = restart.start, restart.h
+    reached = start + restart.done * h
+    if not own or method.adaptive:  # the clock's row, and then that of time
+        reached = float(restart.memory[problem.rows + (own and restart.clock)])
+    if not (end - reached) * h > 0.0:
+        raise DomainError("end", end, f"a time beyond {reached:.9g}, where the run goes on")
     if not own:
         return Timeline(start, h, None, 0.0, None, end)
     if method.adaptive:
         return Timeline(start, h, None, 0.0, end, None)
     span = end - start
     steps, met = _counted(span, abs(h))
-    if span * h <= 0.0 or steps < restart.done:
-        reached = start + restart.done * h
-        raise DomainError("end", end, f"a time beyond {reached:.9g}, where the run goes on")
     if met and span / steps == h:
         return Timeline(start, h, steps, 0.0, end, None)
     steps -= met and abs(steps * h) > abs(span)

@@ -51,7 +51,7 @@ class Run:
     def step(self, state: Array, time: float, length: float) -> Array:
         """Return the state after one step of the run's method from any other state."""
         rows = self.problem.rows
-        y = np.zeros(self.stepper.rows)
+        y = np.zeros(len(self.stepper.state))
         y[:rows] = state
         return self.stepper.single_step(y, time, length)[:rows]
 

@@ -160,6 +160,8 @@ def _step(attempt: Recorded) -> Recorded:
             factor = min(factor, 1.0)
         longest = section(coefficients, given, "max_step")[0]
         proposed = factor * h
+        if ends and abs(proposed) < abs(following[0]):  # what an end leaves is no measure
+            proposed = following[0]
         following[0] = min(max(proposed, -longest), longest)
         former[0] = logarithm(max(error, LEAST_FORMER))
         return OK, tries, error
