@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..watch.drift import ROUNDOFF, Drift
-from .panels import LARGEST, Line, draw_lines, line_style, say, shared_legend, thinned, time_name
+from .panels import Line, draw_lines, line_style, say, shared_legend, thinned, time_name
 from .style import WIDTH, new_figure
 
 if TYPE_CHECKING:
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["drift_figure", "panel_figure"]
+
+HUGE = 1e307  # differences of larger numbers overflow
 
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]
 
@@ -108,7 +110,7 @@ def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_la
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
     for i, (label, drift) in enumerate(runs):
         times, means = drift.windows.times, drift.windows.means
-        shown = np.abs(means) < LARGEST
+        shown = np.abs(means) < HUGE
         if not len(means):
             say(axes, "the run is shorter than a window")
             continue

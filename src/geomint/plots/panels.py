@@ -14,20 +14,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "LARGEST",
-    "Line",
-    "draw_lines",
-    "line_style",
-    "say",
-    "shared_legend",
-    "thinned",
-    "time_name",
-]
+__all__ = ["Line", "draw_lines", "line_style", "say", "shared_legend", "thinned", "time_name"]
 
 _TIMES = {"t": "t", "tau": "τ"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-SMALLEST, LARGEST = 1e-300, 1e200  # what matplotlib puts on a logarithmic axis
+_SMALLEST, _LARGEST = 1e-300, 1e200  # what matplotlib puts on a logarithmic axis
 _DASHED = (0, (4, 2))
 _INTERVALS = 60  # points of a line that shares its panel with others
 _MARKED = 40  # series of fewer windows than this show their points
@@ -78,7 +69,7 @@ def draw_lines(
     heights, reached = [] if level is None else [level], []
     notes: dict[str, list[str]] = {}
     for i, (label, times, sizes, own_level) in enumerate(lines):
-        shown = (sizes > 0.0) & (sizes < LARGEST)
+        shown = (sizes > 0.0) & (sizes < _LARGEST)
         style = line_style(i if order is None else order[label], len(times), len(lines))
         axes.plot(np.abs(times), np.where(shown, sizes, np.nan), label=label, **style)
         heights += [float(size) for size in sizes[shown]]
@@ -89,7 +80,7 @@ def draw_lines(
         for note in _unseen(sizes, gaps_are_named=len(lines) == 1):
             notes.setdefault(note, []).append(label)
     if heights:
-        heights = [max(height, SMALLEST) for height in heights]
+        heights = [max(height, _SMALLEST) for height in heights]
         axes.set_ylim(min(min(heights) / 3.0, max(heights) / 30.0), max(heights) * 3.0)
     if reached:
         axes.set_xlim(min(reached) / 1.5, max(reached) * 1.2)
@@ -137,7 +128,7 @@ def _unseen(sizes: Array, gaps_are_named: bool) -> list[str]:
     """Say in words what a logarithmic axis cannot show."""
     if not len(sizes):
         return ["the run is shorter than a window"]
-    zeros, wild = int((sizes == 0.0).sum()), int((~(sizes < LARGEST)).sum())
+    zeros, wild = int((sizes == 0.0).sum()), int((~(sizes < _LARGEST)).sum())
     if zeros == len(sizes):
         return ["exactly 0 throughout"]
     words = [f"exactly 0 in {zeros} of {len(sizes)} windows"] if zeros and gaps_are_named else []

@@ -82,11 +82,6 @@ class Drift(Compared):
     note: str = ""
     own_noise: bool = False
 
-    def of(self, watcher: Any) -> Drift:
-        """Return the drift with what its watcher says of the quantity."""
-        said = {key: getattr(watcher, key) for key in ("kind", "label", "note", "own_noise")}
-        return replace(self, **said)
-
     @property
     def within_roundoff(self) -> bool:
         """Whether no deviation is larger than 32 ε × scale, however it grows."""

@@ -154,4 +154,4 @@ class Sweep:
         for name, windows in self._windows.items():
             scale = self._scales[name]
             noise = walk_level(scale, steps)
-            yield drift_of_run(name, windows, scale, noise).of(self._functions[name])
+            yield self._functions[name].described(drift_of_run(name, windows, scale, noise))

@@ -177,6 +177,11 @@ class Watcher(Sendable):
         """Return what watches for several watchers of this class along a run; see `Watch`."""
         return [Watch(name, watcher, run) for name, watcher in group.items()]
 
+    def described(self, drift: Drift) -> Drift:
+        """Return a drift with what the watcher says of its quantity."""
+        said = {key: getattr(self, key) for key in ("kind", "label", "note", "own_noise")}
+        return dataclasses.replace(drift, **said)
+
     @property
     def sees_all(self) -> bool:
         """Whether it needs the state after every step."""
@@ -294,4 +299,5 @@ class Watch:
         assert self._windows is not None
         scale, noise = self._asked(self._watcher.scale), self._asked(self._watcher.noise, steps)
         scale = 1.0 if scale <= 0.0 else scale
-        yield drift_of_run(self._name, self._windows, scale, noise).of(self._watcher)
+        drift = drift_of_run(self._name, self._windows, scale, noise)
+        yield self._watcher.described(drift)
