@@ -281,6 +281,8 @@ METHODS_BELOW = {  # methods of classes
         "failure", "of", "take",
     },
     "SavedSolution": {"piece"},
+    # Tested in tests/watch; those of one's own by check_watcher.
+    "Watcher": methods_of(gi.Watcher),
     # Tested in tests/spaces, by geomint.testing.
     **{
         name: methods_of(kind) for name, kind in {n: getattr(gi, n) for n in gi.__all__}.items()
