@@ -161,10 +161,13 @@ def drift_from_windows(
     return drift_of_run(name, windows, scale, explained)
 
 
-def drift_of_run(name: str, windows: Windows, scale: float, explained: float) -> Drift:
+def drift_of_run(
+    name: str, windows: Windows, scale: float, explained: float, **described: Any
+) -> Drift:
     """Return the drift as `drift_from_windows` does; undetermined where times are not in order.
 
-    So no run is lost in which a clock has stood still.
+    So no run is lost in which a clock has stood still. `described` is what its watcher says of the
+    quantity.
     """
     growth = Growth(NOT_FINITE if windows.not_finite_from is not None else "undetermined")
     if windows.not_finite_from is None and windows.in_order:
@@ -183,4 +186,5 @@ def drift_of_run(name: str, windows: Windows, scale: float, explained: float) ->
         windows=windows,
         not_finite_from=windows.not_finite_from,
         **growth._asdict(),
+        **described,
     )

@@ -154,4 +154,5 @@ class Sweep:
         for name, windows in self._windows.items():
             scale = self._scales[name]
             noise = walk_level(scale, steps)
-            yield self._functions[name].described(drift_of_run(name, windows, scale, noise))
+            described = self._functions[name].description
+            yield drift_of_run(name, windows, scale, noise, **described)

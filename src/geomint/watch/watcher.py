@@ -177,10 +177,10 @@ class Watcher(Sendable):
         """Return what watches for several watchers of this class along a run; see `Watch`."""
         return [Watch(name, watcher, run) for name, watcher in group.items()]
 
-    def described(self, drift: Drift) -> Drift:
-        """Return a drift with what the watcher says of its quantity."""
-        said = {key: getattr(self, key) for key in ("kind", "label", "note", "own_noise")}
-        return dataclasses.replace(drift, **said)
+    @property
+    def description(self) -> dict[str, Any]:
+        """What it says of its quantity, for `geomint.Drift`."""
+        return {key: getattr(self, key) for key in ("kind", "label", "note", "own_noise")}
 
     @property
     def sees_all(self) -> bool:
@@ -299,5 +299,5 @@ class Watch:
         assert self._windows is not None
         scale, noise = self._asked(self._watcher.scale), self._asked(self._watcher.noise, steps)
         scale = 1.0 if scale <= 0.0 else scale
-        drift = drift_of_run(self._name, self._windows, scale, noise)
-        yield self._watcher.described(drift)
+        described = self._watcher.description
+        yield drift_of_run(self._name, self._windows, scale, noise, **described)
