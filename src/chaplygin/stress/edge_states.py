@@ -66,8 +66,8 @@ def _scaled(name: str, n: int, power: int) -> gi.StressCase:
     size = 2.0**power
     value, start = 4.0 * size * size, partial(started, MOTIONS[name], n)
     unit = gi.Rescaled(partial(start, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size))
-    options = {"label": f"{value:.0e}", "rescaled": unit, "quick": abs(power) == 250}
-    return case_of(MOMENTUM, name, n, value, partial(start, size), **options)
+    build, label, quick = partial(start, size), f"{value:.0e}", abs(power) == 250
+    return case_of(MOMENTUM, name, n, value, build, "", quick, label=label, rescaled=unit)
 
 
 def _at_rest(name: str, n: int) -> gi.StressCase:
