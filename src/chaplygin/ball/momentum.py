@@ -6,7 +6,7 @@ SO(n), ẏ = ξ·y with ξ = −ω: k ↦ E k Eᵀ, γ ↦ Eγ, g ↦ g Eᵀ.
 
 On T*SO(n) the state is (k, g): the reduction by translations alone, with γ = g⁻¹E_n the last row of g.
 That is the flow on the group itself, while (k, γ) is its reduction by the turns about the vertical.
-The measure of (k, g) has the density ϱ = det(I + D pr)^(−1/2) by dk and the Haar measure of g, eq. (mu).
+The measure of (k, g) has the density ϱ = det(I + D pr)^(−1/2) by dk and Haar's measure, eq. (mu).
 """
 
 from __future__ import annotations
