@@ -2,9 +2,8 @@
 
 from .ball.classical import classical_problem as classical_problem
 from .ball.contact import contact_problem as contact_problem
-from .ball.cotangent import cotangent_problem as cotangent_problem
 from .ball.hamiltonized import hamiltonized_problem as hamiltonized_problem
-from .ball.momentum import ball_problem as ball_problem
+from .ball.momentum import ball_problem as ball_problem, cotangent_problem as cotangent_problem
 from .ball.poisson import poisson_problem as poisson_problem, poisson_tensor as poisson_tensor
 from .ball.reconstruction import (
     RolledPath as RolledPath,
@@ -20,8 +19,6 @@ from .controls import (
     multiplier_defects as multiplier_defects,
 )
 from .conversion import converted as converted
-from .correspondence.chaplygin_change import chaplygin_change as chaplygin_change
-from .correspondence.clebsch import to_clebsch as to_clebsch, to_neumann as to_neumann
 from .correspondence.correspondence import Correspondence as Correspondence
 from .correspondence.fedorov import (
     fedorov_ball as fedorov_ball,
@@ -29,8 +26,13 @@ from .correspondence.fedorov import (
     fedorov_constants as fedorov_constants,
     fedorov_state as fedorov_state,
 )
-from .correspondence.gauss_map import gauss_map as gauss_map
-from .correspondence.hamiltonization import hamiltonization as hamiltonization
+from .correspondence.maps import (
+    chaplygin_change as chaplygin_change,
+    gauss_map as gauss_map,
+    hamiltonization as hamiltonization,
+    to_clebsch as to_clebsch,
+    to_neumann as to_neumann,
+)
 from .exact.classical import ExactBall as ExactBall
 from .exact.flow import ExactFlow as ExactFlow
 from .exact.frequency_map import (
@@ -48,14 +50,13 @@ from .related.ellipsoid import ellipsoid_problem as ellipsoid_problem
 from .rubber.rolling import rubber_rolling_problem as rubber_rolling_problem
 from .rubber.sphere import RubberSphere as RubberSphere
 from .spheroconical import Spheroconical as Spheroconical, SpheroconicalPoint as SpheroconicalPoint
-from .veselova.body import Veselova as Veselova
+from .veselova.body import Veselova as Veselova, VeselovaLR as VeselovaLR
 from .veselova.classical import veselova_classical_problem as veselova_classical_problem
 from .veselova.classical_multiplier import (
     veselova_multiplier_problem as veselova_multiplier_problem,
 )
 from .veselova.hamiltonized import veselova_hamiltonized_problem as veselova_hamiltonized_problem
 from .veselova.lr import lr_problem as lr_problem
-from .veselova.lr_body import VeselovaLR as VeselovaLR
 from .veselova.reduced import veselova_reduced_problem as veselova_reduced_problem
 from .veselova.stiefel import stiefel_problem as stiefel_problem
 

@@ -162,34 +162,21 @@ class Section:
         lines: str,
         *,
         n: Sequence[int] | None = None,
-        everywhere: bool = False,
-        negative: bool = False,
-        finding: str = "",
-        cites: tuple[str, ...] = (),
-        **amendment: str,
+        **said: Any,
     ) -> Callable[[Check], Check]:
         """Register a function as a claim; at most one amendment, named by a key of `AMENDMENTS`.
 
         `off_manifold` is the form that holds off the manifold as well, `wider` a weaker condition under
-        which the statement holds.
+        which the statement holds. Other keywords are fields of `Claim`.
         """
-        ((kind, text),) = amendment.items() or [(None, "")]
+        amendments = {kind: said.pop(kind) for kind in said.keys() & AMENDMENTS.keys()}
+        for kind, text in amendments.items():
+            said |= {"verdict_if_amended": AMENDMENTS[kind], "amendment": text}
+        assert len(amendments) <= 1, label
+        dimensions = self.n if n is None else n
 
         def register(check: Check) -> Check:
-            claim = Claim(
-                label,
-                statement,
-                self.title,
-                lines,
-                check,
-                self.n if n is None else n,
-                everywhere,
-                negative,
-                verdict_if_amended=AMENDMENTS[kind] if kind else None,
-                amendment=text,
-                finding=finding,
-                cites=cites,
-            )
+            claim = Claim(label, statement, self.title, lines, check, dimensions, **said)
             self.claims.append(claim)
             return check
 
@@ -216,10 +203,8 @@ def half(check: Check, which: int) -> Check:
 
 def evaluate(claim: Claim, points: Sequence[Point]) -> Result:
     """Return the verdict on a claim at those of the points whose dimension it speaks of."""
-    if claim.check is None:
-        return Result(claim, UNCHECKED)
     chosen = [point for point in points if point.n in claim.dimensions]
-    if not chosen:
+    if claim.check is None or not chosen:
         return Result(claim, UNCHECKED)
     on, off, amended = _residuals(claim, claim.check, chosen)
     dimensions = tuple(sorted({point.n for point in chosen}))

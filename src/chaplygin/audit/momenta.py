@@ -5,26 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from .algebra import Array, apply, null_space, wedge
-from .motion import ball_motion, constrained_rotation, zero_momentum_motion
+from .motion import BallMotion, ball_motion, constrained_rotation, zero_momentum_motion
 from .points import Point
 
 __all__ = ["contact_momentum", "space_momentum", "true_rates", "veselova_rates"]
 
 
-def space_momentum(
-    point: Point, inertia: Array, omega: Array, omega_dot: Array
-) -> tuple[Array, Array]:
+def space_momentum(point: Point, inertia: Array, moving: BallMotion) -> tuple[Array, Array]:
     """Return M = Ad_g(Iω) and Ṁ, by the product rule alone."""
+    omega, omega_dot = moving.omega, moving.omega_dot
     g, g_dot = point.g, point.g @ omega
     body, body_dot = apply(inertia, omega), apply(inertia, omega_dot)
     rate = g_dot @ body @ g.T + g @ body_dot @ g.T + g @ body @ g_dot.T
     return g @ body @ g.T, rate
 
 
-def contact_momentum(
-    point: Point, inertia: Array, omega: Array, omega_dot: Array
-) -> tuple[Array, Array]:
+def contact_momentum(point: Point, inertia: Array, moving: BallMotion) -> tuple[Array, Array]:
     """Return k = Iω + D(ωγ)∧γ and k̇, with γ̇ from γ = g⁻¹Γ and ġ = gω."""
+    omega, omega_dot = moving.omega, moving.omega_dot
     gamma, gamma_dot = point.gamma, (point.g @ omega).T @ point.Gamma
     u, u_dot = omega @ gamma, omega_dot @ gamma + omega @ gamma_dot
     k = apply(inertia, omega) + point.D * wedge(u, gamma)
@@ -39,7 +37,7 @@ def true_rates(point: Point, inertia: Array) -> tuple[Array, Array]:
         omega = point.omega_of(inertia, wedge(point.gamma, point.p), point.gamma)
         moving = ball_motion(point, inertia, omega)
     gamma_dot = (point.g @ moving.omega).T @ point.Gamma
-    k, k_dot = contact_momentum(point, inertia, moving.omega, moving.omega_dot)
+    k, k_dot = contact_momentum(point, inertia, moving)
     return gamma_dot, -k_dot @ point.gamma - k @ gamma_dot
 
 

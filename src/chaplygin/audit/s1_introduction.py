@@ -77,7 +77,7 @@ def energy(point: Point) -> Sides:
 def noether(point: Point) -> Sides:
     xi = around_vertical(point, "xi")
     moving = general_motion(point)
-    M, rate = space_momentum(point, point.general, moving.omega, moving.omega_dot)
+    M, rate = space_momentum(point, point.general, moving)
     return inner(rate, xi), 0.0, np.sqrt(inner(M, M) * inner(xi, xi))
 
 
@@ -113,7 +113,7 @@ def almost_hamiltonian(point: Point, extra: Any, convention: bool) -> Sides:
     w is Ω + `extra`.
     """
     moving = general_motion(point)
-    k, k_dot = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
+    k, k_dot = contact_momentum(point, point.general, moving)
     X, Y = (moving.omega, k_dot), (point.skew("eta"), point.skew("kappa"))
     pair = (Y, X) if convention else (X, Y)
     left = canonical_group_form(k, *pair) + extra(moving.omega, *pair)
@@ -201,7 +201,7 @@ def chaplygin_system(point: Point) -> Sides:
 @claim("mom:map", "Φ = pr_so(n−1) Ad_g k: equivariant, and Φ̇ = 0", "206–212", n=range(3, 8))
 def momentum_map(point: Point) -> Sides:
     moving = general_motion(point)
-    k, k_dot = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
+    k, k_dot = contact_momentum(point, point.general, moving)
     turn = horizontal_rotation(point)
     first = vertical_part(point, turn @ point.g @ k @ point.g.T @ turn.T)
     second = turn @ vertical_part(point, point.g @ k @ point.g.T) @ turn.T

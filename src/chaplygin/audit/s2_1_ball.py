@@ -118,7 +118,7 @@ def rubber(point: Point) -> Sides:
 @claim("c1", "Ṁ = −ρ Λ∧Γ, M = Ad_g(Iω)", "371–383")
 def c1(point: Point) -> Sides:
     moving = general_motion(point)
-    rate = space_momentum(point, point.general, moving.omega, moving.omega_dot)[1]
+    rate = space_momentum(point, point.general, moving)[1]
     return rate, -point.rho * wedge(moving.Lambda, point.Gamma), moving.size
 
 
@@ -241,7 +241,7 @@ def identity(point: Point) -> Sides:
 @claim("ch-red", "k̇ = [k, ω]", "444–449")
 def ch_red(point: Point) -> Sides:
     moving = general_motion(point)
-    k, rate = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
+    k, rate = contact_momentum(point, point.general, moving)
     return rate, bracket(k, moving.omega), moving.size
 
 

@@ -33,7 +33,7 @@ def iso(point: Point) -> Sides:
 @claim("Chap", "dk⃗/dt = k⃗ × ω⃗, dγ⃗/dt = γ⃗ × ω⃗, k⃗ = Iω⃗ + Dω⃗ − D(ω⃗, γ⃗)γ⃗", "495–502")
 def classical(point: Point) -> Sides:
     moving = general_motion(point)
-    k, rate = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
+    k, rate = contact_momentum(point, point.general, moving)
     tensor, omega = tensor_of(point.general), vector(moving.omega)
     printed = classical_k(point, tensor, omega, point.gamma)
     gamma_dot = (point.g @ moving.omega).T @ point.Gamma

@@ -38,8 +38,8 @@ def conservation(point: Point) -> Sides:
         return X - project(X, point.Gamma)
 
     moving, g = general_motion(point), point.g
-    M, M_dot = space_momentum(point, point.general, moving.omega, moving.omega_dot)
-    k = contact_momentum(point, point.general, moving.omega, moving.omega_dot)[0]
+    M, M_dot = space_momentum(point, point.general, moving)
+    k = contact_momentum(point, point.general, moving)[0]
     same = vertical(M) - vertical(g @ k @ g.T)
     return [vertical(M_dot), same], np.zeros((2, point.n, point.n)), np.max(np.abs(M_dot)), M
 
@@ -47,7 +47,7 @@ def conservation(point: Point) -> Sides:
 @claim("text:area", "n = 3: the integral is F_1 = (k⃗, γ⃗) = (Iω⃗, γ⃗)", "542–545", n=(3,))
 def area(point: Point) -> Sides:
     moving = general_motion(point)
-    k, rate = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
+    k, rate = contact_momentum(point, point.general, moving)
     to_vector = np.array([[0, 0, -1], [0, 1, 0], [-1, 0, 0]])
     k_vector, I_vector, k_dot = (
         to_vector @ coordinates(X) for X in (k, apply(point.general, moving.omega), rate)

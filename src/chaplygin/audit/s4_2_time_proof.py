@@ -65,23 +65,23 @@ def multiplier_equations(point: Point) -> Sides:
     everywhere=True,
 )
 def multipliers_keep_constraints(point: Point) -> Sides:
-    y = point.state
-    gamma, p = split(y)
-    lam, mu = multipliers(point, y)
-    slope = gradient(lambda z: hamiltonian_tau(point, z), y)
-    first = slope[point.n :] - mu * gamma
-    second = -slope[: point.n] + 2 * lam * gamma + mu * p
+    gamma, p = split(point.state)
+    first, second, slope = starred_flow(point)
     return [gamma @ first, first @ p + gamma @ second], [0.0, 0.0], abs(p @ slope[point.n :])
 
 
-def with_multipliers(point: Point) -> Sides:
-    """Compare (ham_q), (ham_p) with ∂H*/∂p̃ and −∂H*/∂γ."""
+def starred_flow(point: Point) -> tuple[Array, Array, Array]:
+    """Return ∂H*/∂p̃ and −∂H*/∂γ with the multipliers as printed, and the gradient of H."""
     gamma, p = split(point.state)
     lam, mu = multipliers(point, point.state)
     slope = gradient(lambda z: hamiltonian_tau(point, z), point.state)
     first = slope[point.n :] - mu * gamma
-    second = -slope[: point.n] + 2 * lam * gamma + mu * p
-    return ham_flow(point, point.state), np.concatenate([first, second])
+    return first, -slope[: point.n] + 2 * lam * gamma + mu * p, slope
+
+
+def with_multipliers(point: Point) -> Sides:
+    """Compare (ham_q), (ham_p) with ∂H*/∂p̃ and −∂H*/∂γ."""
+    return ham_flow(point, point.state), np.concatenate(starred_flow(point)[:2])
 
 
 claim(

@@ -46,25 +46,25 @@ def operator_of(inertia: Array) -> Array:
     return np.array([row[np.triu_indices(3, 1)] for row in rows]).T
 
 
+def forced(point: Point, w: Array) -> tuple[Array, Array]:
+    """Return ẇ and λ by d'Alembert's principle on SO(3) with the constraint ⟨Ad_g w, E_1∧E_2⟩ = 0."""
+    E = np.eye(3)
+    return constrained_rotation(point, operator_of(tensor(point)), hat(w), [wedge(E[1], E[0])])
+
+
 @claim("3.1", "d/dt 𝓘w⃗ = 𝓘w⃗ × w⃗ + λγ⃗, dγ⃗/dt = γ⃗ × w⃗", "1138–1147")
 def euler_with_multiplier(point: Point) -> Sides:
-    """Use d'Alembert's principle on SO(3) with the constraint ⟨Ad_g w, E_1∧E_2⟩ = 0."""
     inertia, y = tensor(point), state(point, constrained=True)
-    E = np.eye(3)
-    rate, (force,) = constrained_rotation(
-        point, operator_of(inertia), hat(y[:3]), [wedge(E[1], E[0])]
-    )
     w, gamma = y[:3], y[3:]
-    left = [inertia @ vector(rate), (point.g @ hat(w)).T @ E[2]]
+    rate, (force,) = forced(point, w)
+    left = [inertia @ vector(rate), (point.g @ hat(w)).T @ point.Gamma]
     return left, [np.cross(inertia @ w, w) + force * gamma, np.cross(gamma, w)]
 
 
 @claim("la", "λ = −(𝓘w⃗ × w⃗, 𝓘⁻¹γ⃗)/(𝓘⁻¹γ⃗, γ⃗)", "1147–1152")
 def la(point: Point) -> Sides:
-    inertia, y = tensor(point), state(point, constrained=True)
-    E = np.eye(3)
-    force = constrained_rotation(point, operator_of(inertia), hat(y[:3]), [wedge(E[1], E[0])])[1]
-    return printed_lambda(inertia, y[:3], y[3:]), force[0]
+    y = state(point, constrained=True)
+    return printed_lambda(tensor(point), y[:3], y[3:]), forced(point, y[:3])[1][0]
 
 
 @claim(

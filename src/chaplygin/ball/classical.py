@@ -24,6 +24,7 @@ import numpy as np
 import geomint as gi
 from geomint import fma, log, section, sqrt
 from geomint.arguments import switch
+from geomint.problems.spaces.sphere import product as product_of
 
 from ..exact.motions import exact_ball
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
@@ -42,6 +43,9 @@ Classical = namedtuple("Classical", "D B W B_rest W_rest own")
 DIAGONAL = Classical(D=1, B=3, W=3, B_rest=0, W_rest=0, own=gi.REST)
 FULL = Classical(D=1, B=3, W=3, B_rest=3, W_rest=3, own=gi.REST)
 VECTORS = gi.Euclidean(3, "k", turned=True) * gi.Sphere(3)
+
+classical_k = product_of(3, 0, 0)  # F_4 = (k⃗, k⃗) = ⟨k, k⟩, eq. (cl:int)
+classical_area = product_of(3, 0, 3)  # F_1 = (k⃗, γ⃗), eq. (cl:int)
 
 
 @gi.helper
@@ -147,18 +151,6 @@ def classical_forms(full: bool) -> dict[str, Any]:
         "log_density": gi.observable(classical_log_density),
         "spatial_momentum": gi.observable(classical_spatial_momentum),
     }
-
-
-@gi.observable
-def classical_k(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """F_4 = (k⃗, k⃗) = ⟨k, k⟩, eq. (cl:int)."""
-    return y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
-
-
-@gi.observable
-def classical_area(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """F_1 = (k⃗, γ⃗), eq. (cl:int)."""
-    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
 
 
 @functools.cache

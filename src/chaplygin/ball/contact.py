@@ -116,7 +116,7 @@ def contact_problem(
     D = rolling_scale(inertia, m, rho)
     m, rho = float(m), float(rho)
     omega, rows, params = ball_parameters(inertia, D, k0, m, rho)
-    forms, ball = contact_forms(omega, n, rows), ball_forms(omega, n, rows)
+    forms, ball = contact_forms(omega, n, rows), ball_forms(omega, n, rows, size)
     kept = ball_integrals(n, rows, size, size + n)
     constraints = {"vertical": forms["vertical"]}
     space = gi.Skew(n) * gi.Sphere(n) * gi.Rotations(n) * gi.Euclidean(n - 1, "r")

@@ -83,31 +83,30 @@ def turn(n: int, omega: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @functools.cache
-def ball_forms(omega: Any, n: int, rows: Ball, vertical: int | None = None) -> BallForms:
+def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
     """Return the functions of the ball in R^n whose ω is given by `omega`; see `ball_parameters`.
 
-    The state begins with k; γ stands in the rows from `vertical` on, or else right after k.
+    The state begins with k; γ stands in the rows from `vertical` on.
     """
     size = n * (n - 1) // 2
-    at = size if vertical is None else vertical
     log_density = log_density_after(omega)
 
     def ball_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """Eqs. (ch-red), (PE), (ch-red2)."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), w, rest)
         turn(n, w, y, out, rest)
 
     def ball_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         """ξ = −ω."""
-        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, at, n), out, work)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), out, work)
         for i in range(size):
             out[i] = -out[i]
 
     def ball_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨k, ω⟩, the reduced kinetic energy."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
-        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, at, n), w, rest)
+        omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), w, rest)
         total = y[0] * w[0]
         for i in range(1, size):
             total += y[i] * w[i]
@@ -115,7 +114,7 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int | None = None) -> B
 
     def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return log ϱ, eq. (mu*)."""
-        gamma, rest = part(y, at, n), part(work, size, len(work) - size)
+        gamma, rest = part(y, vertical, n), part(work, size, len(work) - size)
         own = section(params, rows, "omega")
         omega(n, own, part(y, 0, size), gamma, part(work, 0, size), rest)
         return log_density(n, own, gamma, rest)

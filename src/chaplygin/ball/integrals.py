@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import geomint as gi
 from geomint import part, section, sqrt
 from geomint.problems.spaces.skew import unpack_skew
+from geomint.problems.spaces.sphere import product
 
 from .angular_velocity import about_vertical
 
@@ -32,13 +33,6 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
     `rows` is the layout of the parameters, of which the spatial momentum reads k_0.
     """
     size = n * (n - 1) // 2
-
-    def ball_k(params: Any, t: Any, y: Any, work: Any) -> Any:
-        """K = ⟨k, k⟩, eq. (IK)."""
-        total = y[0] * y[0]
-        for i in range(1, size):
-            total += y[i] * y[i]
-        return total
 
     def ball_trace_k4(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Tr k⁴ = |k²|², an invariant of the spectrum of k; tr k² is −2K."""
@@ -78,12 +72,9 @@ def ball_integrals(n: int, rows: Any, vertical: int, frame: int) -> BallIntegral
                 at += 1
         return sqrt(total)
 
-    invariants = {"K": gi.observable(ball_k)}
+    invariants = {"K": product(size, 0, 0)}  # ⟨k, k⟩, eq. (IK)
     if n > 2:
         invariants["momentum"] = gi.observable(ball_momentum)
     if n > 3:
         invariants["trace-k4"] = gi.observable(ball_trace_k4)
-    return BallIntegrals(
-        invariants,
-        gi.observable(ball_spatial_momentum),
-    )
+    return BallIntegrals(invariants, gi.observable(ball_spatial_momentum))

@@ -1,8 +1,12 @@
-"""The ball in (k, γ) on so(n)*×S^(n−1): any n ≥ 2, any momentum, any inertia operator.
+"""The ball in (k, γ) on so(n)*×S^(n−1), and in (k, g): any n ≥ 2, any momentum, any inertia operator.
 
 k̇ = [k, ω], eq. (ch-red), γ̇ = −ωγ, eq. (PE), and with the attitude ġ = gω, eq. (ch-red2); ω from k
 and γ as in `angular_velocity`. All of k is constant in space: (Ad_g k)˙ = 0. As an action of
 SO(n), ẏ = ξ·y with ξ = −ω: k ↦ E k Eᵀ, γ ↦ Eγ, g ↦ g Eᵀ.
+
+On T*SO(n) the state is (k, g): the reduction by translations alone, with γ = g⁻¹E_n the last row of g.
+That is the flow on the group itself, while (k, γ) is its reduction by the turns about the vertical.
+The measure of (k, g) has the density ϱ = det(I + D pr)^(−1/2) by dk and Haar's measure, eq. (mu).
 """
 
 from __future__ import annotations
@@ -20,8 +24,9 @@ from ..initial_states import initial_momentum
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, ball_work
 from .integrals import ball_integrals
+from .rolling_states import initial_attitude
 
-__all__ = ["ball_problem"]
+__all__ = ["ball_problem", "cotangent_problem"]
 
 
 def ball_problem(
@@ -54,8 +59,6 @@ def ball_problem(
     space = gi.Product(gi.Skew(n), gi.Sphere(n), *([gi.Rotations(n)] if attitude else []))
     if k0 is not None and not attitude:
         raise gi.DomainError("k0", k0, "None, or attitude=True: without g nothing is in space")
-    omega, rows, params = ball_parameters(inertia, D, k0)
-    forms, kept = ball_forms(omega, n, rows), ball_integrals(n, rows, size, size + n)
 
     def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
         if g is not None and not attitude:
@@ -69,8 +72,30 @@ def ball_problem(
         parts = (gi.Skew(n) * gi.Rotations(n)).random(rng)
         return {**parts, "gamma": parts["g"][-n:]}
 
+    made = make_state, make_random, exact_turn(inertia, D)
+    return _ball("chaplygin-ball", inertia, D, k0, space, size, size + n, *made)
+
+
+def _ball(
+    name: str,
+    inertia: SpecialInertia | GeneralInertia,
+    D: float,
+    k0: Any,
+    space: gi.Space,
+    vertical: int,
+    frame: int,
+    make_state: Any,
+    make_random: Any,
+    make_exact: Any = None,
+) -> gi.Problem:
+    """Return the problem of states with k first, γ from row `vertical` and g from row `frame` on."""
+    n = inertia.n
+    size = n * (n - 1) // 2
+    omega, rows, params = ball_parameters(inertia, D, k0)
+    forms = ball_forms(omega, n, rows, vertical)
+    kept = ball_integrals(n, rows, vertical, frame)
     return gi.Problem(
-        name="chaplygin-ball",
+        name=name,
         space=space,
         params=params,
         field=forms.field,
@@ -81,7 +106,46 @@ def ball_problem(
         measure=gi.Measure(forms.log_density),
         make_state=make_state,
         make_random=make_random,
-        make_exact=exact_turn(inertia, D),
-        physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
+        make_exact=make_exact,
+        physical=lambda y: {
+            "gamma": np.array(y[vertical : vertical + n]),
+            "k": np.array(y[:size]),
+        },
         parameters=parameters_of(inertia, D),
     )
+
+
+def cotangent_problem(
+    inertia: SpecialInertia | GeneralInertia, D: float, k0: Any = None
+) -> gi.Problem:
+    """Return the ball in (k, g).
+
+    State: ``k`` (n(n−1)/2,), the flat triangle, and ``g`` (n·n,), the rotation from body to space, row
+    after row, with γ = g⁻¹E_n. Time t. Forms: ODE and action of SO(n).
+    ``state(g=…, k=…)``; instead of g (or with it) gamma, which the smallest rotation takes to E_n;
+    instead of k also omega, or p or p_tilde for k = γ∧p.
+
+    Parameters
+    ----------
+    inertia, D
+        See `ChaplyginSphere`.
+    k0 : array_like, flat or (n, n), optional
+        The spatial momentum Ad_g k: gives "spatial-momentum" |Ad_g k − k_0|.
+
+    Raises
+    ------
+    geomint.DomainError
+        From ``state`` and ``canonical``: a g that is no rotation, a gamma that is not g⁻¹E_n.
+    """
+    n = inertia.n
+    size, square = n * (n - 1) // 2, n * n
+    vertical = size + square - n
+    space = gi.Skew(n) * gi.Rotations(n)
+
+    def make_state(gamma: Any = None, g: Any = None, **components: Any) -> Array:
+        gamma, attitude = initial_attitude(gamma, g, n)
+        _, k = initial_momentum(inertia, D, gamma, **components)
+        return np.concatenate([k, attitude])
+
+    make_random = (gi.Rotations(n) * gi.Skew(n)).random
+    return _ball("ball-on-group", inertia, D, k0, space, vertical, size, make_state, make_random)

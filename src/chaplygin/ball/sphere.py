@@ -12,9 +12,8 @@ from ..inertia import GeneralInertia, SpecialInertia, positive_number
 from ..rigid_body import warn_of_mass_tensor, warn_of_moments
 from .classical import classical_problem
 from .contact import contact_problem
-from .cotangent import cotangent_problem
 from .hamiltonized import hamiltonized_problem
-from .momentum import ball_problem
+from .momentum import ball_problem, cotangent_problem
 from .poisson import poisson_problem
 from .reduced import reduced_problem
 from .rolling import rolling_problem

@@ -1,6 +1,6 @@
 """The ball without area constant to which a motion of the ball in R³ belongs, in numbers.
 
-`chaplygin.correspondence.chaplygin_change` has the equations, and the change as a map of problems.
+`chaplygin.correspondence.maps` has the equations, and the change as a map of problems.
 """
 
 from __future__ import annotations

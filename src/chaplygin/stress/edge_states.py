@@ -10,7 +10,7 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
-from .standard import MOTIONS, QUICK, D, Motion, a_values, representations, started
+from .standard import MOTIONS, D, Motion, a_values, case_of, started
 
 __all__ = ["MOMENTUM", "PLANES", "cases"]
 
@@ -46,14 +46,14 @@ def cases() -> list[gi.StressCase]:
             ("plane", near_a_plane, (3,)),
         ):
             found += [
-                gi.StressCase(
-                    f"{name}-at-{place}-n{n}",
+                case_of(
                     PLANES,
-                    distance,
+                    name,
                     n,
+                    distance,
                     partial(_placed, MOTIONS[name], gamma_at, n, distance),
-                    representations=representations(name, n),
-                    quick=QUICK if (name, n, distance) == ("sphere", 3, 0.0) else (),
+                    f"-at-{place}",
+                    quick=distance == 0.0,
                 )
                 for n in sizes
                 for distance in _DISTANCES
@@ -64,26 +64,14 @@ def cases() -> list[gi.StressCase]:
 def _scaled(name: str, n: int, power: int) -> gi.StressCase:
     """Return p times a power of two: the same motion in another unit of time, to the last bit."""
     size = 2.0**power
-    motion = MOTIONS[name]
-    return gi.StressCase(
-        f"{name}-n{n}",
-        MOMENTUM,
-        4.0 * size * size,
-        n,
-        partial(started, motion, n, size),
-        label=f"{4.0 * size * size:.0e}",
-        rescaled=gi.Rescaled(
-            partial(started, motion, n, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size)
-        ),
-        representations=representations(name, n),
-        quick=QUICK if (name, n) == ("sphere", 3) and abs(power) == 250 else (),
-    )
+    value, start = 4.0 * size * size, partial(started, MOTIONS[name], n)
+    unit = gi.Rescaled(partial(start, 1.0), 1.0 / size, dict.fromkeys(_MOMENTA, size))
+    build, label, quick = partial(start, size), f"{value:.0e}", abs(power) == 250
+    return case_of(MOMENTUM, name, n, value, build, "", quick, label=label, rescaled=unit)
 
 
 def _at_rest(name: str, n: int) -> gi.StressCase:
-    build = partial(started, MOTIONS[name], n, 0.0)
-    chosen = representations(name, n)
-    return gi.StressCase(f"{name}-n{n}", MOMENTUM, 0.0, n, build, representations=chosen)
+    return case_of(MOMENTUM, name, n, 0.0, partial(started, MOTIONS[name], n, 0.0))
 
 
 def _placed(motion: Motion, gamma_at: GammaAt, n: int, distance: float) -> gi.Model:

@@ -17,7 +17,7 @@ from ..manifold import Array, wedge
 from ..systems.ball import GROUP, POISSON
 from ..systems.rolling import ROLLING
 from ..systems.veselova import VESELOVA
-from .standard import MOTIONS, D, a_values, built, only, representations
+from .standard import MOTIONS, D, a_values, built, case_of, only
 
 __all__ = ["STEADY", "cases", "straight", "upright"]
 
@@ -40,17 +40,17 @@ def cases() -> list[gi.StressCase]:
         ("upright", upright, _UPRIGHT),
     )
     return [
-        gi.StressCase(
-            f"{name}-{kind}-n3",
+        case_of(
             STEADY,
-            distance,
+            name,
             3,
+            distance,
             partial(build, name, 3, distance),
-            representations=representations(name, 3),
+            f"-{kind}",
+            quick=distance == 0.0,
             step=STEP,
             steps=STEPS,
             steady=distance == 0.0,
-            quick=("reduced",) if (name, distance) == ("sphere", 0.0) else (),
         )
         for kind, build, names in kinds
         for name in names

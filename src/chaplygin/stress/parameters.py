@@ -15,13 +15,12 @@ from ..manifold import Array
 from ..systems.models import ball_model
 from .standard import (
     MOTIONS,
-    QUICK,
     D,
     Motion,
     a_values,
+    case_of,
     direction,
     momentum,
-    representations,
 )
 
 __all__ = ["BOUNDED", "EDGE", "EQUAL", "SPREAD", "cases"]
@@ -70,17 +69,8 @@ def _along(
     for name, dimensions in motions.items():
         for n in dimensions:
             for value in values:
-                quick = QUICK if (name, n) == ("sphere", 3) and value in _QUICK else ()
                 build = partial(_motion, MOTIONS[name], parameters, n, value)
-                yield gi.StressCase(
-                    f"{name}{suffix}-n{n}",
-                    axis,
-                    value,
-                    n,
-                    build,
-                    representations=representations(name, n),
-                    quick=quick,
-                )
+                yield case_of(axis, name, n, value, build, suffix, quick=value in _QUICK)
 
 
 def _motion(motion: Motion, parameters: Parameters, n: int, value: float) -> gi.Model:

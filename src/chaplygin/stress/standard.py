@@ -26,6 +26,7 @@ __all__ = [
     "Motion",
     "a_values",
     "built",
+    "case_of",
     "direction",
     "momentum",
     "only",
@@ -172,6 +173,22 @@ def started(motion: Motion, n: int, size: float = 1.0) -> gi.Model:
     """Return a motion with generic numbers, |p| = 2 size."""
     gamma = direction(n)
     return motion(a_values(n), D, gamma, size * momentum(gamma))
+
+
+def case_of(
+    axis: gi.StressAxis,
+    name: str,
+    n: int,
+    value: float,
+    build: Callable[[], gi.Model],
+    place: str = "",
+    quick: bool = False,
+    **others: Any,
+) -> gi.StressCase:
+    """Return a case of a motion; in quick runs is that of the sphere in R³ where it is `quick`."""
+    chosen = QUICK if quick and (name, n) == ("sphere", 3) else ()
+    others = {"representations": representations(name, n), "quick": chosen, **others}
+    return gi.StressCase(f"{name}{place}-n{n}", axis, value, n, build, **others)
 
 
 def representations(name: str, n: int) -> tuple[str, ...] | None:

@@ -6,7 +6,7 @@ import geomint as gi
 
 from ..inertia import GeneralInertia
 from ..rigid_body import warn_of_mass_tensor
-from ..veselova.lr_body import VeselovaLR
+from ..veselova.body import VeselovaLR
 from .parameters import Matrix, Numbers, Strict, default_of
 
 __all__ = ["LR"]

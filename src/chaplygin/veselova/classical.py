@@ -29,6 +29,7 @@ import numpy as np
 
 import geomint as gi
 from geomint import log, section
+from geomint.problems.spaces.conditions import written
 
 from ..ball.classical import VECTORS, classical_area, classical_k, turn
 from ..exact.motions import exact_body
@@ -97,14 +98,8 @@ def veselova_vectors_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     return -0.5 * log(w)
 
 
-unit_norm = VECTORS.constraints["norm"]
-
-
-@gi.field
-def level_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """(γ⃗, γ⃗) − 1 and (k⃗, γ⃗) − f₁."""
-    out[0] = unit_norm(params, t, y, work)
-    out[1] = veselova_constraint(params, t, y, work)
+# (γ⃗, γ⃗) − 1 and (k⃗, γ⃗) − f₁
+level_conditions = written(VECTORS.constraints["norm"], veselova_constraint)
 
 
 def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:

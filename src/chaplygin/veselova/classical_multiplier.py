@@ -19,6 +19,7 @@ import numpy as np
 
 import geomint as gi
 from geomint import log, section
+from geomint.problems.spaces.conditions import written
 
 from ..manifold import Array, triangle_of_vector
 from .classical import LEVEL, veselova_classical_problem
@@ -26,7 +27,6 @@ from .classical import LEVEL, veselova_classical_problem
 __all__ = ["veselova_multiplier_problem"]
 
 SPACE = gi.Sphere(3) * gi.Euclidean(3, "w")
-unit_norm = SPACE.constraints["norm"]
 
 
 @gi.helper
@@ -112,11 +112,8 @@ def multiplier_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 0.5 * log(total)
 
 
-@gi.field
-def multiplier_conditions(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-    """(γ⃗, γ⃗) − 1 and (w⃗, γ⃗) − f₁."""
-    out[0] = unit_norm(params, t, y, work)
-    out[1] = multiplier_constraint(params, t, y, work)
+# (γ⃗, γ⃗) − 1 and (w⃗, γ⃗) − f₁
+multiplier_conditions = written(SPACE.constraints["norm"], multiplier_constraint)
 
 
 def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:

@@ -13,25 +13,18 @@ from ..problems.systems import Model
 __all__ = ["obstacles", "representation_for", "unfit"]
 
 
-def unfit(problem: Problem, method: Method, end: Mapping[str, Any], times: bool = False) -> str:
+def unfit(problem: Problem, method: Method, end: Mapping[str, Any]) -> str:
     """Return why a method cannot integrate a problem to an end, or an empty string.
 
     Parameters
     ----------
     end : mapping
         ``{"t_end": …}``, ``{"tau_end": …}``, or nothing: an end in the problem's own time.
-    times : bool
-        Whether states are wanted at physical times.
     """
     if method.needs not in problem.forms:
         return f"no form {method.needs!r}"
     if problem.time == "t" and "tau_end" in end:
         return "in physical time, so tau_end says nothing: give t_end"
-    if problem.time == "tau" and method.needs == "action":
-        if "t_end" in end:
-            return f"{method.name} cannot integrate physical time beside it: give tau_end"
-        if times:
-            return f"{method.name} cannot integrate physical time beside it, which t_eval is"
     return ""
 
 
@@ -39,7 +32,6 @@ def obstacles(
     model: Model,
     method: Method,
     end: Mapping[str, Any],
-    times: bool = False,
     translated: bool = False,
 ) -> dict[str, str]:
     """Return why a method cannot integrate each representation; an empty string where it can.
@@ -53,7 +45,7 @@ def obstacles(
     own = next(iter(model.problems))
     elsewhere = {"t_end": None} if translated else end
     return {
-        name: unfit(problem, method, end if name == own else elsewhere, times)
+        name: unfit(problem, method, end if name == own else elsewhere)
         for name, problem in model.problems.items()
     }
 

@@ -27,7 +27,7 @@ def choose_representation(c: Asked) -> Choice[Route]:
 
     A cheaper one takes its place if it delivers all that is observed, and the states that are kept.
     """
-    unfitting = obstacles(c.model, c.method, c.end, c.saving.t_eval is not None)
+    unfitting = obstacles(c.model, c.method, c.end)
     asked = c.content.integrate.representation
     if asked is not None:
         return _asked(c, asked, unfitting)

@@ -52,7 +52,7 @@ def choose_clock(c: Asked, problem: Problem) -> Choice[bool]:
         reason = "the end is given in physical time"
     elif c.saving.t_eval is not None:
         reason = "states are wanted at physical times"
-    elif c.purpose == "run" and c.method.needs != "action":
+    elif c.purpose == "run":
         reason = "saved states carry their physical times"
     if reason:
         return Choice(what, True, "integrated beside the state", reason)

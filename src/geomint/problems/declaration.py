@@ -133,10 +133,14 @@ def _values(problem: Problem) -> Iterator[tuple[str, Recorded]]:
 
 def _usual(problem: Problem, y: Array, *outputs: Fresh) -> dict[str, Any]:
     """Return the arguments (params, t, y, …, work)."""
-    arguments: dict[str, Any] = {"params": Given("params", problem.params), "t": NOW}
-    arguments["y"] = Given("y", y)
-    arguments.update({block.name: block for block in outputs})
-    return {**arguments, "work": Fresh("work", problem.work)}
+    return _arguments(problem, {"t": NOW}, Given("y", y), *outputs)
+
+
+def _arguments(problem: Problem, numbers: dict[str, Any], *blocks: Given) -> dict[str, Any]:
+    """Return parameters, numbers by name, blocks by theirs, and scratch."""
+    named = {block.name: block for block in blocks}
+    params, work = Given("params", problem.params), Fresh("work", problem.work)
+    return {"params": params, **numbers, **named, "work": work}
 
 
 # --- forms ----------------------------------------------------------------------------------------
@@ -205,13 +209,7 @@ def _check_group(problem: Problem, group: Group) -> None:
 def _check_hamiltonian(problem: Problem, form: Hamiltonian, y: Array) -> None:
     n, m = problem.rows // 2, form.constraints
     _gradients(problem, form, y[:n], y[n:])
-    arguments = {
-        "params": Given("params", problem.params),
-        "q": Given("q", y[:n]),
-        "g": Fresh("g", m),
-        "G": Fresh("G", m * n),
-        "work": Fresh("work", problem.work),
-    }
+    arguments = _arguments(problem, {}, Given("q", y[:n]), Fresh("g", m), Fresh("G", m * n))
     watched_call(problem.name, "hamiltonian.constraint", form.constraint, arguments)
     if form.separable:
         _check_separable(problem, form, y[:n], y[n:])
@@ -221,15 +219,7 @@ def _gradients(
     problem: Problem, form: Hamiltonian, q: Array, p: Array, t: Any = NOW
 ) -> tuple[Array, Array]:
     dq, dp = Fresh("dq", len(q)), Fresh("dp", len(q))
-    arguments = {
-        "params": Given("params", problem.params),
-        "t": t,
-        "q": Given("q", q),
-        "p": Given("p", p),
-        "dq": dq,
-        "dp": dp,
-        "work": Fresh("work", problem.work),
-    }
+    arguments = _arguments(problem, {"t": t}, Given("q", q), Given("p", p), dq, dp)
     watched_call(problem.name, "hamiltonian.gradients", form.gradients, arguments)
     return dq.data, dp.data
 

@@ -59,7 +59,33 @@ def cases() -> list[StressCase]:
 def _of_problem(
     source: str, build: Build, name: str, problem: Problem, y0: Array
 ) -> Iterator[StressCase]:
-    along = partial(_along, source, build, name, problem, y0)
+    time = characteristic_time(problem, y0)
+
+    def along(
+        axis: StressAxis, values: tuple[float, ...], kind: str, special: Array | None
+    ) -> Iterator[StressCase]:
+        """Yield states on the way from the special one to the usual one."""
+        if special is None:
+            return
+        for value in values:
+            away = value * (y0 - special)
+            if "g" in problem.slices:  # between two rotations there is none
+                away[problem.slices["g"]] = 0.0
+            y = allowed(problem, special + away)
+            if y is not None:
+                yield StressCase(
+                    f"{source}-{kind}",
+                    axis,
+                    value,
+                    0,
+                    partial(_started, build, name, y),
+                    representations=(name,),
+                    step=_FRACTION * time,
+                    steps=_STEPS,
+                    steady=axis is STEADY and value == 0.0 and is_steady(problem, y),
+                    quick=(name,) if name == QUICK and value == 0.0 else (),
+                )
+
     for pieces in resting_pieces(problem, y0):
         yield from along(REST, _RESTS, "-".join(pieces), resting(problem, y0, pieces))
     kinds: dict[str, Make] = {"zero-rows": zero_rows, "equal-rows": equal_rows}
@@ -80,41 +106,6 @@ def _first(problem: Problem, y0: Array, make: Make) -> Array | None:
         if y is not None and np.isfinite(derivative(problem, y)).all():
             return y
     return None
-
-
-def _along(
-    source: str,
-    build: Build,
-    name: str,
-    problem: Problem,
-    y0: Array,
-    axis: StressAxis,
-    values: tuple[float, ...],
-    kind: str,
-    special: Array | None,
-) -> Iterator[StressCase]:
-    """Yield states on the way from the special one to the usual one."""
-    if special is None:
-        return
-    time = characteristic_time(problem, y0)
-    for value in values:
-        away = value * (y0 - special)
-        if "g" in problem.slices:  # between two rotations there is none
-            away[problem.slices["g"]] = 0.0
-        y = allowed(problem, special + away)
-        if y is not None:
-            yield StressCase(
-                f"{source}-{kind}",
-                axis,
-                value,
-                0,
-                partial(_started, build, name, y),
-                representations=(name,),
-                step=_FRACTION * time,
-                steps=_STEPS,
-                steady=axis is STEADY and value == 0.0 and is_steady(problem, y),
-                quick=(name,) if name == QUICK and value == 0.0 else (),
-            )
 
 
 def _started(build: Build, name: str, y: Array) -> Model:

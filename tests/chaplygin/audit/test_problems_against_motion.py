@@ -52,7 +52,7 @@ def rolling(point):
 def ball(point):
     """k̇, γ̇ and the energy, any operator and momentum."""
     moving = general_motion(point)
-    k, k_dot = contact_momentum(point, point.general, moving.omega, moving.omega_dot)
+    k, k_dot = contact_momentum(point, point.general, moving)
     problem = ball_problem(GeneralInertia(point.general), point.D)
     y = np.concatenate([coordinates(k), point.gamma])
     rate = [*coordinates(k_dot), *((point.g @ moving.omega).T @ point.Gamma)]

@@ -12,6 +12,7 @@ from ...kernels.numbers.arithmetic import cos
 from ..forms import Hamiltonian, Measure
 from ..problem import Problem
 from ..spaces.stiefel import Stiefel
+from .double_pendulum import angular_momentum, product
 
 __all__ = ["initial", "problem"]
 
@@ -24,12 +25,6 @@ FRAMES = Stiefel(3, 2)
 def named(params: Any) -> Any:
     """Return m, M, weight, stiffness and ε: the parameters, in the order of those of `problem`."""
     return params[0], params[1], params[2], params[3], params[4]
-
-
-@helper
-def product(y: Any, i: int, j: int) -> Any:
-    """(y_i, y_j) of two 3-vectors in a block."""
-    return y[i] * y[j] + y[i + 1] * y[j + 1] + y[i + 2] * y[j + 2]
 
 
 @helper
@@ -82,12 +77,6 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     kinetic = 0.5 * (product(y, 6, 6) / m + product(y, 9, 9) / M)
     fx, fw = pulls(params, t, y)
     return kinetic + fx * y[2] + 0.5 * fw * y[5]
-
-
-@field
-def angular_momentum(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """Angular momentum about the vertical."""
-    return (y[0] * y[7] - y[1] * y[6]) + (y[3] * y[10] - y[4] * y[9])
 
 
 @field

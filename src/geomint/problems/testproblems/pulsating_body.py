@@ -13,6 +13,7 @@ from ...kernels.numbers.blocks import packed, section
 from ..forms import GroupAction, Measure
 from ..groups import so3
 from ..problem import Problem
+from ..spaces.sphere import product
 
 __all__ = ["INITIAL", "problem"]
 
@@ -48,24 +49,6 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         out[i + 2] = y[i] * w1 - y[i + 1] * w0
 
 
-@field
-def momentum_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(m, m)."""
-    return y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
-
-
-@field
-def direction_squared(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(γ, γ)."""
-    return y[3] * y[3] + y[4] * y[4] + y[5] * y[5]
-
-
-@field
-def inclination(params: Any, t: Any, y: Any, work: Any) -> Any:
-    """(m, γ)."""
-    return y[0] * y[3] + y[1] * y[4] + y[2] * y[5]
-
-
 def problem(
     inertia: tuple[float, float, float] = (1.0, 1.6, 2.3),
     pulse: tuple[float, float, float] = (0.3, -0.2, 0.25),
@@ -96,9 +79,9 @@ def problem(
         field=motion,
         action=GroupAction(generator, so3(2)),
         invariants={
-            "momentum-squared": momentum_squared,
-            "direction-squared": direction_squared,
-            "inclination": inclination,
+            "momentum-squared": product(3, 0, 0),
+            "direction-squared": product(3, 3, 3),
+            "inclination": product(3, 0, 3),
         },
         measure=Measure(),
         parameters={name: list(numbers) for name, numbers in given.items()},

@@ -1,0 +1,237 @@
+"""Maps that take motions of one system to those of another one, up to a change of time.
+
+*Chaplygin's multiplier*: from time t and (γ, p) to time τ and (γ, p̃), eqs. (CM), (mapping).
+
+*The Gauss map*: geodesics of the ellipsoid and motions of the Veselova problem.
+
+*Chaplygin's change of variables*: the ball in R³ at any area constant, and one at area zero.
+
+A motion with c = (k⃗, γ⃗), h = ½(k⃗, ω⃗) and F = (k⃗, k⃗) is also that of a ball with another D and other
+moments, without area constant: with δ = D₁/D − 1,
+
+    (2hD₁ − F) δ = c²,   I₁ + D₁ = I + D,
+    γ⃗₁ = (δk⃗ + cγ⃗)/|…|,   k⃗₁ ∈ span{k⃗, γ⃗},   k⃗₁ ⟂ γ⃗₁.
+
+Of the two roots D₁ the one in (0, D] is taken: I₁ ≥ I, and where c = 0, D₁ = D. k⃗ and γ⃗ have constant
+products, so both maps are linear with constant coefficients along a motion. Both pairs turn with the
+same ω⃗, up to its length: with k⃗ = αk⃗₁ + βγ⃗₁ and γ⃗ = ζk⃗₁ + εγ⃗₁,
+
+    dt₁/dt = α + ζ D(ω⃗, γ⃗),
+
+which is no constant. The scale of k⃗₁ is free, and taken so that |k⃗₁| = |k⃗|.
+
+*Neumann and Clebsch*: the Hamiltonised Veselova problem is Neumann's system, the Hamiltonised sphere
+Clebsch's.
+
+Both in any dimension. In spheroconical coordinates the flows in τ live on −4λPμ² = R(λ), those of the
+Neumann family on 4P μ² = −N(λ): where N(0) = 0, N = λR, the differentials λ^j dλ/√(−λPR) of the
+angles are the same, and so are the rates of the commuting flows r_j and N_j. So, with q = γ and the
+constant σ = (p̃, Ap̃),
+
+    v = Ap̃ − (γ, Ap̃)γ,   p̃ = A⁻¹v − ((γ, A⁻¹v)/U) A⁻¹γ
+
+takes the level (p̃, Ap̃) = σ of T*S^(n−1) to the level N_0 = 0 of Neumann's family with that σ, the
+Veselova flow to Neumann's in the time D²τ, and the flow of the sphere, which is
+½(−1)ⁿDr_0/Πa − ½r_(n−2), to Clebsch's with weights x = −1, y = D in the time τ itself. For Veselova
+this is Knörrer's theorem on the Gauss map of geodesics.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+import geomint as gi
+from geomint import section, sqrt
+
+from ..ball.classical import DIAGONAL, classical_parameters, diagonal_omega
+from ..ball.sphere import ChaplyginSphere
+from ..exact.area import principal_moments, without_area
+from ..initial_states import multiplier
+from ..integrable import factors, physical_scale
+from ..manifold import Array
+from ..related.clebsch import clebsch_problem, neumann_problem
+from ..related.ellipsoid import ellipsoid_problem, normal_squared
+from ..veselova.body import Veselova
+from .correspondence import Correspondence
+
+__all__ = ["chaplygin_change", "gauss_map", "hamiltonization", "to_clebsch", "to_neumann"]
+
+
+@gi.observable
+def tau_per_t(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """dτ/dt = 1/(D√U)."""
+    return 1.0 / physical_scale(len(y) // 2, params, y)
+
+
+def hamiltonization(system: ChaplyginSphere | Veselova) -> Correspondence:
+    """Return the correspondence of the reduced system and its Hamiltonised flow.
+
+    Φ(γ, p) = (γ, p/(D√U)), dτ = dt/(D√U), U = (γ, A⁻¹γ): Theorem 4 of the paper, and the same for the
+    Veselova problem.
+
+    Raises
+    ------
+    geomint.DomainError
+        For a sphere whose operator is not the special one.
+    """
+    target = system.hamiltonized()
+    a = np.array(target.parameters["a"])
+    n, D = system.n, system.D
+
+    def forward(y: Array) -> Array:
+        return np.concatenate([y[:n], y[n:] / multiplier(a, D, y[:n])])
+
+    def backward(z: Array) -> Array:
+        return np.concatenate([z[:n], z[n:] * multiplier(a, D, z[:n])])
+
+    return Correspondence("hamiltonization", system.reduced(), target, forward, backward, tau_per_t)
+
+
+@gi.observable
+def veselova_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """dt/ds = |A⁻¹x|⁻³ = U^(3/2), U = (γ, Aγ)."""
+    total = normal_squared(params, y)
+    return 1.0 / (total * sqrt(total))
+
+
+def gauss_map(a: Any, D: Any = 1.0) -> Correspondence:
+    """Return the correspondence of an ellipsoid's geodesics and the Veselova problem with 1/a_i.
+
+    Φ(x, ẋ) = (γ, p), γ = A⁻¹x/|A⁻¹x|, p = ẋ, with dt = U^(3/2) ds, U = (γ, Aγ): the remark after
+    eq. (ham:ves), where |Aγ| is misprinted for |Ax| and the time change is left out.
+
+    Parameters
+    ----------
+    a : array_like, shape (n,)
+        Squares of the semi-axes of (x, A⁻¹x) = 1.
+    D : float
+        Of the Veselova problem: the unit of its τ.
+    """
+    source = ellipsoid_problem(a)
+    squares = np.array(source.parameters["a"])
+    n = len(squares)
+    target = Veselova(1.0 / squares, D).reduced()
+
+    def forward(y: Array) -> Array:
+        normal = y[:n] / squares
+        return np.concatenate([normal / np.sqrt(normal @ normal), y[n:]])
+
+    def backward(z: Array) -> Array:
+        x = squares * z[:n]
+        return np.concatenate([x / np.sqrt(z[:n] @ x), z[n:]])
+
+    return Correspondence("gauss-map", source, target, forward, backward, veselova_time)
+
+
+@gi.observable
+def new_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """dt₁/dt = α + ζ D(ω⃗, γ⃗); α and ζ are its own of the parameters."""
+    w0, w1, w2 = diagonal_omega(params, y)
+    own, D = section(params, DIAGONAL, "own"), section(params, DIAGONAL, "D")
+    return own[0] + own[1] * D[0] * (w0 * y[3] + w1 * y[4] + w2 * y[5])
+
+
+def chaplygin_change(sphere: ChaplyginSphere, y: Any) -> Correspondence:
+    """Return the correspondence of a motion of the ball in R³ and one with area constant zero.
+
+    Parameters
+    ----------
+    sphere : ChaplyginSphere
+        n = 3, in its principal axes.
+    y : array_like
+        A state (k⃗, γ⃗) of ``sphere.classical()``; only states with the same energy, (k⃗, k⃗) and
+        (k⃗, γ⃗) correspond.
+
+    Raises
+    ------
+    geomint.DomainError
+        If n is not 3 or the inertia tensor is not diagonal; if k⃗ and γ⃗ are parallel, which is a
+        steady turn about the vertical.
+    """
+    problem = sphere.classical()
+    moments = principal_moments(sphere.inertia)
+    change = without_area(moments, sphere.D, problem.canonical(y))
+    matrix, inverse = change.forward, change.backward
+    other = ChaplyginSphere(inertia=change.inertia)
+    _, params = classical_parameters(np.diag(moments), sphere.D, inverse[:, 0])
+    source = dataclasses.replace(problem, params=params.data)
+
+    def forward(point: Array) -> Array:
+        return np.asarray((matrix @ point.reshape(2, 3)).reshape(-1))
+
+    def backward(point: Array) -> Array:
+        return np.asarray((inverse @ point.reshape(2, 3)).reshape(-1))
+
+    return Correspondence(
+        "chaplygin-change", source, other.classical(), forward, backward, new_time
+    )
+
+
+@gi.observable
+def own_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """1: the times are the same."""
+    return 1.0 + 0.0 * y[0]
+
+
+@gi.observable
+def squared_time(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """D²."""
+    D, _, _ = factors(params, len(y) // 2)
+    return D[0] * D[0] + 0.0 * y[0]
+
+
+def to_neumann(body: Veselova, y: Any) -> Correspondence:
+    """Return the correspondence of the Hamiltonised Veselova problem and Neumann's system.
+
+    Parameters
+    ----------
+    body : Veselova
+    y : array_like
+        A state (γ, p̃); its (p̃, Ap̃) becomes the strength σ, and only states with the same correspond.
+    """
+    source = body.hamiltonized()
+    forward, backward, sigma = _maps(source, y)
+    target = neumann_problem(body.a, sigma)
+    return Correspondence("neumann", source, target, forward, backward, squared_time)
+
+
+def to_clebsch(sphere: ChaplyginSphere, y: Any) -> Correspondence:
+    """Return the correspondence of the Hamiltonised sphere and Clebsch's system.
+
+    Parameters
+    ----------
+    sphere : ChaplyginSphere
+        With the special operator.
+    y : array_like
+        A state (γ, p̃); its (p̃, Ap̃) becomes the strength σ, and only states with the same correspond.
+
+    Raises
+    ------
+    geomint.DomainError
+        For a sphere whose operator is not the special one.
+    """
+    source = sphere.hamiltonized()
+    forward, backward, sigma = _maps(source, y)
+    target = clebsch_problem(source.parameters["a"], sigma, -1.0, sphere.D)
+    return Correspondence("clebsch", source, target, forward, backward, own_time)
+
+
+def _maps(source: gi.Problem, y: Any) -> tuple[Any, Any, float]:
+    """Return Φ, its inverse and σ at that state."""
+    a = np.array(source.parameters["a"])
+    n = len(a)
+
+    def forward(state: Array) -> Array:
+        gamma, ap = state[:n], a * state[n:]
+        return np.concatenate([gamma, ap - (gamma @ ap) * gamma])
+
+    def backward(state: Array) -> Array:
+        gamma, bv = state[:n], state[n:] / a
+        b = gamma / a
+        return np.concatenate([gamma, bv - (gamma @ bv) / (gamma @ b) * b])
+
+    p = source.canonical(y)[n:]
+    return forward, backward, float(p @ (a * p))
