@@ -13,6 +13,7 @@ from ..problems.problem import Problem
 from ..run.solution import Solution
 from ..scene.load import load_scene
 from ..scene.scene import Scene
+from ..shown import Shown
 from ..watch.observe import MEASURE
 from .context import Choice, Context
 from .rules import COST_RULES, RULES
@@ -22,8 +23,8 @@ __all__ = ["Plan", "make_plan", "run_scene"]
 PURPOSES = ("run", "drift")
 
 
-@dataclass(frozen=True, eq=False)
-class Plan(Compared):
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(Shown, Compared):
     """How a scene is integrated.
 
     Attributes
@@ -50,6 +51,10 @@ class Plan(Compared):
         """What is asked for and will not be done, in words."""
         missing = self.context.choices.get("not watched")
         return () if missing is None else (f"not watched: {missing.value}: {missing.reason}",)
+
+    def _shown(self) -> tuple[str, dict[str, Any]]:
+        facts = {choice.what: f"{choice.value} ({choice.reason})" for choice in self.choices}
+        return f"plan of {self.scene.name!r}, {self.context.purpose}", facts
 
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
