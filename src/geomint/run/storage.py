@@ -13,8 +13,9 @@ QUANTITY                  ()                      the first value; its attribute
 ``QUANTITY_mean``         (QUANTITY_time)         mean deviation from the first value
 ``QUANTITY_maximum``      (QUANTITY_time)         largest absolute deviation
 PARAMETER                 (), (k) or (i, j)       a parameter of the problem
-``restart_memory``        its own                 what the next step depends on
-``problem_code`` …        its own                 where the functions are found again (a pickle)
+``_restart_memory``       its own                 what the next step depends on
+``_problem_params``       its own                 the flat parameters
+``_problem_code`` …       its own                 where the functions are found again (a pickle)
 ========================  ======================  ===================================================
 
 Where the clock was not integrated the dimension of states is ``tau``. A dimension of another length has
@@ -91,7 +92,8 @@ def save_solution(
         If something else is there, or the file cannot be written; what was there is as it was.
     """
     problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
-    variables = [*variables_of(solution), *_for_load(problem, method, solution.restart)]
+    variables = variables_of(solution)
+    variables += list(_for_load(problem, method, solution.restart, variables))
     attributes = {
         "checksum": _NO_CHECKSUM,
         "format": _FORMAT,
@@ -122,17 +124,20 @@ def _parts(restart: Restart | None, arrays: bool) -> dict[str, Any]:
 
 
 def _for_load(
-    problem: StoredProblem, method: StoredMethod, restart: Restart | None
+    problem: StoredProblem, method: StoredMethod, restart: Restart | None, others: list[Variable]
 ) -> Iterator[Variable]:
-    """Yield what nobody but `load` reads."""
+    """Yield what nobody but `load` reads, under names that no other variable has."""
+    taken = {variable.name for variable in others}
     hidden = [("params", "problem", np.asarray(problem.params))]
     for of, content in (("problem", problem.content), ("method", method.content)):
         hidden.append(("code", of, np.frombuffer(content, np.int8)))
     hidden += [("restart", name, values) for name, values in _parts(restart, True).items()]
     for role, of, values in hidden:
-        name = f"restart_{of}" if role == "restart" else f"{of}_{role}"
+        name = f"_restart_{of}" if role == "restart" else f"_{of}_{role}"
+        while name in taken:
+            name = f"_{name}"
         if values.size:
-            yield Variable(role, of, f"_{name}", (f"_{name}_row",), values, {"long_name": "for load"})
+            yield Variable(role, of, name, (f"{name}_row",), values, {"long_name": "for load"})
 
 
 def _tell(target: Any, attributes: Mapping[str, Any]) -> None:
@@ -150,7 +155,8 @@ def _write(file: Any, variable: Variable) -> None:
             file.createDimension(name, length or None)
     kind = "b" if variable.values.dtype == np.int8 else "d"
     written = file.createVariable(_packed(variable.name), kind, tuple(dimensions))
-    written[...] = variable.values
+    if variable.values.size:
+        written[...] = variable.values
     _tell(written, variable.attributes)
     if variable.role == "piece" and "t" in dimensions and "tau" in file.variables:
         written.coordinates = b"tau"  # what xarray makes a coordinate of, beside the dimension's own

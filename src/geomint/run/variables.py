@@ -122,7 +122,7 @@ def _states(
     for name, shape in solution.about.shapes.items():
         values = solution.y[:, solution.about.slices[name]].reshape(-1, *shape)
         dimensions = (time_of(solution), *known.dimensions(shape))
-        about = _about(f"piece {name} of the state")
+        about = _about(name)
         yield Variable("piece", name, names[name], dimensions, values, about)
 
 
