@@ -249,8 +249,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Solution": {"piece", "save"},
-    "SavedSolution": {"piece"},
+    "Solution": {"piece", "save", "words"},
     # Tested in tests/spaces, by geomint.testing.
     **{
         name: methods_of(kind) for name, kind in {n: getattr(gi, n) for n in gi.__all__}.items()

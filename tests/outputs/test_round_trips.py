@@ -45,7 +45,7 @@ def made(problem, method=METHODS[0], states=3, seed=0, **changes):
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.random(states))
     windows = Windows(1.0)
-    windows.add(np.arange(1.0, 41.0), 1.0 + rng.normal(size=40))
+    windows.add(np.arange(1.0, 1502.0), 1.0 + rng.normal(size=1501))  # and one of a pair
     drift = {name: drift_from_windows(name, windows, 1.5) for name in ("energy", "k")}
     given = {
         "problem": problem,

@@ -2,21 +2,22 @@
 
 A file in the classic format with 64-bit offsets holds a run as variables with named dimensions:
 
-========================  ======================  ===================================================
-variable                  dimensions              content
-========================  ======================  ===================================================
-``t``                     (t)                     physical times of the saved states
-``tau``                   (t), else (tau)         their own times, of a problem in τ
-PIECE                     (t, k) or (t, i, j)     a piece of the state, such as ``gamma``
-QUANTITY                  ()                      the first value; its attributes are the drift's numbers
-``QUANTITY_time``         (QUANTITY_time)         mean time of each window of steps
-``QUANTITY_mean``         (QUANTITY_time)         mean deviation from the first value
-``QUANTITY_maximum``      (QUANTITY_time)         largest absolute deviation
-PARAMETER                 (), (k) or (i, j)       a parameter of the problem
-``_restart_memory``       its own                 what the next step depends on
-``_problem_params``       its own                 the flat parameters
-``_problem_code`` …       its own                 where the functions are found again (a pickle)
-========================  ======================  ===================================================
+=========================  ======================  ===================================================
+variable                   dimensions              content
+=========================  ======================  ===================================================
+``t``                      (t)                     physical times of the saved states
+``tau``                    (t), else (tau)         their own times, of a problem in τ
+PIECE                      (t, k) or (t, i, j)     a piece of the state, such as ``gamma``
+QUANTITY                   ()                      the first value; its attributes are the drift's numbers
+``QUANTITY_time``          (QUANTITY_time)         mean time of each window of steps
+``QUANTITY_mean``          (QUANTITY_time)         mean deviation from the first value
+``QUANTITY_maximum``       (QUANTITY_time)         largest absolute deviation
+PARAMETER                  (), (k) or (i, j)       a parameter of the problem
+``_restart_memory``        its own                 what the next step depends on
+``_QUANTITY_last_window``  its own                 samples after the last full window
+``_problem_params``        its own                 the flat parameters
+``_problem_code`` …        its own                 where the functions are found again (a pickle)
+=========================  ======================  ===================================================
 
 Where the clock was not integrated the dimension of states is ``tau``. A dimension of another length has
 that in its name, as ``k6``; a name that is taken gets an underscore. Attributes of the file are
@@ -66,7 +67,8 @@ _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _LARGEST = 2**31 - 4  # bytes of a variable, of the format
 _OTHERWISE = ("problem", "method", "tau", "y", "drift", "physical", "restart", "origin")
 _RUN = tuple(f.name for f in fields(Result) if f.name not in _OTHERWISE)  # numbers and words
-_ROLES = ("time", "piece", "drift", *WINDOWS, "parameter", "params", "code", "restart")
+_HIDDEN = ("params", "code", "restart", "last_window")
+_ROLES = ("time", "piece", "drift", *WINDOWS, "parameter", *_HIDDEN)
 _open: Any = netcdf_file
 
 
@@ -93,7 +95,7 @@ def save_solution(
     """
     problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
     variables = variables_of(solution)
-    variables += list(_for_load(problem, method, solution.restart, variables))
+    variables += list(_for_load(problem, method, solution, variables))
     attributes = {
         "checksum": _NO_CHECKSUM,
         "format": _FORMAT,
@@ -124,20 +126,23 @@ def _parts(restart: Restart | None, arrays: bool) -> dict[str, Any]:
 
 
 def _for_load(
-    problem: StoredProblem, method: StoredMethod, restart: Restart | None, others: list[Variable]
+    problem: StoredProblem, method: StoredMethod, solution: Solution, others: list[Variable]
 ) -> Iterator[Variable]:
     """Yield what nobody but `load` reads, under names that no other variable has."""
     taken = {variable.name for variable in others}
     hidden = [("params", "problem", np.asarray(problem.params))]
     for of, content in (("problem", problem.content), ("method", method.content)):
         hidden.append(("code", of, np.frombuffer(content, np.int8)))
-    hidden += [("restart", name, values) for name, values in _parts(restart, True).items()]
+    hidden += [("restart", name, x) for name, x in _parts(solution.restart, True).items()]
+    hidden += [("last_window", of, drift.windows.last_window) for of, drift in solution.drift.items()]
     for role, of, values in hidden:
         name = f"_restart_{of}" if role == "restart" else f"_{of}_{role}"
         while name in taken:
             name = f"_{name}"
         if values.size:
-            yield Variable(role, of, name, (f"{name}_row",), values, {"long_name": "for load"})
+            dimensions = tuple(f"{name}_{i}" for i in "ij"[: values.ndim])
+            yield Variable(role, of, name, dimensions, values, {"long_name": "for load"})
+            taken.add(name)
 
 
 def _tell(target: Any, attributes: Mapping[str, Any]) -> None:
@@ -280,7 +285,8 @@ def _read(file: Any) -> Solution:
 def _drift(name: str, found: dict[str, dict[str, Any]], values: dict[str, dict[str, Any]]) -> Drift:
     told = found["drift"][name]._attributes.items()
     numbers = {key: x.decode() if isinstance(x, bytes) else float(x) for key, x in told}
-    return drift_of(name, numbers, [values[part][name] for part in WINDOWS if name in values[part]])
+    closed = [values[part][name] for part in WINDOWS if name in values[part]]
+    return drift_of(name, numbers, closed, values["last_window"].get(name))
 
 
 def _array(variable: Any) -> Array:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ..errors import MissingCodeError
+from ..errors import GeomintWarning, MissingCodeError
 from ..kernels.compiling.sameness import Compared
 from ..kernels.compiling.sending import received, sent
 from ..methods.method import Method
@@ -62,7 +63,7 @@ class StoredMethod(Stored):
         return cls(method.name, *_sent(method), adaptive=method.adaptive)
 
     def _lost(self, reason: str) -> MissingCodeError:
-        return MissingCodeError(f"method {self.name!r}", f"{reason}. Its numbers can be read without")
+        return MissingCodeError(f"method {self.name!r}", f"{reason}: its numbers can be read without")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -118,14 +119,16 @@ class StoredProblem(Stored):
         try:
             system = find_system(self.system["name"])
             keys = {key: value for key, value in self.system.items() if key != "name"}
-            model = system.build(system.parameters(**keys), system.initial(**self.initial))
+            with warnings.catch_warnings():  # of states that are projected, as they were then
+                warnings.simplefilter("ignore", GeomintWarning)
+                model = system.build(system.parameters(**keys), system.initial(**self.initial))
         except Exception:  # another version of the system: its functions may still be there
             return None
         return next((one for one in model.problems.values() if self.fits(one)), None)
 
     def _lost(self, reason: str) -> MissingCodeError:
-        advice = "Give it, as geomint.load(path, problem=…); its numbers can be read without"
-        return MissingCodeError(f"problem {self.name!r}", f"{reason}. {advice}")
+        advice = "give it, as geomint.load(path, problem=…); its numbers can be read without"
+        return MissingCodeError(f"problem {self.name!r}", f"{reason}: {advice}")
 
 
 class Found:

@@ -152,7 +152,9 @@ def _numbers(parameters: Mapping[str, Any]) -> dict[str, Array]:
     return found
 
 
-def drift_of(name: str, numbers: Mapping[str, Any], closed: list[Array]) -> Drift:
+def drift_of(
+    name: str, numbers: Mapping[str, Any], closed: list[Array], last_window: Array | None
+) -> Drift:
     """Return a drift that was written: its numbers, and times, means and maxima of its windows."""
     own = {f.name: numbers.get(f.name) for f in fields(Drift)}
     windows = Windows.restored(
@@ -163,6 +165,7 @@ def drift_of(name: str, numbers: Mapping[str, Any], closed: list[Array]) -> Drif
         largest=numbers["max_abs_error"],
         not_finite_from=numbers.get("not_finite_from"),
         closed=np.array(closed) if closed else np.zeros((3, 0)),
+        last_window=last_window,
     )
     return Drift(**{**own, "name": name, "windows": windows})  # type: ignore[arg-type]
 
