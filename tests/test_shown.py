@@ -38,7 +38,10 @@ def values():
 
 
 def test_texts_are_short_and_tables_say_as_much(values):
-    for value in [*values, *(p for n in gi.scene_names() for p in gi.load_scene(n).model.problems.values())]:
+    for value in [
+        *values,
+        *(p for n in gi.scene_names() for p in gi.load_scene(n).model.problems.values()),
+    ]:
         lines = repr(value).splitlines()
         assert len(lines) <= 16
         assert max(map(len, lines)) <= 80

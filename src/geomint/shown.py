@@ -41,7 +41,8 @@ def table(heading: str, facts: Mapping[str, Any]) -> str:
         f"<tr>{cell.format('th', _html(name))}{cell.format('td', _html(fact))}</tr>"
         for name, fact in facts.items()
     )
-    caption = f'<caption style="text-align:left;font-weight:bold;white-space:nowrap">{_html(heading)}</caption>'
+    style = "text-align:left;font-weight:bold;white-space:nowrap"
+    caption = f'<caption style="{style}">{_html(heading)}</caption>'
     return f"<table>{caption}<tbody>{rows}</tbody></table>"
 
 

@@ -1,4 +1,4 @@
-"""What is written comes back bit by bit: every problem of every scene, names and numbers of any kind."""
+"""What is written comes back bit by bit: problems of all scenes, names and numbers of any kind."""
 
 import dataclasses
 import importlib
@@ -84,7 +84,11 @@ def test_every_problem_of_every_scene(name, tmp_path):
 @pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
 def test_every_method(method, tmp_path):
     found = through(made(PROBLEMS["sphere-n3:reduced"], method), tmp_path / "run.nc")
-    assert (found.method, found.by.name, found.by.adaptive) == (method, method.name, method.adaptive)
+    assert (found.method, found.by.name, found.by.adaptive) == (
+        method,
+        method.name,
+        method.adaptive,
+    )
 
 
 def test_matrices_have_rows_and_columns(tmp_path):
@@ -110,8 +114,10 @@ BITS = st.integers(0, 2**64 - 1)
 
 
 @settings(
-    max_examples=50, deadline=None, derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=50,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(data=st.data())
 def test_any_names_and_numbers(data, tmp_path):
@@ -192,7 +198,7 @@ def test_without_an_optional_library(monkeypatch, library, name):
     assert error.value.what == f"Solution.{name}"
 
 
-MODULE = '''
+MODULE = """
 import geomint as gi
 
 @gi.field
@@ -202,7 +208,7 @@ def turn(params, t, y, out, work):
 
 def problem(speed=1.0):
     return gi.Problem("turn", (("q", 1), ("p", 1)), params=[speed], field=turn)
-'''
+"""
 
 
 @pytest.fixture
@@ -227,7 +233,9 @@ def test_where_the_code_is_lost(module, tmp_path):
     assert set(found.to_xarray()) >= {"q", "p", "energy"}
     assert found.plot_drift().axes
     through(found, tmp_path / "again.nc")
-    with pytest.raises(MissingCodeError, match=r"turning_module.*geomint\.load\(path, problem=") as error:
+    with pytest.raises(
+        MissingCodeError, match=r"turning_module.*geomint\.load\(path, problem="
+    ) as error:
         found.problem
     assert error.value.what == "problem 'turn'"
     with pytest.raises(MissingCodeError):
@@ -257,7 +265,11 @@ def test_the_problem_of_a_scene_is_found_by_its_system(tmp_path):
     found = through(solution, tmp_path / "run.nc", provenance)
     lost = dataclasses.replace(found.about, content=b"nothing")
     assert lost.found() == scene.problem
-    for changes in ({"params": np.zeros(3)}, {"system": {"name": "no such"}}, {"initial": {"x": 1}}):
+    for changes in (
+        {"params": np.zeros(3)},
+        {"system": {"name": "no such"}},
+        {"initial": {"x": 1}},
+    ):
         with pytest.raises(MissingCodeError):
             dataclasses.replace(lost, **changes).found()
     assert json.loads(json.dumps(found.provenance)) == json.loads(json.dumps(provenance))

@@ -15,7 +15,9 @@ SHOWN = ("text/plain", "text/html", "image/png")
 
 
 def executed(book: Any, folder: Path) -> Any:
-    client = NotebookClient(book, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}})
+    client = NotebookClient(
+        book, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
+    )
     return client.execute()
 
 
@@ -34,7 +36,12 @@ def test_the_notebook_of_the_docs(kernel: None, tmp_path: Path) -> None:
     shown = [kinds(cell) for cell in book.cells if cell.cell_type == "code"]
     cells = [cell for cell in executed(book, tmp_path).cells if cell.cell_type == "code"]
     assert [kinds(cell) for cell in cells] == shown
-    assert not [output for cell in cells for output in cell.outputs if output.output_type in ("stream", "error")]
+    assert not [
+        output
+        for cell in cells
+        for output in cell.outputs
+        if output.output_type in ("stream", "error")
+    ]
     assert (tmp_path / "ball.nc").exists()
     assert "True" in [output.data["text/plain"] for cell in cells for output in cell.outputs]
 

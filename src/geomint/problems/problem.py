@@ -23,7 +23,6 @@ from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
 from ..shown import Shown
-
 from .forms import (
     FORMS,
     GroupAction,
@@ -227,7 +226,11 @@ class Problem(Shown, Sendable):
     @property
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """The shape of each piece: that of a matrix where the space has one."""
-        return {name: (rows,) for name, rows in self.pieces} if self.space is None else self.space.shapes
+        return (
+            {name: (rows,) for name, rows in self.pieces}
+            if self.space is None
+            else self.space.shapes
+        )
 
     @property
     def diagnostics(self) -> dict[str, Recorded]:

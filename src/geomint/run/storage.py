@@ -8,7 +8,7 @@ variable                   dimensions              content
 ``t``                      (t)                     physical times of the saved states
 ``tau``                    (t), else (tau)         their own times, of a problem in τ
 PIECE                      (t, k) or (t, i, j)     a piece of the state, such as ``gamma``
-QUANTITY                   ()                      the first value; its attributes are the drift's numbers
+QUANTITY                   ()                      the first value; attributes are the drift's numbers
 ``QUANTITY_time``          (QUANTITY_time)         mean time of each window of steps
 ``QUANTITY_mean``          (QUANTITY_time)         mean deviation from the first value
 ``QUANTITY_maximum``       (QUANTITY_time)         largest absolute deviation
@@ -25,9 +25,9 @@ that in its name, as ``k6``; a name that is taken gets an underscore. Attributes
 `layout` (what each variable is). `checksum` is the SHA-256 of the whole file with 64 zeros in the
 place of its own digits.
 
-To read numbers runs no code of the file. To use `Solution.problem` or `Solution.method` of a file, as going
-on does, looks their functions up by a pickle, unless they are those of a scene's system: that is for
-files that you trust.
+To read numbers runs no code of the file. To use `Solution.problem` or `Solution.method` of a file, as
+going on does, looks their functions up by a pickle, unless they are those of a scene's system: that
+is for files that you trust.
 """
 
 from __future__ import annotations
@@ -134,7 +134,9 @@ def _for_load(
     for of, content in (("problem", problem.content), ("method", method.content)):
         hidden.append(("code", of, np.frombuffer(content, np.int8)))
     hidden += [("restart", name, x) for name, x in _parts(solution.restart, True).items()]
-    hidden += [("last_window", of, drift.windows.last_window) for of, drift in solution.drift.items()]
+    hidden += [
+        ("last_window", of, drift.windows.last_window) for of, drift in solution.drift.items()
+    ]
     for role, of, values in hidden:
         name = f"_restart_{of}" if role == "restart" else f"_{of}_{role}"
         while name in taken:
@@ -164,7 +166,9 @@ def _write(file: Any, variable: Variable) -> None:
         written[...] = variable.values
     _tell(written, variable.attributes)
     if variable.role == "piece" and "t" in dimensions and "tau" in file.variables:
-        written.coordinates = b"tau"  # what xarray makes a coordinate of, beside the dimension's own
+        written.coordinates = (
+            b"tau"  # what xarray makes a coordinate of, beside the dimension's own
+        )
 
 
 def _packed(name: str) -> str:
@@ -192,8 +196,8 @@ def _check_seal(path: Path) -> None:
         kind, found = _KIND.search(header), _SEAL.search(header)
         if kind is not None and kind[0] != _FORMAT.encode():
             raise GeomintError(
-                f"{name!r} is of another version of geomint ({kind[0].decode()}, here {_FORMAT}): run it "
-                "again, as its attribute 'provenance' says; any reader of NetCDF reads its numbers"
+                f"{name!r} is of another version of geomint ({kind[0].decode()}, not {_FORMAT}): "
+                "run it again, as its attribute 'provenance' says; any reader of NetCDF reads its numbers"
             )
         if found is None:
             raise GeomintError(f"{name!r} holds no run of geomint")
@@ -208,9 +212,9 @@ def _check_seal(path: Path) -> None:
 def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
     """Read a run that `Solution.save` or ``geomint run`` wrote.
 
-    The solution is what it was, and `geomint.solve` goes on from it. Its `problem` and `method` are looked
-    for when they are used: by the system of the scene, or where their functions are found, which unpickles
-    what the file says, so use them of files that you trust.
+    The solution is what it was, and `geomint.solve` goes on from it. Its `problem` and `method` are
+    looked for when they are used: by the system of the scene, or where their functions are found,
+    which unpickles what the file says, so use them of files that you trust.
 
     Parameters
     ----------
@@ -259,6 +263,7 @@ def _read(file: Any) -> Solution:
     run["step_sizes"] = StepSizes(*run["step_sizes"])
     origin = json.loads(words["provenance"])
     missing, code = json.loads(words["missing"]), values["code"]
+    going_on: dict[str, Any] = {**restart, **values["restart"]}
     places = {
         of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
     }
@@ -276,7 +281,7 @@ def _read(file: Any) -> Solution:
         y=np.hstack([x.reshape(len(x), prod(x.shape[1:])) for x in pieces.values()]),
         drift={name: _drift(name, found, values) for name in found["drift"]},
         physical=physical,
-        restart=Restart(**restart, **values["restart"]) if restart else None,
+        restart=Restart(**going_on) if going_on else None,
         origin=origin,
         **run,
     )

@@ -1,4 +1,4 @@
-"""What a file knows of a problem and a method: all but their code, which is looked for when it is used."""
+"""What a file knows of a problem and a method: all but their code, looked for when it is used."""
 
 from __future__ import annotations
 
@@ -63,7 +63,9 @@ class StoredMethod(Stored):
         return cls(method.name, *_sent(method), adaptive=method.adaptive)
 
     def _lost(self, reason: str) -> MissingCodeError:
-        return MissingCodeError(f"method {self.name!r}", f"{reason}: its numbers can be read without")
+        return MissingCodeError(
+            f"method {self.name!r}", f"{reason}: its numbers can be read without"
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -90,8 +92,9 @@ class StoredProblem(Stored):
         """Return what can be written of a problem."""
         if isinstance(problem, StoredProblem):
             return problem
+        content, missing = _sent(problem)
         known = problem.shapes, problem.time, problem.parameters, problem.params
-        return cls(problem.name, *_sent(problem), *known)
+        return cls(problem.name, content, missing, *known)
 
     @property
     def pieces(self) -> tuple[tuple[str, int], ...]:

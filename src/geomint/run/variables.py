@@ -17,7 +17,15 @@ from ..watch.windows import Windows
 if TYPE_CHECKING:
     from .result import Result
 
-__all__ = ["Variable", "drift_of", "optional", "time_of", "to_dataframe", "to_xarray", "variables_of"]
+__all__ = [
+    "Variable",
+    "drift_of",
+    "optional",
+    "time_of",
+    "to_dataframe",
+    "to_xarray",
+    "variables_of",
+]
 
 WINDOWS = {"times": "mean time of a window", "means": "mean deviation from the first value",
            "maxima": "largest |deviation|"}  # fmt: skip
@@ -59,7 +67,7 @@ class _Names:
         return name
 
     def dimensions(self, shape: tuple[int, ...]) -> tuple[str, ...]:
-        """Return names of dimensions of these lengths: k of vectors, i and j of matrices, or k6."""
+        """Return names of dimensions of these lengths: k of vectors, i, j of matrices, or k6."""
         return tuple(
             self._dimension(name, length)
             for name, length in zip("k" if len(shape) == 1 else "ij", shape, strict=False)
@@ -67,7 +75,10 @@ class _Names:
 
     def _dimension(self, name: str, length: int) -> str:
         for candidate in (name, f"{name}{length}"):
-            if candidate not in self._taken and self._lengths.setdefault(candidate, length) == length:
+            if (
+                candidate not in self._taken
+                and self._lengths.setdefault(candidate, length) == length
+            ):
                 return candidate
         return self._dimension(f"{name}_", length)
 
@@ -97,7 +108,12 @@ def variables_of(solution: Result) -> list[Variable]:
         ),
         *(
             Variable(
-                "parameter", name, given[name], names.dimensions(value.shape), value, _about("parameter")
+                "parameter",
+                name,
+                given[name],
+                names.dimensions(value.shape),
+                value,
+                _about("parameter"),
             )
             for name, value in parameters.items()
         ),
@@ -113,12 +129,12 @@ def _times(solution: Result, names: list[str]) -> Iterator[Variable]:
     if solution.physical is not None:
         yield Variable("time", "t", names[0], (own,), solution.physical, _about("physical time"))
     if solution.about.time == "tau":
-        yield Variable("time", "tau", names[1], (own,), solution.tau, _about("own time of the problem"))
+        yield Variable(
+            "time", "tau", names[1], (own,), solution.tau, _about("own time of the problem")
+        )
 
 
-def _states(
-    solution: Result, names: Mapping[str, str], known: _Names
-) -> Iterator[Variable]:
+def _states(solution: Result, names: Mapping[str, str], known: _Names) -> Iterator[Variable]:
     for name, shape in solution.about.shapes.items():
         values = solution.y[:, solution.about.slices[name]].reshape(-1, *shape)
         dimensions = (time_of(solution), *known.dimensions(shape))
@@ -136,7 +152,9 @@ def _drift(name: str, own: str, parts: Mapping[str, str], drift: Drift) -> Itera
     if len(windows.times):
         for part, what in WINDOWS.items():
             values = getattr(windows, part)
-            yield Variable(part, name, parts[part], (parts["times"],), values, _about(f"{what} of {name}"))
+            yield Variable(
+                part, name, parts[part], (parts["times"],), values, _about(f"{what} of {name}")
+            )
 
 
 def _numbers(parameters: Mapping[str, Any]) -> dict[str, Array]:
