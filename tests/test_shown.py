@@ -6,7 +6,7 @@ import pytest
 
 import geomint as gi
 from geomint.methods import methods
-from geomint.shown import Shown, table
+from geomint.problems.shown import Shown, table
 
 
 class Cells(HTMLParser):

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from ..arguments import number
 from ..errors import FormError, MethodError, nearest, quoted
 from ..problems.problem import Problem
+from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
-from ..shown import table
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from .stepper import Stepper
 

@@ -10,10 +10,10 @@ from typing import Any
 from ..errors import DomainError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
+from ..problems.shown import Shown
 from ..run.solution import Solution
 from ..scene.load import load_scene
 from ..scene.scene import Scene
-from ..shown import Shown
 from ..watch.observe import MEASURE
 from .context import Choice, Context
 from .rules import COST_RULES, RULES

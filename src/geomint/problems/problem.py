@@ -22,7 +22,6 @@ from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, check_name, fl
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
-from ..shown import Shown
 from .forms import (
     FORMS,
     GroupAction,
@@ -32,6 +31,7 @@ from .forms import (
     check_recorded,
     check_types,
 )
+from .shown import Shown
 from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from ..shown import Shown
+from ..problems.shown import Shown
 from .provenance import run_provenance
 from .result import Result
 from .stored import StoredMethod, StoredProblem

@@ -197,7 +197,7 @@ def _check_seal(path: Path) -> None:
         if kind is not None and kind[0] != _FORMAT.encode():
             raise GeomintError(
                 f"{name!r} is of another version of geomint ({kind[0].decode()}, not {_FORMAT}): "
-                "run it again, as its attribute 'provenance' says; any reader of NetCDF reads its numbers"
+                "run it again, as its attribute 'provenance' says; readers of NetCDF read its numbers"
             )
         if found is None:
             raise GeomintError(f"{name!r} holds no run of geomint")

@@ -38,8 +38,8 @@ class Variable(NamedTuple):
     Attributes
     ----------
     role, of : str
-        What it is to a solution, and the name of what it belongs to there: that of a piece, a drift or a
-        parameter may be the name of another variable too.
+        What it is to a solution, and the name of what it belongs to there: a piece, a drift and a
+        parameter may have one name.
     name : str
         No other variable of the solution has it.
     """

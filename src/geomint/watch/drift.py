@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
-from ..shown import Shown
+from ..problems.shown import Shown
 from .growth import CLASSES, NOT_FINITE, Growth, growth_of
 from .windows import Windows
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from .errors import printable, quoted, shortened
+from ..errors import printable, quoted, shortened
 
 __all__ = ["Shown", "table"]
 
