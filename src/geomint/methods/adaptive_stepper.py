@@ -7,6 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ..arguments import Array
 from ..errors import (
     NonFiniteError,
@@ -91,11 +94,24 @@ class AdaptiveStepper(Stepper):
         """How far the end is, in the problem's own time."""
         return float(section(self.coefficients, _GIVEN, "end")[0]) - self.time
 
+    def timed(self, steps: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+        """Return the times, which are the last row, and the states."""
+        return states[:, -1].copy(), states[:, :-1]
+
     @property
-    def extremes(self) -> tuple[float, float]:
-        """Smallest and largest step so far, without those that the end cuts short; 0, 0 if none."""
-        smallest, largest = (float(self._remembered(which)) for which in ("smallest", "largest"))
-        return (smallest, largest) if largest > 0.0 else (0.0, 0.0)
+    def length(self) -> float:
+        """0: the lengths differ."""
+        return 0.0
+
+    def lengths(self, steps: int, span: float) -> tuple[float, float, float]:
+        """Return smallest, mean and largest; those that an end cut short count in the mean alone."""
+        mean = abs(span) / steps if steps else abs(self.h)
+        smallest, largest = self._remembered("smallest"), self._remembered("largest")
+        return (smallest, mean, largest) if largest > 0.0 else (mean, mean, mean)
+
+    def rejected_in(self, steps: int, iterations: int) -> int:
+        """Return how many steps were tried and rejected."""
+        return iterations - steps
 
     def _remembered(self, which: str) -> float:
         return float(section(self.memory, adaptive_memory(self.rows, REST), which)[0])

@@ -200,11 +200,6 @@ class Method(ABC):
                 f"problem {problem.name!r} in τ has no clock dt/dτ: give it one, or the end as "
                 f"tau_end with clock=False"
             )
-        if clock and self.needs == "action":
-            raise FormError(
-                f"method {self.name!r} acts by a group and cannot integrate a clock beside it: "
-                f"give the end in {problem.time!r}"
-            )
 
 
 def checked_method(what: str, method: Any, expected: str = "a geomint method") -> Method:

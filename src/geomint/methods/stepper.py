@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
@@ -107,6 +108,20 @@ class Stepper:
         """The step that is taken or, by an adaptive method, tried next."""
         return self.h
 
+    def timed(self, steps: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+        """Return the problem's own times of states after so many steps, and the states without them."""
+        times: Array = np.asarray(self.t0 + self.h * steps, dtype=np.float64)
+        return times, states
+
+    @property
+    def length(self) -> float:
+        """The length of every step; 0 where they differ."""
+        return self.h
+
+    def lengths(self, steps: int, span: float) -> tuple[float, float, float]:
+        """Return the smallest, the mean and the largest length of so many steps over a span."""
+        return (abs(self.h),) * 3
+
     def aim(self, end: float) -> None:
         """Let a stepper that chooses its steps end there; others end where they are told."""
 
@@ -114,11 +129,17 @@ class Stepper:
         """Return the problem's own time after so many steps; an adaptive stepper remembers it."""
         return self.t0 + steps * self.h
 
-    def moved(self, t: float) -> Stepper:
-        """Return the stepper as it is, memory shared, with another time at its beginning."""
-        other = replace(self, t0=t)
-        other._advance = self._advance
-        return other
+    def begin(self, y: Array, t: float, h: float) -> None:
+        """Begin anew, and remember nothing; the clock stands at 0."""
+        self.memory.data[:] = 0.0
+        self.memory.data[: len(y)] = y
+        self.move(t, h)
+
+    def move(self, t: float, h: float) -> None:
+        """Take the state as it is for that of another time, and a step of another length."""
+        self.t0, self.h = t, h
+        if self._advance is not None:
+            self._advance.owner = None
 
     @property
     def finished(self) -> bool:
@@ -128,6 +149,10 @@ class Stepper:
     def evaluations_in(self, steps: int, iterations: int) -> int:
         """Return the evaluations of the problem's functions in so many steps and iterations."""
         return round(iterations * self.evaluations)
+
+    def rejected_in(self, steps: int, iterations: int) -> int:
+        """Return how many steps were tried and rejected."""
+        return 0
 
     @property
     def state(self) -> Array:

@@ -72,10 +72,8 @@ def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping
         inspect.signature(function).bind(*args, **options)
     except TypeError as error:
         raise ArgumentError(f"{name}: {error}: expected a problem and an initial state") from None
-    if (
-        isinstance(problem, Problem)
-        and options.get("y0", args[1] if len(args) > 1 else None) is None
-    ):
+    y0 = args[1] if len(args) > 1 else options.get("y0")
+    if y0 is None and isinstance(problem, Problem):
         raise ArgumentError(f"{name}: missing y0: expected a problem and an initial state")
     if not isinstance(problem, Problem | Solution):
         raise ArgumentError(

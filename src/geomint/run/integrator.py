@@ -58,8 +58,8 @@ class Integrator:
     Examples
     --------
     >>> import geomint as gi
-    >>> from geomint.problems.testproblems import pendulum
-    >>> motion = gi.Integrator(pendulum.PROBLEM, [1.0, 0.0], step=0.1)
+    >>> from geomint.problems.testproblems import henon_heiles
+    >>> motion = gi.Integrator(henon_heiles.problem(), henon_heiles.INITIAL, step=0.1)
     >>> motion.step(10)
     >>> motion.time
     1.0
@@ -202,8 +202,12 @@ class Integrator:
     def _anew(self, state: Array, time: float, h: float) -> None:
         """Go on from there, and remember nothing but physical time."""
         clock = self.t if self._start.clock else 0.0
-        start = self._start = replace(self._start, y0=state, t0=time, h=float(h))
-        self.stepper, self._done = started(self.method, start), 0
+        self._done = 0
+        if self.method.adaptive:
+            start = replace(self._start, y0=state, t0=time, h=float(h))
+            self.stepper = started(self.method, start)
+        else:
+            self.stepper.begin(state, time, float(h))
         self._set_clock(clock)
 
     def _set_clock(self, t: float) -> None:
@@ -278,12 +282,11 @@ class Integrator:
             stepper = self.stepper
             y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
             self.steps += 1
-            self.stepper = stepper.renewed(y, end, stepper.h)
+            stepper.begin(y, end, stepper.h)
+            self._done = 0
         elif rest != 0.0:
-            self.stepper = self.stepper.moved(end)
-        else:
-            return
-        self._start, self._done = replace(self._start, t0=end), 0
+            self.stepper.move(end, self.h)
+            self._done = 0
 
     def _some(self, count: int) -> int:
         """Take steps, or raise; return how many."""
@@ -334,8 +337,9 @@ class Integrator:
     @property
     def restart(self) -> Restart:
         """All that the next step depends on."""
-        memory, start = self.stepper.memory.data.copy(), self._start
-        return Restart(memory, start.t0, self.stepper.h, self._done, start.clock)
+        stepper = self.stepper
+        memory = stepper.memory.data.copy()
+        return Restart(memory, stepper.t0, stepper.h, self._done, self._start.clock)
 
     def _restore(self, restart: Restart) -> None:
         memory = self.stepper.memory.data
@@ -350,7 +354,10 @@ class Integrator:
         return {**{name: getattr(self, name) for name in kept}, "restart": self.restart}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self._begin(state["method"], replace(state["_start"], h=state["restart"].h))
-        self._restore(state["restart"])
+        restart = state["restart"]
+        start = replace(state["_start"], t0=restart.start, h=restart.h)
+        self._begin(state["method"], start)
+        self._restore(restart)
+        self._start = state["_start"]
         for name in ("_first", "steps", "iterations"):
             setattr(self, name, state[name])

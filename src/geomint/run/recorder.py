@@ -13,7 +13,6 @@ from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..methods.adaptive_stepper import AdaptiveStepper
 from ..methods.method import Method
 from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
@@ -46,7 +45,6 @@ class Recorder:
         problem, stepper = integrator.problem, integrator.stepper
         self._integrator, self._problem, self._stepper = integrator, problem, stepper
         self._timeline = timeline
-        self._adaptive = stepper if isinstance(stepper, AdaptiveStepper) else None
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = len(stepper.state) > problem.rows
@@ -108,7 +106,8 @@ class Recorder:
 
     def consume(self, indices: npt.NDArray[np.int64], states: Array) -> int | None:
         """Take a chunk; return the number of the last step if the physical end has been reached."""
-        times, states = self._timed(indices, states)
+        times, states = self._stepper.timed(indices, states)
+        times = self._timeline.met(times, indices)
         end = self._timeline.physical_end
         last = None
         if end is not None and len(states):
@@ -119,14 +118,10 @@ class Recorder:
                 cut = slice(0, past[0])
                 indices, times, states = indices[cut], times[cut], states[cut]
         self._evaluate(indices, times, states)
-        watched = indices % self._observe_every == 0
-        if (
-            self._adaptive is not None
-        ):  # the last step that is cut to meet the end counts as partial
-            watched |= times == self._timeline.own_end
+        # The last step that is cut to meet the end counts as a partial one.
+        watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
         labels = states[:, -1] if self._clock and end is not None else times
-        step = 0.0 if self._adaptive is not None else self._timeline.h
-        self._observers.add(times, labels, states, watched, step)
+        self._observers.add(times, labels, states, watched, self._stepper.length)
         if self._save_every:
             for i in np.flatnonzero(indices % self._save_every == 0):
                 self._saved.append((float(times[i]), states[i].copy()))
@@ -139,22 +134,14 @@ class Recorder:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
         return last
 
-    def _timed(self, indices: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
-        """Return the problem's own times, and the states without them."""
-        if self._adaptive is not None:
-            return states[:, -1].copy(), states[:, :-1]
-        return self._timeline.at(indices), states
-
     def catch_up(self) -> None:
         """Take the state that the integrator has reached if it lies beyond the last handed out."""
         if self._timeline.physical_end is not None:  # every state has been handed out
             return
-        steps = self._integrator.done
-        time = float(self._timeline.at(np.array([steps]))[0])
-        if self._adaptive is not None:
-            time = self._adaptive.time
+        done = self._integrator.done
+        time = float(self._timeline.met(np.array([self._integrator.time]), np.array([done]))[0])
         if time != self._before[0]:
-            self._before, self._number = (time, self._stepper.state.copy()), steps
+            self._before, self._number = (time, self._stepper.state.copy()), done
 
     def finish(self, time: float, state: Array) -> None:
         """Take the state of a last partial step."""
@@ -247,7 +234,8 @@ class Recorder:
                 stacklevel=4,
             )
         steps, iterations = self._integrator.steps, self._integrator.iterations
-        sizes = self._step_sizes(steps)
+        span = self._integrator.time - self._timeline.start
+        sizes = StepSizes(*self._stepper.lengths(steps, span))
         saved = self._kept()
         tau = np.array([time for time, _ in saved])
         full = np.array([state for _, state in saved]).reshape(-1, len(self._stepper.state))
@@ -267,7 +255,7 @@ class Recorder:
             steps=steps,
             iterations=iterations,
             evaluations=self._stepper.evaluations_in(steps, iterations),
-            rejected=iterations - steps if self._adaptive is not None else 0,
+            rejected=self._stepper.rejected_in(steps, iterations),
             run_seconds=account.seconds,
             watching_seconds=account.watching_seconds,
             compile_seconds=compile_seconds,
@@ -277,15 +265,6 @@ class Recorder:
             physical=physical,
             restart=self._integrator.restart,
         )
-
-    def _step_sizes(self, steps: int) -> StepSizes:
-        """Return the steps taken; of an adaptive run without those that the end cuts short."""
-        h = abs(self._timeline.h)
-        if self._adaptive is None:
-            return StepSizes(h, h, h)
-        mean = abs(self._adaptive.time - self._timeline.start) / steps if steps else h
-        smallest, largest = self._adaptive.extremes
-        return StepSizes(smallest or mean, mean, largest or mean)
 
     def _kept(self) -> list[State]:
         """Return the saved states: those at wanted times, as they were asked for; or with the last."""

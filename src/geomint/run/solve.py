@@ -119,7 +119,13 @@ def solve(
     _check_counts(watched, save_every, observe_every, measure_steps)
     check_problem(problem, state, chosen.needs, wants_clock, watched)
     start = Start(
-        problem, state, timeline.start, timeline.h, wants_clock, compiled, timeline.own_end
+        problem,
+        state,
+        timeline.start,
+        timeline.h,
+        wants_clock,
+        compiled=compiled,
+        end=timeline.own_end,
     )
     integrator = Integrator.of(chosen, start, t0, before)
     begin = integrator.t if wants_clock or problem.time == "t" else 0.0
@@ -177,8 +183,7 @@ def _wants_clock(
         if clock is False:
             raise DomainError("clock", clock, "True: t_end and t_eval are physical time")
         return True
-    possible = problem.clock is not None and method.needs != "action"
-    return possible if clock is None else clock
+    return problem.clock is not None if clock is None else clock
 
 
 def _check_counts(watched: Any, save_every: Any, observe_every: Any, measure_steps: Any) -> None:

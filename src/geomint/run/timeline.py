@@ -48,10 +48,9 @@ class Timeline:
     own_end: float | None
     physical_end: float | None
 
-    def at(self, steps: npt.NDArray[np.int64]) -> Array:
-        """Return the problem's own time after so many steps; the end is the one asked for."""
-        times: Array = np.asarray(self.start + self.h * steps, dtype=np.float64)
-        if self.own_end is not None and self.remainder == 0.0:
+    def met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
+        """Return times after so many steps, that of the last whole step being the end, if it is."""
+        if self.own_end is not None and self.steps is not None and self.remainder == 0.0:
             times[steps == self.steps] = self.own_end
         return times
 
@@ -107,9 +106,7 @@ def _counted(span: float, size: float) -> tuple[int, bool]:
     return steps, near and steps >= 1
 
 
-def _resumed(
-    restart: Restart, problem: Problem, method: Method, end: float, own: bool
-) -> Timeline:
+def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own: bool) -> Timeline:
     """Return the timeline of a run that goes on, with the steps it had: no step is adjusted."""
     start, h = restart.start, restart.h
     reached = start + restart.done * h

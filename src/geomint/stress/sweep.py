@@ -118,7 +118,7 @@ def _built(build: Callable[[], Model]) -> Model:
 
 def _fits(method: Method, problem: Problem) -> bool:
     try:
-        method.check_fits(problem, problem.time == "tau" and method.needs != "action")
+        method.check_fits(problem, problem.time == "tau")
     except FormError:
         return False
     return True

@@ -96,13 +96,15 @@ class Call:
         numbers = self._numbers
         for name, value in values.items():
             kind, at = self._places[name]
-            if kind == "number":
+            if kind is Any:
                 numbers[at].value = value
-            elif kind == "block":
+            elif kind is Code:
+                for i, code in enumerate(value if isinstance(value, tuple) else (value,)):
+                    numbers[at + len(_FUNCTION) * i + _CALLED].value = code.address
+            elif type(value) is kind:
                 numbers[at].value, numbers[at + 1].value = value.address, len(value)
             else:
-                for i, code in enumerate(value if kind == "functions" else (value,)):
-                    numbers[at + 3 * i + _CALLED].value = code.address
+                raise TypeError(f"{name}: expected a {kind.__name__}, got {value!r}")
 
     def __call__(self, **values: Any) -> Any:
         """Change arguments, and return what the function returns of them all."""
@@ -127,10 +129,11 @@ class Call:
 class _Frame(NamedTuple):
     """How a signature's arguments and its result lie in memory.
 
-    A place is a kind and the number of the first of an argument's `numbers`, ctypes types.
+    A place is what an argument has to be (`Code`: a function or a tuple of them; `Any`: a number;
+    else the class of a block), and which of the `numbers`, ctypes types, is its first.
     """
 
-    places: list[tuple[str, int]]
+    places: list[tuple[Any, int]]
     numbers: list[Any]
     result: struct.Struct
 
@@ -144,18 +147,19 @@ _CALLED = 2
 def _frame_of(signature: Any) -> _Frame:
     from numba.core import types
 
-    places: list[tuple[str, int]] = []
+    places: list[tuple[Any, int]] = []
     numbers: list[Any] = []
     for argument in signature.args:
+        kind: Any
         if isinstance(argument, types.BaseTuple):
-            kind, needed = "functions", len(argument) * _FUNCTION
+            kind, needed = Code, len(argument) * _FUNCTION
         elif isinstance(argument, types.FunctionType):
-            kind, needed = "function", _FUNCTION
+            kind, needed = Code, _FUNCTION
         elif argument in (types.int64, types.float64):
             whole = argument == types.int64
-            kind, needed = "number", [ctypes.c_int64 if whole else ctypes.c_double]
+            kind, needed = Any, [ctypes.c_int64 if whole else ctypes.c_double]
         else:
-            kind, needed = "block", [ctypes.c_void_p, ctypes.c_int64]
+            kind, needed = argument.held, [ctypes.c_void_p, ctypes.c_int64]
         places.append((kind, len(numbers)))
         numbers += needed
     result = signature.return_type

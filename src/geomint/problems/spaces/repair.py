@@ -29,7 +29,7 @@ PARALLEL = 1e-8  # a vector whose tangent part is a smaller fraction of it is mo
 
 
 def warn(text: str) -> None:
-    """Warn that a state was changed, at the line of the first caller outside of geomint and systems."""
+    """Warn at the line of the first caller outside of geomint and systems."""
     frame, level = sys._getframe(1), 2
     while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
         frame, level = frame.f_back, level + 1
