@@ -251,7 +251,7 @@ BELOW = {
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
-    "load": {"path"},
+    "load": {"path", "problem"},
     # Tested in tests/outputs.
     **{name: {"path"} for name in ("check_file", "whole_file")},
     **{name: {"path", "names"} for name in ("check_folder", "whole_folder")},
