@@ -11,6 +11,7 @@ from .errors import (
     GeomintError as GeomintError,
     GeomintWarning as GeomintWarning,
     MethodError as MethodError,
+    MissingCodeError as MissingCodeError,
     NonFiniteError as NonFiniteError,
     OutputError as OutputError,
     SceneError as SceneError,
@@ -97,7 +98,7 @@ from .run.files.outputs import (
 from .run.integrator import Integrator as Integrator
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
-from .run.storage import SavedSolution as SavedSolution, load as load
+from .run.storage import load as load
 from .scene.load import (
     load_scene as load_scene,
     scene_names as scene_names,
@@ -138,6 +139,7 @@ __all__ = [
     "Measure",
     "Method",
     "MethodError",
+    "MissingCodeError",
     "Model",
     "NonFiniteError",
     "OutputError",
@@ -149,7 +151,6 @@ __all__ = [
     "RigidMotions",
     "Rotations",
     "RungeKutta",
-    "SavedSolution",
     "Scene",
     "SceneError",
     "SendingError",

@@ -20,6 +20,7 @@ __all__ = [
     "GeomintError",
     "GeomintWarning",
     "MethodError",
+    "MissingCodeError",
     "NonFiniteError",
     "OutputError",
     "SceneError",
@@ -168,6 +169,19 @@ class SendingError(GeomintError, pickle.PicklingError):
         self.function, self.module = function, module
 
 
+class MissingCodeError(GeomintError, ImportError):
+    """What would have to be there and is not: an optional library, the code of a problem in a file.
+
+    Attributes
+    ----------
+    what : str
+    """
+
+    def __init__(self, what: str, reason: str) -> None:
+        super().__init__(f"{what}: {reason}")
+        self.what = what
+
+
 class DeclarationError(GeomintError, TypeError):
     """A function that does not fit what its problem declares: sizes, arguments, what it writes.
 
@@ -237,7 +251,7 @@ class StepError(GeomintError, ArithmeticError):
         Iterations of the step that failed.
     partial : object
         The result up to the last good step, where there is one. In another process what can be
-        saved of it: a `geomint.SavedSolution`.
+        saved of it, as `geomint.load` gives it.
     """
 
     reason = "the step failed"

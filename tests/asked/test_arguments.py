@@ -254,7 +254,7 @@ BELOW = {
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
-    "load": {"path"},
+    "load": {"path", "problem"},
     # Tested in tests/outputs.
     **{name: {"path"} for name in ("check_file", "whole_file")},
     **{name: {"path", "names"} for name in ("check_folder", "whole_folder")},
@@ -274,13 +274,12 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Solution": {"piece", "save"},
+    "Solution": {"piece", "save", "words"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.
     "Integrator": {
         "propagate_for", "propagate_until", "reset", "step",
         "failure", "of", "take",
     },
-    "SavedSolution": {"piece"},
     # Tested in tests/watch; those of one's own by check_watcher.
     "Watcher": methods_of(gi.Watcher),
     # Tested in tests/spaces, by geomint.testing.

@@ -83,12 +83,10 @@ def _place(error: BaseException) -> str:
 
 def only_finite(value: Any) -> bool:
     """Tell whether a result that says success holds finite numbers only."""
-    if isinstance(value, gi.Solution | gi.SavedSolution):
+    if isinstance(value, gi.Solution):
         if not value.success:
             return True
-        arrays = [value.y, value.tau]
-        physical = value.physical if isinstance(value, gi.Solution) else value.t
-        arrays += [] if physical is None else [physical]
+        arrays = [value.y, value.tau, *([] if value.physical is None else [value.physical])]
         return all(np.isfinite(a).all() for a in arrays)
     if isinstance(value, gi.Problem):
         return bool(np.isfinite(value.params).all())

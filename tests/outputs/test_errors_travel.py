@@ -28,6 +28,7 @@ EXAMPLES = {
     gi.StepSizeError: (1.0, 2, 3.0, 4, "hint", 0.5),
     gi.UnknownReferenceError: ("reason", 1e-3, 1e-5, "advice"),
     gi.SendingError: ("mine", "notebook"),
+    gi.MissingCodeError: ("Solution.to_xarray", "needs xarray"),
 }
 WAYS = {
     "pickle": lambda error: pickle.loads(pickle.dumps(error)),

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from ..arguments import number
 from ..errors import FormError, MethodError, nearest, quoted
 from ..problems.problem import Problem
+from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from .stepper import Stepper
@@ -155,6 +156,20 @@ class Method(ABC):
         changed = [(name, getattr(self, name)) for name in options]
         words = [f"{name}={value!r}" for name, value in changed if value != options[name]]
         return f"{type(self).__name__}({', '.join([*given, *words])})"
+
+    def _repr_html_(self) -> str:
+        kinds = ("symmetric", "symplectic", "adaptive")
+        facts = {
+            "name": self.name,
+            "family": self.family,
+            "order": self.order,
+            "needs": self.needs,
+            "structure": ", ".join(kind for kind in kinds if getattr(self, kind)),
+            "keeps": ", ".join(self.keeps),
+            "options": ", ".join(f"{name}={value!r}" for name, value in self.options.items()),
+            "summary": self.summary,
+        }
+        return table(repr(self), {name: fact for name, fact in facts.items() if fact})
 
     def default_step(
         self, problem: Problem, y0: npt.NDArray[np.float64], span: float, start: float = 0.0

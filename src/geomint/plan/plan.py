@@ -12,6 +12,7 @@ from ..errors import DomainError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
+from ..problems.shown import Shown
 from ..run.solution import Solution
 from ..run.timeline import Timeline
 from ..scene.load import load_scene
@@ -26,8 +27,8 @@ __all__ = ["Plan", "make_plan", "run_scene"]
 PURPOSES = ("run", "drift")
 
 
-@dataclass(frozen=True, eq=False)
-class Plan(Compared):
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(Shown, Compared):
     """How a scene is integrated: decisions, each with its reason.
 
     Attributes
@@ -94,6 +95,10 @@ class Plan(Compared):
         missing = self.missing
         return () if missing is None else (f"not watched: {missing.value}: {missing.reason}",)
 
+    def _shown(self) -> tuple[str, dict[str, Any]]:
+        facts = {choice.what: f"{choice.value} ({choice.reason})" for choice in self.choices}
+        return f"plan of {self.scene.name!r}, {self.purpose}", facts
+
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
         if self.exact is not None and self.exact.chosen is not None:
@@ -130,7 +135,8 @@ class Plan(Compared):
             return solution
         asked = self.scene.model.problems[self.route.asked]
         way = solution.route or self.route.name
-        return replace(solution, problem=asked, y=lift(solution.y), route=way)
+        # What it would go on from is a state of the other problem.
+        return replace(solution, problem=asked, y=lift(solution.y), route=way, restart=None)
 
     def attempt(self, progress: bool | None = None) -> tuple[Solution, StepError | None]:
         """Carry the plan out as far as it goes; return what was computed, and why it ends there."""

@@ -60,11 +60,11 @@ def figure_style() -> Iterator[None]:
 
 @contextmanager
 def new_figure(width: float, height: float, **options: Any) -> Iterator[Figure]:
-    """Give a figure of that size in inches, within `figure_style`."""
-    from matplotlib.figure import Figure
+    """Give a figure of that size in inches, within `figure_style`; notebooks show it."""
+    from .figure import ShownFigure
 
     with figure_style():
-        yield Figure(figsize=(width, height), **options)
+        yield ShownFigure(figsize=(width, height), **options)
 
 
 def series_style(i: int) -> dict[str, Any]:

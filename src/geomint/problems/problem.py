@@ -31,6 +31,7 @@ from .forms import (
     check_recorded,
     check_types,
 )
+from .shown import Shown
 from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
 
@@ -43,8 +44,8 @@ _GROUPS = ("invariants", "constraints", "observables")
 _RESERVED = (*_GROUPS, "all")  # what `geomint.solve` understands in `observe`
 
 
-@dataclass(frozen=True, eq=False)
-class Problem(Sendable):
+@dataclass(frozen=True, eq=False, repr=False)
+class Problem(Shown, Sendable):
     """Something to integrate.
 
     Parameters
@@ -199,6 +200,19 @@ class Problem(Sendable):
     def _order(self) -> str:
         return f" in the order {', '.join(f'{name} ({rows})' for name, rows in self.pieces)}"
 
+    def _shown(self) -> tuple[str, dict[str, Any]]:
+        order = (f"{name} ({' × '.join(map(str, shape))})" for name, shape in self.shapes.items())
+        facts = {
+            "state": ", ".join(order),
+            "space": "" if self.space is None else repr(self.space),
+            "forms": ", ".join(self.forms),
+            "time": "τ" if self.time == "tau" else "t",
+            "parameters": ", ".join(self.parameters),
+            **{group: ", ".join(getattr(self, group)) for group in _GROUPS},
+            "measure": "" if self.measure is None else "stated",
+        }
+        return f"problem {self.name!r}", {name: fact for name, fact in facts.items() if fact}
+
     @property
     def forms(self) -> tuple[str, ...]:
         """The forms that the problem offers."""
@@ -208,6 +222,15 @@ class Problem(Sendable):
     def slices(self) -> dict[str, slice]:
         """Where each piece lies in the flat state."""
         return piece_slices(self.pieces)
+
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The shape of each piece: that of a matrix where the space has one."""
+        return (
+            {name: (rows,) for name, rows in self.pieces}
+            if self.space is None
+            else self.space.shapes
+        )
 
     @property
     def diagnostics(self) -> dict[str, Recorded]:

@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import warnings
+from html import escape
 from types import FrameType, TracebackType
 from typing import Any
 
@@ -39,14 +40,15 @@ class Progress:
     Parameters
     ----------
     show : bool or None
-        None: only if standard error is a terminal.
+        None: only if standard error is a terminal, or in a notebook.
     total : float or None
         In whatever unit `update` is called with; None if it is not known.
     label : str
     """
 
     def __init__(self, show: bool | None, total: float | None, label: str) -> None:
-        self.shown = sys.stderr.isatty() if show is None else show
+        self._notebook = _in_notebook()
+        self.shown = self._notebook or sys.stderr.isatty() if show is None else show
         self.compile_seconds = 0.0
         self._total, self._label = total, label
         self._start = time.perf_counter()
@@ -81,7 +83,7 @@ class Progress:
     def _compilation(self, name: str, seconds: float | None) -> None:
         if seconds is not None:
             self.compile_seconds += seconds
-        elif self.shown and self._bar is None:
+        elif self.shown and self._bar is None and not self._notebook:
             print(f"geomint: compiling {name} (once; kept in the cache)", file=sys.stderr)
 
     def begin(self) -> None:
@@ -123,6 +125,9 @@ class Progress:
             warnings.warn(text, GeomintWarning, stacklevel=8)  # who called `solve`
 
     def _open(self) -> None:
+        if self._notebook:
+            self._bar, self._task = _NotebookBar(self._label, self._total), None
+            return
         from rich.console import Console
         from rich.progress import (
             BarColumn,
@@ -143,3 +148,28 @@ class Progress:
         )
         self._task = self._bar.add_task(self._label, total=self._total, rate="")
         self._bar.start()
+
+
+def _in_notebook() -> bool:
+    """Tell whether cells of a notebook show what is displayed."""
+    library = sys.modules.get("IPython")
+    shell = None if library is None else library.get_ipython()
+    return getattr(shell, "kernel", None) is not None
+
+
+class _NotebookBar:
+    """A bar in the output of a cell, of which nothing is left when it stops: not in exports either."""
+
+    def __init__(self, label: str, total: float | None) -> None:
+        display: Any = sys.modules["IPython"].display.display
+        self._label, self._total = label, total
+        self._handle = display({"text/plain": ""}, raw=True, display_id=True)
+
+    def update(self, task: None, completed: float, rate: str) -> None:
+        share = "" if self._total is None else f' value="{completed}" max="{self._total}"'
+        bar = f"<progress{share}></progress>"
+        shown = {"text/plain": "", "text/html": f"{escape(self._label)} {bar} {escape(rate)}"}
+        self._handle.update(shown, raw=True)
+
+    def stop(self) -> None:
+        self._handle.update({"text/plain": "", "text/html": ""}, raw=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from ..arguments import Array
 from ..errors import DomainError
@@ -12,6 +13,7 @@ from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
 from .restart import Restart
+from .stored import Found, StoredMethod, StoredProblem
 
 __all__ = ["Result", "Status", "StepSizes"]
 
@@ -53,15 +55,19 @@ class Result(Compared):
     physical: Array | None = field(default=None, repr=False)
     restart: Restart | None = field(default=None, repr=False)
     route: str = ""
+    origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
-    def __repr__(self) -> str:
-        end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"
-        mean = "mean " if self.method.adaptive else ""
-        return (
-            f"<solution of {self.problem.name!r} by {self.route or self.method.name}: {self.status}, "
-            f"{self.steps} steps of {mean}{self.step:.6g}, {len(self.tau)} states to {end}, "
-            f"{len(self.drift)} drifts>"
-        )
+    @property
+    def about(self) -> Problem | StoredProblem:
+        """The problem, or all that a file tells of it without its functions."""
+        known: Problem | StoredProblem = vars(self)["problem"]
+        return known
+
+    @property
+    def by(self) -> Method | StoredMethod:
+        """The method, as `about` is the problem."""
+        known: Method | StoredMethod = vars(self)["method"]
+        return known
 
     @property
     def t(self) -> Array:
@@ -77,7 +83,11 @@ class Result(Compared):
 
     def piece(self, name: str) -> Array:
         """Return the saved values of one piece of the state, one a row."""
-        slices = self.problem.slices
+        slices = self.about.slices
         if not (isinstance(name, str) and name in slices):
             raise DomainError("piece", name, f"one of {list(slices)}")
         return self.y[:, slices[name]]
+
+
+for _name in ("problem", "method"):
+    setattr(Result, _name, Found(_name))

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
+import copy
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ..problems.shown import Shown
+from .provenance import run_provenance
 from .result import Result
+from .stored import StoredMethod, StoredProblem
+from .variables import to_dataframe, to_xarray, variables_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from .storage import SavedSolution
 
 __all__ = ["Solution"]
 
 
 @dataclass(repr=False, eq=False)
-class Solution(Result):
+class Solution(Shown, Result):
     """The result of `geomint.solve`.
 
     Attributes
@@ -51,16 +56,57 @@ class Solution(Result):
     route : str
         What was followed in place of the problem, if a plan chose so: the name of a reduction, or
         ``"exact flow"``, which takes no steps.
+    problem : Problem
+    method : Method
+        Of a solution that `geomint.load` gave they are looked for when they are used, and
+        `MissingCodeError` is raised where they are not found.
     """
+
+    @property
+    def provenance(self) -> Mapping[str, Any]:
+        """All about the run, in numbers and words: of a file what was written, versions included."""
+        return run_provenance(self) if self.origin is None else self.origin
+
+    def words(self, provenance: Mapping[str, Any] | None = None) -> dict[str, str]:
+        """Return what a file says of the run in words; `provenance` as JSON, by default its own."""
+        return {
+            "problem": self.about.name,
+            "method": self.by.name,
+            "adaptive": str(self.by.adaptive),
+            "time": self.about.time,
+            "status": self.status,
+            "message": self.message,
+            "provenance": json.dumps(dict(self.provenance if provenance is None else provenance)),
+        }
 
     def plot_drift(self) -> Figure:
         """Plot the largest deviation of every observed quantity, window by window."""
         from ..plots.drift_plots import drift_figure
 
-        return drift_figure([(self.method.name, self.drift)], self.drift_time, self.status)
+        return drift_figure([(self.by.name, self.drift)], self.drift_time, self.status)
+
+    def to_xarray(self) -> Any:
+        """Return times, pieces, drifts and parameters as an `xarray.Dataset`, as in files.
+
+        Raises
+        ------
+        MissingCodeError
+            Without the library xarray.
+        """
+        return to_xarray(variables_of(self), self.words())
+
+    def to_dataframe(self) -> Any:
+        """Return the states as a `pandas.DataFrame`, a row for each time.
+
+        Raises
+        ------
+        MissingCodeError
+            Without the library pandas.
+        """
+        return to_dataframe(variables_of(self), self.words())
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Write states, drifts and provenance to a NetCDF file, whole or not at all.
+        """Write all of it to a NetCDF file, whole or not at all; see `geomint.run.storage`.
 
         Raises
         ------
@@ -70,8 +116,24 @@ class Solution(Result):
 
         save_solution(self, path)
 
-    def as_saved(self) -> SavedSolution:
-        """Return what `save` would write and `geomint.load` give back: numbers and text alone."""
-        from .storage import as_saved
+    def as_saved(self) -> Solution:
+        """Return what `geomint.load` would give back: it can be pickled whatever the functions are."""
+        saved = copy.copy(self)
+        saved.origin = self.provenance
+        saved.problem, saved.method = StoredProblem.of(self.about), StoredMethod.of(self.by)  # type: ignore[assignment]
+        return saved
 
-        return as_saved(self)
+    def _shown(self) -> tuple[str, dict[str, Any]]:
+        own, count = self.about.time, len(self.tau)
+        mean = "mean " if self.by.adaptive else ""
+        end = f", to {own} = {self.tau[-1]:.9g}" if count else ""
+        message = {"message": self.message} if self.message else {}
+        drifts = {f"drift of {name}": drift.brief for name, drift in self.drift.items()}
+        way = self.route or self.by.name
+        return f"solution of {self.about.name!r} by {way}", {
+            "status": self.status,
+            **message,
+            "steps": f"{self.steps} of {mean}{self.step:.6g}",
+            "states": f"{count}{end}",
+            **drifts,
+        }

@@ -1,23 +1,33 @@
-"""Runs on disk: NetCDF files that any tool reads, with all that is needed to make them again.
+"""Runs on disk: NetCDF files that any tool reads, with all that is needed to go on with them.
 
-A file in the classic format with 64-bit offsets holds
+A file in the classic format with 64-bit offsets holds a run as variables with named dimensions:
 
-=====================  ======================  ==================================================
-variable               dimensions              content
-=====================  ======================  ==================================================
-``tau``                (state)                 own times of the saved states
-``t``                  (state)                 their physical times, where they are known
-``y``                  (state, row)            the states; its attribute `pieces` names the rows
-``row_label``          (row, label)            such as ``gamma[0]``, as characters
-``QUANTITY.time``      (QUANTITY.window)       mean time of each window of steps
-``QUANTITY.mean``      (QUANTITY.window)       mean deviation from the initial value
-``QUANTITY.maximum``   (QUANTITY.window)       largest absolute deviation
-=====================  ======================  ==================================================
+=========================  ======================  ===================================================
+variable                   dimensions              content
+=========================  ======================  ===================================================
+``t``                      (t)                     physical times of the saved states
+``tau``                    (t), else (tau)         their own times, of a problem in τ
+PIECE                      (t, k) or (t, i, j)     a piece of the state, such as ``gamma``
+QUANTITY                   ()                      the first value; attributes are the drift's numbers
+``QUANTITY_time``          (QUANTITY_time)         mean time of each window of steps
+``QUANTITY_mean``          (QUANTITY_time)         mean deviation from the first value
+``QUANTITY_maximum``       (QUANTITY_time)         largest absolute deviation
+PARAMETER                  (), (k) or (i, j)       a parameter of the problem
+``_restart_memory``        its own                 what the next step depends on
+``_QUANTITY_last_window``  its own                 samples after the last full window
+``_problem_params``        its own                 the flat parameters
+``_problem_code`` …        its own                 where the functions are found again (a pickle)
+=========================  ======================  ===================================================
 
-for every watched QUANTITY, whose numbers (initial value, errors, slope, class) are the attribute
-`drift` of its ``mean``, as JSON. The global attribute `provenance` is JSON too; `status` and
-`message` say how the run ended; `checksum` is the SHA-256 of the whole file with 64 zeros in the
+Where the clock was not integrated the dimension of states is ``tau``. A dimension of another length has
+that in its name, as ``k6``; a name that is taken gets an underscore. Attributes of the file are
+`problem`, `method`, `status`, `message` and, as JSON, `provenance`, `run` (numbers of the run) and
+`layout` (what each variable is). `checksum` is the SHA-256 of the whole file with 64 zeros in the
 place of its own digits.
+
+To read numbers runs no code of the file. To use `Solution.problem` or `Solution.method` of a file, as
+going on does, looks their functions up by a pickle, unless they are those of a scene's system: that
+is for files that you trust.
 """
 
 from __future__ import annotations
@@ -25,105 +35,45 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import fields
+from math import prod
 from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.io import netcdf_file  # type: ignore[attr-defined]
 
 from .. import __version__
 from ..arguments import Array
-from ..errors import DomainError, GeomintError, quoted
-from ..kernels.compiling.sameness import Compared
+from ..errors import DomainError, GeomintError, OutputError, quoted
+from ..problems.problem import Problem
 from ..watch.drift import Drift
-from ..watch.windows import Windows
 from .files.outputs import whole_file
-from .result import Result
+from .restart import Restart
+from .result import Result, StepSizes
+from .solution import Solution
+from .stored import StoredMethod, StoredProblem
+from .variables import WINDOWS, Variable, drift_of, variables_of
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+__all__ = ["load", "save_solution"]
 
-__all__ = ["SavedSolution", "as_saved", "load", "load_solution", "save_solution"]
-
-_FORMAT = "geomint-run-2"
+_FORMAT = "geomint-run-3"
 _NO_CHECKSUM = "0" * 64
 _SEAL = re.compile(rb"checksum\x00\x00\x00\x02\x00\x00\x00\x40([0-9a-f]{64})")
+_KIND = re.compile(rb"geomint-run-[0-9]+")
 _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
+_LARGEST = 2**31 - 4  # bytes of a variable, of the format
+_OTHERWISE = ("problem", "method", "tau", "y", "drift", "physical", "restart", "origin")
+_RUN = tuple(f.name for f in fields(Result) if f.name not in _OTHERWISE)  # numbers and words
+_HIDDEN = ("params", "code", "restart", "last_window")
+_ROLES = ("time", "piece", "drift", *WINDOWS, "parameter", *_HIDDEN)
 _open: Any = netcdf_file
 
 
-@dataclass(frozen=True, repr=False, eq=False)
-class SavedSolution(Compared):
-    """A run that was read from a file.
-
-    Attributes
-    ----------
-    tau, t : array, shape (m,)
-        Own and physical times of the saved states; `t` is None if it was not integrated.
-    y : array, shape (m, rows)
-        The saved states.
-    pieces : tuple of (name, rows)
-        The order of a state.
-    drift : dict of name to Drift
-        With their windows.
-    provenance : dict
-        Scene, versions, method, step, costs, status.
-    """
-
-    tau: Array
-    t: Array | None
-    y: Array
-    pieces: tuple[tuple[str, int], ...]
-    drift: dict[str, Drift]
-    provenance: dict[str, Any]
-
-    def __repr__(self) -> str:
-        words, end = self.provenance, f"{len(self.tau)} states"
-        if len(self.tau):
-            end += f" to {words.get('time', 't')} = {self.tau[-1]:.9g}"
-        return (
-            f"<saved solution of {words.get('problem')!r} by {words.get('method')}: {self.status}, "
-            f"{end}, {len(self.drift)} drifts>"
-        )
-
-    @property
-    def status(self) -> str:
-        """How the run ended, as `geomint.Solution.status`."""
-        return str(self.provenance.get("status"))
-
-    @property
-    def message(self) -> str:
-        """Why it did not reach its end, if so."""
-        return str(self.provenance.get("message", ""))
-
-    @property
-    def success(self) -> bool:
-        """Whether the end was reached, and all that was observed is finite."""
-        return self.status == "success"
-
-    def piece(self, name: str) -> Array:
-        """Return the saved values of one piece of the state, one a row."""
-        start = 0
-        for piece, rows in self.pieces:
-            if piece == name:
-                return self.y[:, start : start + rows]
-            start += rows
-        raise DomainError("piece", name, f"one of {[piece for piece, _ in self.pieces]}")
-
-    def plot_drift(self) -> Figure:
-        """Plot the drifts, as `geomint.Solution.plot_drift` does."""
-        from ..plots.drift_plots import drift_figure
-
-        label = str(self.provenance.get("method", ""))
-        time = self.provenance.get("drift_time", "t")
-        return drift_figure([(label, self.drift)], time, self.status)
-
-
 def save_solution(
-    solution: Result,
+    solution: Solution,
     path: str | PathLike[str],
     provenance: Mapping[str, Any] | None = None,
 ) -> None:
@@ -131,7 +81,7 @@ def save_solution(
 
     Parameters
     ----------
-    solution : Result
+    solution : Solution
     path : path
         A regular file that is there is replaced, once the new one is complete; symlinks are
         followed.
@@ -143,37 +93,87 @@ def save_solution(
     OutputError
         If something else is there, or the file cannot be written; what was there is as it was.
     """
-    if provenance is None:
-        from .provenance import run_provenance
-
-        provenance = run_provenance(solution)
+    problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
+    variables = variables_of(solution)
+    variables += list(_for_load(problem, method, solution, variables))
+    attributes = {
+        "checksum": _NO_CHECKSUM,
+        "format": _FORMAT,
+        "history": f"written by geomint {__version__}",
+        **solution.words(provenance),
+        "run": json.dumps({name: getattr(solution, name) for name in _RUN}),
+        "restart": json.dumps(_parts(solution.restart, False)),
+        "missing": json.dumps({"problem": problem.missing, "method": method.missing}),
+        "layout": json.dumps([[v.name, v.role, v.of] for v in variables]),
+    }
+    for variable in variables:
+        if variable.values.nbytes > _LARGEST:
+            raise OutputError(path, f"{variable.name!r} has more than 2 GiB: save fewer states")
     with whole_file(path) as unfinished:
         with unfinished.open("w+b") as stream:
             file = _open(stream, "w", version=2)
-            file.checksum = _NO_CHECKSUM
-            file.format = _FORMAT
-            file.history = f"written by geomint {__version__}"
-            file.status, file.message = solution.status, solution.message.encode()
-            file.provenance = json.dumps(provenance)
-            _write_states(file, solution)
-            for name, drift in solution.drift.items():
-                _write_drift(file, _packed(name), drift)
+            _tell(file, attributes)
+            for variable in variables:
+                _write(file, variable)
             file.flush()
         _seal(unfinished)
 
 
-def as_saved(solution: Result) -> SavedSolution:
-    """Return what a file of a run holds, without the file."""
-    from .provenance import run_provenance
+def _parts(restart: Restart | None, arrays: bool) -> dict[str, Any]:
+    """Return the arrays of a restart by name, or all that is none."""
+    named = {} if restart is None else {f.name: getattr(restart, f.name) for f in fields(restart)}
+    return {name: x for name, x in named.items() if isinstance(x, np.ndarray) == arrays}
 
-    return SavedSolution(
-        tau=solution.tau,
-        t=solution.physical,
-        y=solution.y,
-        pieces=solution.problem.pieces,
-        drift=solution.drift,
-        provenance=run_provenance(solution),
-    )
+
+def _for_load(
+    problem: StoredProblem, method: StoredMethod, solution: Solution, others: list[Variable]
+) -> Iterator[Variable]:
+    """Yield what nobody but `load` reads, under names that no other variable has."""
+    taken = {variable.name for variable in others}
+    hidden = [("params", "problem", np.asarray(problem.params))]
+    for of, content in (("problem", problem.content), ("method", method.content)):
+        hidden.append(("code", of, np.frombuffer(content, np.int8)))
+    hidden += [("restart", name, x) for name, x in _parts(solution.restart, True).items()]
+    hidden += [
+        ("last_window", of, drift.windows.last_window) for of, drift in solution.drift.items()
+    ]
+    for role, of, values in hidden:
+        name = f"_restart_{of}" if role == "restart" else f"_{of}_{role}"
+        while name in taken:
+            name = f"_{name}"
+        if values.size:
+            dimensions = tuple(f"{name}_{i}" for i in "ij"[: values.ndim])
+            yield Variable(role, of, name, dimensions, values, {"long_name": "for load"})
+            taken.add(name)
+
+
+def _tell(target: Any, attributes: Mapping[str, Any]) -> None:
+    """Write attributes: words as UTF-8, numbers as float64."""
+    for name, value in attributes.items():
+        told = value.encode() if isinstance(value, str) else np.float64(value)
+        setattr(target, name, told)
+
+
+def _write(file: Any, variable: Variable) -> None:
+    """Write a variable, and its dimensions unless they are there; one of no states is unlimited."""
+    dimensions = [_packed(name) for name in variable.dimensions]
+    for name, length in zip(dimensions, variable.values.shape, strict=True):
+        if name not in file.dimensions:
+            file.createDimension(name, length or None)
+    kind = "b" if variable.values.dtype == np.int8 else "d"
+    written = file.createVariable(_packed(variable.name), kind, tuple(dimensions))
+    if variable.values.size:
+        written[...] = variable.values
+    _tell(written, variable.attributes)
+    if variable.role == "piece" and "t" in dimensions and "tau" in file.variables:
+        written.coordinates = (
+            b"tau"  # what xarray makes a coordinate of, beside the dimension's own
+        )
+
+
+def _packed(name: str) -> str:
+    """Return a name as scipy has to have it so that its UTF-8 is in the file."""
+    return name.encode().decode("latin-1")
 
 
 def _seal(path: Path) -> None:
@@ -193,10 +193,13 @@ def _check_seal(path: Path) -> None:
         raise GeomintError(f"{name!r} holds no run of geomint: it is no regular file")
     with path.open("rb") as file:
         header = file.read(_HEADER)
-        found = _SEAL.search(header)
+        kind, found = _KIND.search(header), _SEAL.search(header)
+        if kind is not None and kind[0] != _FORMAT.encode():
+            raise GeomintError(
+                f"{name!r} is of another version of geomint ({kind[0].decode()}, not {_FORMAT}): "
+                "run it again, as its attribute 'provenance' says; readers of NetCDF read its numbers"
+            )
         if found is None:
-            if b"geomint-run-1" in header:
-                raise GeomintError(f"{name!r} is of an earlier geomint, without a checksum")
             raise GeomintError(f"{name!r} holds no run of geomint")
         start, end = found.span(1)
         digest = hashlib.sha256(header[:start] + _NO_CHECKSUM.encode() + header[end:])
@@ -206,59 +209,25 @@ def _check_seal(path: Path) -> None:
         raise GeomintError(f"{name!r} is not what was written: its checksum differs")
 
 
-def _packed(name: str) -> str:
-    """Return a name as scipy has to have it so that its UTF-8 is in the file."""
-    return name.encode().decode("latin-1")
+def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
+    """Read a run that `Solution.save` or ``geomint run`` wrote.
 
+    The solution is what it was, and `geomint.solve` goes on from it. Its `problem` and `method` are
+    looked for when they are used: by the system of the scene, or where their functions are found,
+    which unpickles what the file says, so use them of files that you trust.
 
-def _unpacked(name: str) -> str:
-    return name.encode("latin-1").decode()
-
-
-def _write_states(file: Any, solution: Result) -> None:
-    labels = [
-        f"{name}[{i}]" for name, rows in solution.problem.pieces for i in range(rows)
-    ]  # fmt: skip
-    width = max(len(label.encode()) for label in labels)
-    file.createDimension("state", len(solution.tau))
-    file.createDimension("row", len(labels))
-    file.createDimension("label", width)
-    _write(file, "tau", solution.tau, ("state",), "own time of the problem")
-    if solution.physical is not None:
-        _write(file, "t", solution.physical, ("state",), "physical time")
-    y = _write(file, "y", solution.y, ("state", "row"), "states")
-    y.pieces = json.dumps([[name, rows] for name, rows in solution.problem.pieces])
-    characters = file.createVariable("row_label", "c", ("row", "label"))
-    padded = [list(label.encode().ljust(width, b"\0")) for label in labels]
-    characters[:] = np.array(padded, dtype=np.uint8).view("S1")
-
-
-def _write_drift(file: Any, name: str, drift: Drift) -> None:
-    windows = drift.windows
-    dimension = f"{name}.window"
-    file.createDimension(dimension, len(windows.times))
-    _write(file, f"{name}.time", windows.times, (dimension,), "mean time of the window")
-    _write(file, f"{name}.maximum", windows.maxima, (dimension,), "largest |deviation|")
-    mean = _write(file, f"{name}.mean", windows.means, (dimension,), "mean deviation")
-    numbers = drift.as_json()
-    mean.drift = json.dumps({**numbers, "length": windows.length})
-
-
-def _write(file: Any, name: str, values: Array, dimensions: tuple[str, ...], about: str) -> Any:
-    variable = file.createVariable(name, "d", dimensions)
-    variable[:] = values
-    variable.long_name = about
-    variable.units = "1"
-    return variable
-
-
-def load_solution(path: str | PathLike[str]) -> SavedSolution:
-    """Read a run that `save_solution` wrote.
+    Parameters
+    ----------
+    path : path
+    problem : Problem, optional
+        That of the run, where its functions cannot be found, such as those of a notebook.
 
     Raises
     ------
     GeomintError
         If the file is none, not complete, or not what was written.
+    DomainError
+        For a problem that has another name, other pieces or other parameters.
     FileNotFoundError
     """
     if not isinstance(path, str | PathLike):
@@ -270,44 +239,60 @@ def load_solution(path: str | PathLike[str]) -> SavedSolution:
         raise DomainError("path", path, "the path of a file") from None
     try:
         with _open(fspath(place), "r", mmap=False) as file:
-            return _read(file)
+            solution = _read(file)
     except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
         reason = quoted(error)  # of a writer with another idea of the content
         raise GeomintError(f"{fspath(place)!r} cannot be read as a run: {reason}") from error
+    if problem is not None:
+        known = solution.about
+        if not (isinstance(problem, Problem) and known.fits(problem)):  # type: ignore[union-attr]
+            raise DomainError("problem", problem, f"{known.name!r}, with the parameters of the run")
+        solution.problem = problem
+    return solution
 
 
-load = load_solution
-
-
-def _read(file: Any) -> SavedSolution:
-    variables = file.variables
-    pieces = tuple((str(name), int(rows)) for name, rows in json.loads(variables["y"].pieces))
-    names = [key.removesuffix(".mean") for key in variables if key.endswith(".mean")]
-    return SavedSolution(
-        tau=_array(variables["tau"]),
-        t=_array(variables["t"]) if "t" in variables else None,
-        y=_array(variables["y"]),
-        pieces=pieces,
-        drift={_unpacked(name): _read_drift(variables, name) for name in names},
-        provenance=json.loads(file.provenance),
+def _read(file: Any) -> Solution:
+    words = {name: value.decode() for name, value in file._attributes.items()}
+    run, restart, order = (json.loads(words[key]) for key in ("run", "restart", "layout"))
+    found: dict[str, dict[str, Any]] = {role: {} for role in _ROLES}
+    for name, role, of in order:
+        found[role][of] = file.variables[_packed(name)]
+    values = {role: {of: _array(v) for of, v in own.items()} for role, own in found.items()}
+    pieces, times = values["piece"], values["time"]
+    physical, tau = times.get("t"), times.get("tau")
+    run["step_sizes"] = StepSizes(*run["step_sizes"])
+    origin = json.loads(words["provenance"])
+    missing, code = json.loads(words["missing"]), values["code"]
+    going_on: dict[str, Any] = {**restart, **values["restart"]}
+    places = {
+        of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
+    }
+    known = (
+        {name: piece.shape[1:] for name, piece in pieces.items()},
+        *(words["time"], values["parameter"], values["params"].get("problem", np.zeros(0))),
+        *((origin.get("scene") or {}).get(section) for section in ("system", "initial")),
+    )
+    problem: Any = StoredProblem(words["problem"], *places["problem"], *known)
+    method: Any = StoredMethod(words["method"], *places["method"], words["adaptive"] == "True")
+    return Solution(
+        problem=problem,
+        method=method,
+        tau=times["t"] if tau is None else tau,
+        y=np.hstack([x.reshape(len(x), prod(x.shape[1:])) for x in pieces.values()]),
+        drift={name: _drift(name, found, values) for name in found["drift"]},
+        physical=physical,
+        restart=Restart(**going_on) if going_on else None,
+        origin=origin,
+        **run,
     )
 
 
-def _read_drift(variables: Any, name: str) -> Drift:
-    numbers = json.loads(variables[f"{name}.mean"].drift)
-    windows = Windows.restored(
-        initial=numbers["initial"],
-        length=numbers.pop("length"),
-        samples=numbers.pop("samples"),
-        last=(numbers.pop("until"), numbers["final_error"]),
-        largest=numbers["max_abs_error"],
-        not_finite_from=numbers.get("not_finite_from"),
-        closed=np.array(
-            [_array(variables[f"{name}.{part}"]) for part in ("time", "mean", "maximum")]
-        ),
-    )
-    return Drift(name=_unpacked(name), drift_class=numbers.pop("class"), windows=windows, **numbers)
+def _drift(name: str, found: dict[str, dict[str, Any]], values: dict[str, dict[str, Any]]) -> Drift:
+    told = found["drift"][name]._attributes.items()
+    numbers = {key: x.decode() if isinstance(x, bytes) else float(x) for key, x in told}
+    closed = [values[part][name] for part in WINDOWS if name in values[part]]
+    return drift_of(name, numbers, closed, values["last_window"].get(name))
 
 
 def _array(variable: Any) -> Array:
-    return np.array(variable[:], dtype=np.float64)
+    return np.array(variable[...], dtype=variable.data.dtype.newbyteorder("="))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
+from ..problems.shown import Shown
 from .growth import CLASSES, NOT_FINITE, Growth, growth_of
 from .windows import Windows
 
@@ -30,8 +31,8 @@ ROUNDOFF = 32.0 * 2.0**-52
 WALK = 4.0 * 2.0**-52
 
 
-@dataclass(frozen=True, eq=False)
-class Drift(Compared):
+@dataclass(frozen=True, eq=False, repr=False)
+class Drift(Shown, Compared):
     r"""The drift of one quantity over a run.
 
     Attributes
@@ -86,6 +87,28 @@ class Drift(Compared):
     def within_roundoff(self) -> bool:
         """Whether no deviation is larger than 32 ε × scale, however it grows."""
         return self.max_abs_error <= ROUNDOFF * self.scale
+
+    @property
+    def brief(self) -> str:
+        """Largest deviation and class, in words."""
+        return f"{self.drift_class}, largest {self.max_abs_error:.3g}"
+
+    def _shown(self) -> tuple[str, dict[str, Any]]:
+        facts = {
+            "class": self.drift_class,
+            "initial": self.initial,
+            "largest": self.max_abs_error,
+            "last": self.final_error,
+            "slope": self.slope and f"{self.slope:.6g} ± {self.slope_stderr or 0.0:.2g}",
+            "scale": self.scale,
+            "samples": self.windows.samples,
+            "windows": len(self.windows.times),
+            "jump at": self.jump_time,
+            "not finite from": self.not_finite_from,
+        }
+        told = {name: fact for name, fact in facts.items() if fact is not None}
+        words = {name: f"{x:.6g}" if isinstance(x, float) else x for name, x in told.items()}
+        return f"drift of {self.name!r}", words
 
     def as_json(self) -> dict[str, Any]:
         """Return the numbers under the names of ``drift.json``."""
@@ -181,7 +204,7 @@ def drift_of_run(
         initial=initial,
         max_abs_error=windows.max_abs,
         max_rel_error=relative if np.isfinite(relative) else None,
-        scale=scale,
+        scale=float(scale),
         final_error=windows.last,
         windows=windows,
         not_finite_from=windows.not_finite_from,

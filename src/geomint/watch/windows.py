@@ -51,15 +51,18 @@ class Windows(Compared):
         largest: float,
         closed: Array,
         not_finite_from: float | None = None,
+        last_window: Array | None = None,
     ) -> Windows:
         """Return windows as they were: `closed` are the rows times, means, maxima.
 
-        What the last window had before it was full is not kept: nothing can be added.
+        Without what the `last_window` had before it was full nothing can be added.
         """
         windows = cls(initial)
         windows.length, windows.samples, windows.max_abs = length, samples, largest
         windows.last_time, windows.last = last
         windows._closed = closed
+        if last_window is not None:
+            windows._open_times, windows._open_values = last_window
         windows.not_finite_from = not_finite_from
         return windows
 
@@ -98,6 +101,11 @@ class Windows(Compared):
         time, mean, largest = self._closed.reshape(3, -1, 2)
         self._closed = np.array([_means(time), _means(mean), largest.max(axis=1)])
         self.length *= 2
+
+    @property
+    def last_window(self) -> Array:
+        """The rows times, deviations of the samples after the last full window."""
+        return np.array([self._open_times, self._open_values])
 
     @property
     def in_order(self) -> bool:

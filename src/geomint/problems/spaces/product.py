@@ -59,6 +59,11 @@ class Product(Space):
         return tuple(piece for factor in self._factors for piece in factor.pieces)
 
     @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Those of the factors."""
+        return {name: shape for factor in self._factors for name, shape in factor.shapes.items()}
+
+    @property
     def params(self) -> Array:
         """Those of the only factor that has some."""
         return next((f.params for f in self._factors if len(f.params)), np.zeros(0))

@@ -87,6 +87,11 @@ class Space:
         raise NotImplementedError
 
     @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The shape of each piece by name: rows and columns where it is a matrix."""
+        return {name: (rows,) for name, rows in self.pieces}
+
+    @property
     def params(self) -> Array:
         """What recorded functions of the space read: nothing, for most."""
         return np.zeros(0)

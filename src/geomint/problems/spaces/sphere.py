@@ -33,6 +33,11 @@ class Sphere(Orthonormal):
     name: str = "gamma"
     vectors = 1
 
+    @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """A vector."""
+        return {self.name: (self.n,)}
+
     def constraints_at(self, first: int) -> dict[str, Recorded]:
         """(γ, γ) − 1."""
         return {"norm": product(self.n, first, first, 1.0)}

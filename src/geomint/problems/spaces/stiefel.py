@@ -35,6 +35,11 @@ class Orthonormal(Space):
         return ((self.name, self.vectors * self.n),)
 
     @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """A matrix, of one row a vector."""
+        return {self.name: (self.vectors, self.n)}
+
+    @property
     def conditions(self) -> int:
         """Entries of XXᵀ − 1 on and above the diagonal."""
         return self.vectors * (self.vectors + 1) // 2

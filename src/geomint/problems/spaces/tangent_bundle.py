@@ -54,6 +54,11 @@ class TangentBundle(Space):
         return (*self.base.pieces, (self.name, self.base.rows))
 
     @property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Both have that of the base."""
+        return {**self.base.shapes, self.name: next(iter(self.base.shapes.values()))}
+
+    @property
     def params(self) -> Array:
         """Those of the base."""
         return self.base.params

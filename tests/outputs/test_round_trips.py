@@ -1,0 +1,320 @@
+"""What is written comes back bit by bit: problems of all scenes, names and numbers of any kind."""
+
+import dataclasses
+import importlib
+import itertools
+import json
+import pickle
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+
+import geomint as gi
+from geomint.errors import MissingCodeError
+from geomint.methods import methods
+from geomint.run.restart import Restart
+from geomint.run.result import StepSizes
+from geomint.run.storage import save_solution
+from geomint.run.stored import StoredProblem
+from geomint.watch.drift import drift_from_windows, drift_of_run
+from geomint.watch.windows import Windows
+
+MODELS = {name: gi.load_scene(name).model for name in gi.scene_names()}
+PROBLEMS = {
+    f"{scene}:{name}": problem
+    for scene, model in MODELS.items()
+    for name, problem in model.problems.items()
+}
+METHODS = list(methods().values())
+NOTHING = {
+    "steps": 3, "rejected": 0, "iterations": 4, "evaluations": 5, "run_seconds": 0.1,
+    "watching_seconds": 0.2, "compile_seconds": 0.3, "status": "success", "message": "",
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def unsynced(monkeypatch):
+    """To wait for the disk is tested elsewhere; here are hundreds of files."""
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+
+
+def made(problem, method=METHODS[0], states=3, seed=0, **changes):
+    """Return a solution of numbers that nobody integrated."""
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.random(states))
+    windows = Windows(1.0)
+    windows.add(np.arange(1.0, 1502.0), 1.0 + rng.normal(size=1501))  # and one of a pair
+    drift = {name: drift_from_windows(name, windows, 1.5) for name in ("energy", "k")}
+    given = {
+        "problem": problem,
+        "method": method,
+        "step": 0.1,
+        "step_sizes": StepSizes(0.1, 0.1 + 2.0**-50, np.inf),
+        "tau": times,
+        "physical": times if problem.time == "t" else rng.random(states),
+        "y": rng.normal(size=(states, problem.rows)),
+        "drift": drift,
+        "restart": Restart(rng.normal(size=7), 0.0, 1.0 / 3.0, 12, True),
+        "drift_time": "t",
+    }
+    return gi.Solution(**{**NOTHING, **given, **changes})
+
+
+def through(solution, path, *provenance):
+    save_solution(solution, path, *provenance)
+    return gi.load(path)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_every_problem_of_every_scene(name, tmp_path):
+    problem = PROBLEMS[name]
+    number = list(PROBLEMS).index(name)
+    solution = made(problem, METHODS[number % len(METHODS)], seed=number)
+    found = through(solution, tmp_path / "run.nc")
+    assert found == solution
+    assert found.problem == problem
+    for piece, shape in problem.shapes.items():
+        values = found.to_xarray()[piece]
+        assert values.shape == (3, *shape)
+        np.testing.assert_array_equal(values.values.reshape(3, -1), solution.piece(piece))
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: method.name)
+def test_every_method(method, tmp_path):
+    found = through(made(PROBLEMS["sphere-n3:reduced"], method), tmp_path / "run.nc")
+    assert (found.method, found.by.name, found.by.adaptive) == (
+        method,
+        method.name,
+        method.adaptive,
+    )
+
+
+def test_matrices_have_rows_and_columns(tmp_path):
+    problem = PROBLEMS["ball-on-group-n4:group"]
+    solution = made(problem)
+    data = solution.to_xarray()
+    assert data["g"].dims == ("t", "i", "j")
+    np.testing.assert_array_equal(data["g"].values[1], solution.piece("g")[1].reshape(4, 4))
+    assert "g[3,2]" in solution.to_dataframe().columns
+
+
+@gi.field
+def still(params, t, y, out, work):
+    for i in range(len(y)):
+        out[i] = 0.0 * y[i]
+
+
+NAMES = st.sampled_from(
+    ["t", "tau", "k", "k2", "i", "j", "energy", "energy_time", "energy_mean", "k_", "γ²", "a b", "x.y",
+     "_problem_code", "data", "dimensions", "📈", "params", "E=mc^2"]
+)  # fmt: skip
+BITS = st.integers(0, 2**64 - 1)
+
+
+@settings(
+    max_examples=50,
+    deadline=None,
+    derandomize=True,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+@given(data=st.data())
+def test_any_names_and_numbers(data, tmp_path):
+    names = data.draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
+    pieces = [(name, data.draw(st.integers(1, 3))) for name in names]
+    watched = data.draw(st.lists(NAMES, max_size=3, unique=True))
+    parameters = data.draw(st.dictionaries(NAMES, st.lists(st.floats(), min_size=1, max_size=3)))
+    own, states = data.draw(st.sampled_from(["t", "tau"])), data.draw(st.integers(0, 2))
+    problem = gi.Problem("still", pieces, field=still, time=own, parameters=parameters)
+    size = states * problem.rows
+    bits = data.draw(st.lists(BITS, min_size=size, max_size=size))
+    y = np.array(bits, np.uint64).view(np.float64).reshape(states, problem.rows)
+    windows = Windows(data.draw(st.floats(allow_nan=False, allow_infinity=False)))
+    if data.draw(st.booleans()):
+        windows.add(np.arange(1.0, 4.0), np.array([1.0, 2.0, np.nan]))
+    changes = {"y": y, "drift": {}, "message": data.draw(st.text().filter(_writable))}
+    if own == "tau" and data.draw(st.booleans()):
+        changes["physical"] = None
+    for name in watched:
+        changes["drift"][name] = drift_of_run(name, windows, 1.5, 1.0)
+    solution = made(problem, states=states, **changes)
+    found = through(solution, tmp_path / "run.nc")
+    assert found == solution
+    assert found.y.tobytes() == y.tobytes()
+    again = through(found, tmp_path / "again.nc")
+    assert again == solution
+    assert again.about.shapes == problem.shapes
+    data = solution.to_xarray()
+    assert sum(values.size for values in data.data_vars.values()) >= y.size
+    assert len(solution.to_dataframe()) == states
+
+
+def _writable(text):
+    return "\0" not in text and not any("\ud800" <= c <= "\udfff" for c in text)
+
+
+def test_xarray_opens_files_as_they_are_here(tmp_path):
+    import xarray
+
+    problem = PROBLEMS["hamiltonized-n3:hamiltonized"]
+    for solution in (made(problem), made(problem, states=0), made(problem, physical=None)):
+        solution.save(tmp_path / "run.nc")
+        here = solution.to_xarray()
+        with xarray.open_dataset(tmp_path / "run.nc") as there:
+            for name in here.variables:
+                assert there[name].identical(here[name]), name
+            assert set(here.coords) <= set(there.coords)
+            assert there.attrs["status"] == "success"
+
+
+def test_what_xarray_plots(tmp_path):
+    import matplotlib.pyplot as plt
+    import xarray
+
+    made(PROBLEMS["sphere-n3:reduced"], states=20).save(tmp_path / "run.nc")
+    with xarray.open_dataset(tmp_path / "run.nc") as data:
+        data.gamma.plot()
+        assert plt.gca().get_ylabel() == "physical time [1]"
+        plt.close()
+        lines = data.gamma.plot.line(x="t")
+        assert len(lines) == 3
+        plt.close()
+
+
+def test_rows_of_a_dataframe():
+    solution = made(PROBLEMS["hamiltonized-n3:hamiltonized"])
+    frame = solution.to_dataframe()
+    assert list(frame.columns[:4]) == ["tau", "gamma[0]", "gamma[1]", "gamma[2]"]
+    assert frame.index.name == "t"
+    np.testing.assert_array_equal(frame["gamma[1]"], solution.piece("gamma")[:, 1])
+
+
+@pytest.mark.parametrize(("library", "name"), [("xarray", "to_xarray"), ("pandas", "to_dataframe")])
+def test_without_an_optional_library(monkeypatch, library, name):
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(MissingCodeError, match=f"pip install {library}") as error:
+        getattr(made(PROBLEMS["sphere-n3:reduced"]), name)()
+    assert error.value.what == f"Solution.{name}"
+
+
+MODULE = """
+import geomint as gi
+
+@gi.field
+def turn(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -y[0]
+
+def problem(speed=1.0):
+    return gi.Problem("turn", (("q", 1), ("p", 1)), params=[speed], field=turn)
+"""
+
+
+@pytest.fixture
+def module(tmp_path, monkeypatch):
+    (tmp_path / "turning_module.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield importlib.import_module("turning_module")
+    sys.modules.pop("turning_module", None)
+
+
+def test_where_the_code_is_lost(module, tmp_path):
+    """All that is numbers can be read; what needs the functions says so, or takes them."""
+    problem = module.problem()
+    path = tmp_path / "run.nc"
+    made(problem).save(path)
+    (tmp_path / "turning_module.py").unlink()
+    del sys.modules["turning_module"]
+    importlib.invalidate_caches()
+    found = gi.load(path)
+    assert "turn" in repr(found)
+    assert found.piece("q").shape == (3, 1)
+    assert set(found.to_xarray()) >= {"q", "p", "energy"}
+    assert found.plot_drift().axes
+    through(found, tmp_path / "again.nc")
+    with pytest.raises(
+        MissingCodeError, match=r"turning_module.*geomint\.load\(path, problem="
+    ) as error:
+        found.problem
+    assert error.value.what == "problem 'turn'"
+    with pytest.raises(MissingCodeError):
+        gi.solve(found, t_end=1.0)
+    assert gi.load(path, problem).problem is problem
+    for other in (module.problem(2.0), PROBLEMS["sphere-n3:reduced"], "turn"):
+        with pytest.raises(gi.DomainError, match="'turn'"):
+            gi.load(path, other)
+
+
+def test_functions_that_have_no_place(monkeypatch, tmp_path):
+    from geomint.kernels.compiling import sending
+
+    monkeypatch.setattr(sending, "cloudpickle", lambda: None)
+    space = {"gi": gi, "__name__": "nowhere"}
+    exec(MODULE, space)
+    found = through(made(space["problem"]()), tmp_path / "run.nc")
+    with pytest.raises(MissingCodeError, match="install cloudpickle"):
+        found.problem
+
+
+def test_the_problem_of_a_scene_is_found_by_its_system(tmp_path):
+    """Also by a version whose functions are at other places."""
+    scene = gi.load_scene("hamiltonized-n3")
+    solution = made(scene.problem)
+    provenance = {"scene": scene.sections}
+    found = through(solution, tmp_path / "run.nc", provenance)
+    lost = dataclasses.replace(found.about, content=b"nothing")
+    assert lost.found() == scene.problem
+    for changes in (
+        {"params": np.zeros(3)},
+        {"system": {"name": "no such"}},
+        {"initial": {"x": 1}},
+    ):
+        with pytest.raises(MissingCodeError):
+            dataclasses.replace(lost, **changes).found()
+    assert json.loads(json.dumps(found.provenance)) == json.loads(json.dumps(provenance))
+
+
+class Hostile:
+    opened = 0
+
+    def __reduce__(self):
+        return _opened, ()
+
+
+def _opened():
+    Hostile.opened += 1
+    raise RuntimeError("opened")
+
+
+def test_to_read_numbers_runs_no_code_of_the_file(tmp_path):
+    solution = made(PROBLEMS["sphere-n3:reduced"]).as_saved()
+    solution.problem = dataclasses.replace(solution.about, content=pickle.dumps(Hostile()))
+    solution.method = dataclasses.replace(solution.by, content=pickle.dumps(Hostile()))
+    found = through(solution, tmp_path / "run.nc")
+    found.piece("gamma"), found.t, found.drift, found.provenance, repr(found), found._repr_html_()
+    found.to_xarray(), found.to_dataframe(), found.plot_drift(), found.save(tmp_path / "again.nc")
+    assert Hostile.opened == 0
+    for name in ("problem", "method"):
+        with pytest.raises(MissingCodeError, match="opened"):
+            getattr(found, name)
+    assert isinstance(found.about, StoredProblem)
+
+
+def test_a_loaded_run_goes_on_bit_by_bit(module, tmp_path):
+    problem = module.problem()
+    run = {"method": gi.RungeKutta("rk-4"), "step": 0.1, "save_every": 1, "compiled": False}
+    whole = gi.solve(problem, [1.0, 0.0], t_end=2.0, **run)
+    half = through(gi.solve(problem, [1.0, 0.0], t_end=1.0, **run), tmp_path / "half.nc")
+    rest = gi.solve(half, t_end=2.0, save_every=1, compiled=False)
+    assert np.vstack([half.y, rest.y[1:]]).tobytes() == whole.y.tobytes()
+    assert rest.method == run["method"]
+
+
+def test_what_is_too_large_for_the_format(monkeypatch, tmp_path):
+    from geomint.run import storage
+
+    monkeypatch.setattr(storage, "_LARGEST", 8)
+    with pytest.raises(gi.OutputError, match="save fewer"):
+        made(PROBLEMS["sphere-n3:reduced"]).save(tmp_path / "run.nc")
+    assert list(itertools.chain(tmp_path.iterdir())) == []

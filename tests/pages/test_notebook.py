@@ -1,0 +1,67 @@
+"""The notebook of the docs runs, shows what it showed, and leaves nothing else in its cells."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import pytest
+from blocks import ROOT
+from nbclient import NotebookClient
+
+NOTEBOOK = ROOT / "docs" / "first-minutes.ipynb"
+SHOWN = ("text/plain", "text/html", "image/png")
+
+
+def executed(book: Any, folder: Path) -> Any:
+    client = NotebookClient(
+        book, timeout=300, kernel_name="python3", resources={"metadata": {"path": str(folder)}}
+    )
+    return client.execute()
+
+
+@pytest.fixture
+def kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("MPLBACKEND", raising=False)  # a notebook has its own
+
+
+def kinds(cell: Any) -> list[list[str]]:
+    return [sorted(output.get("data", {output.output_type: ""})) for output in cell.outputs]
+
+
+@pytest.mark.filterwarnings("ignore")  # of the libraries that start a kernel
+def test_the_notebook_of_the_docs(kernel: None, tmp_path: Path) -> None:
+    book = nbformat.read(NOTEBOOK, as_version=4)
+    shown = [kinds(cell) for cell in book.cells if cell.cell_type == "code"]
+    cells = [cell for cell in executed(book, tmp_path).cells if cell.cell_type == "code"]
+    assert [kinds(cell) for cell in cells] == shown
+    assert not [
+        output
+        for cell in cells
+        for output in cell.outputs
+        if output.output_type in ("stream", "error")
+    ]
+    assert (tmp_path / "ball.nc").exists()
+    assert "True" in [output.data["text/plain"] for cell in cells for output in cell.outputs]
+
+
+PROGRESS = """
+from geomint.run import progress
+progress._DELAY = 0.0
+import time
+with progress.Progress(None, 4.0, "a <b> label") as bar:
+    bar.begin()
+    for done in range(4):
+        time.sleep(0.01)
+        bar.update(float(done))
+        assert bar._bar is not None
+"""
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_bar_leaves_nothing_behind(kernel: None, tmp_path: Path) -> None:
+    """It is shown, and what remains in the cell and its exports is empty."""
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(PROGRESS)])
+    outputs = executed(book, tmp_path).cells[0].outputs
+    assert [dict(output.data) for output in outputs] == [{"text/plain": "", "text/html": ""}]
