@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -174,7 +174,9 @@ def drift_of(
     name: str, numbers: Mapping[str, Any], closed: list[Array], last_window: Array | None
 ) -> Drift:
     """Return a drift that was written: its numbers, and times, means and maxima of its windows."""
-    own = {f.name: numbers.get(f.name) for f in fields(Drift)}
+    own = {f.name: None if f.default is MISSING else f.default for f in fields(Drift)}
+    own |= {name: numbers[name] for name in own if name in numbers}
+    own["own_noise"] = bool(own["own_noise"])  # attributes are words and numbers
     windows = Windows.restored(
         initial=numbers["initial"],
         length=int(numbers["length"]),
