@@ -20,6 +20,7 @@ from .errors import (
     StepSizeError as StepSizeError,
     UnknownReferenceError as UnknownReferenceError,
 )
+from .jobs import drift_report as drift_report
 from .kernels.compiling.recorded import field as field, helper as helper, observable as observable
 from .kernels.groups.great_circle import (
     great_circle as great_circle,
@@ -86,7 +87,6 @@ from .problems.spaces.tangent_bundle import (
     TangentStiefel as TangentStiefel,
 )
 from .problems.systems import Model as Model, System as System
-from .report.drift_page import drift_report as drift_report
 from .run.files.outputs import (
     check_file as check_file,
     check_folder as check_folder,

@@ -66,10 +66,10 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "interrupted" in page
     record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
-    assert record["provenance"]["status"] == "interrupted"
-    assert record["provenance"]["steps"] > 1000
-    samples = {q["samples"] for q in record["quantities"].values()}
-    assert samples == {record["provenance"]["steps"]}
+    (entry,) = record["methods"].values()
+    assert record["status"] == entry["run"]["status"] == "interrupted"
+    assert entry["run"]["steps"] > 1000
+    assert {q["samples"] for q in entry["quantities"].values()} == {entry["run"]["steps"]}
 
 
 @pytest.mark.slow

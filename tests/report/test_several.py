@@ -125,22 +125,31 @@ def test_a_method_that_fits_nothing_is_told_why(tmp_path):
     assert "no form &#39;hamiltonian&#39;" in (tmp_path / "report.html").read_text("utf-8")
 
 
-def test_where_every_method_fails_the_report_failed(tmp_path):
+@pytest.mark.parametrize("methods", [["rattle-4"], ["rattle-2", "rattle-4"]])
+def test_where_no_method_begins_there_is_no_report(methods, tmp_path):
     scene = gi.load_scene("ball-3d").changed(time={"t_end": 2.0})
-    runs = gi.drift_report(scene, tmp_path, False, methods=["rattle-2", "rattle-4"])
+    with pytest.raises(gi.FormError, match=methods[0]):
+        gi.drift_report(scene, tmp_path, False, methods=methods)
+    assert not list(tmp_path.iterdir())
+
+
+def test_where_every_method_fails_the_report_failed(tmp_path):
+    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 5.0})
+    runs = gi.drift_report(scene, tmp_path, False, methods=["gauss-8:40"])
     assert runs.status == "failed"
-    assert "No quantity was watched" in (tmp_path / "report.html").read_text("utf-8")
+    assert isinstance(runs[0].error, gi.ConvergenceError)
+    assert "No step was watched" in (tmp_path / "report.html").read_text("utf-8")
 
 
 def test_ctrl_c_leaves_what_was_computed(monkeypatch, tmp_path):
-    attempt = Plan.attempt
+    solve = Plan.solve
 
     def interrupted(plan, progress):
         if plan.scene.method.name == "rk-4":
             raise KeyboardInterrupt
-        return attempt(plan, progress)
+        return solve(plan, progress)
 
-    monkeypatch.setattr(Plan, "attempt", interrupted)
+    monkeypatch.setattr(Plan, "solve", interrupted)
     runs = gi.drift_report(SCENE, tmp_path, False, methods=["gauss-8", "rk-4", "cf-4"])
     assert [run.status for run in runs] == ["success", "interrupted", "not run"]
     assert runs.status == "interrupted"

@@ -2,13 +2,20 @@
 
 A plan is made by an ordered list of small pure rules, ``rule(context) -> Choice or None``; each
 sees the scene and the choices made before it. A plan never changes the answer: it only leaves out
-what the scene does not need. `run_methods` plans and runs one scene for each of several methods.
+what the scene does not need. `run_methods` plans and runs one scene by one or several methods.
 """
 
 from .context import Choice, Context
 from .duration import Estimate, comparison_time, estimate, expected_time
 from .plan import Plan, make_plan, run_scene
-from .several import MethodRun, SeveralRuns, expected_plans, run_methods
+from .several import (
+    MethodRun,
+    SeveralRuns,
+    common_notes,
+    expected_plans,
+    run_methods,
+    run_plan,
+)
 
 __all__ = [
     "Choice",
@@ -17,11 +24,13 @@ __all__ = [
     "MethodRun",
     "Plan",
     "SeveralRuns",
+    "common_notes",
     "comparison_time",
     "estimate",
     "expected_plans",
     "expected_time",
     "make_plan",
     "run_methods",
+    "run_plan",
     "run_scene",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any
 
-from ..errors import DomainError, StepError
+from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..run.solution import Solution
@@ -73,13 +73,6 @@ class Plan(Compared):
             clock=self.context.clock,
             progress=progress,
         )
-
-    def attempt(self, progress: bool | None = None) -> tuple[Solution, StepError | None]:
-        """Carry the plan out as far as it goes; return what was computed, and why it ends there."""
-        try:
-            return self.solve(progress), None
-        except StepError as error:
-            return error.partial, error
 
 
 def make_plan(scene: Scene, purpose: str = "run", costs: bool = False) -> Plan:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..compare.endpoint import Source
 from ..compare.reference_record import MARGIN, RESOLUTION
-from ..compare.runs import Comparison, compare
+from ..compare.runs import Comparison
 from ..plots.drift_plots import drift_figure
 from ..plots.style import data_uri, save_figure
 from ..run.files.outputs import whole_folder
@@ -22,7 +19,7 @@ from .pages import render
 if TYPE_CHECKING:
     from ..scene import Scene
 
-__all__ = ["run_compare", "write_compare_report"]
+__all__ = ["reference_text", "write_compare_report"]
 
 
 def write_compare_report(
@@ -121,49 +118,3 @@ def reference_text(reference: dict[str, Any]) -> list[str]:
         f"{max(MARGIN * known, RESOLUTION):.2g} and more are judged."
     )
     return words
-
-
-def run_compare(
-    scene: Scene,
-    methods: list[str],
-    out: Path,
-    steps: list[float] | None = None,
-    repeats: int = 3,
-    progress: bool = True,
-    command: str | None = None,
-    reference: Source = "auto",
-) -> Comparison:
-    """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`.
-
-    The scene's own method, if it is one of them, runs with its options and about its step; all run in
-    the representation that the scene asks for, if it does.
-    """
-    time, integrate = scene.content.time, scene.content.integrate
-    own = integrate.method
-    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
-    with status_line(progress) as report:
-        result = compare(
-            scene.model,
-            {key: value for key, value in end.items() if value is not None},
-            [scene.method if name == own else name for name in methods],
-            steps=steps,
-            first_steps={} if integrate.step is None else {own: integrate.step},
-            representation=integrate.representation,
-            repeats=repeats,
-            reference=reference,
-            report=report,
-        )
-    write_compare_report(result, scene, out, command)
-    return result
-
-
-@contextmanager
-def status_line(show: bool) -> Iterator[Callable[[str], None]]:
-    """Show on standard error what is being done, or nothing."""
-    if not show:
-        yield lambda text: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("comparing") as status:
-        yield lambda text: status.update(f"comparing: {text}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -11,7 +12,7 @@ from markupsafe import Markup
 from ..errors import printable
 from .text import number, with_error
 
-__all__ = ["render"]
+__all__ = ["render", "section"]
 
 
 def _harmless(value: Any) -> Any:
@@ -37,3 +38,8 @@ def _environment() -> Environment:
 def render(template: str, **context: Any) -> str:
     """Return a page; templates share ``report.css`` and have `number` and `with_error`."""
     return _environment().get_template(template).render(**context)
+
+
+def section(template: str, content: Mapping[str, Any] | None) -> Markup:
+    """Return a part of a page from its own template; nothing if it has no content."""
+    return Markup("" if content is None else render(template, **content))

@@ -77,6 +77,8 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     picture = stress_figure(cells, rows, families, axes)
     page = render(
         "stress.html.j2",
+        title="Where each method stops working",
+        provenance=record["provenance"],
         verdict=_sentence(record),
         record=record,
         methods=rows,

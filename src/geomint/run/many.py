@@ -1,0 +1,163 @@
+"""Runs one after the other, and what came out of each, whatever that is.
+
+Drift reports, comparisons and stress tests carry out their runs here. A run that fails ends no
+other; Ctrl-C ends all that are left.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeVar
+
+from ..arguments import Array
+from ..errors import GeomintError, StepError
+from ..methods import Method
+from ..problems.problem import Problem
+from .solution import Solution
+from .solve import solve
+
+__all__ = ["Outcome", "Run", "Runnable", "attempt", "run_many"]
+
+T = TypeVar("T")
+
+
+class Runnable(Protocol):
+    """What can be carried out: a `Run`, a `geomint.plan.Plan`."""
+
+    def solve(self, progress: bool | None = None) -> Solution:
+        """Carry it out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What to integrate, as `geomint.solve` takes it.
+
+    Attributes
+    ----------
+    end : mapping
+        ``{"t_end": …}`` or ``{"tau_end": …}``.
+    more : mapping
+        Further keyword arguments of `solve`.
+    """
+
+    problem: Problem
+    state: Array
+    method: Method
+    step: float | None
+    end: Mapping[str, Any]
+    observe: Any = ()
+    more: Mapping[str, Any] = field(default_factory=dict)
+
+    def solve(self, progress: bool | None = None) -> Solution:
+        """Carry it out."""
+        return solve(
+            self.problem,
+            self.state,
+            method=self.method,
+            step=self.step,
+            observe=self.observe,
+            progress=progress,
+            **self.end,
+            **self.more,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """What came out of a run.
+
+    Attributes
+    ----------
+    solution : Solution or None
+        What was computed if the run failed or was interrupted, None if nothing was.
+    status, message : str
+        That of the solution; ``"failed"`` or ``"interrupted"``, and why, where there is none.
+    error : GeomintError or None
+        That of a run that failed.
+    seconds, compile_seconds : float
+        Median run time of the repeats, without compilation; compilation in all of them.
+    repeats : int
+        How often it was carried out.
+    """
+
+    solution: Solution | None
+    status: str
+    message: str = ""
+    error: GeomintError | None = None
+    seconds: float = 0.0
+    compile_seconds: float = 0.0
+    repeats: int = 0
+
+    def result(self) -> Solution:
+        """Return the solution, or raise the error that ended the run."""
+        if self.error is not None:
+            raise self.error
+        if self.solution is None:
+            raise KeyboardInterrupt
+        return self.solution
+
+
+def attempt(
+    run: Runnable | Callable[[], Runnable],
+    progress: bool | None = False,
+    repeats: int = 1,
+    enough: float = math.inf,
+) -> Outcome:
+    """Carry a run out, as far as it goes; typed errors and Ctrl-C become its outcome.
+
+    Parameters
+    ----------
+    run : Runnable or callable
+        The run, or what returns it. What that raises is a failure of the run.
+    progress : bool, optional
+        As in `geomint.solve`.
+    repeats : int
+        How often to run, to the same solution: for the run time.
+    enough : float
+        Seconds after which it is not repeated.
+    """
+    seconds: list[float] = []
+    compiling = 0.0
+    try:
+        ready = run() if callable(run) else run
+        while True:
+            solution = ready.solve(progress)
+            seconds.append(solution.run_seconds)
+            compiling += solution.compile_seconds
+            if len(seconds) >= repeats or sum(seconds) > enough or not solution.success:
+                break
+    except KeyboardInterrupt:
+        return Outcome(None, "interrupted", "interrupted before its first step")
+    except GeomintError as error:
+        partial = error.partial if isinstance(error, StepError) else None
+        if partial is None:
+            return Outcome(None, "failed", f"{type(error).__name__}: {error}", error)
+        return Outcome(partial, partial.status, partial.message, error, partial.run_seconds)
+    median = statistics.median(seconds)
+    return Outcome(
+        solution, solution.status, solution.message, None, median, compiling, len(seconds)
+    )
+
+
+def run_many(runs: Iterable[tuple[T, Outcome]], listener: Callable[[T, Outcome], None]) -> bool:
+    """Carry runs out in turn; return whether all were: False after Ctrl-C.
+
+    Parameters
+    ----------
+    runs : iterable of (anything, Outcome)
+        What a run is to the listener, and its `attempt`, in the iteration. So each may depend on what
+        the listener has heard of those before.
+    listener : callable
+        ``listener(what, outcome)`` is told of every run when it is over.
+    """
+    try:
+        for what, outcome in runs:
+            listener(what, outcome)
+            if outcome.status == "interrupted":
+                return False
+    except KeyboardInterrupt:
+        return False
+    return True
