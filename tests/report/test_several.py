@@ -58,7 +58,7 @@ def test_a_cell_says_how_long_it_was_watched(tmp_path):
     scene = SCENE.changed(time={"tau_end": 5.0}, observe=observe)
     gi.drift_report(scene, tmp_path, False, methods=["gauss-8:0.1", "gauss-2:0.1"])
     text = (tmp_path / "report.html").read_text("utf-8")
-    assert text.count("(to τ = 0.8)") == 2
+    assert text.count("(to τ = 0.8)") == 4  # in the table of methods, and in that of each
 
 
 def test_every_method_in_what_suits_it(result):

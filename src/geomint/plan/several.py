@@ -146,7 +146,8 @@ def run_methods(
     MethodError, DomainError
         For names and steps that make no sense, before anything is computed.
     FormError
-        Or another error, that of the first, if every method fails before its first step.
+        Or another error, that of the first, if every method fails before its first step. After
+        Ctrl-C before any, KeyboardInterrupt.
     """
     variants = _labelled_scenes(scene, methods)
     result = SeveralRuns(scene)
@@ -169,9 +170,8 @@ def run_methods(
     run_many(runs, take)
     for label in list(variants)[len(result) :]:
         take(label, Outcome(None, "not run", "the report was interrupted"))
-    first = result[0].error
-    if first is not None and all(run.error and run.solution is None for run in result):
-        raise first
+    if all(run.solution is None for run in result):
+        raise (result.status == "failed" and result[0].error) or KeyboardInterrupt
     return result
 
 
