@@ -201,9 +201,7 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
     structure = method.structure(problem)
     pieces = ", ".join(f"{name} ({rows})" for name, rows in problem.pieces)
     options = ", ".join(f"{key} = {value}" for key, value in method.options.items())
-    steps = max(solution.steps, 1)
-    rate = f" ({steps / seconds:.2g} steps a second)" if seconds > 0.0 else ""
-    compiling = duration(solution.compile_seconds)
+    steps, compiling = max(solution.steps, 1), duration(solution.compile_seconds)
     return {
         **found,
         "state": f"{problem.name}: {pieces}",
@@ -215,8 +213,9 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
         "field evaluations": f"{solution.evaluations:,}".replace(",", "\u202f"),
         "iterations": f"{solution.iterations:,}".replace(",", "\u202f"),
         "time per step": duration(seconds / steps),
-        "run time": f"{duration(seconds)}{rate}",
-        "watching": f"{duration(solution.watching_seconds)} for what is observed",
+        "steps a second": f"{steps / seconds:.2g}" if seconds > 0.0 else "–",
+        "run time": duration(seconds),
+        "watching": duration(solution.watching_seconds),
         "compile time": compiling if solution.compile_seconds > 0.0 else "from the cache",
         "status": run.status,
     }
