@@ -1,6 +1,7 @@
 # The public names, for type checkers and for lazy_loader: what is not here is not public.
 
 from .arguments import as_vector as as_vector
+from .cli.drift_report import drift_report as drift_report
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
@@ -20,7 +21,6 @@ from .errors import (
     StepSizeError as StepSizeError,
     UnknownReferenceError as UnknownReferenceError,
 )
-from .jobs import drift_report as drift_report
 from .kernels.compiling.recorded import field as field, helper as helper, observable as observable
 from .kernels.groups.great_circle import (
     great_circle as great_circle,

@@ -16,7 +16,7 @@ import pytest
 from asked_support import arguments_of, called, methods_of, seen
 
 import geomint as gi
-from geomint import jobs
+from geomint.cli import drift_report as in_python
 from geomint.compare import runs as compare_module
 from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
@@ -361,9 +361,9 @@ def test_runs_of_scenes_pass_on_what_they_get(
         told.append((scene.content.time.t_end, list(methods), progress))
         return []
 
-    monkeypatch.setattr(jobs, "run_methods", several)
-    monkeypatch.setattr(jobs, "common_notes", lambda plans: [])
-    monkeypatch.setattr(jobs, "write_drift_report", lambda *args: told.append(args))
+    monkeypatch.setattr(in_python, "run_methods", several)
+    monkeypatch.setattr(in_python, "common_notes", lambda plans: [])
+    monkeypatch.setattr(in_python, "write_drift_report", lambda *args: told.append(args))
     gi.drift_report(ONE, tmp_path / "a", True, methods=["rk-4"])
     gi.drift_report(TWO, tmp_path / "b", False, methods=["cf-4"])
     assert told == [

@@ -9,8 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-from geomint import jobs
-from geomint.cli import main
+from geomint.cli import drift_report as in_python, main
 from geomint.report import drift_page
 
 SCENE: dict[str, Any] = {
@@ -231,7 +230,7 @@ def test_a_named_quantity_is_never_another() -> None:
 
 
 def test_what_a_drift_report_misses_is_said(tmp_path, monkeypatch) -> None:
-    for module in (drift_page, jobs):  # no pictures
+    for module in (drift_page, in_python):  # no pictures
         monkeypatch.setattr(module, "write_drift_report", lambda *args: tmp_path)
     scene = gi.Scene(**SCENE).changed_integration(representation="reduced")
     scene = scene.changed_observation(["energy", "spatial-momentum"])

@@ -135,7 +135,9 @@ def test_a_failure_is_told_before_what_is_written(command, tmp_path):
     result = invoke(command, "sphere-n3", "--step", 40, "--out", out)
     assert result.exit_code == 2
     said = result.output  # both streams, in order
-    assert said.index("geomint: gauss-8: failed: the implicit step did not") < said.index("(failed): ")
+    assert said.index("geomint: gauss-8: failed: the implicit step did not") < said.index(
+        "(failed): "
+    )
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="of Linux")

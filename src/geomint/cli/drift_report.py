@@ -1,4 +1,4 @@
-"""The main job in one call: a scene is integrated, and its drift report written."""
+"""``geomint drift`` from Python: a scene is integrated, and its drift report written."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from .errors import DomainError, GeomintWarning
-from .plan import SeveralRuns, common_notes, run_methods
-from .report.drift_page import write_drift_report
-from .scene import Scene, load_scene
+from ..errors import DomainError, GeomintWarning
+from ..plan import SeveralRuns, common_notes, run_methods
+from ..report.drift_page import write_drift_report
+from ..scene import Scene, load_scene
 
 __all__ = ["drift_report"]
 
