@@ -43,7 +43,7 @@ def nothing_begins(monkeypatch):
     """Whatever costs time must not begin before the output has been tried."""
     for name in (
         "geomint.plan.plan.Plan.solve",
-        "geomint.run.many.solve",
+        "geomint.compare.runs.solve",
         "geomint.stress.sweep.sweep",
         "chaplygin.audit.run.audit",
         "geomint.problems.problem.Problem.exact",

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 import geomint as gi
+from geomint.compare import runs as compare_module
 from geomint.compare.ladder import representation_for
 from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
-from geomint.run import many
 
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -25,13 +25,13 @@ END = {"t_end": 2.0}
 def called(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
     """Record what `solve` is called with, and call it."""
     found: list[dict[str, Any]] = []
-    solve = many.solve
+    solve = compare_module.solve
 
     def noting(problem: gi.Problem, y0: Any, **given: Any) -> gi.Solution:
         found.append({"problem": problem, **given})
         return solve(problem, y0, **given)
 
-    monkeypatch.setattr(many, "solve", noting)
+    monkeypatch.setattr(compare_module, "solve", noting)
     return found
 
 

@@ -254,7 +254,7 @@ def test_an_interrupted_run_is_no_point(model, monkeypatch):
         solution.status = "interrupted"
         return solution
 
-    monkeypatch.setattr("geomint.run.many.solve", interrupted)
+    monkeypatch.setattr("geomint.compare.runs.solve", interrupted)
     result = compare(model, {"tau_end": 1.0}, ["rk-4"], repeats=1)
     assert (result.status, result.points, result.drifts) == ("interrupted", [], [])
 

@@ -29,8 +29,9 @@ def drift(name):
 
 
 def panel_of(kind, name):
-    draw = {"sizes": draw_sizes, "means": draw_means}[kind]
-    return panel_figure(lambda axes: draw(axes, name, [("_", drift(name))], "t"))
+    if kind == "means":
+        return panel_figure(lambda axes: draw_means(axes, name, drift(name), "t"))
+    return panel_figure(lambda axes: draw_sizes(axes, name, [(0, "_", drift(name))], "t"))
 
 
 def texts(figure):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.run import many
 from geomint.stress import judge as judging
 from geomint.stress.judge import Trial, judge
 from geomint.stress.known_end import KnownEnd
@@ -66,7 +65,7 @@ def verdict_on(monkeypatch):
                     solution.y[i] = tamper(solution.y[i], t, solution.step)
             return solution
 
-        monkeypatch.setattr(many, "solve", fake)
+        monkeypatch.setattr(judging, "solve", fake)
         options = {"fraction": HALF, "steps": 20, **options}
         reference = options.pop("reference", lambda end: KnownEnd({"x": exact(end)}, 1.0))
         trial = Trial(PROBLEM, np.array([1.0, 0.0]), reference=reference, **options)

@@ -74,7 +74,7 @@ def test_no_right_method_is_called_wrong_by_a_wrong_reference(planted, monkeypat
     def uncompiled(*arguments, **options):
         return gi.solve(*arguments, **options, compiled=False)
 
-    monkeypatch.setattr("geomint.run.many.solve", uncompiled)
+    monkeypatch.setattr("geomint.stress.judge.solve", uncompiled)
     planted(off)
     trial = Trial(PROBLEM, EAST)
     for name in ("rk-4", "dop853"):

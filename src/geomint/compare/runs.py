@@ -12,13 +12,16 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..errors import FormError
 from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
 from ..problems.systems import Model
-from ..run.many import Outcome, Run, attempt, run_many
+from ..run.many import Outcome, attempt, run_many
+from ..run.solution import Solution
+from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
 from .ladder import check_representation, checked_steps, ladder, representation_for
@@ -199,7 +202,7 @@ def _ladder_runs(
         return
     y0, endpoint = asked.model.states[name], asked.endpoint
     base, own_end = asked.first_steps.get(method.name), next(iter(asked.end.values()))
-    best: Run | None = None
+    best: partial[Solution] | None = None
     last: Point | None = None
     for variant, step in ladder(method, problem, y0, asked.steps, base, own_end):
         options = variant.options
@@ -211,15 +214,15 @@ def _ladder_runs(
             status = f"not run: would take about {expected:.0f} s"
             result.points.append(replace(point, status=status))
             continue
-        run = Run(problem, y0, variant, step, endpoint.end_for(problem))
-        yield point, attempt(run, repeats=asked.repeats, enough=MAX_SECONDS)
+        run = partial(solve, problem, y0, method=variant, step=step)
+        timed = partial(run, **endpoint.end_for(problem))
+        yield point, attempt(timed, repeats=asked.repeats, enough=MAX_SECONDS)
         if result.points[-1].bound is not None:
             best, last = run, result.points[-1]
     if asked.observe and best is not None:
         # Over physical time, so that all methods share an axis.
         watched = [*problem.invariants, *problem.constraints]
-        run = replace(best, end={"t_end": endpoint.physical_end}, observe=watched)
-        yield method.name, attempt(run)
+        yield method.name, attempt(partial(best, t_end=endpoint.physical_end, observe=watched))
 
 
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:

@@ -158,9 +158,9 @@ def run_methods(
             result.physical_end = _physical_end(scene, progress)
         return result.physical_end
 
-    def planned(label: str) -> Plan:
+    def planned(label: str, progress: bool | None) -> Solution:
         plans[label] = _plan_method(variants[label], physical_end)
-        return plans[label]
+        return plans[label].solve(progress)
 
     def take(label: str, outcome: Outcome) -> None:
         result.runs.append(_method_run(result, label, plans.get(label), outcome))
@@ -183,7 +183,7 @@ def run_plan(plan: Plan, progress: bool | None = None) -> SeveralRuns:
     GeomintError
         If nothing was computed.
     """
-    outcome = attempt(plan, progress)
+    outcome = attempt(plan.solve, progress)
     if outcome.solution is None:
         outcome.result()
     result = SeveralRuns(plan.scene)

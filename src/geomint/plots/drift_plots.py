@@ -40,17 +40,15 @@ def drift_figure(runs: Runs, time: str, status: str = "success") -> Figure:
     with its sign. Several runs: the largest deviations of all of them together.
     """
     names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
-    order = {label: i for i, (label, _) in enumerate(runs)}  # one style a run in all panels
     draws: list[Draw] = []
     for name in names:
-        chosen = [(label, drifts[name]) for label, drifts in runs if name in drifts]
-        if len(runs) > 1:
-            draws.append(partial(draw_sizes, name=name, runs=chosen, time=time, order=order))
+        if len(runs) == 1:
+            drift = runs[0][1][name]  # no legend for a single run
+            draws.append(partial(draw_sizes, name=name, runs=[(0, "_", drift)], time=time))
+            draws.append(partial(draw_means, name=name, drift=drift, time=time))
         else:
-            alone = [("_", drift) for _, drift in chosen]  # no legend for a single run
-            draws += [
-                partial(f, name=name, runs=alone, time=time) for f in (draw_sizes, draw_means)
-            ]
+            chosen = [(i, label, d[name]) for i, (label, d) in enumerate(runs) if name in d]
+            draws.append(partial(draw_sizes, name=name, runs=chosen, time=time))
     with grid_figure(draws, 1.55) as (figure, grid):
         if status != "success":
             figure.suptitle(f"run {status}", color="#b00020", weight="bold")
@@ -90,48 +88,40 @@ def panel_figure(draw: Draw, roomy: bool = False) -> Figure:
     return figure
 
 
-def draw_sizes(
-    axes: Axes,
-    name: str,
-    runs: Sequence[tuple[str, Drift]],
-    time: str,
-    order: Mapping[str, int] | None = None,
-) -> None:
+def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], time: str) -> None:
     """Draw the largest deviation of each window over time, both logarithmic.
 
-    `order` gives the number of each run's style; by default they are counted here.
+    A run is the number of its style, its label, and the drift.
     """
-    level = ROUNDOFF * max(drift.scale for _, drift in runs)
-    lines = [Line(label, d.windows.times, d.windows.maxima) for label, d in runs]
+    level = ROUNDOFF * max(drift.scale for _, _, drift in runs)
+    lines = [Line(label, d.windows.times, d.windows.maxima, i) for i, label, d in runs]
     if len(lines) > 1:
         lines = [thinned(line) for line in lines]
-    draw_lines(axes, name, lines, level, time, order=order)
+    draw_lines(axes, name, lines, level, time)
 
 
-def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time: str) -> None:
+def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
     axes.set_title(name, loc="right", fontweight="bold")
     axes.set_xlabel(time_name(time))
     axes.set_ylabel("mean v − v₀")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
-    for i, (label, drift) in enumerate(runs):
-        times, means = drift.windows.times, drift.windows.means
-        shown = np.isfinite(means)
-        if not len(means):
-            say(axes, "the run is shorter than a window")
-            continue
-        if not means.any():
-            say(axes, "exactly 0 throughout")
-            axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
-        axes.plot(times[shown], means[shown], label=label, **line_style(i, len(times), len(runs)))
-        if drift.drift_class == "linear" and _clear(drift):
-            trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
-            axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
+    times, means = drift.windows.times, drift.windows.means
+    shown = np.isfinite(means)
+    if not len(means):
+        say(axes, "the run is shorter than a window")
+    elif not means.any():
+        say(axes, "exactly 0 throughout")
+        axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
+    axes.plot(times[shown], means[shown], label="_", **line_style(0, len(times), 1))
+    if drift.drift_class == "linear" and _clear(drift):
+        trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
+        axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
+        axes.legend(loc="best")
+    for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
+        if when is not None and drift.drift_class == what:
+            axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
             axes.legend(loc="best")
-        for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
-            if when is not None and drift.drift_class == what:
-                axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
-                axes.legend(loc="best")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
     axes.locator_params(axis="x", nbins=5)

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison
 from ..plots.drift_plots import drift_figure
-from ..plots.style import data_uri, save_figure
-from ..run.files.outputs import whole_folder
+from ..plots.style import data_uri
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import COMPARE_FILES
 from .compare_plots import work_precision_figure
-from .pages import render
+from .pages import render, write_files
 
 if TYPE_CHECKING:
     from ..scene import Scene
@@ -55,11 +54,7 @@ def write_compare_report(
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
-    with whole_folder(out, COMPARE_FILES) as unfinished:
-        (unfinished / "compare.json").write_text(json_text(record), encoding="utf-8")
-        (unfinished / "compare.html").write_text(page, encoding="utf-8")
-        for name, figure in figures.items():
-            save_figure(figure, unfinished, name)
+    write_files(out, COMPARE_FILES, page, json_text(record), figures)
 
 
 def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:

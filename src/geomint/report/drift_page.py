@@ -5,15 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..plan import SeveralRuns
-from ..plots.style import save_figure
-from ..run.files.outputs import whole_folder
 from ..run.provenance import environment, json_text
 from ..scene.provenance import scene_record
 from . import DRIFT_FILES
 from .drift_json import drift_record
 from .drift_sections import SECTIONS
 from .kind_plots import report_figure
-from .pages import render, section
+from .pages import render, section, write_files
 
 __all__ = ["write_drift_report"]
 
@@ -33,9 +31,5 @@ def write_drift_report(result: SeveralRuns, folder: Path, command: str | None = 
         sections=[section(f"drift/{f.__name__}.html.j2", f(result)) for f in SECTIONS],
         provenance=record["provenance"],
     )
-    figure = report_figure(result)
-    with whole_folder(folder, DRIFT_FILES) as unfinished:
-        (unfinished / "drift.json").write_text(json_text(record), encoding="utf-8")
-        save_figure(figure, unfinished, "drift")
-        (unfinished / "report.html").write_text(page, encoding="utf-8")
-    return folder / "report.html"
+    figures = {"drift": report_figure(result)}
+    return write_files(folder, DRIFT_FILES, page, json_text(record), figures)

@@ -138,7 +138,7 @@ def over_time(result: SeveralRuns) -> Content:
         panels.append({"image": data_uri(sizes), "alt": alt})
         if not several:
             drift = result[0].drift[name]
-            means = partial(draw_means, name=name, runs=[("_", drift)], time=result.time)
+            means = partial(draw_means, name=name, drift=drift, time=result.time)
             alt = f"{name}: mean deviation of each window"
             panels.append({"image": data_uri(panel_figure(means)), "alt": alt})
             panels[-2]["alt"] = (

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plan import MethodRun, SeveralRuns
+from ..plan import SeveralRuns
 from ..plots.drift_plots import draw_sizes, drift_figure, grid_figure
 from ..plots.panels import Line, draw_lines, line_style, shared_legend, thinned
 from ..plots.style import new_figure, series_style
@@ -58,50 +58,42 @@ def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
     if len(result) > 1 and kind_of(name) == "measure":
         draw_kind(result, "measure", [name], axes)
         return
-    order = {run.title: i for i, run in enumerate(result)}
-    runs = [(run.title, run.drift[name]) for run in result if name in run.drift]
-    if len(result) == 1:
-        runs, order = [("_", drift) for _, drift in runs], {"_": 0}
-    draw_sizes(axes, name, runs, result.time, order)
+    label = "_" if len(result) == 1 else None
+    runs = [
+        (i, label or run.title, run.drift[name])
+        for i, run in enumerate(result)
+        if name in run.drift
+    ]
+    draw_sizes(axes, name, runs, result.time)
 
 
 def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) -> None:
-    """Draw the quantities of one kind, a line a method."""
-    order = {run.title: i for i, run in enumerate(result)}  # one style a method in all panels
-    scales = {
-        name: max(run.drift[name].scale for run in result if name in run.drift) for name in names
-    }
-    # The measure is the logarithm of a ratio. Its scale is the noise of its instrument, which is
-    # another one for every method: each line has its own level.
+    """Draw the quantities of one kind, a line a method: the largest deviation, relative to its scale.
+
+    The measure is the logarithm of a ratio. Its scale is the noise of its instrument, which is another
+    one for every method: each line has its own level, and is as it is.
+    """
     relative = kind != "measure"
-    lines = [
-        _worst(run, [name for name in names if name in run.drift], scales if relative else None)
-        for run in result
-        if any(name in run.drift for name in names)
-    ]
+    scales = {n: max(run.drift[n].scale for run in result if n in run.drift) for n in names}
+    lines = []
+    for i, run in enumerate(result):
+        drifts = {name: run.drift[name] for name in names if name in run.drift}
+        if drifts:  # watched at the same times
+            first = next(iter(drifts.values()))
+            level = None if relative else ROUNDOFF * first.scale
+            sizes = [d.windows.maxima / (scales[n] if relative else 1.0) for n, d in drifts.items()]
+            line = Line(run.title, first.windows.times, np.max(sizes, axis=0), i, level)
+            lines.append(thinned(line))
     words = "" if names == [KINDS[kind].one] else ", ".join(names)
     draw_lines(
         axes,
         KINDS[kind].title,
-        [thinned(line) for line in lines],
+        lines,
         ROUNDOFF if relative else None,
         result.time,
         relative=relative,
-        order=order,
         subtitle=words or (" " if relative else "not scaled; dashes at the right: noise of each"),
     )
-
-
-def _worst(run: MethodRun, names: Sequence[str], scales: Mapping[str, float] | None) -> Line:
-    """Return the largest deviation of quantities that were watched at the same times.
-
-    Each is relative to its scale; without scales, it is the one quantity as it is.
-    """
-    first = run.drift[names[0]]
-    if scales is None:
-        return Line(run.title, first.windows.times, first.windows.maxima, ROUNDOFF * first.scale)
-    sizes = [run.drift[name].windows.maxima / scales[name] for name in names]
-    return Line(run.title, first.windows.times, np.max(sizes, axis=0))
 
 
 def swatch(i: int) -> Figure:

@@ -8,61 +8,16 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import TypeVar
 
-from ..arguments import Array
 from ..errors import GeomintError, StepError
-from ..methods import Method
-from ..problems.problem import Problem
 from .solution import Solution
-from .solve import solve
 
-__all__ = ["Outcome", "Run", "Runnable", "attempt", "run_many"]
+__all__ = ["Outcome", "attempt", "run_many"]
 
 T = TypeVar("T")
-
-
-class Runnable(Protocol):
-    """What can be carried out: a `Run`, a `geomint.plan.Plan`."""
-
-    def solve(self, progress: bool | None = None) -> Solution:
-        """Carry it out."""
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """What to integrate, as `geomint.solve` takes it.
-
-    Attributes
-    ----------
-    end : mapping
-        ``{"t_end": …}`` or ``{"tau_end": …}``.
-    more : mapping
-        Further keyword arguments of `solve`.
-    """
-
-    problem: Problem
-    state: Array
-    method: Method
-    step: float | None
-    end: Mapping[str, Any]
-    observe: Any = ()
-    more: Mapping[str, Any] = field(default_factory=dict)
-
-    def solve(self, progress: bool | None = None) -> Solution:
-        """Carry it out."""
-        return solve(
-            self.problem,
-            self.state,
-            method=self.method,
-            step=self.step,
-            observe=self.observe,
-            progress=progress,
-            **self.end,
-            **self.more,
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +56,7 @@ class Outcome:
 
 
 def attempt(
-    run: Runnable | Callable[[], Runnable],
+    run: Callable[..., Solution],
     progress: bool | None = False,
     repeats: int = 1,
     enough: float = math.inf,
@@ -110,8 +65,9 @@ def attempt(
 
     Parameters
     ----------
-    run : Runnable or callable
-        The run, or what returns it. What that raises is a failure of the run.
+    run : callable
+        ``run(progress=…)``, such as ``partial(solve, problem, y0, method=…, step=…, t_end=…)`` or the
+        `solve` of a plan.
     progress : bool, optional
         As in `geomint.solve`.
     repeats : int
@@ -122,9 +78,8 @@ def attempt(
     seconds: list[float] = []
     compiling = 0.0
     try:
-        ready = run() if callable(run) else run
         while True:
-            solution = ready.solve(progress)
+            solution = run(progress=progress)
             seconds.append(solution.run_seconds)
             compiling += solution.compile_seconds
             if len(seconds) >= repeats or sum(seconds) > enough or not solution.success:

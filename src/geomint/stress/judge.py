@@ -27,8 +27,9 @@ from ..methods import Method
 from ..problems.deviation import pieces_of, relative_error
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
-from ..run.many import Outcome, Run, attempt
+from ..run.many import Outcome, attempt
 from ..run.solution import Solution
+from ..run.solve import solve
 from ..watch.drift import ROUNDOFF
 from .known_end import KnownEnd, condition_of, field_rounding, known_end, separation_time
 from .preserved import Quantities
@@ -165,13 +166,15 @@ class Trial:
         An adaptive method takes the step as its first one, if the case says what it is.
         """
         free = method.adaptive and self._step is None
-        run = Run(
+        ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
+        run = functools.partial(
+            solve,
             self.problem if problem is None else problem,
             self.y0 if y0 is None else y0,
-            method.with_options(max_steps=MOST_STEPS) if method.adaptive else method,
-            None if free else abs(end) / steps,
-            {"tau_end" if self.problem.time == "tau" else "t_end": end},
-            more={"save_every": SPARSE if method.adaptive else max(1, steps // LOOKS)},
+            method=method.with_options(max_steps=MOST_STEPS) if method.adaptive else method,
+            step=None if free else abs(end) / steps,
+            save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
+            **ends,
         )
         with warnings.catch_warnings():
             warnings.simplefilter("error")
