@@ -161,10 +161,14 @@ def compare(
     )
     runs = (entry for method in chosen for entry in _ladder_runs(result, method, asked))
 
-    def take(point: Point | str, outcome: Outcome) -> None:
+    def take(made: tuple[Point | str, Outcome]) -> None:
+        point, outcome = made
+        result.compile_seconds += outcome.compile_seconds
+        if outcome.status == "interrupted":  # a part of a run has no error at the end
+            raise KeyboardInterrupt
         if isinstance(point, Point):
-            _add_point(result, endpoint, point, outcome)
-        elif outcome.status != "interrupted":
+            result.points.append(_measured(point, outcome, endpoint))
+        else:
             result.drifts.append((point, outcome.result().drift))
 
     with warnings.catch_warnings():
@@ -247,26 +251,21 @@ def _point(method: Method, representation: str, step: float | None) -> Point:
     )
 
 
-def _add_point(result: Comparison, endpoint: Endpoint, point: Point, outcome: Outcome) -> None:
-    """Add a point with what was measured; none for a part of a run, which has no error at the end."""
-    result.compile_seconds += outcome.compile_seconds
-    solution = outcome.solution
+def _measured(point: Point, outcome: Outcome, endpoint: Endpoint) -> Point:
+    """Return a point with what was measured."""
     if outcome.error is not None:
         status = f"failed: {type(outcome.error).__name__}: {outcome.error}"
-        result.points.append(replace(point, status=status))
-    elif solution is not None and outcome.status != "interrupted":
-        adaptive = solution.method.adaptive
-        if not (solution.steps or adaptive):  # the step that was asked for is none of it
-            status = "not measured: the step is longer than the run"
-            result.points.append(replace(point, status=status))
-            return
-        measured = replace(
-            point,
-            step=abs(solution.step) if adaptive else point.step,
-            seconds=outcome.seconds,
-            steps=solution.steps,
-            evaluations=solution.evaluations,
-            repeats=outcome.repeats,
-            **endpoint.judged(solution.problem, solution.y[-1]),
-        )
-        result.points.append(measured)
+        return replace(point, status=status)
+    solution = outcome.result()
+    adaptive = solution.method.adaptive
+    if not (solution.steps or adaptive):  # the step that was asked for is none of it
+        return replace(point, status="not measured: the step is longer than the run")
+    return replace(
+        point,
+        step=abs(solution.step) if adaptive else point.step,
+        seconds=outcome.seconds,
+        steps=solution.steps,
+        evaluations=solution.evaluations,
+        repeats=outcome.repeats,
+        **endpoint.judged(solution.problem, solution.y[-1]),
+    )

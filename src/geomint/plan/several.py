@@ -162,14 +162,16 @@ def run_methods(
         plans[label] = _plan_method(variants[label], physical_end)
         return plans[label].solve(progress)
 
-    def take(label: str, outcome: Outcome) -> None:
-        result.runs.append(_method_run(result, label, plans.get(label), outcome))
-        report(result.runs[-1])
+    def take(run: MethodRun) -> None:
+        result.runs.append(run)
+        report(run)
+        if run.status == "interrupted":
+            raise KeyboardInterrupt
 
-    runs = ((label, attempt(partial(planned, label), progress)) for label in variants)
-    run_many(runs, take)
+    outcomes = ((label, attempt(partial(planned, label), progress)) for label in variants)
+    run_many((_method_run(result, label, plans.get(label), o) for label, o in outcomes), take)
     for label in list(variants)[len(result) :]:
-        take(label, Outcome(None, "not run", "the report was interrupted"))
+        take(MethodRun(label, None, None, "not run", "the report was interrupted"))
     if all(run.solution is None for run in result):
         raise (result.status == "failed" and result[0].error) or KeyboardInterrupt
     return result

@@ -97,22 +97,21 @@ def attempt(
     )
 
 
-def run_many(runs: Iterable[tuple[T, Outcome]], listener: Callable[[T, Outcome], None]) -> bool:
-    """Carry runs out in turn; return whether all were: False after Ctrl-C.
+def run_many(outcomes: Iterable[T], listener: Callable[[T], None]) -> bool:
+    """Tell a listener what came out of runs, in turn; return whether all were: False after Ctrl-C.
 
     Parameters
     ----------
-    runs : iterable of (anything, Outcome)
-        What a run is to the listener, and its `attempt`, in the iteration. So each may depend on what
-        the listener has heard of those before.
+    outcomes : iterable
+        Carries a run out when it is asked for the next one. So each may depend on what the listener
+        has heard of those before.
     listener : callable
-        ``listener(what, outcome)`` is told of every run when it is over.
+        ``listener(outcome)`` is told of every run when it is over. It may end them all, as Ctrl-C
+        does, by raising KeyboardInterrupt.
     """
     try:
-        for what, outcome in runs:
-            listener(what, outcome)
-            if outcome.status == "interrupted":
-                return False
+        for outcome in outcomes:
+            listener(outcome)
     except KeyboardInterrupt:
         return False
     return True
