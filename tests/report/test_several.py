@@ -1,8 +1,10 @@
 """One report on several methods: comparable ends and times, failures that end nothing, one page."""
 
+import dataclasses
 import json
 import math
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +12,10 @@ import pytest
 import geomint as gi
 from geomint.plan import Plan
 from geomint.plots.panels import Line, thinned
+from geomint.report import drift_sections
 from geomint.report.kind_plots import kinds_figure, swatch
 from geomint.report.kinds import kinds_in_words, names_by_kind
-from geomint.report.text import duration, short_slope
+from geomint.report.text import duration, number, short_slope
 from geomint.watch.quantities import KINDS, kind_of
 
 METHODS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "gauss-2:40"]
@@ -157,6 +160,40 @@ def test_ctrl_c_leaves_what_was_computed(monkeypatch, tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "rk-4: interrupted." in page
     assert "cf-4: not run." in page
+
+
+def test_ctrl_c_before_any_step_leaves_no_report(monkeypatch, tmp_path):
+    def interrupted(plan, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Plan, "solve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        gi.drift_report(SCENE, tmp_path, False, methods=["gauss-8", "rk-4"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_sections_are_a_list_of_functions_and_a_folder_of_templates():
+    folder = Path(drift_sections.__file__).parent / "templates" / "drift"
+    names = [section.__name__ for section in drift_sections.SECTIONS]
+    assert sorted(names) == sorted(path.name.removesuffix(".html.j2") for path in folder.iterdir())
+
+
+def test_sections_of_one_and_of_several_methods(result, page):
+    """Facts are in the sections of one method, and unfolded in the table of each of several."""
+    one = dataclasses.replace(result, runs=[result["cf-4"]])
+    shown = {f.__name__ for f in drift_sections.SECTIONS if f(one) is not None}
+    several = {f.__name__ for f in drift_sections.SECTIONS if f(result) is not None}
+    assert shown - several == {"facts"}
+    assert several - shown == {"kinds", "methods", "costs"}
+    for run in result:
+        for drift in run.drift.values():
+            assert number(drift.final_error) in page
+    assert page.count('<dl class="facts">') == sum(bool(run.drift) for run in result)
+
+
+def test_what_was_watched_to_the_end_is_not_said_to_be_shorter(page):
+    """Of methods in t either, whose drifts are shown over τ."""
+    assert "(to τ" not in page
 
 
 def test_the_contract(record):
