@@ -209,7 +209,7 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
         "options": options or "none",
         "step": f"{step_of(solution, 10)} in {symbol(problem.time)}",
         "steps": f"{solution.steps:,}".replace(",", "\u202f"),
-        "end": _end(result),
+        "end": _end(result).partition(",")[0],
         "field evaluations": f"{solution.evaluations:,}".replace(",", "\u202f"),
         "iterations": f"{solution.iterations:,}".replace(",", "\u202f"),
         "time per step": duration(seconds / steps),
