@@ -153,15 +153,8 @@ class Trial:
                 self._known_ends[end] = None, f"no reference ({type(error).__name__}: {error})"
         return self._known_ends[end]
 
-    def attempt(
-        self,
-        end: float,
-        method: Method,
-        steps: int,
-        problem: Problem | None = None,
-        y0: Array | None = None,
-    ) -> Outcome:
-        """Integrate; a warning that geomint does not give on purpose is an error.
+    def attempt(self, end: float, method: Method, steps: int, *start: Any) -> Outcome:
+        """Integrate, from another problem and state if given; an unintended warning is an error.
 
         An adaptive method takes the step as its first one, if the case says what it is.
         """
@@ -169,8 +162,7 @@ class Trial:
         ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
         run = functools.partial(
             solve,
-            self.problem if problem is None else problem,
-            self.y0 if y0 is None else y0,
+            *(start or (self.problem, self.y0)),
             method=method.with_options(max_steps=MOST_STEPS) if method.adaptive else method,
             step=None if free else abs(end) / steps,
             save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
