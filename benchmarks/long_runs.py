@@ -39,7 +39,7 @@ def long_scene(name: str, steps: int) -> gi.Scene:
     sections.pop("drift", None)
     watched = sections["observe"]["quantities"]
     quantities = list(dict.fromkeys([*watched, "measure"]))
-    sections["observe"] = {"quantities": quantities, "measure_steps": MEASURE_STEPS}
+    sections["observe"] = {"quantities": quantities, "measure": {"steps": MEASURE_STEPS}}
     return gi.load_scene(sections)
 
 

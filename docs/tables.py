@@ -161,6 +161,40 @@ def elsewhere() -> dict[str, str]:
     return {name: " and ".join(parts).replace("e-0", "e-") for name, parts in words.items()}
 
 
+def plan_scenes() -> str:
+    """Return what plans of the built-in scenes leave out."""
+    ways = ("plain", "run", "drift")
+    heads = ["scene", *(f"{what}, {way}" for what in ("ms", "MB") for way in ways), "evaluations"]
+    rows = []
+    for row in result("plan_table")["scenes"]:
+        found = [row["ways"][way] for way in ways]
+        times, sizes = ([way[key] for way in found] for key in ("seconds", "bytes"))
+        cells = [f"{1e3 * x:.0f}" for x in times] + [f"{1e-6 * x:.2g}" for x in sizes]
+        rows.append([f"`{row['name']}`", *cells, f"{found[0]['evaluations']:,}".replace(",", " ")])
+    return _table(heads, rows)
+
+
+def plan_rules() -> str:
+    """Return what further rules of the planner gain."""
+    heads = [
+        "what is asked for",
+        "taken",
+        "s, plain",
+        "s",
+        "ratio",
+        "evaluations, plain",
+        "evaluations",
+    ]
+    rows = []
+    for row in result("plan_table")["rules"]:
+        plain, run = row["ways"]["plain"], row["ways"]["run"]
+        ratio = f"{plain['seconds'] / run['seconds']:.2g}"
+        seconds = [f"{way['seconds']:.2g}" for way in (plain, run)]
+        counts = [f"{way['evaluations']:.3g}" for way in (plain, run)]
+        rows.append([row["label"], row["taken"], *seconds, ratio, *counts])
+    return _table(heads, rows)
+
+
 KINDS = {
     "energy": "energy",
     "integrals": "other integrals",
@@ -282,6 +316,10 @@ def substitutions() -> dict[str, str]:
         "methods_rkmk": methods("rkmk"),
         "methods_machine": measured_on(result("method_tables")),
         "splittings": splittings(),
+        "plan_scenes": plan_scenes(),
+        "plan_rules": plan_rules(),
+        "plan_machine": measured_on(result("plan_table")),
+        "plan_steps": f"{result('plan_table')['steps']:,}".replace(",", " "),
         "scene_keys": scene_keys(),
         "scenes": scenes(),
         **elsewhere(),

@@ -20,6 +20,7 @@ from .errors import (
     StepLimitError as StepLimitError,
     StepSizeError as StepSizeError,
     UnknownReferenceError as UnknownReferenceError,
+    WatcherError as WatcherError,
 )
 from .kernels.compiling.recorded import field as field, helper as helper, observable as observable
 from .kernels.groups.great_circle import (
@@ -86,13 +87,14 @@ from .problems.spaces.tangent_bundle import (
     TangentSphere as TangentSphere,
     TangentStiefel as TangentStiefel,
 )
-from .problems.systems import Model as Model, System as System
+from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .run.files.outputs import (
     check_file as check_file,
     check_folder as check_folder,
     whole_file as whole_file,
     whole_folder as whole_folder,
 )
+from .run.integrator import Integrator as Integrator
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
 from .run.storage import SavedSolution as SavedSolution, load as load
@@ -108,6 +110,7 @@ from .stress.case import (
 )
 from .watch.drift import Drift as Drift
 from .watch.frequencies import Term as Term, frequencies as frequencies
+from .watch.watcher import Watcher as Watcher
 
 __version__: str
 
@@ -131,6 +134,7 @@ __all__ = [
     "Group",
     "GroupAction",
     "Hamiltonian",
+    "Integrator",
     "Measure",
     "Method",
     "MethodError",
@@ -140,6 +144,7 @@ __all__ = [
     "Problem",
     "Product",
     "Rattle",
+    "Reduction",
     "Rescaled",
     "RigidMotions",
     "Rotations",
@@ -167,6 +172,8 @@ __all__ = [
     "Term",
     "UnknownReferenceError",
     "Verlet",
+    "Watcher",
+    "WatcherError",
     "as_vector",
     "check_file",
     "check_folder",

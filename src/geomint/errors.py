@@ -28,6 +28,7 @@ __all__ = [
     "StepLimitError",
     "StepSizeError",
     "UnknownReferenceError",
+    "WatcherError",
     "nearest",
     "printable",
 ]
@@ -250,6 +251,21 @@ class StepError(GeomintError, ArithmeticError):
         )
         self.t, self.step, self.residual, self.iterations = t, step, residual, iterations
         self.partial: Any = None
+
+
+class WatcherError(StepError):
+    """What watches a quantity along a run has failed; the run ends there.
+
+    Attributes
+    ----------
+    name : str
+        The name of the quantity.
+    """
+
+    def __init__(self, name: str, t: float, what: str) -> None:
+        GeomintError.__init__(self, f"the watcher of {name!r} failed after t = {t:.9g}: {what}")
+        self.name, self.t, self.step, self.residual, self.iterations = name, t, 0, 0.0, 0
+        self.partial = None
 
 
 class ConvergenceError(StepError):

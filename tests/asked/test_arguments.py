@@ -192,15 +192,40 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "t_eval": [0.5, 1.0],
             "save_every": 2,
             "observe": "size",
+            "t0": 0.25,
         },
     ),
     "solve in tau": (
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
         {"tau_end": 2.0, "clock": False},
     ),
-    "solve with observers": ({**RUN, **OBSERVED}, {"observe_every": 3, "measure_steps": 2}),
+    "solve with observers": (
+        {**RUN, **OBSERVED},
+        {"observe_every": 3, "observe": {"size": {}, "measure": {"steps": 2}}},
+    ),
 }
+CALLS["Integrator"] = (
+    {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25},
+    {
+        "problem": dataclasses.replace(IN_T, params=[2.5]),
+        "state": [0.6, 0.8],
+        "method": "kutta-3",
+        "step": 0.125,
+        "time": 1.0,
+        "clock": True,
+        "compiled": False,
+    },
+)
+
+
+def stepped(**given: Any) -> Any:
+    motion = gi.Integrator(**given)
+    motion.step(2)
+    return [motion.restart, motion.stepper.compiled]
+
+
 LOOK: dict[str, Callable[..., Any]] = {
+    "Integrator": stepped,
     "natural_on_sphere": lambda **given: flow_of(gi.natural_on_sphere(**given)),
     "great_circle": increment,
     "so3": lambda vectors: group_of(gi.so3(vectors)),
@@ -251,7 +276,14 @@ METHODS_BELOW = {  # methods of classes
     },
     "Drift": {"stretched"},
     "Solution": {"piece", "save"},
+    # Tested in tests/methods/test_integrator.py; the last ones by all runs.
+    "Integrator": {
+        "propagate_for", "propagate_until", "reset", "step",
+        "failure", "of", "take",
+    },
     "SavedSolution": {"piece"},
+    # Tested in tests/watch; those of one's own by check_watcher.
+    "Watcher": methods_of(gi.Watcher),
     # Tested in tests/spaces, by geomint.testing.
     **{
         name: methods_of(kind) for name, kind in {n: getattr(gi, n) for n in gi.__all__}.items()

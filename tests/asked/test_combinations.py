@@ -61,10 +61,16 @@ def solve(problem: gi.Problem = IN_T, **given: Any) -> gi.Solution:
 REFUSED_BY_SOLVE = {
     "observe_every of nothing": ({"observe_every": 3}, "observe_every = 3.*something to observe"),
     "observe_every = None": ({"observe_every": None}, "observe_every = None"),
-    "measure_steps without the measure": (
-        {"measure_steps": 3, "observe": "size"},
-        "measure_steps = 3.*'measure' to be observed",
+    "options of what the problem has not": (
+        {"observe": {"measure": {"steps": 3}}},
+        "observe = 'measure': .*states no measure",
     ),
+    "options that it has not": (
+        {"observe": {"size": {"stops": 3}}},
+        "stops = 3: .*no such option. Did you mean 'steps'",
+    ),
+    "options of a group": ({"observe": {"all": {"steps": 3}}}, "a group has no options"),
+    "no steps to watch": ({"observe": {"size": {"steps": 0}}}, "steps = 0"),
     "t_eval after the end": ({"t_eval": [0.5, 1.5]}, "t_eval = .*from 0 to 1.0"),
     "t_eval before the start": ({"t_eval": [-0.5]}, "t_eval"),
     "t_eval the other way": ({"t_eval": [0.5], "t_end": -1.0}, "t_eval"),
@@ -144,9 +150,17 @@ REFUSED_SCENES = {
         {"observe": {"quantities": [], "every": 3}},
         r"\[observe\] every = 3: nothing is observed",
     ),
-    "measure_steps without the measure": (
-        {"observe": {"quantities": ["energy"], "measure_steps": 3}},
-        r"measure_steps = 3: 'measure' is observed neither",
+    "options of what is not observed": (
+        {"observe": {"quantities": ["energy"], "measure": {"steps": 3}}},
+        r"\[observe\] measure = {'steps': 3}: 'measure' is observed neither",
+    ),
+    "options that it has not": (
+        {"observe": {"quantities": ["measure"], "measure": {"stops": 3}}},
+        r"\[observe.measure\] stops = 3: expected no such option",
+    ),
+    "options that are none": (
+        {"observe": {"quantities": ["measure"], "measure": 3}},
+        r"\[observe\] measure = 3: no such key",
     ),
     "two ends": ({"time": {"t_end": 1.0, "tau_end": 1.0}}, "exactly one"),
     "two other ends": ({"drift": {"t_end": 1.0, "tau_end": 1.0}}, "t_end or tau_end"),
@@ -161,13 +175,13 @@ def test_a_scene_refuses(name: str) -> None:
         gi.Scene(**{**SCENE, **sections})
 
 
-def test_the_steps_of_the_measure_may_be_those_of_the_drift_report() -> None:
-    """And go with the measure, where something else is watched."""
-    watched = {"quantities": ["energy"], "measure_steps": 3}
+def test_options_may_be_of_what_the_drift_report_watches() -> None:
+    """And go with it, where something else is watched."""
+    watched = {"quantities": ["energy"], "measure": {"steps": 3}}
     scene = gi.Scene(**{**SCENE, "observe": watched, "drift": {"quantities": ["measure"]}})
-    assert scene.for_drift().content.observe.measure_steps == 3
-    assert scene.for_drift().changed_observation(["K"]).content.observe.measure_steps is None
-    assert scene.changed_observation(every=2).content.observe.measure_steps == 3
+    assert scene.for_drift().content.observe.options == {"measure": {"steps": 3}}
+    assert scene.for_drift().changed_observation(["K"]).content.observe.options == {}
+    assert scene.changed_observation(every=2).content.observe.options["measure"] == {"steps": 3}
     none = gi.Scene(**{**SCENE, "observe": {"quantities": ["K"], "every": 5}}).changed_observation(
         []
     )
@@ -198,7 +212,7 @@ def test_a_drift_report_of_which_nothing_is_left_is_refused() -> None:
     """One of nothing says so itself."""
     scene = gi.Scene(**{**SCENE, "observe": {"quantities": []}})
     for purpose in ("run", "drift"):
-        assert gi.make_plan(scene, purpose).context.choices["watched"].value == "nothing"
+        assert gi.make_plan(scene, purpose).watched.value == "nothing"
     forced = gi.Scene(**SCENE).changed_integration(representation="reduced")
     with pytest.raises(gi.SceneError, match=r"nothing to show.*reduced has no spatial-momentum"):
         gi.make_plan(forced.changed_observation(["spatial-momentum"]), "drift")
@@ -211,7 +225,7 @@ def test_a_named_quantity_is_never_another() -> None:
     scene = scene.changed_observation(["energy", "orthogonality"])
     for purpose in ("run", "drift"):
         plan = gi.make_plan(scene, purpose)
-        assert plan.context.choices["watched"].detail == ["energy", "orthogonality"]
+        assert plan.watched.chosen == ("energy", "orthogonality")
         assert plan.notes == ()
     forced = scene.changed_integration(representation="reduced")
     with pytest.raises(
@@ -219,14 +233,14 @@ def test_a_named_quantity_is_never_another() -> None:
     ):
         gi.make_plan(forced, "run")
     plan = gi.make_plan(forced, "drift")
-    assert plan.context.choices["watched"].detail == ["energy"]
+    assert plan.watched.chosen == ("energy",)
     assert plan.notes[0].startswith(
         "not watched: orthogonality: reduced has no such quantity; only in"
     )
     group = forced.changed_observation(["energy", "constraints"])
     for purpose in ("run", "drift"):
-        watched = gi.make_plan(group, purpose).context.choices["watched"].detail
-        assert watched == ["energy", "norm", "tangency"]
+        watched = gi.make_plan(group, purpose).watched.chosen
+        assert watched == ("energy", "norm", "tangency")
 
 
 def test_what_a_drift_report_misses_is_said(tmp_path, monkeypatch) -> None:
@@ -247,14 +261,14 @@ def test_a_splitting_that_is_not_symplectic_is_not_called_so() -> None:
     import dataclasses
 
     scene = gi.load_scene("neumann-n3")
-    assert "symplectic" in gi.make_plan(scene).context.choices["method"].reason
+    assert "symplectic" in gi.make_plan(scene).method.reason
     problem = scene.problem
     assert problem.splitting is not None
     other = dataclasses.replace(
         problem, splitting=dataclasses.replace(problem.splitting, symplectic=False)
     )
     scene.model.problems[next(iter(scene.model.problems))] = other
-    assert "symplectic" not in gi.make_plan(scene).context.choices["method"].reason
+    assert "symplectic" not in gi.make_plan(scene).method.reason
 
 
 # --- the command line -----------------------------------------------------------------------------

@@ -221,8 +221,8 @@ def test_an_option_does_something(
     if command in SLOW and option not in ("--out", "--quiet"):
 
         def planned(plan: Plan, progress: Any = None) -> None:
-            told = [(c.what, c.value, seen(c.detail)) for c in plan.choices]
-            asked.append([plan.context.purpose, told, seen(plan.problem), seen(plan.context.state)])
+            told = [(c.what, c.value, seen(c.chosen)) for c in plan.choices]
+            asked.append([plan.purpose, told, seen(plan.problem), seen(plan.state)])
             raise gi.GeomintError("planned")
 
         monkeypatch.setattr(Plan, "solve", planned)

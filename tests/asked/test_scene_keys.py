@@ -90,6 +90,10 @@ def several(scene: gi.Scene) -> Any:
     return scene.content.drift.methods  # read by the command: see its own table
 
 
+def planned(scene: gi.Scene) -> Any:
+    return [choice.value for choice in gi.make_plan(scene).choices]
+
+
 ALL = (run, drift, compare)
 # (section, key): value, other value, who notices, and the base.
 TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
@@ -102,11 +106,12 @@ TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("integrate", "method"): ("gauss-8", "rk-4", ALL),
     ("integrate", "step"): (0.25, 0.125, ALL),
     ("integrate", "representation"): ("own", "ball", ALL),
+    ("integrate", "exact"): (None, True, (planned,), {**BASE, "observe": {"quantities": []}}),
     ("observe", "quantities"): (["energy"], ["K"], (run, drift)),
     ("observe", "every"): (1, 3, (run, drift)),
-    ("observe", "measure_steps"): (
-        3,
-        4,
+    ("observe", "measure"): (
+        {"steps": 3},
+        {"steps": 4},
         (run, drift),
         {**BASE, "observe": {"quantities": ["measure"]}},
     ),
@@ -131,7 +136,7 @@ READ_BY = {
     "system": {run, drift, compare},
     "": {run, drift, compare, told},
     "time": {run, drift, compare},
-    "integrate": {run, drift, compare},
+    "integrate": {run, drift, compare, planned},
     "observe": {run, drift},
     "save": {run},
     "drift": {drift, several},
@@ -152,7 +157,8 @@ def keys() -> set[tuple[str, str]]:
 
 
 def test_every_key_is_in_the_table() -> None:
-    assert set(TABLE) == keys()
+    options = {("observe", "measure")}  # tables of the options of a quantity
+    assert set(TABLE) == keys() | options
 
 
 @pytest.mark.usefixtures("stop")

@@ -8,9 +8,9 @@ import pytest
 
 import geomint as gi
 from geomint.compare import runs as compare_module
-from geomint.compare.ladder import representation_for
 from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
+from geomint.plan import representation_for
 
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},

@@ -77,7 +77,7 @@ def _solves() -> dict[str, Call]:
     state = flow.state(gamma=[0.6, 0.0, 0.8], p=[0.8, 1.0, -0.6])
     common = {
         **{"step": 0.01, "save_every": 1, "observe": ["all"], "observe_every": 1},
-        **{"progress": False, "compiled": False, "t_eval": None, "measure_steps": None},
+        **{"progress": False, "compiled": False, "t_eval": None},
         **{"t_end": None, "tau_end": None, "clock": None},
     }
     field, group, bound = (examples()[i] for i in (1, 5, 2))

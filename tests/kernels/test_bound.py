@@ -11,6 +11,7 @@ from numba.core import types
 
 import geomint as gi
 from geomint.kernels.compiling.bound import Bound, bind
+from geomint.kernels.compiling.call import Code
 from geomint.kernels.compiling.number_types import EXTENDED, LANE, SCALAR
 from geomint.kernels.compiling.signatures import (
     ACTION,
@@ -20,7 +21,10 @@ from geomint.kernels.compiling.signatures import (
     GENERATOR,
     GRADIENTS,
     VALUE,
+    WHOLE,
+    Functions,
     advance,
+    takes,
 )
 from geomint.kernels.numbers.blocks import Block, scalar_block
 
@@ -46,7 +50,7 @@ def test_sizes_reach_the_function_in_both_ways() -> None:
 def test_bound_lengths_are_constants_of_the_code() -> None:
     """Seen where a block has another length, which no problem's has."""
     entry = bind(count_rows, FIELD, y=5).entry()
-    if not hasattr(entry, "overloads"):
+    if not isinstance(entry, Code):
         pytest.skip("nothing is compiled")
     out = scalar_block(3)
     entry(Block(np.zeros(4)), 0.0, Block(np.zeros(6)), out, Block(np.zeros(0)))
@@ -87,9 +91,9 @@ def test_a_stepper_has_the_functions_and_memory_of_its_numbers() -> None:
     for kind in TYPES:
         made = advance([FIELD, VALUE.in_lanes]).of(kind)
         lanes = LANE if kind is SCALAR else kind
-        assert made.args[0] == types.FunctionType(FIELD.of(kind))
-        assert made.args[1] == types.FunctionType(VALUE.of(lanes))
-        params, coefficients, fractions, memory, work = made.args[2:7]
+        functions = types.FunctionType(FIELD.of(kind)), types.FunctionType(VALUE.of(lanes))
+        assert tuple(made.args[0]) == functions
+        params, coefficients, fractions, memory, work = made.args[1:6]
         assert params == fractions == SCALAR.block
         assert coefficients == (kind.memory if kind is EXTENDED else SCALAR.block)
         assert memory == work == made.args[-1] == kind.memory
@@ -107,5 +111,7 @@ def test_what_a_function_takes_is_known_without_numba() -> None:
 def test_plain_python_gets_the_recorded_functions() -> None:
     field = Bound(count_rows, FIELD)
     assert field.entry(False) is count_rows
-    kernel = Bound(gi.helper(lambda f, x: f is count_rows and x == 2), advance([FIELD]))
-    assert kernel.with_functions(field, compiled=False)(2)
+    kernel = Bound(
+        gi.helper(lambda f, x: f == (count_rows,) and x == 2), takes(f=Functions((FIELD,)), x=WHOLE)
+    )
+    assert kernel.call(compiled=False, f=(field,))(x=2)

@@ -50,7 +50,7 @@ class ExactMap:
         memory = zeros(self.lanes.memory_rows)
         memory.data[:rows] = y
         status, *_ = self.lanes.kernel(
-            *(f.recorded for f in self.lanes.functions),
+            tuple(f.recorded for f in self.lanes.functions),
             exact(self.problem.params),
             exact(self.lanes.coefficients.data),
             exact(self.stepper.fractions.data),

@@ -108,7 +108,7 @@ def gauss(name: str, problem: str, states: np.ndarray, kind, h: float = H):
     stepper = find_method(name).start(Start(p, y0, 0.0, h))
     lanes = stepper.lanes()
     field = Bound(lanes.functions[0].recorded, FIELD)
-    entry = bound_stepper(lanes.kernel, (field,)).with_functions(field, number_type=kind)
+    loop = bound_stepper(lanes.kernel, (field,)).call(number_type=kind, functions=(field,))
     shape = (LANES,) if kind is LANE else ()
     make = LaneBlock if kind is LANE else Block
     memory = make(np.zeros((lanes.memory_rows, *shape)))
@@ -116,19 +116,19 @@ def gauss(name: str, problem: str, states: np.ndarray, kind, h: float = H):
     work = make(np.zeros((lanes.work_rows, *shape)))
 
     def advance(count: int) -> tuple[int, int, int, float]:
-        return entry(
-            stepper.params,
-            lanes.coefficients,
-            stepper.fractions,
-            memory,
-            work,
-            p.rows,
-            0.0,
-            h,
-            0,
-            count,
-            count + 1,
-            memory,
+        return loop(
+            params=stepper.params,
+            coefficients=lanes.coefficients,
+            fractions=stepper.fractions,
+            memory=memory,
+            work=work,
+            rows=p.rows,
+            t0=0.0,
+            h=h,
+            first=0,
+            count=count,
+            every=count + 1,
+            out=memory,
         )
 
     return advance, memory
@@ -194,7 +194,7 @@ def test_trajectories_in_plain_python() -> None:
     memory.data[: p.rows] = y0[:, None]
     work = LaneBlock(np.zeros((lanes.work_rows, LANES)))
     status, *_ = lanes.kernel(
-        lanes.functions[0].recorded, stepper.params, lanes.coefficients, stepper.fractions,
+        (lanes.functions[0].recorded,), stepper.params, lanes.coefficients, stepper.fractions,
         memory, work, p.rows, 0.0, H, 0, 3, 4, memory,
     )  # fmt: skip
     assert status == 0

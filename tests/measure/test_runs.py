@@ -107,7 +107,7 @@ def test_only_the_first_steps(limit: int, monkeypatch: pytest.MonkeyPatch) -> No
     p, y0 = PROBLEMS["spherical-pendulum"]
     whole = run(p, y0, "rk-4", 0.05, 400, observe="all").drift
     monkeypatch.setattr(driver, "FIRST_CHUNK", 7)
-    part = run(p, y0, "rk-4", 0.05, 400, observe="all", measure_steps=limit).drift
+    part = run(p, y0, "rk-4", 0.05, 400, observe={"all": {}, "measure": {"steps": limit}}).drift
     count = min(limit, 400)
     assert part["measure"].windows.samples == count
     assert part["measure"].windows.last_time == pytest.approx(0.05 * count)
@@ -121,8 +121,8 @@ def test_only_the_first_steps(limit: int, monkeypatch: pytest.MonkeyPatch) -> No
 @pytest.mark.parametrize("limit", [0, -3, 2.5, True])
 def test_limits_that_make_no_sense(limit: float) -> None:
     p, y0 = PROBLEMS["spherical-pendulum"]
-    with pytest.raises(gi.DomainError, match="measure_steps"):
-        run(p, y0, "rk-4", 0.05, 4, measure_steps=limit)
+    with pytest.raises(gi.DomainError, match=r"observe\['measure'\]: steps"):
+        run(p, y0, "rk-4", 0.05, 4, observe={"measure": {"steps": limit}})
 
 
 def test_a_last_partial_step_counts() -> None:
@@ -230,10 +230,17 @@ def test_a_problem_without_a_measure() -> None:
     assert "measure" not in sol.drift
 
 
-def test_the_name_is_taken() -> None:
+def test_what_is_given_under_a_name_is_watched_under_it() -> None:
+    """Also if the name is that of another watcher; a problem's own quantity comes before it too."""
     p, y0 = PROBLEMS["spherical-pendulum"]
-    with pytest.raises(gi.DomainError, match="another name"):
-        gi.solve(p, y0, t_end=1.0, step=0.1, observe={"measure": p.invariants["energy"]})
+    energy = p.invariants["energy"]
+    options = {"t_end": 1.0, "step": 0.1, "method": "rk-4", "compiled": False}
+    given = gi.solve(p, y0, observe={"measure": energy}, **options).drift["measure"]
+    own = dataclasses.replace(p, invariants={"measure": energy})
+    named = gi.solve(own, y0, observe="all", **options).drift["measure"]
+    found = gi.solve(p, y0, observe="energy", **options).drift["energy"]
+    assert given.final_error == named.final_error == found.final_error != 0.0
+    assert (given.kind, named.kind) == ("others", "integrals")
 
 
 # --- reports and files ----------------------------------------------------------------------------
@@ -264,7 +271,8 @@ def test_report_and_scene(tmp_path) -> None:
 
 def test_a_report_says_how_long_it_was_watched(tmp_path) -> None:
     scene = gi.load_scene("hamiltonized-n3").changed(
-        time={"tau_end": 5.0}, observe={"quantities": ["energy", "measure"], "measure_steps": 8}
+        time={"tau_end": 5.0},
+        observe={"quantities": ["energy", "measure"], "measure": {"steps": 8}},
     )
     gi.drift_report(scene, tmp_path, progress=False)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")

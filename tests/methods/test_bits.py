@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from families import PROBLEMS, families, pairs
 
 import geomint as gi
 from geomint.kernels.compiling.number_types import LANE, SCALAR
@@ -15,74 +16,8 @@ from geomint.kernels.numbers.lanes import LANES
 from geomint.kernels.solve.advance import bound_stepper
 from geomint.methods import Start, find_method
 from geomint.methods.stepper import Stepper
-from geomint.problems.testproblems import (
-    abc_flow,
-    double_pendulum,
-    frame_in_field,
-    henon_heiles,
-    lotka_volterra,
-    neumann,
-    pulsating_body,
-    so_n_flow,
-    sphere_metric,
-    spherical_pendulum,
-)
 from geomint.run import driver
 
-METRIC, FRAME = sphere_metric.problem(), frame_in_field.problem()
-PROBLEMS = {
-    "lotka-volterra": (lotka_volterra.problem(), lotka_volterra.INITIAL),
-    "henon-heiles": (henon_heiles.problem(), henon_heiles.INITIAL),
-    "pulsating-body": (pulsating_body.problem(), pulsating_body.INITIAL),
-    "so-4": (so_n_flow.problem(4), so_n_flow.initial(4)),
-    "so-3-frame": (so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)),
-    "sphere-metric": (METRIC, sphere_metric.initial(METRIC)),
-    "double-pendulum": (double_pendulum.problem(), double_pendulum.INITIAL),
-    "spherical-pendulum": (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
-    "frame-in-field": (FRAME, frame_in_field.initial(FRAME)),
-    "abc-flow": (abc_flow.problem(), abc_flow.INITIAL),
-    "neumann": (neumann.problem((2.0, 0.3, 1.1, 2.7), 0.4), neumann.initial(4)),
-    "neumann-at-rest": (neumann.problem(), neumann.initial() * [1, 1, 1, 0, 0, 0]),
-}
-LATER = {  # pairs whose kernel or problem is another pair's too
-    *(("gauss-1-suzuki-4", "henon-heiles"), ("rkmk-dormand-prince-5", "so-4")),
-    *(("rkmk-cayley-4", "so-3-frame"), ("dop853-adaptive", "sphere-metric")),
-    *(("rattle-2", "frame-in-field"), ("rkmk-dop853", "so-4"), ("rattle-6", "spherical-pendulum")),
-    ("rattle-2", "neumann"),
-}
-FAMILIES = [
-    ("rk-4", "lotka-volterra"),
-    ("dop853", "sphere-metric"),
-    ("gauss-3", "lotka-volterra"),
-    ("gauss-8", "sphere-metric"),
-    ("gauss-11", "lotka-volterra"),
-    ("gauss-1-suzuki-4", "henon-heiles"),
-    ("cf-4", "pulsating-body"),
-    ("cf-3", "so-3-frame"),
-    ("rkmk-4", "pulsating-body"),
-    ("rkmk-dormand-prince-5", "so-4"),
-    ("rkmk-cayley-4", "so-3-frame"),
-    ("dormand-prince-5-adaptive", "lotka-volterra"),
-    ("dop853-adaptive", "sphere-metric"),
-    ("rkmk-dormand-prince-5-adaptive", "pulsating-body"),
-    ("rkmk-cayley-dop853-adaptive", "so-4"),
-    ("rattle-2", "sphere-metric"),
-    ("rattle-4", "double-pendulum"),
-    ("rattle-2", "frame-in-field"),
-    ("verlet-2", "neumann"),
-    ("verlet-4", "abc-flow"),
-    ("gauss-8", "neumann-at-rest"),
-    ("rattle-2", "neumann-at-rest"),
-]
-
-
-def pairs(chosen: list[tuple[str, str]]) -> pytest.MarkDecorator:
-    """Return pairs of a method and a problem as parameters."""
-    marked = [pytest.param(*p, marks=[pytest.mark.slow] * (p in LATER)) for p in chosen]
-    return pytest.mark.parametrize(("name", "problem"), marked)
-
-
-families = pairs(FAMILIES)
 H = 0.05
 
 
@@ -111,7 +46,7 @@ def test_compiled_is_plain(name: str, problem: str) -> None:
     plain_equals_compiled(name, problem, 10)
     stepper = start(name, problem)
     code = bound_stepper(stepper.kernel, stepper.functions).entry()
-    libraries = [overload.library for overload in code.overloads.values()]
+    libraries = [overload.library for overload in code.dispatcher.overloads.values()]
     assert libraries
     assert not any(library.has_dynamic_globals for library in libraries)
 
@@ -204,23 +139,23 @@ def test_lanes_are_eight_runs(name: str, problem: str) -> None:
     p, _ = PROBLEMS[problem]
     singles = [find_method(name).start(Start(p, y, 0.0, H)) for y in eight_states(problem)]
     one = singles[0]
-    functions = [f.in_lanes for f in one.functions]
-    advance = bound_stepper(one.kernel, one.functions).in_lanes
+    functions = tuple(f.in_lanes for f in one.functions)
+    advance = bound_stepper(one.kernel, one.functions).in_lanes.call(functions=functions)
     memory = LaneBlock(np.stack([s.memory.data for s in singles], axis=1))
     out = LaneBlock(np.zeros((steps // 100 * one.rows, LANES)))
-    status, done, iterations, _ = advance.with_functions(*functions)(
-        one.params,
-        one.coefficients,
-        one.fractions,
-        memory,
-        LaneBlock(np.zeros((len(one.work), LANES))),
-        one.rows,
-        0.0,
-        H,
-        0,
-        steps,
-        100,
-        out,
+    status, done, iterations, _ = advance(
+        params=one.params,
+        coefficients=one.coefficients,
+        fractions=one.fractions,
+        memory=memory,
+        work=LaneBlock(np.zeros((len(one.work), LANES))),
+        rows=one.rows,
+        t0=0.0,
+        h=H,
+        first=0,
+        count=steps,
+        every=100,
+        out=out,
     )
     assert (status, done) == (0, steps)
     used = []

@@ -99,4 +99,4 @@ def test_a_default_step_that_underflows_to_zero() -> None:
 
     problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
     with pytest.raises(gi.DomainError, match="of the default 0: give a step"):
-        _check_count(problem, y0, own=True, end=500.0, size=0.0, given=False)
+        _check_count(problem, y0, own=True, span=500.0, size=0.0, given=False)

@@ -485,7 +485,6 @@ RECORDED = gi.field(nothing)
         (lambda: fielded(constraints={1: gi.observable(energy)}), "constraints"),
         (lambda: fielded(observables={"energy": gi.observable(energy)}), "observables"),
         (lambda: fielded(observables={"all": gi.observable(energy)}), "observables"),
-        (lambda: fielded(observables={"measure": gi.observable(energy)}), "observables"),
         (lambda: fielded(observables=[gi.observable(energy)]), "observables"),
         (lambda: fielded(measure=gi.observable(energy)), "measure"),
         (lambda: fielded(action=GROUP), "action"),

@@ -150,12 +150,13 @@ def test_an_interrupted_run_is_observed_to_its_last_state(
 @pytest.mark.parametrize("end", [1.0, 0.97, -1.0])
 @pytest.mark.parametrize("limit", [None, 1, 4, 5, 100])
 def test_the_measure_is_sampled_at_its_end(limit: int | None, end: float) -> None:
-    """That of the run, or that of the first `measure_steps`; its sum does not depend on samples."""
-    options = {"method": "heun-2", "step": 0.1, "compiled": False, "measure_steps": limit}
-    all_steps = gi.solve(IN_T, START, t_end=end, observe="measure", **options).drift["measure"]
+    """That of the run, or that of the first `steps`; its sum does not depend on samples."""
+    options = {"method": "heun-2", "step": 0.1, "compiled": False}
+    observe = {"measure": {"steps": limit}}
+    all_steps = gi.solve(IN_T, START, t_end=end, observe=observe, **options).drift["measure"]
     for every in (2, 3, 1000):
         some = gi.solve(
-            IN_T, START, t_end=end, observe="measure", observe_every=every, **options
+            IN_T, START, t_end=end, observe=observe, observe_every=every, **options
         ).drift["measure"]
         assert some.final_error == all_steps.final_error != 0.0
         assert some.windows.last_time == all_steps.windows.last_time

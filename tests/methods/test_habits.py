@@ -230,7 +230,7 @@ CALLS = [
     ((PROBLEM, Y0, (0, 20)), {}, "all further ones by name, such as t_end=20.0"),
     ((PROBLEM, (0, 20), Y0), {}, "all further ones by name, such as t_end=20.0"),
     ((PROBLEM, Y0, 20.0), {}, "all further ones by name, such as t_end=20.0"),
-    ((PROBLEM,), {"t_end": 1.0}, "missing a required argument: 'y0'"),
+    ((PROBLEM,), {"t_end": 1.0}, "missing y0"),
     ((), {}, "missing a required argument: 'problem'"),
     ((PROBLEM, Y0), {"y0": Y0, "t_end": 1.0}, "multiple values for argument 'y0'"),
     (("oscillator", Y0), {"t_end": 1.0}, "problem = 'oscillator': expected a geomint.Problem"),

@@ -77,7 +77,8 @@ def test_the_last_time_is_the_one_asked_for(end: float, count: int) -> None:
     timeline = plan_timeline(LOTKA, gi.RungeKutta("rk-4"), START, t_end=end, step=end / count)
     assert timeline.steps == count
     assert timeline.remainder == 0.0
-    times = timeline.at(np.arange(count + 1))
+    steps = np.arange(count + 1)
+    times = timeline.met(timeline.h * steps, steps)
     assert times[0] == 0.0
     assert times[-1] == end
     assert (np.diff(times) > 0).all()

@@ -149,22 +149,22 @@ def test_lanes_that_begin_at_rest_are_solved() -> None:
         y0 = np.array([y for y, *_ in steps.accepted])
         y0 = y0[np.random.default_rng(0).permutation(len(y0))[:LANES]]
         lanes = gi.Gauss(stages).start(Start(problem, start, T0, h)).lanes()
-        advance = bound_stepper(lanes.kernel, lanes.functions).in_lanes
+        loop = bound_stepper(lanes.kernel, lanes.functions).in_lanes
         memory = LaneBlock(np.zeros((lanes.memory_rows, LANES)))
         memory.data[: problem.rows] = y0.T
-        status, *_ = advance.with_functions(*lanes.functions)(
-            Block(np.array(problem.params)),
-            lanes.coefficients,
-            Block(np.array([1.0, 0.0])),
-            memory,
-            LaneBlock(np.zeros((lanes.work_rows, LANES))),
-            problem.rows,
-            T0,
-            h,
-            0,
-            1,
-            2,
-            LaneBlock(np.zeros((0, LANES))),
+        status, *_ = loop.call(functions=lanes.functions)(
+            params=Block(np.array(problem.params)),
+            coefficients=lanes.coefficients,
+            fractions=Block(np.array([1.0, 0.0])),
+            memory=memory,
+            work=LaneBlock(np.zeros((lanes.work_rows, LANES))),
+            rows=problem.rows,
+            t0=T0,
+            h=h,
+            first=0,
+            count=1,
+            every=2,
+            out=LaneBlock(np.zeros((0, LANES))),
         )
         assert status == OK, problem.name
         rows = problem.rows

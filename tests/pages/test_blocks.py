@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import re
 import shlex
 import sys
+import tomllib
 from pathlib import Path
 
 import click
@@ -19,6 +21,7 @@ from session import NOT_RUN, is_slow, outputs, printed, same
 import geomint as gi
 from geomint.cli import main
 from geomint.methods import registry
+from geomint.watch.registry import plugged
 
 CONSOLES = ["tutorial", "scene-files"]
 # The packages that pages tell how to write are installed as they say: see below.
@@ -27,7 +30,7 @@ PYTHON = ["tutorial", "systems", "exact-flow", "README"]
 
 def test_every_block_is_run_somewhere() -> None:
     """A page with Python or a console that no test runs is named here, or is an error."""
-    elsewhere = {"add-a-method", "add-a-space", "add-a-system", "audit"}
+    elsewhere = {"add-a-diagnostic", "add-a-method", "add-a-space", "add-a-system", "audit"}
     for path in sorted(Path(page("tutorial").parent).glob("*.md")):
         infos = {block.info for block in blocks(path)}
         if "console" in infos:
@@ -100,9 +103,11 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A folder on the path of imports, whose modules are forgotten afterwards."""
     before = set(sys.modules)
     monkeypatch.syspath_prepend(str(tmp_path))
-    registry.methods.cache_clear()
+    for known in (registry.methods, plugged):
+        known.cache_clear()
     yield tmp_path
-    registry.methods.cache_clear()
+    for known in (registry.methods, plugged):
+        known.cache_clear()
     for name in set(sys.modules) - before:
         if (getattr(sys.modules[name], "__file__", None) or "").startswith(str(tmp_path)):
             del sys.modules[name]
@@ -193,6 +198,35 @@ def test_a_space_of_ones_own_works_as_its_page_says(package: Path) -> None:
         exec(compile(block.source, "test_hyperboloid.py", "exec"), scope)
     ran = [scope[name]() for name in list(scope) if name.startswith("test_")]
     assert len(ran) == 4
+
+
+def test_a_diagnostic_of_ones_own_works_as_its_page_says(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its file, what is printed, its test; by its name from a scene and from the command line."""
+    file, shown, test = examples(page("add-a-diagnostic"))
+    entry_points, options = (b.text for b in by_info("add-a-diagnostic", "toml"))
+    (package / "stretching.py").write_text(file.source, "utf-8")
+    installed(package, entry_points)
+    assert shown.output is not None
+    assert printed(shown.source, {"gi": gi}, "add-a-diagnostic", 0) == shown.output.text
+    scope: dict[str, object] = {}
+    exec(compile(test.source, "test_stretching.py", "exec"), scope)
+    scope["test_stretching"]()
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        time={"tau_end": 20.0}, observe=tomllib.loads(options)["observe"]
+    )
+    drift = gi.run_scene(scene, progress=False).drift["stretching"]
+    assert drift.windows.samples == 80
+    (command,) = commands(page("add-a-diagnostic"))
+    with contextlib.chdir(package), contextlib.suppress(SystemExit):
+        main(shlex.split(command.text)[1:])
+    told = capsys.readouterr()
+    assert "stretching" in told.out, told.err
+    found = json.loads((package / "stretched" / "drift.json").read_text("utf-8"))["quantities"]
+    assert found["stretching"]["samples"] == 400
+    text = (package / "stretched" / "report.html").read_text("utf-8")
+    assert "stretching: the logarithm of how much a small distance" in text
 
 
 def test_commands_of_pages_are_accepted() -> None:

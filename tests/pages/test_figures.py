@@ -20,6 +20,8 @@ import numpy as np
 import pytest
 from blocks import ROOT, page
 
+import geomint as gi
+
 RESULTS = ROOT / "benchmarks" / "results"
 
 
@@ -264,3 +266,15 @@ def test_examples_of_drift_classes(
 
 def test_there_are_examples() -> None:
     assert len(EXAMPLES) == 7
+
+
+def test_the_tables_of_plans_are_of_these_scenes_and_rules() -> None:
+    """Plans take what the result says that they took, and no built-in scene is missing."""
+    record, rules = result("plan_table"), script("plan_table").RULES
+    assert [row["name"] for row in record["scenes"]] == gi.scene_names()
+    assert [row["label"] for row in record["rules"]] == list(rules)
+    for row in record["rules"]:
+        plan = gi.make_plan(gi.Scene(**rules[row["label"]]))
+        exact = plan.exact is not None and plan.exact.chosen is not None
+        assert row["taken"] == ("exact flow" if exact else plan.route.name)
+        assert row["taken"] != next(iter(plan.scene.model.problems))

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 import geomint as gi
 from geomint.cli import main
 from geomint.plan import Plan
-from geomint.watch import drift, observe
+from geomint.watch import drift, functions
 from geomint.watch.growth import NOT_FINITE
 from geomint.watch.windows import Windows
 
@@ -158,7 +158,7 @@ class Vanishing(Windows):
 
 
 def test_a_report_and_the_command(tmp_path, monkeypatch):
-    monkeypatch.setattr(observe, "Windows", Vanishing)
+    monkeypatch.setattr(functions, "Windows", Vanishing)
     command = ["drift", "hamiltonized-n3", "--tau-end", "50", "--out", str(tmp_path)]
     result = CliRunner().invoke(main, command)
     assert result.exit_code == 2

@@ -57,7 +57,7 @@ def test_one_report_of_four_files(report):
 
 
 def test_a_cell_says_how_long_it_was_watched(tmp_path):
-    observe = {"quantities": ["energy", "measure"], "measure_steps": 8}
+    observe = {"quantities": ["energy", "measure"], "measure": {"steps": 8}}
     scene = SCENE.changed(time={"tau_end": 5.0}, observe=observe)
     gi.drift_report(scene, tmp_path, False, methods=["gauss-8:0.1", "gauss-2:0.1"])
     text = (tmp_path / "report.html").read_text("utf-8")
@@ -66,7 +66,7 @@ def test_a_cell_says_how_long_it_was_watched(tmp_path):
 
 def test_every_method_in_what_suits_it(result):
     assert [run.label for run in result] == LABELS
-    chosen = {run.label: run.plan.context.representation for run in result}
+    chosen = {run.label: run.plan.route.name for run in result}
     assert chosen["gauss-8"] == chosen["rattle-4"] == "hamiltonized"
     assert chosen["cf-4"] == "reduced"
     assert result["gauss-8"].solution.step == 0.25  # the scene's own

@@ -19,14 +19,14 @@ HAMILTONIZED = {
 }
 
 
-def choices(scene, purpose="run", costs=True):
-    return {c.what: c for c in gi.make_plan(scene, purpose, costs).choices}
+def plan(scene, purpose="run", costs=True):
+    return gi.make_plan(scene, purpose, costs)
 
 
 def test_every_choice_has_a_reason():
     for name in gi.scene_names():
         for purpose in ("run", "drift"):
-            for choice in choices(gi.load_scene(name), purpose).values():
+            for choice in plan(gi.load_scene(name), purpose).choices:
                 assert choice.what
                 assert choice.value
                 assert choice.reason
@@ -34,10 +34,10 @@ def test_every_choice_has_a_reason():
 
 def test_the_own_representation_unless_the_method_needs_another():
     own = gi.make_plan(gi.Scene(**REDUCED))
-    assert own.context.representation == "reduced"
+    assert own.route.name == "reduced"
     other = gi.make_plan(gi.Scene(**REDUCED, integrate={"method": "rattle-4"}))
-    assert other.context.representation == "hamiltonized"
-    assert "no form 'hamiltonian'" in choices(other.scene)["representation"].reason
+    assert other.route.name == "hamiltonized"
+    assert "no form 'hamiltonian'" in other.representation.reason
     group = gi.make_plan(gi.Scene(**REDUCED, integrate={"method": "cf-4"}))
     assert "action" in group.problem.forms
 
@@ -47,18 +47,18 @@ def test_constraints_of_another_representation_are_its_own():
     integrate = {"method": "cf-4", "representation": "classical"}
     named = gi.Scene(**REDUCED, integrate=integrate)
     for group in (["energy", "K", "constraints"], ["all"]):
-        watched = choices(named.changed_observation(group))["watched"]
-        assert watched.detail[:2] == ["energy", "K"]
-        assert "norm" in watched.detail
-        assert "tangency" not in watched.detail
+        watched = plan(named.changed_observation(group)).watched.chosen
+        assert watched[:2] == ("energy", "K")
+        assert "norm" in watched
+        assert "tangency" not in watched
     with pytest.raises(
         gi.FormError, match=r"'classical'.*has no tangency\. It has energy, K, .*norm"
     ):
         gi.make_plan(named)
-    told = choices(named, "drift")
-    assert told["watched"].detail == ["energy", "K"]
-    assert told["not watched"].detail == ["tangency"]
-    assert gi.make_plan(named, "drift").notes[0].startswith("not watched: tangency: classical has")
+    told = plan(named, "drift")
+    assert told.watched.chosen == ("energy", "K")
+    assert told.missing.chosen == ("tangency",)
+    assert told.notes[0].startswith("not watched: tangency: classical has")
 
 
 def test_a_wrong_pair_is_refused_with_what_would_fit():
@@ -72,33 +72,32 @@ def test_a_wrong_pair_is_refused_with_what_would_fit():
 
 def test_the_clock_runs_only_where_it_is_needed():
     scene = gi.Scene(**HAMILTONIZED)
-    assert choices(scene, "run")["physical time"].detail
-    assert not choices(scene, "drift")["physical time"].detail
-    assert choices(scene.changed(time={"t_end": 2.0}), "drift")["physical time"].detail
+    assert plan(scene, "run").clock.chosen
+    assert not plan(scene, "drift").clock.chosen
+    assert plan(scene.changed(time={"t_end": 2.0}), "drift").clock.chosen
 
 
 def test_the_step_is_told_with_its_source():
     scene = gi.Scene(**REDUCED, integrate={"step": 0.3})
-    told = choices(scene)
-    assert told["step"].value == "0.3 in t"
-    assert told["steps"].value.startswith("6 and a last one of 0.2")
-    assert told["steps"].detail == 6
-    default = choices(gi.Scene(**REDUCED))["step"]
-    assert "default: 0.6 (for gauss-8)" in default.reason
+    told = plan(scene)
+    assert told.step.value == "0.3 in t"
+    assert told.step.chosen == 0.3
+    assert told.steps.value.startswith("6 and a last one of 0.2")
+    assert told.steps.chosen == 6
+    assert "default: 0.6 (for gauss-8)" in plan(gi.Scene(**REDUCED)).step.reason
 
 
 def test_estimates_are_near_what_a_run_does():
     for method in ("gauss-8", "rk-4", "rattle-4"):
         scene = gi.Scene(**{**HAMILTONIZED, "integrate": {"method": method, "step": 0.05}})
-        plan = gi.make_plan(scene, costs=True)
-        solution = plan.solve(progress=False)
-        told = {c.what: c.detail for c in plan.choices}
-        assert told["steps"] == solution.steps
-        assert 0.7 < told["field evaluations"] / solution.evaluations < 1.5
+        told = plan(scene)
+        solution = told.solve(progress=False)
+        assert told.steps.chosen == solution.steps
+        assert 0.7 < told.evaluations.chosen / solution.evaluations < 1.5
 
 
 def test_a_step_that_is_too_large_is_foretold():
-    told = choices(gi.Scene(**REDUCED, integrate={"step": 50.0}))["field evaluations"]
+    told = plan(gi.Scene(**REDUCED, integrate={"step": 50.0})).evaluations
     assert told.value == "the run will fail"
     assert "did not converge" in told.reason
 
@@ -152,17 +151,17 @@ def test_purposes_are_checked():
 
 def test_an_adaptive_method_says_what_decides_its_steps():
     integrate = {"method": "dop853-adaptive", "rtol": 1e-9, "max_step": 0.5}
-    told = choices(gi.Scene(**REDUCED, integrate=integrate))
-    assert told["step"].value.startswith("adaptive, rtol 1e-09, atol 1e-12, none above 0.5; the")
-    assert "an estimate at the initial state" in told["step"].reason
-    assert "as many as" in told["steps"].value
-    assert "end at t = 2," in told["steps"].reason
-    assert "12 a step" in told["field evaluations"].value
-    given = choices(gi.Scene(**REDUCED, integrate={**integrate, "step": 0.25}))
-    assert "the first 0.25 in t" in given["step"].value
-    assert "[integrate] step" in given["step"].reason
+    told = plan(gi.Scene(**REDUCED, integrate=integrate))
+    assert told.step.value.startswith("adaptive, rtol 1e-09, atol 1e-12, none above 0.5; the")
+    assert "an estimate at the initial state" in told.step.reason
+    assert "as many as" in told.steps.value
+    assert "end at t = 2," in told.steps.reason
+    assert "12 a step" in told.evaluations.value
+    given = plan(gi.Scene(**REDUCED, integrate={**integrate, "step": 0.25}))
+    assert "the first 0.25 in t" in given.step.value
+    assert "[integrate] step" in given.step.reason
     physical = gi.Scene(**{**HAMILTONIZED, "time": {"t_end": 1.0}, "integrate": integrate})
-    assert "end at t = 1," in choices(physical)["steps"].reason
+    assert "end at t = 1," in plan(physical).steps.reason
 
 
 def test_an_adaptive_plan_gives_what_solve_gives():

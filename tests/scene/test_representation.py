@@ -22,7 +22,7 @@ SPINNING = {
 
 
 def choice(scene, purpose="drift"):
-    return gi.make_plan(scene, purpose).context.choices["representation"]
+    return gi.make_plan(scene, purpose).representation
 
 
 def changed(content, **sections):
@@ -31,7 +31,7 @@ def changed(content, **sections):
 
 def test_no_momentum_leads_to_the_sphere():
     chosen = choice(gi.Scene(**FREE))
-    assert chosen.detail == "reduced"
+    assert chosen.chosen.name == "reduced"
     assert chosen.reason.startswith(
         "ball-attitude → reduced: no SO(n−1)-momentum, nothing observed"
     )
@@ -40,20 +40,20 @@ def test_no_momentum_leads_to_the_sphere():
 
 def test_the_attitude_is_left_out():
     chosen = choice(gi.Scene(**SPINNING))
-    assert chosen.detail == "ball"
+    assert chosen.chosen.name == "ball"
     assert "nothing observed needs g: 10 numbers instead of 26" in chosen.reason
     assert "momentum," not in chosen.reason
     group = changed(FREE, integrate={"method": "cf-4", "step": 0.25})
-    assert choice(group).detail == "reduced"  # SO(n) acts on T*S^(n−1) too
+    assert choice(group).chosen.name == "reduced"  # SO(n) acts on T*S^(n−1) too
 
 
 @pytest.mark.parametrize("quantity", ["spatial-momentum", "orthogonality", "momentum", "measure"])
 def test_what_is_observed_keeps_what_it_needs(quantity):
     scene = changed(FREE, observe={"quantities": ["energy", quantity]})
     chosen = choice(scene)
-    assert chosen.detail == ("ball" if quantity == "momentum" else "ball-attitude")
+    assert chosen.chosen.name == ("ball" if quantity == "momentum" else "ball-attitude")
     assert f"{quantity} keeps it: else" in chosen.reason or quantity == "momentum"
-    assert quantity in gi.make_plan(scene, "drift").context.choices["watched"].detail
+    assert quantity in gi.make_plan(scene, "drift").watched.chosen
 
 
 def test_a_quantity_of_a_larger_representation_is_a_reason_for_it():
@@ -64,22 +64,22 @@ def test_a_quantity_of_a_larger_representation_is_a_reason_for_it():
     )
     for purpose in ("run", "drift"):
         chosen = choice(scene, purpose)
-        assert chosen.detail == "ball-attitude"
+        assert chosen.chosen.name == "ball-attitude"
         assert "ball: has no orthogonality" in chosen.reason
 
 
 def test_the_group_of_constraints_is_that_of_what_is_integrated():
     scene = changed(FREE, observe={"quantities": ["energy", "constraints"]})
     plan = gi.make_plan(scene, "drift")
-    assert plan.context.representation == "reduced"
-    assert plan.context.choices["watched"].detail == ["energy", "norm", "tangency"]
+    assert plan.route.name == "reduced"
+    assert plan.watched.chosen == ("energy", "norm", "tangency")
     # Invariants are none of a representation, but of the motion: none may get lost.
-    assert choice(changed(FREE, observe={"quantities": ["invariants"]})).detail == "ball"
+    assert choice(changed(FREE, observe={"quantities": ["invariants"]})).chosen.name == "ball"
 
 
 def test_a_run_keeps_the_representation_in_which_its_states_are_wanted():
     plan = gi.make_plan(gi.Scene(**FREE), "run")
-    assert plan.context.representation == "ball-attitude"
+    assert plan.route.name == "ball-attitude"
     assert plan.solve(progress=False).y.shape[1] == 26
 
 
@@ -94,9 +94,9 @@ def test_the_time_is_never_changed():
 def test_forcing_a_representation():
     scene = gi.Scene(**FREE)
     own = scene.changed_integration(representation="own")
-    assert choice(own).detail == "ball-attitude"
+    assert choice(own).chosen.name == "ball-attitude"
     assert choice(own).reason == "[integrate] representation = 'own'"
-    assert choice(scene.changed_integration(representation="hamiltonized"), "run").detail == (
+    assert choice(scene.changed_integration(representation="hamiltonized"), "run").chosen.name == (
         "hamiltonized"
     )
     assert scene.hash != own.hash
@@ -117,11 +117,11 @@ def test_a_drift_report_does_without_what_no_representation_has():
     )
     with pytest.raises(gi.FormError, match="has no momentum"):
         gi.make_plan(scene, "run")
-    choices = gi.make_plan(scene, "drift").context.choices
-    assert choices["representation"].detail == "hamiltonized"
-    assert choices["not watched"].detail == ["momentum", "spatial-momentum"]
-    assert "only in ball-attitude" in choices["not watched"].reason
-    assert choices["watched"].detail == ["energy"]
+    plan = gi.make_plan(scene, "drift")
+    assert plan.route.name == "hamiltonized"
+    assert plan.missing.chosen == ("momentum", "spatial-momentum")
+    assert "only in ball-attitude" in plan.missing.reason
+    assert plan.watched.chosen == ("energy",)
 
 
 @pytest.mark.parametrize("content", [FREE, SPINNING], ids=["reduced", "without g"])
@@ -173,7 +173,7 @@ def test_quantities_of_the_same_name_are_the_same(name):
 def test_built_in_scenes_are_planned_as_they_are_written(name):
     """Each observes what its own representation is for, and so keeps it."""
     scene = gi.load_scene(name)
-    assert choice(scene.for_drift()).detail == next(iter(scene.model.problems))
+    assert choice(scene.for_drift()).chosen.name == next(iter(scene.model.problems))
 
 
 def test_costs_are_counted():

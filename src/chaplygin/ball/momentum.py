@@ -14,6 +14,7 @@ import numpy as np
 import geomint as gi
 from geomint.arguments import switch
 
+from ..exact.motions import exact_turn
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
 from ..manifold import Array
@@ -80,6 +81,7 @@ def ball_problem(
         measure=gi.Measure(forms.log_density),
         make_state=make_state,
         make_random=make_random,
+        make_exact=exact_turn(inertia, D),
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters=parameters_of(inertia, D),
     )

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from ..inertia import SpecialInertia
 from ..manifold import Array
 
-__all__ = ["exact_ball", "exact_body", "exact_sphere", "exact_veselova"]
+__all__ = ["exact_ball", "exact_body", "exact_sphere", "exact_turn", "exact_veselova"]
 
 
 def exact_sphere(a: Array, D: float, physical: bool) -> Callable[[Array], Any]:
@@ -47,6 +50,20 @@ def exact_ball(inertia: Any, D: float) -> Callable[[Array], Any]:
         from .classical import ExactBall
 
         return ExactBall(inertia, D, y)
+
+    return motion
+
+
+def exact_turn(inertia: Any, D: float) -> Callable[[Array], Any] | None:
+    """Return y0 ↦ the exact motion of the ball in (k, γ) or (k, γ, g) if I = s·1, else None."""
+    special = isinstance(inertia, SpecialInertia)
+    if not special or (inertia.n > 2 and np.ptp(inertia.a) != 0.0):
+        return None
+
+    def motion(y: Array) -> Any:
+        from .steady import SteadyTurn
+
+        return SteadyTurn(inertia.n, float(inertia.diagonal[0]), D, y)
 
     return motion
 

@@ -61,6 +61,8 @@ def exact(
     for t in times:
         click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
     path = _path(model) if out or animate else None
+    if out is not None and not hasattr(motion, "lam"):
+        raise gi.DomainError("--out", str(out), "a motion that separates: this is a steady turn")
     if out is not None:
         from .motion import motion_figure
 

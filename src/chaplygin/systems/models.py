@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,14 @@ import numpy as np
 import geomint as gi
 
 from ..ball.sphere import ChaplyginSphere
+from ..inertia import SpecialInertia
 from ..initial_states import initial_momentum, initial_tangent, momentum_free
 from ..manifold import Array, flat_triangle, skew_matrix, vector_of_triangle, wedge
+from .reductions import TANGENT, equal_axes, momentum_lift, tangent_reductions
 
 __all__ = ["ball_model", "spatial_momentum", "sphere_model"]
 
 Problems = dict[str, gi.Problem]
-TANGENT = ("reduced", "hamiltonized")  # on T*S^(n−1)
 
 
 def sphere_model(sphere: ChaplyginSphere, first: str, gamma: Any, **components: Any) -> gi.Model:
@@ -35,7 +37,7 @@ def sphere_model(sphere: ChaplyginSphere, first: str, gamma: Any, **components: 
     # Vectors cost a fifth of triangles where both will do.
     plain, carrying = _ball_problems(sphere, k, "classical" if sphere.n == 3 else "ball")
     problems = {first: tangent[first], **tangent, **plain, **carrying}
-    return _model(problems, vertical, k, p)
+    return _model(sphere, problems, vertical, k, p)
 
 
 def ball_model(
@@ -66,7 +68,8 @@ def ball_model(
     p = momentum_free(vertical, k)
     tangent = {} if p is None else _tangent_problems(sphere)
     parts = (carrying, plain, tangent) if attitude else (plain, tangent, carrying)
-    return _model({name: q for part in parts for name, q in part.items()}, vertical, k, p, g)
+    problems = {name: q for part in parts for name, q in part.items()}
+    return _model(sphere, problems, vertical, k, p, g)
 
 
 def _tangent_problems(sphere: ChaplyginSphere) -> Problems:
@@ -96,7 +99,14 @@ def spatial_momentum(g: Any, k: Array, n: int) -> Array:
     return flat_triangle(attitude @ skew_matrix(k, n) @ attitude.T)
 
 
-def _model(problems: Problems, gamma: Array, k: Array, p: Array | None, g: Any = None) -> gi.Model:
+def _model(
+    sphere: ChaplyginSphere,
+    problems: Problems,
+    gamma: Array,
+    k: Array,
+    p: Array | None,
+    g: Any = None,
+) -> gi.Model:
     """Return the model whose every problem starts from the same state."""
     states = {}
     for name, problem in problems.items():
@@ -108,4 +118,12 @@ def _model(problems: Problems, gamma: Array, k: Array, p: Array | None, g: Any =
         else:
             states[name] = problem.state(gamma=gamma, p=p)
     conditions = {name: "no SO(n−1)-momentum" for name in problems if name in TANGENT}
-    return gi.Model(problems, states, conditions)
+    reductions = [*tangent_reductions(problems, states, sphere.n)]
+    if isinstance(sphere.inertia, SpecialInertia):
+        more = {"ball": momentum_lift(sphere.n)} if "ball" in problems else {}
+        reductions += equal_axes(sphere.inertia.a, states, partial(_smaller, sphere), more)
+    return gi.Model(problems, states, conditions, tuple(reductions))
+
+
+def _smaller(sphere: ChaplyginSphere, a: Array) -> ChaplyginSphere:
+    return ChaplyginSphere(a=a, D=sphere.D)

@@ -55,7 +55,8 @@ def _build(parameters: RollingParameters, initial: RollingInitial) -> gi.Model:
         problems = {"contact": contact, "rolling": rolling}
     others = ball_model(sphere, gamma, vector, g=g, k=skew_matrix(k, n))
     states = {**states, **others.states}
-    return gi.Model({**problems, **others.problems}, states, others.conditions)
+    problems = {**problems, **others.problems}
+    return gi.Model(problems, states, others.conditions, others.reductions)
 
 
 ROLLING = gi.System(

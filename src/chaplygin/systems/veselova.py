@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import geomint as gi
 
 from ..manifold import triangle_of_vector
 from ..veselova.body import Veselova
 from ..veselova.initial_states import veselova_tangent
 from .parameters import Direction, Matrix, Number, Numbers, Strict, default_of
+from .reductions import equal_axes
 
 __all__ = ["VESELOVA"]
 
@@ -56,7 +59,8 @@ def _build(parameters: VeselovaParameters, initial: VeselovaInitial) -> gi.Model
         if body.n == 3:
             problems |= {"classical": body.classical(), "multiplier": body.multiplier()}
         states = {name: problem.state(gamma=gamma, p=p) for name, problem in problems.items()}
-        return gi.Model(problems=problems, states=states)
+        reductions = tuple(equal_axes(body.a, states, partial(Veselova, D=body.D)))
+        return gi.Model(problems, states, reductions=reductions)
     classical = body.classical(parameters.f1)
     start = classical.state(gamma=initial.gamma, **given)
     gamma, k = start[3:], triangle_of_vector(start[:3])

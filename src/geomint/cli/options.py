@@ -115,23 +115,28 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def chosen_scene(asked: Asked, drift: bool = False) -> Scene:
     """Return the scene with what the command line changes in it, and print its notes."""
     from ..errors import GeomintWarning, SceneError
-    from ..scene.load import load_scene
+    from ..scene.load import load_changed
 
     t_end, tau_end = asked.t_end, asked.tau_end
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
-    with warnings.catch_warnings(), patience("building the scene"):
-        warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
-        result = load_scene(asked.scene)
-    if drift:
-        result = result.for_drift()
-    if t_end is not None or tau_end is not None:
-        result = result.changed(time={"t_end": t_end, "tau_end": tau_end})
+    quantities = None
     if asked.observe is not None:
         from ..scene.entries import split_list
 
-        result = result.changed_observation(split_list(asked.observe))
-    return result.changed_integration(asked.method, asked.step, asked.representation)
+        quantities = split_list(asked.observe)
+    with warnings.catch_warnings(), patience("building the scene"):
+        warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
+        return load_changed(
+            asked.scene,
+            drift,
+            method=asked.method,
+            step=asked.step,
+            representation=asked.representation,
+            quantities=quantities,
+            t_end=t_end,
+            tau_end=tau_end,
+        )
 
 
 def methods_of(scene: Scene, methods: str | None, asked: Asked) -> list[str]:

@@ -1,18 +1,18 @@
-"""What a comparison runs: in which representation, and at which steps or tolerances."""
+"""What a comparison runs: at which steps or tolerances."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from ..arguments import Array, positive
-from ..errors import DomainError, FormError, nearest
+from ..errors import DomainError, nearest
 from ..methods import Method
 from ..methods.adaptive import LARGEST_RTOL, LEAST_RTOL
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.timeline import default_step
 
-__all__ = ["check_representation", "checked_steps", "ladder", "representation_for"]
+__all__ = ["check_representation", "checked_steps", "ladder"]
 
 STEP_FACTORS = (4.0, 2.0, 1.0, 0.5, 0.25)
 RTOL_POWERS = (4, 2, 0, -2, -4)  # of ten, times a method's own rtol
@@ -57,25 +57,3 @@ def ladder(
         return [(method.with_options(rtol=r, atol=ratio * r), base) for r in kept]
     base = default_step(problem, method, y0, end) if base is None else base
     return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]
-
-
-def representation_for(
-    model: Model, method: Method, end: Mapping[str, float], asked: str | None = None
-) -> tuple[str, Problem]:
-    """Return the representation asked for, or the first that the method fits, or raise `FormError`."""
-    own = next(iter(model.problems))
-    for name, problem in model.problems.items():
-        in_tau = name == own and "tau_end" in end
-        clockless = problem.time == "tau" and method.needs == "action" and not in_tau
-        wanted = asked is None or name == (own if asked == "own" else asked)
-        if wanted and method.needs in problem.forms and not clockless:
-            return name, problem
-    if asked is not None:
-        raise FormError(
-            f"method {method.name!r} does not fit the representation {asked!r} that is asked for"
-        )
-    offered = sorted({form for problem in model.problems.values() for form in problem.forms})
-    raise FormError(
-        f"method {method.name!r} needs the form {method.needs!r}; "
-        f"for this system and initial state there are only {', '.join(offered)}"
-    )

@@ -154,20 +154,21 @@ def _advance(
     memory.data[0 : 2 * rows : 2] = np.append(hi, clock_hi) if with_clock else hi
     memory.data[1 : 2 * rows : 2] = np.append(lo, clock_lo) if with_clock else lo
     stepper = bound_stepper(gauss_stepper(groups, 0), (field,))
-    advance = stepper.with_functions(field, number_type=EXTENDED)
+    advance = stepper.call(number_type=EXTENDED)
     status, done, iterations, residual = advance(
-        filled_block(problem.params),
-        _coefficients(rows, piece_numbers(start), groups),
-        filled_block(1.0, 0.0),
-        memory,
-        _blank(sum(gauss_work(rows, groups, 8 * work))),
-        rows,
-        t0,
-        h,
-        0,
-        steps,
-        steps + 1,
-        _blank(0),
+        functions=(field.entry(number_type=EXTENDED),),
+        params=filled_block(problem.params),
+        coefficients=_coefficients(rows, piece_numbers(start), groups),
+        fractions=filled_block(1.0, 0.0),
+        memory=memory,
+        work=_blank(sum(gauss_work(rows, groups, 8 * work))),
+        rows=rows,
+        t0=t0,
+        h=h,
+        first=0,
+        count=steps,
+        every=steps + 1,
+        out=_blank(0),
     )
     if status != OK:
         kind_of_error = ConvergenceError if status == NOT_CONVERGED else NonFiniteError

@@ -18,13 +18,14 @@ from typing import Any, NamedTuple
 from ..errors import FormError
 from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
+from ..plan.fitting import representation_for
 from ..problems.systems import Model
 from ..run.many import Outcome, attempt, run_many
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
-from .ladder import check_representation, checked_steps, ladder, representation_for
+from .ladder import check_representation, checked_steps, ladder
 
 __all__ = ["Comparison", "Point", "compare"]
 

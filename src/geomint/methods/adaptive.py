@@ -86,8 +86,8 @@ class Adaptive(Method):
     def start(self, s: Start) -> Stepper:
         return self.base.start_adaptive(s, self)
 
-    def default_step(self, problem: Problem, y0: Array, end: float) -> float:
-        """Return the length of a first step towards `end`.
+    def default_step(self, problem: Problem, y0: Array, span: float, start: float = 0.0) -> float:
+        """Return the length of a first step of a run over `span`.
 
         The algorithm of Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, Section
         II.4: the explicit Euler method would make an error of the tolerance's size, from estimates
@@ -103,15 +103,15 @@ class Adaptive(Method):
             return float(np.max(np.abs(v) / allowed))
 
         with np.errstate(all="ignore"):
-            slope = derivative(problem, y0)
+            slope = derivative(problem, y0, start)
             d0, d1 = norm(y0), norm(slope)
             h0 = 0.01 * d0 / d1 if min(d0, d1) > 1e-5 else 1e-6
-            h0 = math.copysign(min(h0, abs(end)), end)
-            d2 = norm(derivative(problem, y0 + h0 * slope, h0) - slope) / abs(h0)
+            h0 = math.copysign(min(h0, abs(span)), span)
+            d2 = norm(derivative(problem, y0 + h0 * slope, start + h0) - slope) / abs(h0)
             largest = max(d1, d2)
             h1 = (0.01 / largest) ** (1.0 / (self.order + 1)) if largest > 1e-15 else 1e-3 * abs(h0)
-        h = min(100.0 * abs(h0), h1, self.max_step, abs(end))
-        return h if 0.0 < h < math.inf else 1e-6 * abs(end)
+        h = min(100.0 * abs(h0), h1, self.max_step, abs(span))
+        return h if 0.0 < h < math.inf else min(1e-6 * abs(span), 1.0)
 
 
 def _real(name: str, value: Any) -> float:

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ..arguments import Array
 from ..errors import (
     NonFiniteError,
@@ -69,6 +72,19 @@ class AdaptiveStepper(Stepper):
         return float(self.memory.data[self.rows - 1])
 
     @property
+    def next_step(self) -> float:
+        """The step that is tried next."""
+        return self._remembered("next")
+
+    def time_after(self, steps: int) -> float:
+        """Return the time that has been reached."""
+        return self.time
+
+    def aim(self, end: float) -> None:
+        """End there; infinity: nowhere."""
+        section(self.coefficients, _GIVEN, "end")[0] = end
+
+    @property
     def finished(self) -> bool:
         """Whether the end has been reached."""
         return self.left == 0.0
@@ -78,11 +94,24 @@ class AdaptiveStepper(Stepper):
         """How far the end is, in the problem's own time."""
         return float(section(self.coefficients, _GIVEN, "end")[0]) - self.time
 
+    def timed(self, steps: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+        """Return the times, which are the last row, and the states."""
+        return states[:, -1].copy(), states[:, :-1]
+
     @property
-    def extremes(self) -> tuple[float, float]:
-        """Smallest and largest step so far, without those that the end cuts short; 0, 0 if none."""
-        smallest, largest = (float(self._remembered(which)) for which in ("smallest", "largest"))
-        return (smallest, largest) if largest > 0.0 else (0.0, 0.0)
+    def length(self) -> float:
+        """0: the lengths differ."""
+        return 0.0
+
+    def lengths(self, steps: int, span: float) -> tuple[float, float, float]:
+        """Return smallest, mean and largest; those that an end cut short count in the mean alone."""
+        mean = abs(span) / steps if steps else abs(self.h)
+        smallest, largest = self._remembered("smallest"), self._remembered("largest")
+        return (smallest, mean, largest) if largest > 0.0 else (mean, mean, mean)
+
+    def rejected_in(self, steps: int, iterations: int) -> int:
+        """Return how many steps were tried and rejected."""
+        return iterations - steps
 
     def _remembered(self, which: str) -> float:
         return float(section(self.memory, adaptive_memory(self.rows, REST), which)[0])
@@ -107,7 +136,7 @@ class AdaptiveStepper(Stepper):
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper of fixed step from another state, time and step."""
-        if self.fixed._advance is None:
+        if not self.fixed.prepared:
             self.fixed.prepare()
         return self.fixed.restarted(y, t, h, carry)
 

@@ -1,44 +1,24 @@
-"""Fields as methods take them: with the clock's row, and for eight numbers at once."""
+"""Fields as methods take them: for eight numbers at once."""
 
 from __future__ import annotations
 
 import functools
-import warnings
 from collections import namedtuple
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import GeomintWarning
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
-from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, fixed_rows, part, section
+from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, section
 from ..kernels.numbers.lanes import LANES, Lanes
+from ..problems.spaces.repair import warn
 
-__all__ = ["lane_field", "no_clock", "with_clock"]
-
-
-def _renamed(function: Any, recorded: Recorded) -> Bound:
-    function.__name__ = function.__qualname__ = recorded.function.__name__
-    return Bound(Recorded(function), FIELD)
-
-
-@functools.cache
-def with_clock(f: Recorded, clock: Recorded, params_rows: int, rows: int) -> Bound:
-    """Bind a field with one more row, whose derivative is the clock dt/dτ."""
-
-    def bound(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        p = fixed_rows(params, params_rows)
-        state = fixed_rows(part(y, 0, rows), rows)
-        f(p, t, state, fixed_rows(part(out, 0, rows), rows), work)
-        out[rows] = clock(p, t, state, work)
-
-    return _renamed(bound, f)
+__all__ = ["lane_field", "no_clock"]
 
 
 Work = namedtuple("Work", "y out work padding")
@@ -65,7 +45,8 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
             for r in range(rows):
                 target[r * LANES + i] = out1[r]
 
-    return _renamed(adapted, f)
+    adapted.__name__ = adapted.__qualname__ = f.function.__name__
+    return Bound(Recorded(adapted), FIELD)
 
 
 def lane_field(
@@ -93,11 +74,9 @@ def _compiles_for_lanes(f: Recorded) -> bool:
     except Exception as error:
         reason = reason_of(error.__cause__ or error, f)
     field.entry(number_type=SCALAR)  # a field that compiles for neither is wrong
-    warnings.warn(
+    warn(
         f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
-        f"{reason}; see geomint.field",
-        GeomintWarning,
-        stacklevel=7,
+        f"{reason}; see geomint.field"
     )
     return False
 

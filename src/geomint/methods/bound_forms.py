@@ -19,8 +19,9 @@ from ..kernels.compiling.signatures import (
     VALUE,
 )
 from ..kernels.numbers.blocks import Block
+from ..problems.beside import field_beside, generator_beside, group_beside
 from ..problems.forms import Group
-from .binding import no_clock, with_clock
+from .binding import no_clock
 from .method import Start
 from .stepper import filled_block
 
@@ -57,7 +58,7 @@ def field_of(s: Start) -> tuple[Bound, int, Array, int]:
     if not s.clock:
         return bind(problem.field, FIELD, params=m, y=n, out=n), n, s.y0, problem.work
     assert problem.clock is not None
-    field = with_clock(problem.field, problem.clock, m, n)
+    field = bind(field_beside(problem.field, problem.clock, n), FIELD, params=m, y=n + 1, out=n + 1)
     return field, n + 1, np.append(s.y0, 0.0), problem.work
 
 
@@ -67,12 +68,20 @@ def piece_numbers(s: Start) -> list[float]:
     return numbers + [-1.0] * s.clock
 
 
-def action_of(s: Start) -> tuple[Bound, Group]:
-    """Return the bound generator and the group of the action form."""
-    action = s.problem.action
+def action_of(s: Start) -> tuple[Bound, Group, Array]:
+    """Return the bound generator and the group of the action form, and the initial state.
+
+    The clock, if wanted, is moved beside the group.
+    """
+    problem, action = s.problem, s.problem.action
     assert action is not None
-    sizes = {"params": len(s.problem.params), "y": s.problem.rows, "xi": action.group.algebra_rows}
-    return bind(action.generator, GENERATOR, **sizes), action.group
+    n, m, params = problem.rows, action.group.algebra_rows, len(problem.params)
+    if not s.clock:
+        return bind(action.generator, GENERATOR, params=params, y=n, xi=m), action.group, s.y0
+    assert problem.clock is not None
+    generator = generator_beside(action.generator, problem.clock, n, m)
+    sizes = {"params": params, "y": n + 1, "xi": m + 1}
+    return bind(generator, GENERATOR, **sizes), group_beside(action.group, n), np.append(s.y0, 0.0)
 
 
 class Maps(NamedTuple):

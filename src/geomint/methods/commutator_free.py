@@ -57,12 +57,12 @@ class CommutatorFree(Method):
     def start(self, s: Start) -> Stepper:
         table = self.tableau
         assert isinstance(table, CommutatorFreeTableau)
-        generator, group = action_of(s)
+        generator, group, y0 = action_of(s)
         maps = maps_of(group, group.act)
-        rows, m = s.problem.rows, group.algebra_rows
+        rows, m = len(y0), group.algebra_rows
         stages, work = len(table.stages), s.problem.work
         memory = scalar_block(sum(compensated_state(rows)))
-        memory.data[:rows] = s.y0
+        memory.data[:rows] = y0
         counts, starts, coefficients = table.counts, table.starts, table.coefficients
         ends = np.cumsum(counts)
         table_rows = [

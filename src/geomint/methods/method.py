@@ -156,9 +156,11 @@ class Method(ABC):
         words = [f"{name}={value!r}" for name, value in changed if value != options[name]]
         return f"{type(self).__name__}({', '.join([*given, *words])})"
 
-    def default_step(self, problem: Problem, y0: npt.NDArray[np.float64], end: float) -> float:
-        """Return the step of a run to `end` for which none is given, > 0."""
-        return self.step_fraction * characteristic_time(problem, y0, direction=end)
+    def default_step(
+        self, problem: Problem, y0: npt.NDArray[np.float64], span: float, start: float = 0.0
+    ) -> float:
+        """Return the step of a run over `span` from a time for which none is given, > 0."""
+        return self.step_fraction * characteristic_time(problem, y0, span, start)
 
     def structure(self, problem: Problem) -> str:
         """Return in words what holds of the method's map on that problem: symmetric, symplectic.
@@ -183,11 +185,6 @@ class Method(ABC):
                 f"problem {problem.name!r} in τ has no clock dt/dτ: give it one, or the end as "
                 f"tau_end with clock=False"
             )
-        if clock and self.needs == "action":
-            raise FormError(
-                f"method {self.name!r} acts by a group and cannot integrate a clock beside it: "
-                f"give the end in {problem.time!r}"
-            )
 
 
 def checked_method(what: str, method: Any, expected: str = "a geomint method") -> Method:
@@ -208,7 +205,7 @@ def pasted(value: Any) -> str:
 
 
 _SAID = ("name", "order", "needs", "step_fraction")
-_FITTING = {
+FITTING = {
     "field": "gauss-8, dop853, rk-4",
     "action": "cf-4, rkmk-4",
     "hamiltonian": "rattle-2, rattle-4, rattle-6",
@@ -217,7 +214,7 @@ _FITTING = {
 
 
 def _advice(problem: Problem) -> str:
-    fitting = [f"{_FITTING[form]} (form {form!r})" for form in problem.forms]
+    fitting = [f"{FITTING[form]} (form {form!r})" for form in problem.forms]
     return f"Methods that fit: {'; '.join(fitting)}."
 
 

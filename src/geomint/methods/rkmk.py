@@ -129,19 +129,19 @@ class RKMK(Method):
         return self.tableau
 
     def start(self, s: Start) -> Stepper:
-        generator, group = action_of(s)
+        generator, group, y0 = action_of(s)
         *chart, group_work = coordinates_of(group, self.coordinates, self.order)
         maps = maps_of(group, *chart)
         stages, numbers = fixed_step_numbers(self.table)
-        rows, m = s.problem.rows, group.algebra_rows
+        rows, m = len(y0), group.algebra_rows
         memory = scalar_block(sum(compensated_state(rows)))
-        memory.data[:rows] = s.y0
+        memory.data[:rows] = y0
         layout = rkmk_coefficients(len(group.layout), stages, 0)
         return Stepper(
             kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
             params=filled_block(s.problem.params),
-            coefficients=packed(layout, **_sizes(s, group, stages), **numbers),
+            coefficients=packed(layout, **_sizes(s, group, rows, stages), **numbers),
             fractions=substeps(s),
             memory=memory,
             work=scalar_block(sum(rkmk_work(rows, m, stages, s.problem.work, group_work))),
@@ -153,33 +153,28 @@ class RKMK(Method):
         )
 
     def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:
-        _, group = action_of(s)
+        _, group, y0 = action_of(s)
         *chart, group_work = coordinates_of(group, self.coordinates, self.order)
         maps = maps_of(group, *chart)
-        stages, rows, m, work = (
-            self.table.stages,
-            s.problem.rows,
-            group.algebra_rows,
-            s.problem.work,
-        )
+        stages, rows, m, work = self.table.stages, len(y0), group.algebra_rows, s.problem.work
         return controlled_stepper(
             s,
             self.table,
             allowed,
             self.start(s),
             kernel=adaptive_rkmk_stepper(*maps.inline, *unrolled(rows, m)),
-            y0=s.y0,
+            y0=y0,
             derivative_rows=m,
             layout=functools.partial(rkmk_coefficients, len(group.layout)),
-            sizes=_sizes(s, group, stages),
+            sizes=_sizes(s, group, rows, stages),
             work_rows=sum(rkmk_work(rows, m, stages, work, group_work)),
         )
 
 
-def _sizes(s: Start, group: Group, stages: int) -> dict[str, Any]:
+def _sizes(s: Start, group: Group, rows: int, stages: int) -> dict[str, Any]:
     """Return what coefficients hold beside the tableau."""
     return {
-        "rows": s.problem.rows,
+        "rows": rows,
         "algebra_rows": group.algebra_rows,
         "stages": stages,
         "layout_rows": len(group.layout),

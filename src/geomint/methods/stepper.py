@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
 from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
@@ -71,12 +72,17 @@ class Stepper:
     lane_stepper: LaneStepper | None = None
 
     def __post_init__(self) -> None:
-        self._advance: Callable[..., Any] | None = None
+        self._advance: Call | None = None
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
-        self._advance = bound_stepper(self.kernel, self.functions).with_functions(
-            *self.functions, compiled=self.compiled
+        self._advance = bound_stepper(self.kernel, self.functions).call(
+            self.compiled,
+            functions=self.functions,
+            params=self.params,
+            coefficients=self.coefficients,
+            fractions=self.fractions,
+            rows=self.rows,
         )
 
     def lanes(self) -> LaneStepper:
@@ -93,6 +99,49 @@ class Stepper:
         )
 
     @property
+    def prepared(self) -> bool:
+        """Whether code to run has been looked up."""
+        return self._advance is not None
+
+    @property
+    def next_step(self) -> float:
+        """The step that is taken or, by an adaptive method, tried next."""
+        return self.h
+
+    def timed(self, steps: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
+        """Return the problem's own times of states after so many steps, and the states without them."""
+        times: Array = np.asarray(self.t0 + self.h * steps, dtype=np.float64)
+        return times, states
+
+    @property
+    def length(self) -> float:
+        """The length of every step; 0 where they differ."""
+        return self.h
+
+    def lengths(self, steps: int, span: float) -> tuple[float, float, float]:
+        """Return the smallest, the mean and the largest length of so many steps over a span."""
+        return (abs(self.h),) * 3
+
+    def aim(self, end: float) -> None:
+        """Let a stepper that chooses its steps end there; others end where they are told."""
+
+    def time_after(self, steps: int) -> float:
+        """Return the problem's own time after so many steps; an adaptive stepper remembers it."""
+        return self.t0 + steps * self.h
+
+    def begin(self, y: Array, t: float, h: float) -> None:
+        """Begin anew, and remember nothing; the clock stands at 0."""
+        self.memory.data[:] = 0.0
+        self.memory.data[: len(y)] = y
+        self.move(t, h)
+
+    def move(self, t: float, h: float) -> None:
+        """Take the state as it is for that of another time, and a step of another length."""
+        self.t0, self.h = t, h
+        if self._advance is not None:
+            self._advance.owner = None
+
+    @property
     def finished(self) -> bool:
         """Whether the stepper has found the end of the run by itself."""
         return False
@@ -100,6 +149,10 @@ class Stepper:
     def evaluations_in(self, steps: int, iterations: int) -> int:
         """Return the evaluations of the problem's functions in so many steps and iterations."""
         return round(iterations * self.evaluations)
+
+    def rejected_in(self, steps: int, iterations: int) -> int:
+        """Return how many steps were tried and rejected."""
+        return 0
 
     @property
     def state(self) -> Array:
@@ -111,22 +164,10 @@ class Stepper:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
-        with np.errstate(all="ignore"):  # plain Python overflows as silently as compiled code
-            result = self._advance(
-                self.params,
-                self.coefficients,
-                self.fractions,
-                self.memory,
-                self.work,
-                self.rows,
-                self.t0,
-                self.h,
-                first,
-                count,
-                every,
-                out,
-            )
-        return Advance(*result)
+        if self._advance.owner is not self:  # steppers made by `restarted` share the call
+            self._advance.set(memory=self.memory, work=self.work, t0=self.t0, h=self.h)
+            self._advance.owner = self
+        return Advance(*self._advance(first=first, count=count, every=every, out=out))
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper from another state, time and step, remembering at most the carries."""
@@ -136,6 +177,13 @@ class Stepper:
             memory.data[self.rows : 2 * self.rows] = carry
         fresh = replace(self, memory=memory, work=scalar_block(len(self.work)), t0=t, h=h)
         fresh._advance = self._advance
+        return fresh
+
+    def renewed(self, y: Array, t: float, h: float) -> Stepper:
+        """Return a stepper for another run, prepared as this one is, that shares nothing it changes."""
+        fresh = Stepper.restarted(self, y, t, h)
+        if fresh._advance is not None:
+            fresh._advance = fresh._advance.copy()
         return fresh
 
     @property

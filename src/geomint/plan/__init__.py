@@ -1,12 +1,13 @@
 """The planner: what a scene asks for, and the cheapest way to deliver it, with reasons.
 
-A plan is made by an ordered list of small pure rules, ``rule(context) -> Choice or None``; each
-sees the scene and the choices made before it. A plan never changes the answer: it only leaves out
+A plan is made by small pure rules, in order: each is a function of what is asked and of the choices
+that it depends on, and returns a `Choice`. A plan never changes the answer: it only leaves out
 what the scene does not need. `run_methods` plans and runs one scene by one or several methods.
 """
 
-from .context import Choice, Context
-from .duration import Estimate, comparison_time, estimate, expected_time
+from .choice import Choice, Route, Saving
+from .duration import Estimate, estimate, expected_time
+from .fitting import representation_for
 from .plan import Plan, make_plan, run_scene
 from .several import (
     MethodRun,
@@ -19,17 +20,18 @@ from .several import (
 
 __all__ = [
     "Choice",
-    "Context",
     "Estimate",
     "MethodRun",
     "Plan",
+    "Route",
+    "Saving",
     "SeveralRuns",
     "common_notes",
-    "comparison_time",
     "estimate",
     "expected_plans",
     "expected_time",
     "make_plan",
+    "representation_for",
     "run_methods",
     "run_plan",
     "run_scene",

@@ -7,6 +7,7 @@ what is done to them is the cost of all. It does not depend on the machine, and 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -44,6 +45,14 @@ class _Tally:
         return Block(np.array(numbers, dtype=object))
 
 
+def _counted(operation: Callable[[float, float], float]) -> Callable[[_Number, Any], _Number]:
+    return lambda x, y: x._after(operation(x.value, float(y)))
+
+
+def _compared(relation: Callable[[float, float], bool]) -> Callable[[_Number, Any], bool]:
+    return lambda x, y: relation(x.value, float(y))
+
+
 class _Number:
     """A float that counts every operation in its tally."""
 
@@ -60,23 +69,12 @@ class _Number:
         self.tally.count += 1
         return _Number(value, self.tally)
 
-    def __add__(self, other: Any) -> _Number:
-        return self._after(self.value + float(other))
-
-    def __sub__(self, other: Any) -> _Number:
-        return self._after(self.value - float(other))
-
-    def __rsub__(self, other: Any) -> _Number:
-        return self._after(float(other) - self.value)
-
-    def __mul__(self, other: Any) -> _Number:
-        return self._after(self.value * float(other))
-
-    def __truediv__(self, other: Any) -> _Number:
-        return self._after(self.value / float(other) if float(other) else math.nan)
-
-    def __rtruediv__(self, other: Any) -> _Number:
-        return self._after(float(other) / self.value if self.value else math.nan)
+    __add__ = __radd__ = _counted(operator.add)
+    __mul__ = __rmul__ = _counted(operator.mul)
+    __sub__ = _counted(operator.sub)
+    __rsub__ = _counted(lambda x, y: y - x)
+    __truediv__ = _counted(lambda x, y: x / y if y else math.nan)
+    __rtruediv__ = _counted(lambda x, y: y / x if x else math.nan)
 
     def __neg__(self) -> _Number:
         return _Number(-self.value, self.tally)  # free: a sign in the next operation
@@ -84,19 +82,8 @@ class _Number:
     def __abs__(self) -> _Number:
         return _Number(abs(self.value), self.tally)
 
-    def __lt__(self, other: Any) -> bool:
-        return self.value < float(other)
-
-    def __le__(self, other: Any) -> bool:
-        return self.value <= float(other)
-
-    def __gt__(self, other: Any) -> bool:
-        return self.value > float(other)
-
-    def __ge__(self, other: Any) -> bool:
-        return self.value >= float(other)
-
-    __radd__, __rmul__ = __add__, __mul__
+    __lt__, __le__ = _compared(operator.lt), _compared(operator.le)
+    __gt__, __ge__ = _compared(operator.gt), _compared(operator.ge)
 
     @property
     def context(self) -> SimpleNamespace:

@@ -14,25 +14,20 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..compare.endpoint import MOST_EXTENDED_STEPS
-from ..compare.ladder import STEP_FACTORS
-from ..errors import GeomintError, GeomintWarning, StepError
+from ..errors import GeomintWarning, StepError
 from ..problems.evaluate import value
 from ..run.progress import HOUR, time_in_words
 from ..run.solution import Solution
 from ..run.solve import solve
-from ..scene.scene import Scene
-from ..watch.observe import MEASURE
-from .plan import Plan, make_plan
+from ..watch.observe import choose_watchers
+from .plan import Plan
 
-__all__ = ["Estimate", "comparison_time", "estimate", "expected_time"]
+__all__ = ["Estimate", "estimate", "expected_time", "steps_of"]
 
 TRIAL = 0.1  # seconds
 FIRST_TRIAL, FASTER = 64, 8  # steps, and how many times more the next time
 EVALUATIONS = 300  # in a step: of long compositions of implicit methods
 OPERATION, CALL = 1e-9, 2e-8  # seconds
-EXTENDED, COARSEST = 300.0, max(STEP_FACTORS)  # times gauss-8; times the default step
-LANES = 8  # trajectories at once for the measure
 
 
 @dataclass(frozen=True)
@@ -54,7 +49,7 @@ def estimate(plan: Plan, enough: float = HOUR) -> Estimate:
     Of so few steps that a trial would be the run itself, the bound.
     """
     most = _most(plan)
-    if most <= enough or _steps(plan) <= FIRST_TRIAL:
+    if most <= enough or steps_of(plan) <= FIRST_TRIAL:
         return Estimate(most, False)
     found = _trial(plan)
     return Estimate(most, False) if found is None else Estimate(found, True)
@@ -66,74 +61,42 @@ def expected_time(plans: Iterable[Plan]) -> Estimate:
     return Estimate(sum(e.seconds for e in found), any(e.measured for e in found))
 
 
-def comparison_time(
-    scene: Scene, methods: Iterable[str], steps: list[float] | None, repeats: int, reference: str
-) -> Estimate:
-    """Return how long the reference and the first point of every method take.
-
-    Further points are left out by `geomint.compare.runs.compare` where the first lets expect that they
-    take long. A reference in double-double arithmetic takes about 300 times the time of gauss-8 at its
-    default step (200 to 1500 were measured); where there is an exact flow, next to nothing.
-    """
-    bare = scene.changed(save={"every": None, "t_eval": None}).changed_observation([])
-    exact = any(p.make_exact is not None for p in scene.model.problems.values())
-    parts: list[tuple[str, float | None, float]] = []
-    if reference != "exact":
-        parts.append(("gauss-8", None, EXTENDED))
-    longest = max(steps) if steps else None
-    parts += [(m, longest, repeats / (COARSEST if steps is None else 1.0)) for m in methods]
-    seconds, measured = 0.0, False
-    for name, step, times in parts:
-        try:
-            plan = make_plan(bare.changed_integration(name, step))
-        except GeomintError:
-            continue  # the comparison reports it
-        few = _steps(plan) <= MOST_EXTENDED_STEPS
-        if times == EXTENDED and reference == "auto" and exact and not few:
-            continue
-        found = estimate(plan, HOUR / times)
-        measured = measured or found.measured
-        seconds += times * found.seconds if math.isfinite(found.seconds) else 0.0
-    return Estimate(seconds, measured)
-
-
-def _steps(plan: Plan) -> float:
+def steps_of(plan: Plan) -> float:
     """Return the number of steps, nearly; of an adaptive method as many as its first step makes."""
-    known = plan.context.choices["steps"].detail
+    known = plan.steps.chosen
     if known is not None:
         return float(known) + 1.0
     distance = _own_distance(plan)
-    return distance / abs(plan.context.timeline.h)
+    return distance / abs(plan.timeline.h)
 
 
 def _own_distance(plan: Plan) -> float:
     """Return how far the end is in the problem's own time; by the rate at the start, or infinity."""
-    timeline, clock = plan.context.timeline, plan.problem.clock
+    timeline, clock = plan.timeline, plan.problem.clock
     if timeline.physical_end is None or clock is None:
         return abs(timeline.own_end or 0.0)
-    rate = value(plan.problem, clock, plan.context.state)
+    rate = value(plan.problem, clock, plan.state)
     return abs(timeline.physical_end) / rate if rate > 0.0 else math.inf
 
 
 def _most(plan: Plan) -> float:
     """Return a generous bound of the seconds."""
-    problem, watched = plan.problem, plan.context.choices["watched"].detail
-    content = plan.scene.content
+    problem, every = plan.problem, plan.scene.content.observe.every
     once = CALL + OPERATION * (problem.rows**2 + len(problem.params))
     step = EVALUATIONS * once
     if plan.scene.method.needs == "action" and problem.action is not None:
         step += EVALUATIONS * OPERATION * 10.0 * (2.0 * problem.action.group.algebra_rows) ** 1.5
-    steps = _steps(plan)
-    seconds = steps * (step + len(watched) * once / content.observe.every)
-    if MEASURE in watched:
-        measured = min(steps, content.observe.measure_steps or math.inf)
-        seconds += measured * step * LANES * problem.rows
+    steps = steps_of(plan)
+    seconds = steps * step
+    for watcher in choose_watchers(problem, plan.observed).values():
+        seen = min(steps, watcher.steps or math.inf) if watcher.sees_all else steps / every
+        seconds += seen * step * watcher.cost(problem)
     return seconds
 
 
 def _trial(plan: Plan) -> float | None:
     """Return the seconds by a short run, or None if that fails or the way is not known."""
-    h, distance = plan.context.timeline.h, _own_distance(plan)
+    h, distance = plan.timeline.h, _own_distance(plan)
     if not math.isfinite(distance):
         return None
     count = FIRST_TRIAL
@@ -148,27 +111,26 @@ def _trial(plan: Plan) -> float | None:
             break
         count *= FASTER
     own = abs(float(solution.tau[-1]))
-    if plan.context.timeline.physical_end is not None and solution.t[-1] != 0.0:
-        return seconds * abs(plan.context.timeline.physical_end / float(solution.t[-1]))
+    if plan.timeline.physical_end is not None and solution.t[-1] != 0.0:
+        return seconds * abs(plan.timeline.physical_end / float(solution.t[-1]))
     return seconds * distance / own if own > 0.0 else None
 
 
 def _short_run(plan: Plan, end: float) -> Solution:
     """Run to an end in the problem's own time, with what is watched all the way."""
-    content, watched = plan.scene.content, list(plan.context.choices["watched"].detail)
-    if MEASURE in watched and content.observe.measure_steps is not None:
-        watched.remove(MEASURE)
+    watchers = choose_watchers(plan.problem, plan.observed)
+    watched = {name: watcher for name, watcher in watchers.items() if watcher.steps is None}
     name = "tau_end" if plan.problem.time == "tau" else "t_end"
     ends: dict[str, Any] = {name: end}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
         return solve(
             plan.problem,
-            plan.context.state,
+            plan.state,
             **ends,
             method=plan.scene.method,
-            step=abs(plan.context.timeline.h),
+            step=abs(plan.timeline.h),
             observe=watched,
-            observe_every=content.observe.every if watched else 1,
-            clock=plan.context.clock,
+            observe_every=plan.scene.content.observe.every if watched else 1,
+            clock=plan.clock.chosen,
         )

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
 
-from ..errors import DomainError
+from ..arguments import Array
+from ..errors import DomainError, StepError
 from ..kernels.compiling.sameness import Compared
+from ..methods.method import Method
 from ..problems.problem import Problem
 from ..run.solution import Solution
+from ..run.timeline import Timeline
 from ..scene.load import load_scene
 from ..scene.scene import Scene
-from ..watch.observe import MEASURE
-from .context import Choice, Context
-from .rules import COST_RULES, RULES
+from . import rules
+from .choice import Asked, Choice, Purpose, Route, Saving
+from .exact import choose_exact, exact_timeline, follow_exactly
+from .representation import choose_representation, told_representation
 
 __all__ = ["Plan", "make_plan", "run_scene"]
 
@@ -24,58 +28,112 @@ PURPOSES = ("run", "drift")
 
 @dataclass(frozen=True, eq=False)
 class Plan(Compared):
-    """How a scene is integrated.
+    """How a scene is integrated: decisions, each with its reason.
 
     Attributes
     ----------
-    choices : tuple of Choice
-        In the order of the rules.
+    exact : Choice of Route, or None
+        What exact motion is followed, if the scene allows it; there are no steps then.
+    representation : Choice of Route
+        What is integrated, and what states are handed out.
+    clock : Choice of bool
+        Whether physical time is integrated beside the state.
+    save : Choice of Saving
+    watched, missing : Choice of tuple of str
+        What is observed, and what is asked for and cannot be; None if that is nothing.
+    timeline : Timeline
+    step : Choice of float
+        Its length in the problem's own time; of an adaptive method that of the first.
+    steps, evaluations : Choice of number or None
+        How many there will be, where that is known; evaluations only if costs are asked for.
     """
 
-    context: Context
-    choices: tuple[Choice, ...]
+    scene: Scene
+    purpose: Purpose
+    exact: Choice[Route | None] | None
+    representation: Choice[Route]
+    method: Choice[Method]
+    clock: Choice[bool]
+    save: Choice[Saving]
+    watched: Choice[tuple[str, ...]]
+    missing: Choice[tuple[str, ...]] | None
+    timeline: Timeline
+    step: Choice[float]
+    steps: Choice[int | None]
+    evaluations: Choice[float | None] | None = None
 
     @property
-    def scene(self) -> Scene:
-        """The scene that is planned."""
-        return self.context.scene
+    def choices(self) -> tuple[Choice[Any], ...]:
+        """All decisions, for tables."""
+        return tuple(choice for choice in vars(self).values() if isinstance(choice, Choice))
+
+    @property
+    def route(self) -> Route:
+        """What is integrated, and what states are handed out."""
+        return self.representation.chosen
 
     @property
     def problem(self) -> Problem:
         """The problem that is integrated."""
-        return self.context.problem
+        return self.route.problem
+
+    @property
+    def state(self) -> Array:
+        """Its initial state."""
+        return self.route.state
+
+    @property
+    def observed(self) -> dict[str, dict[str, Any]]:
+        """What is watched, each with its options: what `geomint.solve` takes as ``observe``."""
+        options = self.scene.content.observe.options
+        return {name: options.get(name, {}) for name in self.watched.chosen}
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What is asked for and will not be done, in words."""
-        missing = self.context.choices.get("not watched")
+        missing = self.missing
         return () if missing is None else (f"not watched: {missing.value}: {missing.reason}",)
 
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
+        if self.exact is not None and self.exact.chosen is not None:
+            return self._handed_out(follow_exactly(self))
         from ..run.solve import solve
 
-        content = self.scene.content
-        keeps = self.context.purpose == "run"
-        watched = self.context.choices["watched"].detail
-        return solve(
-            self.problem,
-            self.context.state,
-            t_end=content.time.t_end,
-            tau_end=content.time.tau_end,
-            method=self.scene.method,
-            step=content.integrate.step,
-            t_eval=content.save.t_eval if keeps else None,
-            save_every=content.save.every if keeps else None,
-            observe=watched,
-            observe_every=content.observe.every if watched else 1,
-            measure_steps=content.observe.measure_steps if MEASURE in watched else None,
-            clock=self.context.clock,
-            progress=progress,
-        )
+        time, observe = self.scene.content.time, self.scene.content.observe
+        save, route = self.save.chosen, self.route
+        given = self.scene.content.integrate.step
+        try:
+            solution = solve(
+                self.problem,
+                self.state,
+                t_end=time.t_end,
+                tau_end=time.tau_end,
+                method=self.method.chosen,
+                step=given if given is not None or route.lift is None else self.step.chosen,
+                t_eval=None if save.t_eval is None else list(save.t_eval),
+                save_every=save.every,
+                observe=self.observed,
+                observe_every=observe.every if self.observed else 1,
+                clock=self.clock.chosen,
+                progress=progress,
+            )
+        except StepError as error:
+            error.partial = self._handed_out(error.partial)
+            raise
+        return self._handed_out(solution)
+
+    def _handed_out(self, solution: Solution) -> Solution:
+        """Return a solution with the states that are asked for."""
+        lift = self.route.lift
+        if lift is None:
+            return solution
+        asked = self.scene.model.problems[self.route.asked]
+        way = solution.route or self.route.name
+        return replace(solution, problem=asked, y=lift(solution.y), route=way)
 
 
-def make_plan(scene: Scene, purpose: str = "run", costs: bool = False) -> Plan:
+def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Plan:
     """Return the plan of a scene.
 
     Parameters
@@ -97,12 +155,53 @@ def make_plan(scene: Scene, purpose: str = "run", costs: bool = False) -> Plan:
         raise DomainError("scene", scene, "a geomint.Scene, such as load_scene gives")
     if not (isinstance(purpose, str) and purpose in PURPOSES):
         raise DomainError("purpose", purpose, f"one of {list(PURPOSES)}")
-    context = Context(scene, purpose)
-    for rule in (*RULES, *(COST_RULES if costs else ())):
-        choice = rule(context)
-        if choice is not None:
-            context = Context(scene, purpose, {**context.choices, choice.what: choice})
-    return Plan(context, tuple(context.choices.values()))
+    asked = Asked(scene, purpose)
+    exact = choose_exact(asked)
+    if exact is not None and exact.chosen is not None:
+        return _without_steps(asked, exact, exact.chosen)
+    representation = choose_representation(asked)
+    route = representation.chosen
+    clock = rules.choose_clock(asked, route.problem)
+    timeline = rules.timeline_of(asked, route)
+    plan = Plan(
+        scene,
+        purpose,
+        exact,
+        representation=representation,
+        method=rules.choose_method(asked, route.problem),
+        clock=clock,
+        save=rules.choose_states(asked, route.problem, timeline),
+        watched=rules.choose_quantities(asked, route, timeline),
+        missing=rules.choose_missing(asked, route),
+        timeline=timeline,
+        step=rules.choose_step(asked, route, timeline),
+        steps=(steps := rules.choose_steps(asked, route, timeline)),
+    )
+    if not costs:
+        return plan
+    found = rules.estimate_evaluations(asked, route, timeline, clock.chosen, steps.chosen)
+    return replace(plan, evaluations=found)
+
+
+def _without_steps(c: Asked, exact: Choice[Route | None], route: Route) -> Plan:
+    """Return the plan of a motion that is followed exactly."""
+    timeline = exact_timeline(c, route)
+    none = "the exact flow takes none"
+    return Plan(
+        c.scene,
+        c.purpose,
+        exact,
+        representation=told_representation(route, "it has an exact flow"),
+        method=Choice("method", c.method, "none", f"the exact flow, in place of {c.method.name}"),
+        clock=Choice("physical time", False, "of the exact flow", "nothing to integrate"),
+        save=rules.choose_states(c, route.problem, timeline),
+        watched=rules.choose_quantities(c, route, timeline),
+        missing=None,
+        timeline=timeline,
+        step=Choice("step", 0.0, "none", none),
+        steps=Choice("steps", 0, "0", none),
+        evaluations=Choice("field evaluations", 0.0, "0", none),
+    )
 
 
 def run_scene(

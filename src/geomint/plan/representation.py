@@ -2,134 +2,120 @@
 
 from __future__ import annotations
 
-from ..errors import FormError
-from ..problems.problem import Problem
-from ..watch.observe import MEASURE, expanded, quantities_of
-from .context import Choice, Context
-from .cost import Cost, cost_of
+from dataclasses import replace
 
-__all__ = ["choose_representation", "missing_quantities", "wanted_quantities"]
+from ..errors import FormError
+from ..methods.method import FITTING
+from ..problems.problem import Problem
+from ..watch.quantities import expanded, has_quantity, quantities_of, watcher_of
+from .choice import Asked, Choice, Route
+from .cost import Cost, cost_of
+from .fitting import obstacles, unfit
+
+__all__ = [
+    "choose_representation",
+    "missing_quantities",
+    "told_representation",
+    "wanted_quantities",
+]
 
 _TIME = {"t": "physical time t", "tau": "its own time τ"}
-_FITTING = {
-    "field": "gauss-8, dop853, rk-4",
-    "action": "cf-4, rkmk-4",
-    "hamiltonian": "rattle-4",
-    "splitting": "verlet-4",
-}
 
 
-def choose_representation(c: Context) -> Choice:
+def choose_representation(c: Asked) -> Choice[Route]:
     """Take the representation asked for, or the scene's own, or the first that fits the method.
 
-    Where only drifts are wanted, a cheaper one takes its place if it delivers all that is observed.
+    A cheaper one takes its place if it delivers all that is observed, and the states that are kept.
     """
-    asked = c.scene.content.integrate.representation
+    unfitting = obstacles(c.model, c.method, c.end, c.saving.t_eval is not None)
+    asked = c.content.integrate.representation
     if asked is not None:
-        return _asked(c, asked)
-    fitting = _fitting(c)
+        return _asked(c, asked, unfitting)
+    fitting = _fitting(c, unfitting)
     if not fitting:
-        raise _nothing_fits(c)
-    own = _own(c)
+        raise _nothing_fits(c, unfitting)
+    own, method = c.own, c.method
     first = own if own in fitting else fitting[0]
-    method = c.scene.method
     if first == own:
         reason = f"the scene's own; it offers the form {method.needs!r} that {method.name} needs"
     else:
-        reason = f"{own}: {_obstacle(c, own)}; the same motion from the same initial state"
-    chosen, saving = _cheaper(c, first) if c.purpose == "drift" else (first, "")
-    words = [saving] if own == first != chosen else [reason, saving]
-    return _choice(c, chosen, "; ".join(filter(None, words)))
+        obstacle = _obstacle(c, own, unfitting)
+        reason = f"{own}: {obstacle}; the same motion from the same initial state"
+    chosen, saving = _cheaper(c, c.route(first), unfitting)
+    words = [saving] if own == first != chosen.name else [reason, saving]
+    return told_representation(chosen, "; ".join(filter(None, words)))
 
 
-def _own(c: Context) -> str:
-    return next(iter(c.scene.model.problems))
-
-
-def _choice(c: Context, name: str, reason: str) -> Choice:
-    problem = c.scene.model.problems[name]
+def told_representation(route: Route, reason: str) -> Choice[Route]:
+    """Return the choice of a representation, in words."""
+    problem = route.problem
     pieces = ", ".join(f"{piece} ({rows})" for piece, rows in problem.pieces)
-    value = f"{name}: {pieces}; {problem.rows} numbers in {_TIME[problem.time]}"
-    return Choice("representation", value, reason, name)
+    value = f"{route.name}: {pieces}; {problem.rows} numbers in {_TIME[problem.time]}"
+    return Choice("representation", route, value, reason)
 
 
-def _asked(c: Context, asked: str) -> Choice:
-    name = _own(c) if asked == "own" else asked
-    obstacle = _obstacle(c, name)
-    if obstacle and not (c.purpose == "drift" and not _unfit(c, name)):
-        problem = c.scene.model.problems[name]
+def _asked(c: Asked, asked: str, unfitting: dict[str, str]) -> Choice[Route]:
+    name = c.own if asked == "own" else asked
+    obstacle = _obstacle(c, name, unfitting)
+    if obstacle and not (c.purpose == "drift" and not unfitting[name]):
+        problem = c.model.problems[name]
         has = f"It has {', '.join(quantities_of(problem))}"
         fitting = f"Methods that fit {name!r}: {_methods_for(problem)}"
         raise FormError(
             f"representation {asked!r}, which [integrate] asks for, does not serve: {obstacle}. "
-            f"{fitting if _unfit(c, name) else has}"
+            f"{fitting if unfitting[name] else has}"
         )
-    return _choice(c, name, f"[integrate] representation = {asked!r}")
+    return told_representation(c.route(name), f"[integrate] representation = {asked!r}")
 
 
-def _fitting(c: Context) -> list[str]:
+def _fitting(c: Asked, unfitting: dict[str, str]) -> list[str]:
     """Return the representations that will do, in the order of the system.
 
     If none has all that is observed, a drift report does with those that lack least.
     """
-    fitting = [name for name in c.scene.model.problems if not _obstacle(c, name)]
+    fitting = [name for name in unfitting if not _obstacle(c, name, unfitting)]
     if fitting or c.purpose != "drift":
         return fitting
     lacking = {
-        name: len(missing_quantities(c, name))
-        for name in c.scene.model.problems
-        if not _unfit(c, name)
+        name: len(missing_quantities(c, c.model.problems[name]))
+        for name, obstacle in unfitting.items()
+        if not obstacle
     }
     return [name for name, count in lacking.items() if count == min(lacking.values())]
 
 
-def _nothing_fits(c: Context) -> FormError:
-    problems, own = c.scene.model.problems, _own(c)
-    obstacles = {name: _obstacle(c, name) for name in problems}
+def _nothing_fits(c: Asked, unfitting: dict[str, str]) -> FormError:
+    found = {name: _obstacle(c, name, unfitting) for name in unfitting}
     words = "; ".join(
-        f"{', '.join(name for name in problems if obstacles[name] == obstacle)}: {obstacle}"
-        for obstacle in dict.fromkeys(obstacles.values())
+        f"{', '.join(name for name in found if found[name] == obstacle)}: {obstacle}"
+        for obstacle in dict.fromkeys(found.values())
     )
+    fitting = _methods_for(c.model.problems[c.own])
     return FormError(
-        f"no representation of {c.scene.content.system.name!r} fits method "
-        f"{c.scene.method.name!r} ({words}). Methods that fit {own!r}: {_methods_for(problems[own])}"
+        f"no representation of {c.content.system.name!r} fits method "
+        f"{c.method.name!r} ({words}). Methods that fit {c.own!r}: {fitting}"
     )
 
 
 def _methods_for(problem: Problem) -> str:
-    return ", ".join(_FITTING[form] for form in problem.forms if form in _FITTING)
+    return ", ".join(FITTING[form] for form in problem.forms)
 
 
-def _obstacle(c: Context, name: str) -> str:
+def _obstacle(c: Asked, name: str, unfitting: dict[str, str]) -> str:
     """Return why a representation cannot serve, or an empty string."""
-    unfit, missing = _unfit(c, name), missing_quantities(c, name)
-    return unfit or (f"has no {', '.join(missing)}" if missing else "")
+    missing = missing_quantities(c, c.model.problems[name])
+    return unfitting[name] or (f"has no {', '.join(missing)}" if missing else "")
 
 
-def _unfit(c: Context, name: str) -> str:
-    """Return why the method cannot integrate a representation to the end of the scene."""
-    problem, method, time = c.scene.model.problems[name], c.scene.method, c.scene.content.time
-    if method.needs not in problem.forms:
-        return f"no form {method.needs!r}"
-    if problem.time == "t" and time.tau_end is not None:
-        return "in physical time, so tau_end says nothing: give t_end"
-    if problem.time == "tau" and method.needs == "action":
-        if time.t_end is not None:
-            return f"{method.name} cannot integrate physical time beside it: give tau_end"
-        if c.purpose == "run" and c.scene.content.save.t_eval is not None:
-            return f"{method.name} cannot integrate physical time beside it, which t_eval is"
-    return ""
-
-
-def wanted_quantities(c: Context, name: str) -> list[str]:
-    """Return the names that are observed, if a representation is integrated.
+def wanted_quantities(c: Asked, problem: Problem) -> list[str]:
+    """Return the names that are observed, if a problem is integrated.
 
     Groups are those of the scene's own representation, but constraints those of what is integrated: a
     group says "whatever keeps the state on its manifold". A constraint that is named is meant itself.
     """
-    own, constraints = c.scene.problem, list(c.scene.model.problems[name].constraints)
+    own, constraints = c.scene.problem, list(problem.constraints)
     wanted: list[str] = []
-    for quantity in c.scene.content.observe.quantities:
+    for quantity in c.content.observe.quantities:
         if quantity == "constraints":
             wanted += constraints
         elif quantity == "all":
@@ -139,63 +125,80 @@ def wanted_quantities(c: Context, name: str) -> list[str]:
     return list(dict.fromkeys(wanted))
 
 
-def missing_quantities(c: Context, name: str) -> list[str]:
-    """Return what is observed and a representation does not have."""
-    has = quantities_of(c.scene.model.problems[name])
-    return [quantity for quantity in wanted_quantities(c, name) if quantity not in has]
+def missing_quantities(c: Asked, problem: Problem) -> list[str]:
+    """Return what is observed and a problem does not have."""
+    wanted = wanted_quantities(c, problem)
+    return [quantity for quantity in wanted if not has_quantity(problem, quantity)]
 
 
-def _cheaper(c: Context, first: str) -> tuple[str, str]:
-    """Return the cheapest representation that may take the place of `first`, and why.
+def _cheaper(c: Asked, first: Route, unfitting: dict[str, str]) -> tuple[Route, str]:
+    """Return the cheapest way to what `first` delivers, and why.
 
     It must be in the same time, be cheaper (`Cost.below`), and have every quantity that is observed
     in `first`; the group "constraints" means its own ones. If one or two quantities stand in the
     way, the reason names them.
     """
-    costs = {first: _cost(c, first)}
-    for name, problem in c.scene.model.problems.items():
-        if problem.time == c.scene.model.problems[first].time and not _unfit(c, name):
-            costs[name] = _cost(c, name)
-    smaller = [name for name in costs if costs[name].below(costs[first])]
-    lacking = {name: _lacking(c, first, name) for name in smaller}
+    ways = {first.name: first, **_others(c, first, unfitting)}
+    costs = {n: cost_of(way.problem, c.method.needs, way.state) for n, way in ways.items()}
+    smaller = [name for name in ways if costs[name].below(costs[first.name])]
+    lacking = {name: _lacking(c, first, ways[name]) for name in smaller}
     whole = [name for name in smaller if not lacking[name]]
     if whole:
         name = min(whole, key=costs.__getitem__)
-        return name, _saving(c, first, name, costs)
+        return ways[name], _saving(c, first, ways[name], costs)
     nearly = [name for name in smaller if len(lacking[name]) <= 2]
     if not nearly:
         return first, ""
     name = min(nearly, key=lambda name: (len(lacking[name]), costs[name]))
     names = ", ".join(lacking[name])
     keep = "keeps" if len(lacking[name]) == 1 else "keep"
-    return first, f"{names} {keep} it: else {name} would do, {_compared(costs, first, name)}"
+    compared = _compared(costs, first.name, name)
+    return first, f"{names} {keep} it: else {name} would do, {compared}"
 
 
-def _cost(c: Context, name: str) -> Cost:
-    model = c.scene.model
-    return cost_of(model.problems[name], c.scene.method.needs, model.states[name])
+def _others(c: Asked, first: Route, unfitting: dict[str, str]) -> dict[str, Route]:
+    """Return what may be integrated in place of a representation, by name.
+
+    Every representation in the same time, if no states are kept; reductions, if their states are
+    mapped back, and saved states are not those after so many of an adaptive method's own steps.
+    """
+    model, found = c.model, {}
+    if c.purpose == "drift":
+        for name, problem in model.problems.items():
+            if problem.time == first.problem.time and not unfitting[name]:
+                found[name] = c.route(name)
+    elif c.method.adaptive and c.saving.every is not None:
+        return {}
+    for r in model.reductions:
+        if r.of == first.name and r.name not in found and not unfit(r.problem, c.method, c.end):
+            lift = r.lift if c.purpose == "run" else None
+            found[r.name] = replace(Route.along(r), lift=lift)
+    return found
 
 
-def _lacking(c: Context, first: str, name: str) -> list[str]:
-    problems = c.scene.model.problems
-    wanted = [name for name in c.scene.content.observe.quantities if name != "constraints"]
-    observed = dict.fromkeys(expanded(problems[first], wanted))
-    # The measure is that of the numerical map of one representation.
-    has = {*quantities_of(problems[name])} - {MEASURE}
-    would = set(quantities_of(problems[first]))
-    return [quantity for quantity in observed if quantity in would and quantity not in has]
+def _lacking(c: Asked, first: Route, way: Route) -> list[str]:
+    wanted = [name for name in c.content.observe.quantities if name != "constraints"]
+    observed = dict.fromkeys(expanded(first.problem, wanted))
+
+    def has(name: str) -> bool:
+        there = has_quantity(way.problem, name) and watcher_of(way.problem, name).invariant
+        return there and (way.same is None or name in way.same)
+
+    return [name for name in observed if has_quantity(first.problem, name) and not has(name)]
 
 
-def _saving(c: Context, first: str, name: str, costs: dict[str, Cost]) -> str:
-    model = c.scene.model
-    kept = {piece for piece, _ in model.problems[name].pieces}
-    gone = [piece for piece, _ in model.problems[first].pieces if piece not in kept]
-    condition = model.conditions.get(name)
-    words = [condition] if condition and first not in model.conditions else []
-    words.append(
-        f"nothing observed needs {_alternatives(gone)}" if gone else "all observed is there"
-    )
-    return f"{first} → {name}: {', '.join(words)}: {_compared(costs, first, name)}"
+def _saving(c: Asked, first: Route, way: Route, costs: dict[str, Cost]) -> str:
+    kept = {piece for piece, _ in way.problem.pieces}
+    gone = [piece for piece, _ in first.problem.pieces if piece not in kept]
+    words = [way.condition] if way.condition not in ("", first.condition) else []
+    if c.purpose == "run":
+        words.append(f"saved states are those of {first.name} again")
+    else:
+        words.append(
+            f"nothing observed needs {_alternatives(gone)}" if gone else "all observed is there"
+        )
+    compared = _compared(costs, first.name, way.name)
+    return f"{first.name} → {way.name}: {', '.join(words)}: {compared}"
 
 
 def _alternatives(names: list[str]) -> str:

@@ -1,130 +1,157 @@
-"""The rules of the planner, in their order."""
+"""The rules of the planner: small pure functions of what is asked and of the choices before."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from ..errors import SceneError, StepError
-from ..methods.method import Start
+from ..methods.method import Method, Start
 from ..problems.evaluate import value
+from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
-from ..run.timeline import evaluation_times
-from ..watch.observe import MEASURE, quantities_of
-from .context import Choice, Context
-from .representation import choose_representation, missing_quantities, wanted_quantities
+from ..run.timeline import Timeline, evaluation_times, plan_timeline
+from ..watch.functions import Function, grouped
+from ..watch.observe import choose_watchers
+from ..watch.quantities import has_quantity, quantities_of
+from .choice import Asked, Choice, Route, Saving
+from .representation import missing_quantities, wanted_quantities
 
-__all__ = ["COST_RULES", "RULES"]
+__all__ = [
+    "choose_clock",
+    "choose_method",
+    "choose_missing",
+    "choose_quantities",
+    "choose_states",
+    "choose_step",
+    "choose_steps",
+    "estimate_evaluations",
+    "timeline_of",
+]
 
 _PROBE_STEPS = 4
 _PROBE_ROWS = 64
 
 
-def choose_method(c: Context) -> Choice:
+def choose_method(c: Asked, problem: Problem) -> Choice[Method]:
     """State the method."""
-    method = c.scene.method
-    kind = method.structure(c.problem)
+    method = c.method
+    kind = method.structure(problem)
     reason = f"order {method.order}{', ' + kind if kind else ''}: {method.summary}"
-    options = ", ".join(f"{k} {v!r}" for k, v in c.scene.content.integrate.options.items())
-    return Choice("method", f"{method.name}{' with ' + options if options else ''}", reason)
+    options = ", ".join(f"{k} {v!r}" for k, v in c.content.integrate.options.items())
+    told = f"{method.name}{' with ' + options if options else ''}"
+    return Choice("method", method, told, reason)
 
 
-def choose_clock(c: Context) -> Choice:
+def choose_clock(c: Asked, problem: Problem) -> Choice[bool]:
     """Integrate physical time only if the end or the saved states need it."""
-    problem, content = c.problem, c.scene.content
+    what = "physical time"
     if problem.time == "t":
-        return Choice("physical time", "is the problem's own", "nothing to do", False)
+        return Choice(what, False, "is the problem's own", "nothing to do")
     reason = ""
-    if content.time.t_end is not None:
+    if c.content.time.t_end is not None:
         reason = "the end is given in physical time"
-    elif c.purpose == "run" and content.save.t_eval is not None:
+    elif c.saving.t_eval is not None:
         reason = "states are wanted at physical times"
-    elif c.purpose == "run" and c.scene.method.needs != "action":
+    elif c.purpose == "run" and c.method.needs != "action":
         reason = "saved states carry their physical times"
     if reason:
-        return Choice("physical time", "integrated beside the state", reason, True)
-    return Choice("physical time", "not integrated", "nothing that is asked for needs it", False)
+        return Choice(what, True, "integrated beside the state", reason)
+    return Choice(what, False, "not integrated", "nothing that is asked for needs it")
 
 
-def choose_states(c: Context) -> Choice:
+def timeline_of(c: Asked, route: Route) -> Timeline:
+    """Return steps and end; the default step is that of the representation whose states are kept."""
+    step, end = c.content.integrate.step, next(iter(c.end.values()))
+    if step is None and route.lift is not None:
+        asked = c.route(route.asked)
+        step = c.method.default_step(asked.problem, asked.state, end)
+    return plan_timeline(route.problem, c.method, route.state, **c.end, step=step)
+
+
+def choose_states(c: Asked, problem: Problem, timeline: Timeline) -> Choice[Saving]:
     """Store no state that is not asked for."""
-    save = c.scene.content.save
+    what, save = "states kept", c.saving
     if c.purpose == "drift":
         reason = "a drift report shows no states: memory does not grow with the run"
-        return Choice("states kept", "the last", reason)
+        return Choice(what, save, "the last", reason)
     if save.t_eval is not None:
-        evaluation_times(save.t_eval, c.problem, c.timeline)
+        evaluation_times(list(save.t_eval), problem, timeline)
         reason = "[save] t_eval; each met exactly by a partial step beside the run"
-        return Choice("states kept", f"at {len(save.t_eval)} physical times", reason)
+        return Choice(what, save, f"at {len(save.t_eval)} physical times", reason)
     if save.every is not None:
-        count = c.timeline.steps
+        count = timeline.steps
         many = "" if count is None else f": {2 + (count - 1) // save.every} states"
-        value = f"the first, every {save.every} steps, the last{many}"
-        return Choice("states kept", value, "[save] every")
-    return Choice("states kept", "the last", "no [save] section")
+        told = f"the first, every {save.every} steps, the last{many}"
+        return Choice(what, save, told, "[save] every")
+    return Choice(what, save, "the last", "no [save] section")
 
 
-def choose_quantities(c: Context) -> Choice:
-    """Evaluate the watched quantities and no others.
+def choose_quantities(c: Asked, route: Route, timeline: Timeline) -> Choice[tuple[str, ...]]:
+    """Evaluate the watched quantities and no others; by one function where they are many.
 
     The group of constraints means those of the representation that is integrated.
     """
-    has, wanted = quantities_of(c.problem), wanted_quantities(c, c.representation)
-    names = [name for name in wanted if name in has]
+    has, wanted = quantities_of(route.problem), wanted_quantities(c, route.problem)
+    names = tuple(name for name in wanted if has_quantity(route.problem, name))
     if wanted and not names:
-        lacking = f"{c.representation} has no {', '.join(wanted)}"
+        lacking = f"{route.name} has no {', '.join(wanted)}"
         raise SceneError(f"a drift report has nothing to show: [observe] quantities: {lacking}")
     if not names:
-        return Choice("watched", "nothing", "[observe] quantities is empty", [])
-    every = c.scene.content.observe.every
+        return Choice("watched", names, "nothing", "[observe] quantities is empty")
+    every = c.content.observe.every
     often = "after every step" if every == 1 else f"every {every} steps and at the end"
-    limit = c.scene.content.observe.measure_steps
-    if MEASURE in names and limit is not None:
-        often += f" ({MEASURE}: the first {limit} steps)"
-    rest = len(has) - len(names)
+    options = c.content.observe.options
+    watchers = choose_watchers(route.problem, {name: options.get(name, {}) for name in names})
+    for name, watcher in watchers.items():
+        often += f" ({name}: the first {watcher.steps} steps)" if watcher.steps else ""
+    functions = [name for name, watcher in watchers.items() if isinstance(watcher, Function)]
+    groups = grouped(functions, timeline.expected / every)
+    often += ", by one function" if len(groups) == 1 < len(groups[0]) else ""
+    rest = len({*has} - {*names})
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
     reason = f"[observe], {often}, reduced to windows on the way{left}"
-    return Choice("watched", ", ".join(names), reason, names)
+    return Choice("watched", names, ", ".join(names), reason)
 
 
-def choose_missing(c: Context) -> Choice | None:
+def choose_missing(c: Asked, route: Route) -> Choice[tuple[str, ...]] | None:
     """Say what is asked for and cannot be watched in the representation that is integrated."""
-    missing = missing_quantities(c, c.representation)
+    missing = missing_quantities(c, route.problem)
     if not missing:
         return None
     where = [
         name
-        for name, problem in c.scene.model.problems.items()
-        if set(missing) <= set(quantities_of(problem))
+        for name, problem in c.model.problems.items()
+        if all(has_quantity(problem, quantity) for quantity in missing)
     ]
     there = f"; only in {', '.join(where)}" if where else ""
-    reason = f"{c.representation} has no such quantity{there}"
-    return Choice("not watched", ", ".join(missing), reason, missing)
+    reason = f"{route.name} has no such quantity{there}"
+    return Choice("not watched", tuple(missing), ", ".join(missing), reason)
 
 
-def choose_step(c: Context) -> Choice:
+def choose_step(c: Asked, route: Route, timeline: Timeline) -> Choice[float]:
     """State the step and where it came from."""
-    given, method, h = c.scene.content.integrate.step, c.scene.method, abs(c.timeline.h)
-    unit = "τ" if c.problem.time == "tau" else "t"
+    given, method, h = c.content.integrate.step, c.method, abs(timeline.h)
+    unit = "τ" if route.problem.time == "tau" else "t"
     if method.adaptive:
-        return _adaptive_step(c, f"{h:.4g} in {unit}")
+        return _adaptive_step(c, h, unit)
     if given is not None:
         reason = "[integrate] step"
-        if c.timeline.steps == 0:
+        if timeline.steps == 0:
             reason += ", longer than the run: one step to the end is taken instead"
         elif h != given:
             reason += f" = {given!r}, adjusted by rounding to reach the end in whole steps"
     else:
-        natural = characteristic_time(c.problem, c.state, direction=c.timeline.h)
+        asked = c.route(route.asked) if route.lift is not None else route
+        natural = characteristic_time(asked.problem, asked.state, direction=timeline.h)
         reason = (
             f"default: {method.step_fraction:.4g} (for {method.name}) × the initial state's "
             f"characteristic time {natural:.4g}"
         )
-    return Choice("step", f"{h:.10g} in {unit}", reason, h)
+    return Choice("step", h, f"{h:.10g} in {unit}", reason)
 
 
-def _adaptive_step(c: Context, first: str) -> Choice:
-    options, given = c.scene.method.options, c.scene.content.integrate.step
+def _adaptive_step(c: Asked, h: float, unit: str) -> Choice[float]:
+    options, given = c.method.options, c.content.integrate.step
     longest = f", none above {options['max_step']:g}" if options["max_step"] < math.inf else ""
     origin = "[integrate] step" if given is not None else "an estimate at the initial state"
     reason = (
@@ -132,75 +159,63 @@ def _adaptive_step(c: Context, first: str) -> Choice:
         f"atol; the first by {origin}"
     )
     tolerances = f"rtol {options['rtol']:g}, atol {options['atol']:g}"
-    return Choice("step", f"adaptive, {tolerances}{longest}; the first {first}", reason)
+    told = f"adaptive, {tolerances}{longest}; the first {h:.4g} in {unit}"
+    return Choice("step", h, told, reason)
 
 
-def choose_steps(c: Context) -> Choice:
-    """State how many steps that makes."""
-    timeline = c.timeline
-    if c.scene.method.adaptive:
-        unit = "t" if timeline.own_end is None else c.problem.time.replace("tau", "τ")
+def choose_steps(c: Asked, route: Route, timeline: Timeline) -> Choice[int | None]:
+    """State how many steps that makes; None where only the run finds out."""
+    problem = route.problem
+    if c.method.adaptive:
+        unit = "t" if timeline.own_end is None else problem.time.replace("tau", "τ")
         end = timeline.physical_end if timeline.own_end is None else timeline.own_end
         reason = f"end at {unit} = {end:g}, met exactly by the last step"
-        return Choice("steps", "as many as the tolerances need", reason)
+        return Choice("steps", None, "as many as the tolerances need", reason)
     if timeline.steps is not None:
         end = timeline.own_end or 0.0
         last = f" and a last one of {abs(timeline.remainder):.4g}" if timeline.remainder else ""
-        reason = f"end at {'τ' if c.problem.time == 'tau' else 't'} = {end:g}"
-        return Choice("steps", f"{timeline.steps}{last}", reason, timeline.steps)
-    physical, clock = timeline.physical_end, c.problem.clock
+        reason = f"end at {'τ' if problem.time == 'tau' else 't'} = {end:g}"
+        return Choice("steps", timeline.steps, f"{timeline.steps}{last}", reason)
+    physical, clock = timeline.physical_end, problem.clock
     assert physical is not None
     assert clock is not None
-    rate = value(c.problem, clock, c.state)
+    rate = value(problem, clock, route.state)
     if not rate > 0.0:
         reason = f"end at t = {physical:g}, but dt/dτ is {rate:.4g} at the start"
-        return Choice("steps", "not known", reason)
+        return Choice("steps", None, "not known", reason)
     count = round(abs(physical / (rate * timeline.h))) + 1
     reason = (
         f"end at t = {physical:g}, met by a last partial step; dt/dτ is {rate:.4g} at the start"
     )
-    return Choice("steps", f"about {count}", reason, count)
+    return Choice("steps", count, f"about {count}", reason)
 
 
-def estimate_evaluations(c: Context) -> Choice | None:
+def estimate_evaluations(
+    c: Asked, route: Route, timeline: Timeline, clock: bool, steps: int | None
+) -> Choice[float | None] | None:
     """Estimate the evaluations of the field; for implicit methods from some plain steps."""
-    steps, method = c.choices["steps"].detail, c.scene.method
+    method, what = c.method, "field evaluations"
     implicit = "max_iterations" in method.options
-    if implicit and c.problem.rows > _PROBE_ROWS:
+    if implicit and route.problem.rows > _PROBE_ROWS:
         return None
     from ..kernels.numbers.blocks import scalar_block
 
-    start = Start(c.problem, c.state, 0.0, c.timeline.h, clock=c.clock, compiled=False)
+    start = Start(route.problem, route.state, 0.0, timeline.h, clock=clock, compiled=False)
     stepper = method.start(start)
     if method.adaptive:
         few = stepper.evaluations_in(1000, 1000) / 1000
-        return Choice("field evaluations", f"{few:.3g} a step", "rejected steps count as well")
+        return Choice(what, None, f"{few:.3g} a step", "rejected steps count as well")
     if steps is None:
         return None
     if not implicit:
         total = steps * stepper.evaluations
-        return Choice("field evaluations", f"{total:.4g}", f"{stepper.evaluations:g} a step", total)
+        return Choice(what, total, f"{total:.4g}", f"{stepper.evaluations:g} a step")
     first = stepper.advance(0, 1, 1, scalar_block(stepper.rows))
     rest = stepper.advance(1, _PROBE_STEPS, _PROBE_STEPS, scalar_block(stepper.rows))
     if first.status or rest.status:
         error: StepError = stepper.error(first if first.status else rest, 0 if first.status else 1)
-        return Choice("field evaluations", "the run will fail", str(error))
+        return Choice(what, None, "the run will fail", str(error))
     iterations = rest.iterations / _PROBE_STEPS
     total = steps * iterations * stepper.evaluations
     each = f"{iterations:.3g} iterations of {stepper.evaluations:g} a step"
-    return Choice(
-        "field evaluations", f"about {total:.3g}", f"{each}, tried on {_PROBE_STEPS} steps", total
-    )
-
-
-RULES: tuple[Callable[[Context], Choice | None], ...] = (
-    choose_representation,
-    choose_method,
-    choose_clock,
-    choose_states,
-    choose_quantities,
-    choose_missing,
-    choose_step,
-    choose_steps,
-)
-COST_RULES: tuple[Callable[[Context], Choice | None], ...] = (estimate_evaluations,)
+    return Choice(what, total, f"about {total:.3g}", f"{each}, tried on {_PROBE_STEPS} steps")

@@ -65,13 +65,13 @@ class MethodRun:
     @property
     def representation(self) -> str | None:
         """The name of the representation that is integrated; None if none fits."""
-        return None if self.plan is None else self.plan.context.representation
+        return None if self.plan is None else self.plan.route.name
 
     @property
     def missing(self) -> dict[str, str]:
         """Quantities that its representation does not have, and where they are."""
-        choices = () if self.plan is None else self.plan.choices
-        return {n: c.reason for c in choices if c.what == "not watched" for n in c.detail}
+        missing = None if self.plan is None else self.plan.missing
+        return {} if missing is None else dict.fromkeys(missing.chosen, missing.reason)
 
 
 @dataclass(eq=False)

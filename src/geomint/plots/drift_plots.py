@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 __all__ = ["draw_means", "draw_sizes", "drift_figure", "grid_figure", "panel_figure"]
 
+HUGE = 1e307  # differences of larger numbers overflow
+
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]
 Draw: TypeAlias = "Callable[[Axes], None]"
 
@@ -97,17 +99,17 @@ def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], ti
     lines = [Line(label, d.windows.times, d.windows.maxima, i) for i, label, d in runs]
     if len(lines) > 1:
         lines = [thinned(line) for line in lines]
-    draw_lines(axes, name, lines, level, time)
+    draw_lines(axes, name, lines, level, time, label=runs[0][2].label)
 
 
 def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
     axes.set_title(name, loc="right", fontweight="bold")
     axes.set_xlabel(time_name(time))
-    axes.set_ylabel("mean v − v₀")
+    axes.set_ylabel(f"mean {drift.label}")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
     times, means = drift.windows.times, drift.windows.means
-    shown = np.isfinite(means)
+    shown = np.abs(means) < HUGE
     if not len(means):
         say(axes, "the run is shorter than a window")
     elif not means.any():

@@ -18,7 +18,7 @@ __all__ = ["Line", "draw_lines", "line_style", "say", "shared_legend", "thinned"
 
 _TIMES = {"t": "t", "tau": "τ"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-_LARGEST = 1e200  # what matplotlib still puts on a logarithmic axis
+_SMALLEST, _LARGEST = 1e-300, 1e200  # what matplotlib puts on a logarithmic axis
 _DASHED = (0, (4, 2))
 _INTERVALS = 60  # points of a line that shares its panel with others
 _MARKED = 40  # series of fewer windows than this show their points
@@ -47,6 +47,7 @@ def draw_lines(
     *,
     relative: bool = False,
     subtitle: str = "",
+    label: str = "v − v₀",
 ) -> None:
     """Draw lines over time, the round-off level dashed, and say what the axes cannot show.
 
@@ -56,11 +57,11 @@ def draw_lines(
         The round-off level; None if each line has its own, then a short dash at the right.
     relative : bool
         Whether the sizes are relative to scales.
-    subtitle : str
-        A line below the title.
+    subtitle, label : str
+        A line below the title; what the sizes are of.
     """
     axes.set_xlabel(time_name(time_label))
-    axes.set_ylabel("largest |v − v₀| / scale" if relative else "largest |v − v₀|")
+    axes.set_ylabel(f"largest |{label}|{' / scale' if relative else ''}")
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_autoscale_on(False)  # the limits below are drawn from the data
@@ -78,6 +79,7 @@ def draw_lines(
         for note in _unseen(sizes, gaps_are_named=len(lines) == 1):
             notes.setdefault(note, []).append(label)
     if heights:
+        heights = [max(height, _SMALLEST) for height in heights]
         axes.set_ylim(min(min(heights) / 3.0, max(heights) / 30.0), max(heights) * 3.0)
     if reached:
         axes.set_xlim(min(reached) / 1.5, max(reached) * 1.2)

@@ -14,7 +14,7 @@ from ..kernels.numbers.blocks import Block
 from .declaration import check_form, check_value, known_rates
 from .problem import Problem
 
-__all__ = ["derivative", "rounding_scale", "value", "vector"]
+__all__ = ["derivative", "rounding_scale", "scale_of", "states_around", "value", "vector"]
 
 
 @np.errstate(all="ignore")
@@ -106,17 +106,29 @@ def _time(t: Any) -> np.float64:
 
 def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:
     """Return max(|v|, Σ |y_i ∂v/∂y_i|): a rounding of every number of y changes v by ε times it."""
-    v = value(problem, f, y)
-    total = 0.0
-    for i in range(len(y)):
+    return scale_of([value(problem, f, state) for state in states_around(y)], y)
+
+
+def states_around(y: Array) -> Array:
+    """Return the states at which `scale_of` needs a value, one a row: y, then pairs around it."""
+    rows = np.flatnonzero(y)
+    states = np.repeat(y[None, :], 1 + 2 * len(rows), axis=0)
+    sizes, pairs = 1e-5 * np.abs(y[rows]), 1 + 2 * np.arange(len(rows))
+    states[pairs, rows] += sizes
+    states[pairs + 1, rows] -= sizes
+    return states
+
+
+def scale_of(values: Any, y: Array) -> float:
+    """Return the `rounding_scale` of what has those values at the `states_around` y."""
+    v, total = float(values[0]), 0.0
+    for k, i in enumerate(np.flatnonzero(y)):
         size = 1e-5 * abs(y[i])
         if size == 0.0:
             continue
-        above, below = y.copy(), y.copy()
-        above[i] += size
-        below[i] -= size
-        up, down = value(problem, f, above) - v, value(problem, f, below) - v
+        above, below = y[i] + size, y[i] - size
+        up, down = values[1 + 2 * k] - v, values[2 + 2 * k] - v
         # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
-        total += abs(y[i]) * max(abs(up - down), abs(up + down)) / (above[i] - below[i])
+        total += abs(y[i]) * max(abs(up - down), abs(up + down)) / (above - below)
     scale = max(abs(v), total)
     return scale if np.isfinite(scale) and scale > 0.0 else 1.0

@@ -12,10 +12,12 @@ import numpy as np
 
 from ..arguments import MOST_NUMBERS, Array, as_array, switch, whole
 from ..errors import DomainError
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.watched import Fresh, Given
-from ..kernels.solve.pointwise import pointwise_sweep
+from ..kernels.solve.pointwise import POINTWISE
 from .watched_call import watched_call
 
 __all__ = ["pointwise"]
@@ -67,12 +69,14 @@ def pointwise(
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
-    sweep = pointwise_sweep(function).entry()
+    sweep = POINTWISE.call(
+        function=Bound(function, FIELD), params=block, width=width, rows=rows, work=scratch
+    )
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
         given = Block(flat[first * width : (first + number) * width])
         result = Block(out[first * rows : (first + number) * rows])
-        sweep(block, given, width, result, rows, number, scratch)
+        sweep(points=given, out=result, count=number)
     return out.reshape(*shape, rows)
 
 

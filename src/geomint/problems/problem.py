@@ -10,6 +10,7 @@ an embedded manifold (``hamiltonian``), a sum of parts with known flows (``split
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ Time = Literal["t", "tau"]
 
 MOST_ROWS = 10**7  # of a piece: steppers take some tens of times that
 _GROUPS = ("invariants", "constraints", "observables")
-_RESERVED = (*_GROUPS, "all", "measure")  # what `geomint.solve` understands in `observe`
+_RESERVED = (*_GROUPS, "all")  # what `geomint.solve` understands in `observe`
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,10 +190,14 @@ class Problem(Sendable):
             expected = f"fewer than the {self.rows} rows of the state"
             raise DomainError("conditions", self.measure.conditions, expected)
 
-    @property
+    @functools.cached_property
     def rows(self) -> int:
         """Length of the flat state."""
         return sum(rows for _, rows in self.pieces)
+
+    @functools.cached_property
+    def _order(self) -> str:
+        return f" in the order {', '.join(f'{name} ({rows})' for name, rows in self.pieces)}"
 
     @property
     def forms(self) -> tuple[str, ...]:
@@ -250,8 +255,7 @@ class Problem(Sendable):
 
     def canonical(self, y: Any) -> Array:
         """Return `y` as a flat, finite, admissible float64 state, or raise `DomainError`."""
-        order = ", ".join(f"{name} ({rows})" for name, rows in self.pieces)
-        state = as_vector("state", y, self.rows, f" in the order {order}")
+        state = as_vector("state", y, self.rows, self._order)
         if self.admit is None:
             return state
         return as_vector("state", self.admit(state), self.rows, f", as `admit` of {self.name!r}")

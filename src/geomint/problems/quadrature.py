@@ -9,23 +9,25 @@ import numpy as np
 
 from ..arguments import Array, as_vector, check_name
 from ..errors import DomainError, FormError
-from ..kernels.compiling.recorded import Recorded, field, observable
+from ..kernels.compiling.recorded import Recorded, observable
 from ..kernels.numbers.blocks import part
+from .beside import field_beside, generator_beside, group_beside
+from .forms import GroupAction
 from .problem import Problem
 
 __all__ = ["with_quadrature"]
 
 
 def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
-    """Return the problem with one more number s, ṡ = rate(params, t, y, work), in its ODE form.
+    """Return the problem with one more number s, ṡ = rate(params, t, y, work).
 
     So a time that runs at another rate, or an action, is integrated with the state by any method
-    for ODEs, to its order.
+    for ODEs or of groups, to its order.
 
     Parameters
     ----------
     problem : Problem
-        One that has the ODE form.
+        One that has the ODE form or that of a group.
     name : str
         What the number is called; it is the last piece of the state, and 0 at the beginning unless
         ``state`` gets it.
@@ -35,7 +37,7 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
     Raises
     ------
     FormError
-        If the problem has no ODE form.
+        If the problem has neither form.
     DomainError
         If it has a piece of that name.
     """
@@ -44,17 +46,13 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
     check_name("name", name)
     if not isinstance(rate, Recorded):
         raise DomainError("rate", rate, "a function recorded with geomint.observable")
-    own = problem.field
-    if own is None:
-        raise FormError(f"problem {problem.name!r} has no ODE form: with_quadrature needs one")
+    own, action = problem.field, problem.action
+    if own is None and action is None:
+        what = "neither an ODE form nor one of a group: with_quadrature needs one"
+        raise FormError(f"problem {problem.name!r} has {what}")
     if name in dict(problem.pieces):
         raise DomainError("name", name, f"another name than {[n for n, _ in problem.pieces]}")
     rows = problem.rows
-
-    def extended(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        state = part(y, 0, rows)
-        own(params, t, state, part(out, 0, rows), work)
-        out[rows] = rate(params, t, state, work)
 
     def restricted(f: Recorded) -> Recorded:
         def observed(params: Any, t: Any, y: Any, work: Any) -> Any:
@@ -76,8 +74,8 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
         problem,
         space=None,
         pieces=(*problem.pieces, (name, 1)),
-        field=field(extended),
-        action=None,
+        field=None if own is None else field_beside(own, rate, rows),
+        action=None if action is None else _beside(action, rate, rows),
         hamiltonian=None,
         splitting=None,
         clock=None if problem.clock is None else restricted(problem.clock),
@@ -92,3 +90,9 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
         admit=admit,
         physical=lambda y: problem.physical_state(y[:rows]),
     )
+
+
+def _beside(action: GroupAction, rate: Recorded, rows: int) -> GroupAction:
+    """Return the group form with one more number."""
+    generator = generator_beside(action.generator, rate, rows, action.group.algebra_rows)
+    return GroupAction(generator, group_beside(action.group, rows))

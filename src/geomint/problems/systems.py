@@ -19,7 +19,38 @@ from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
 
-__all__ = ["Model", "System", "find_system", "system_names"]
+__all__ = ["Lift", "Model", "Reduction", "System", "find_system", "system_names"]
+
+Lift = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction(Sendable):
+    """A problem whose solution from one initial state gives that of a representation, in the same time.
+
+    Parameters
+    ----------
+    of, name : str
+        The representation, and what plans call the problem.
+    problem : Problem
+    state : array
+        Where it starts.
+    lift : callable
+        States of the problem, one a row ↦ those of the representation.
+    condition : str
+        In words, why this initial state allows it.
+    quantities : tuple of str, optional
+        Those of the problem's quantities that mean what they mean in the representation. Default: all
+        that have the same name.
+    """
+
+    of: str
+    name: str
+    problem: Problem
+    state: npt.NDArray[np.float64]
+    lift: Lift
+    condition: str
+    quantities: tuple[str, ...] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,11 +66,14 @@ class Model(Sendable):
     conditions : mapping of name to str
         In words, why this initial state allows a representation that others do not: what a plan
         says when it takes that one.
+    reductions : tuple of Reduction
+        What may be integrated in place of a representation, where that is cheaper.
     """
 
     problems: Mapping[str, Problem]
     states: Mapping[str, npt.NDArray[np.float64]]
     conditions: Mapping[str, str] = field(default_factory=dict)
+    reductions: tuple[Reduction, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

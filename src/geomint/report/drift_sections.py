@@ -112,12 +112,12 @@ def quantities(result: SeveralRuns) -> Content:
         for run in result
         if run.drift
     ]
-    measured = any("measure" in run.drift for run in result)
+    notes = {n: drift.note for run in result for n, drift in run.drift.items() if drift.note}
     several = len(result) > 1
     if not runs:
         return None
     unit = symbol(result.time)
-    return {"runs": runs, "measured": measured, "several": several, "unit": unit}
+    return {"runs": runs, "notes": notes, "several": several, "unit": unit}
 
 
 def classes(result: SeveralRuns) -> Content:

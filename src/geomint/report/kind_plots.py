@@ -13,7 +13,7 @@ from ..plots.drift_plots import draw_sizes, drift_figure, grid_figure
 from ..plots.panels import Line, draw_lines, line_style, shared_legend, thinned
 from ..plots.style import new_figure, series_style
 from ..watch.drift import ROUNDOFF
-from ..watch.quantities import KINDS, kind_of
+from ..watch.quantities import KINDS
 from .kinds import conserved_by_kind
 
 if TYPE_CHECKING:
@@ -55,8 +55,9 @@ def kinds_figure(result: SeveralRuns) -> Figure:
 
 def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
     """Draw one quantity in its own units, a line a method."""
-    if len(result) > 1 and kind_of(name) == "measure":
-        draw_kind(result, "measure", [name], axes)
+    drift = next(run.drift[name] for run in result if name in run.drift)
+    if len(result) > 1 and drift.own_noise:
+        draw_kind(result, drift.kind, [name], axes)
         return
     label = "_" if len(result) == 1 else None
     runs = [
@@ -70,10 +71,12 @@ def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
 def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) -> None:
     """Draw the quantities of one kind, a line a method: the largest deviation, relative to its scale.
 
-    The measure is the logarithm of a ratio. Its scale is the noise of its instrument, which is another
-    one for every method: each line has its own level, and is as it is.
+    Where the scale is the noise of an instrument, it is another one for every method: each line has
+    its own level, and is as it is.
     """
-    relative = kind != "measure"
+    relative = len(names) > 1 or not any(
+        run.drift[name].own_noise for name in names for run in result if name in run.drift
+    )
     scales = {n: max(run.drift[n].scale for run in result if n in run.drift) for n in names}
     lines = []
     for i, run in enumerate(result):

@@ -22,7 +22,8 @@ def names_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
 
 def conserved_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
     """Return the same without what is not conserved, whose changes are no errors."""
-    return {kind: names for kind, names in names_by_kind(result).items() if kind != "others"}
+    found = names_by_kind(result)
+    return {kind: names for kind, names in found.items() if KINDS[kind].conserved}
 
 
 def outcomes(result: SeveralRuns) -> list[tuple[str, str]]:

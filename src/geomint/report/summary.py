@@ -51,7 +51,9 @@ def print_runs(result: SeveralRuns) -> None:
 
 
 def _cost(solution: Solution) -> str:
-    """Return a line on what a run took."""
+    """Return a line on what a run took; of an exact motion what was followed."""
+    if solution.route and not solution.steps:
+        return solution.route
     seconds, steps = solution.run_seconds, solution.steps
     rate = steps / seconds if seconds > 0.0 else 0.0
     return (

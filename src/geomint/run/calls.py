@@ -9,13 +9,14 @@ from typing import Any, ParamSpec, TypeVar
 
 from ..errors import ArgumentError, nearest, quoted
 from ..problems.problem import Problem
+from .solution import Solution
 
 __all__ = ["explained"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_END = "t_end=…, every run begins at time 0"
+_END = "t_end=…, and t0=… where the run does not begin at time 0"
 _TOLERANCE = "method=geomint.Adaptive(geomint.RungeKutta('dop853'), {}=…); else step=…"
 _INSTEAD = {
     **dict.fromkeys(("t_span", "tspan", "t_max", "tmax", "t_final", "t_bound"), _END),
@@ -44,7 +45,8 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def asked(*args: P.args, **options: P.kwargs) -> R:
-        if len(args) != 2 or not isinstance(args[0], Problem) or not options.keys() <= by_name:
+        kind = {1: Solution, 2: Problem}.get(len(args), ())
+        if not (isinstance(args[0] if args else None, kind) and options.keys() <= by_name):
             _check(function, args, options)
         return function(*args, **options)
 
@@ -63,15 +65,20 @@ def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping
         each = [f"no {o!r}{_instead(o, known)}" for o in unknown]
         raise ArgumentError(f"{name} has {'; '.join(each)}", tuple(unknown))
     if len(args) > 2:
-        expected = "give all further ones by name, such as t_end=20.0 (every run begins at time 0)"
+        expected = "give all further ones by name, such as t_end=20.0"
         what = f"a problem and an initial state, not {len(args)} arguments: {expected}"
         raise ArgumentError(f"{name} takes {what}")
     try:
         inspect.signature(function).bind(*args, **options)
     except TypeError as error:
         raise ArgumentError(f"{name}: {error}: expected a problem and an initial state") from None
-    if not isinstance(problem, Problem):
-        raise ArgumentError(f"problem = {quoted(problem)}: expected a geomint.Problem")
+    y0 = args[1] if len(args) > 1 else options.get("y0")
+    if y0 is None and isinstance(problem, Problem):
+        raise ArgumentError(f"{name}: missing y0: expected a problem and an initial state")
+    if not isinstance(problem, Problem | Solution):
+        raise ArgumentError(
+            f"problem = {quoted(problem)}: expected a geomint.Problem, or a Solution to go on"
+        )
 
 
 def _instead(option: str, known: list[str]) -> str:

@@ -22,11 +22,13 @@ class Pace:
     Parameters
     ----------
     end : float
-        In physical time; negative backwards.
+        In physical time.
+    direction : float
+        Of the run: its sign counts.
     """
 
-    def __init__(self, end: float) -> None:
-        self._end = end
+    def __init__(self, end: float, direction: float) -> None:
+        self._end, self._sign = end, math.copysign(1.0, direction)
         self._before: tuple[int, float] | None = None  # a step, and physical time there
 
     def reaches(self, number: int, own_time: float, physical: float) -> None:
@@ -37,7 +39,7 @@ class Pace:
         steps = number - self._before[0]
         if steps < self._before[0]:
             return
-        gained = math.copysign(1.0, self._end) * (physical - self._before[1])
+        gained = self._sign * (physical - self._before[1])
         left = abs(self._end - physical)
         if not gained * MOST_STEPS > left * steps:
             hint = (

@@ -61,6 +61,7 @@ def run_record(solution: Result) -> dict[str, Any]:
         "drift_time": solution.drift_time,
         "end": finite_json(float(solution.tau[-1])) if len(solution.tau) else None,
         **method_record(solution.method),
+        "route": solution.route,
         "step": solution.step,
         "step_sizes": solution.step_sizes._asdict(),
         "steps": solution.steps,

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import GeomintWarning, StepError
-from ..methods.adaptive_stepper import AdaptiveStepper
+from ..kernels.compiling.bound import bind
+from ..kernels.compiling.call import Call
+from ..kernels.compiling.signatures import VALUE
+from ..kernels.numbers.blocks import Block, scalar_block
 from ..methods.method import Method
-from ..methods.stepper import Stepper
-from ..problems.evaluate import value
-from ..problems.problem import Problem
 from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
 from .driver import Account
+from .integrator import Integrator
 from .pace import Pace
 from .result import Status, StepSizes
 from .saved import State, merged, rounding
 from .solution import Solution
-from .timeline import Timeline, evaluation_times
+from .timeline import Timeline
 
 __all__ = ["Recorder"]
 
@@ -35,26 +35,30 @@ class Recorder:
 
     def __init__(
         self,
-        problem: Problem,
-        stepper: Stepper,
+        integrator: Integrator,
         timeline: Timeline,
         observers: Observers,
         save_every: int | None,
         observe_every: int,
-        t_eval: Any,
+        wanted: Array,
     ) -> None:
-        self._problem, self._stepper, self._timeline = problem, stepper, timeline
-        self._adaptive = stepper if isinstance(stepper, AdaptiveStepper) else None
+        problem, stepper = integrator.problem, integrator.stepper
+        self._integrator, self._problem, self._stepper = integrator, problem, stepper
+        self._timeline = timeline
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = len(stepper.state) > problem.rows
-        self._wanted = evaluation_times(t_eval, problem, timeline)
+        self._wanted = wanted
         self._next_wanted = 0
         self._saved: list[State] = []  # every so many steps
         self._asked: list[State] = []  # at the times wanted
-        self._before = (0.0, stepper.state.copy())
-        self._number = 0  # of the step that led there
-        self._pace = None if timeline.physical_end is None else Pace(timeline.physical_end)
+        self._before = (integrator.time, stepper.state.copy())
+        self._number = integrator.done  # of the step that led there
+        self._rate: Call | None = None
+        self._first_step, self._begin = self._number, self.reached
+        self._pace = (
+            None if timeline.physical_end is None else Pace(timeline.physical_end, timeline.h)
+        )
         if save_every is not None:
             self._saved.append(self._before)
         self.stride = self._stride()
@@ -65,7 +69,7 @@ class Recorder:
         if len(self._wanted) or physical or self._observers.needs_all_states:
             return 1
         intervals = [self._save_every] if self._save_every else []
-        if self._observers.windows:
+        if self._observers.samples:
             intervals.append(self._observe_every)
         return int(np.gcd.reduce(intervals)) if intervals else max(self._timeline.steps or NEVER, 1)
 
@@ -80,30 +84,44 @@ class Recorder:
         return self._before[0]
 
     @property
+    def length(self) -> float | None:
+        """How long the run is, in steps where these are counted; see `progress`."""
+        if self._timeline.steps is not None:
+            return self._timeline.steps - self._first_step
+        end = self._timeline.own_end
+        end = self._timeline.physical_end if end is None else end
+        return None if end is None else abs(end - self._begin)
+
+    @property
+    def progress(self) -> float:
+        """How much of `length` is done."""
+        if self._timeline.steps is not None:
+            return self._integrator.done - self._first_step
+        return abs(self.reached - self._begin)
+
+    @property
     def reached(self) -> float:
         """How far the run is, in the time that its end is given in."""
         return self._before[0] if self._timeline.physical_end is None else self.physical_time
 
     def consume(self, indices: npt.NDArray[np.int64], states: Array) -> int | None:
         """Take a chunk; return the number of the last step if the physical end has been reached."""
-        times, states = self._timed(indices, states)
+        times, states = self._stepper.timed(indices, states)
+        times = self._timeline.met(times, indices)
         end = self._timeline.physical_end
         last = None
         if end is not None and len(states):
-            past = np.flatnonzero(np.sign(end) * states[:, -1] >= abs(end))
+            sign = np.sign(self._timeline.h)
+            past = np.flatnonzero(sign * states[:, -1] >= sign * end)
             if len(past):
                 last = int(indices[past[0]]) - 1
                 cut = slice(0, past[0])
                 indices, times, states = indices[cut], times[cut], states[cut]
         self._evaluate(indices, times, states)
-        watched = indices % self._observe_every == 0
-        if (
-            self._adaptive is not None
-        ):  # the last step that is cut to meet the end counts as partial
-            watched |= times == self._timeline.own_end
+        # The last step that is cut to meet the end counts as a partial one.
+        watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
         labels = states[:, -1] if self._clock and end is not None else times
-        step = 0.0 if self._adaptive is not None else self._timeline.h
-        self._observers.add(times, labels, states, watched, step)
+        self._observers.add(times, labels, states, watched, self._stepper.length)
         if self._save_every:
             for i in np.flatnonzero(indices % self._save_every == 0):
                 self._saved.append((float(times[i]), states[i].copy()))
@@ -116,21 +134,14 @@ class Recorder:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
         return last
 
-    def _timed(self, indices: npt.NDArray[np.int64], states: Array) -> tuple[Array, Array]:
-        """Return the problem's own times, and the states without them."""
-        if self._adaptive is not None:
-            return states[:, -1].copy(), states[:, :-1]
-        return self._timeline.at(indices), states
-
-    def catch_up(self, steps: int) -> None:
-        """Take the stepper's state after `steps` steps if it lies beyond the last handed out."""
+    def catch_up(self) -> None:
+        """Take the state that the integrator has reached if it lies beyond the last handed out."""
         if self._timeline.physical_end is not None:  # every state has been handed out
             return
-        time = float(self._timeline.at(np.array([steps]))[0])
-        if self._adaptive is not None:
-            time = self._adaptive.time
+        done = self._integrator.done
+        time = float(self._timeline.met(np.array([self._integrator.time]), np.array([done]))[0])
         if time != self._before[0]:
-            self._before, self._number = (time, self._stepper.state.copy()), steps
+            self._before, self._number = (time, self._stepper.state.copy()), done
 
     def finish(self, time: float, state: Array) -> None:
         """Take the state of a last partial step."""
@@ -182,9 +193,6 @@ class Recorder:
         if not self._clock:
             gap = wanted - time
             return wanted, state.copy() if abs(gap) <= nothing else step(gap)
-        clock = self._problem.clock
-        assert clock is not None
-        rows = self._problem.rows
         advance, here = 0.0, state
         best, smallest = (time, state.copy()), abs(wanted - state[-1])
         for _ in range(MAX_CLOCK_ITERATIONS):
@@ -193,7 +201,7 @@ class Recorder:
                 best, smallest = (time + advance, here.copy()), abs(missing)
             elif abs(missing) <= nothing:
                 break
-            rate = value(self._problem, clock, here[:rows], time + advance)
+            rate = self._clock_rate(time + advance, here)
             tiny = nothing if advance == 0.0 else 0.125 * nothing
             if abs(missing) <= tiny or advance + missing / rate == advance:
                 break
@@ -201,6 +209,16 @@ class Recorder:
             here = step(advance)
         best[1][-1] = wanted
         return best
+
+    def _clock_rate(self, time: float, state: Array) -> float:
+        """Return dt/dτ."""
+        problem = self._problem
+        if self._rate is None:
+            assert problem.clock is not None
+            clock = bind(problem.clock, VALUE, params=len(problem.params), y=problem.rows)
+            params, work = self._stepper.params, scalar_block(problem.work)
+            self._rate = clock.call(self._stepper.compiled, params=params, work=work)
+        return float(self._rate(t=time, y=Block(state[: problem.rows])))
 
     def solution(
         self, method: Method, account: Account, compile_seconds: float, status: Status | StepError
@@ -215,12 +233,14 @@ class Recorder:
                 GeomintWarning,
                 stacklevel=4,
             )
-        sizes = self._step_sizes(account.steps)
+        steps, iterations = self._integrator.steps, self._integrator.iterations
+        span = self._integrator.time - self._timeline.start
+        sizes = StepSizes(*self._stepper.lengths(steps, span))
         saved = self._kept()
         tau = np.array([time for time, _ in saved])
         full = np.array([state for _, state in saved]).reshape(-1, len(self._stepper.state))
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
-        drift = self._observers.drifts(account.steps)
+        drift = self._observers.drifts(steps)
         message = "" if isinstance(status, str) else str(status)
         if status == "success" and (bad := not_finite(drift)):
             status, message = NOT_FINITE, bad
@@ -232,10 +252,10 @@ class Recorder:
             tau=tau,
             y=full[:, :rows],
             drift=drift,
-            steps=account.steps,
-            iterations=account.iterations,
-            evaluations=self._stepper.evaluations_in(account.steps, account.iterations),
-            rejected=account.iterations - account.steps if self._adaptive is not None else 0,
+            steps=steps,
+            iterations=iterations,
+            evaluations=self._stepper.evaluations_in(steps, iterations),
+            rejected=self._stepper.rejected_in(steps, iterations),
             run_seconds=account.seconds,
             watching_seconds=account.watching_seconds,
             compile_seconds=compile_seconds,
@@ -243,16 +263,8 @@ class Recorder:
             message=message,
             drift_time="t" if self._timeline.physical_end is not None else self._problem.time,
             physical=physical,
+            restart=self._integrator.restart,
         )
-
-    def _step_sizes(self, steps: int) -> StepSizes:
-        """Return the steps taken; of an adaptive run without those that the end cuts short."""
-        h = abs(self._timeline.h)
-        if self._adaptive is None:
-            return StepSizes(h, h, h)
-        mean = abs(self._adaptive.time) / steps if steps else h
-        smallest, largest = self._adaptive.extremes
-        return StepSizes(smallest or mean, mean, largest or mean)
 
     def _kept(self) -> list[State]:
         """Return the saved states: those at wanted times, as they were asked for; or with the last."""

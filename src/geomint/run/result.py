@@ -11,6 +11,7 @@ from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
+from .restart import Restart
 
 __all__ = ["Result", "Status", "StepSizes"]
 
@@ -50,12 +51,14 @@ class Result(Compared):
     message: str
     drift_time: Time = "t"
     physical: Array | None = field(default=None, repr=False)
+    restart: Restart | None = field(default=None, repr=False)
+    route: str = ""
 
     def __repr__(self) -> str:
         end = f"{self.problem.time} = {self.tau[-1]:.9g}" if len(self.tau) else "no state saved"
         mean = "mean " if self.method.adaptive else ""
         return (
-            f"<solution of {self.problem.name!r} by {self.method.name}: {self.status}, "
+            f"<solution of {self.problem.name!r} by {self.route or self.method.name}: {self.status}, "
             f"{self.steps} steps of {mean}{self.step:.6g}, {len(self.tau)} states to {end}, "
             f"{len(self.drift)} drifts>"
         )

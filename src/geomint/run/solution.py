@@ -46,6 +46,11 @@ class Solution(Result):
         if the end was reached, but something that was observed was infinite or not a number.
     drift_time : ``"t"`` or ``"tau"``
         The time that drifts are measured in: physical if the end was given in it.
+    restart : Restart or None
+        What ``geomint.solve(solution, …)`` goes on from: the last whole step.
+    route : str
+        What was followed in place of the problem, if a plan chose so: the name of a reduction, or
+        ``"exact flow"``, which takes no steps.
     """
 
     def plot_drift(self) -> Figure:

@@ -14,6 +14,7 @@ from ..errors import DomainError
 from ..methods.method import Method
 from ..problems.evaluate import value
 from ..problems.problem import Problem
+from .restart import Restart
 
 __all__ = ["MOST_STEPS", "Timeline", "default_step", "evaluation_times", "plan_timeline"]
 
@@ -26,6 +27,8 @@ class Timeline:
 
     Attributes
     ----------
+    start : float
+        The problem's own time where steps are counted from.
     h : float
         Signed step in the problem's own time; the first one of an adaptive method.
     steps : int or None
@@ -38,16 +41,22 @@ class Timeline:
         End in physical time, where that was asked for and is not the problem's own.
     """
 
+    start: float
     h: float
     steps: int | None
     remainder: float
     own_end: float | None
     physical_end: float | None
 
-    def at(self, steps: npt.NDArray[np.int64]) -> Array:
-        """Return the problem's own time after so many steps; the end is the one asked for."""
-        times: Array = np.asarray(self.h * steps, dtype=np.float64)
-        if self.own_end is not None and self.remainder == 0.0:
+    @property
+    def expected(self) -> float:
+        """About how many steps there will be: as many as the first one makes."""
+        end = self.own_end if self.own_end is not None else self.physical_end
+        return abs(((end or 0.0) - self.start) / self.h)
+
+    def met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
+        """Return times after so many steps, that of the last whole step being the end, if it is."""
+        if self.own_end is not None and self.steps is not None and self.remainder == 0.0:
             times[steps == self.steps] = self.own_end
         return times
 
@@ -59,58 +68,95 @@ def plan_timeline(
     t_end: Any = None,
     tau_end: Any = None,
     step: Any = None,
+    t0: Any = 0.0,
+    restart: Restart | None = None,
 ) -> Timeline:
-    """Return the timeline of a run from time 0, or raise `DomainError`.
+    """Return the timeline of a run from physical time `t0`, or raise `DomainError`.
 
-    Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ) must be given; a
-    negative end integrates backwards.
+    Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ, from 0 on) must be
+    given; an end before the beginning integrates backwards. With a `restart` the run goes on there.
     """
     if (t_end is None) == (tau_end is None):
         raise DomainError("t_end, tau_end", (t_end, tau_end), "exactly one of them")
     if tau_end is not None and problem.time != "tau":
         raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
     end = finite("t_end" if tau_end is None else "tau_end", t_end if tau_end is None else tau_end)
-    if end == 0.0:
-        raise DomainError("t_end" if tau_end is None else "tau_end", end, "a time other than 0")
     own = problem.time == "t" or tau_end is not None
-    size = default_step(problem, method, y0, end) if step is None else positive("step", step)
-    h = math.copysign(size, end)
+    begin = finite("t0", t0) if tau_end is None else 0.0
+    if restart is not None:
+        return _resumed(restart, problem, method, end, own)
+    start, span = begin if own else 0.0, end - begin
+    if span == 0.0 or not math.isfinite(span):
+        name = "t_end" if tau_end is None else "tau_end"
+        raise DomainError(name, end, f"a time other than {begin:g}, where the run begins")
+    size = None if step is None else positive("step", step)
+    size = size or method.default_step(problem, y0, span, start)
+    h = math.copysign(size, span)
     if not method.adaptive:
-        _check_count(problem, y0, own, end, size, step is not None)
+        _check_count(problem, y0, own, span, size, step is not None)
     if not own:
-        return Timeline(h, None, 0.0, None, end)
+        return Timeline(start, h, None, 0.0, None, end)
     if method.adaptive:
-        return Timeline(h, None, 0.0, end, None)
-    count = abs(end) / size
-    # A ratio within rounding of a whole number means that number.
-    steps = round(count) if abs(count - round(count)) <= 1e-9 * max(count, 1.0) else int(count)
-    if steps >= 1 and steps == round(count) and abs(count - steps) <= 1e-9 * max(count, 1.0):
-        return Timeline(end / steps, steps, 0.0, end, None)
-    return Timeline(h, steps, end - steps * h, end, None)
+        return Timeline(start, h, None, 0.0, end, None)
+    steps, met = _counted(span, size)
+    if met:
+        return Timeline(start, span / steps, steps, 0.0, end, None)
+    return Timeline(start, h, steps, span - steps * h, end, None)
+
+
+def _counted(span: float, size: float) -> tuple[int, bool]:
+    """Return how many whole steps fit, and whether they fill the span: to 1e-9, which is rounding."""
+    count = abs(span) / size
+    near = abs(count - round(count)) <= 1e-9 * max(count, 1.0)
+    steps = round(count) if near else int(count)
+    return steps, near and steps >= 1
+
+
+def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own: bool) -> Timeline:
+    """Return the timeline of a run that goes on, with the steps it had: no step is adjusted."""
+    start, h = restart.start, restart.h
+    reached = start + restart.done * h
+    if not own or method.adaptive:  # the clock's row, and then that of time
+        reached = float(restart.memory[problem.rows + (own and restart.clock)])
+    if not (end - reached) * h > 0.0:
+        raise DomainError("end", end, f"a time beyond {reached:.9g}, where the run goes on")
+    if not own:
+        return Timeline(start, h, None, 0.0, None, end)
+    if method.adaptive:
+        return Timeline(start, h, None, 0.0, end, None)
+    span = end - start
+    steps, met = _counted(span, abs(h))
+    if met and span / steps == h:
+        return Timeline(start, h, steps, 0.0, end, None)
+    steps -= met and abs(steps * h) > abs(span)
+    return Timeline(start, h, steps, span - steps * h, end, None)
 
 
 def _check_count(
-    problem: Problem, y0: Array, own: bool, end: float, size: float, given: bool
+    problem: Problem, y0: Array, own: bool, span: float, size: float, given: bool
 ) -> None:
-    """Raise `DomainError` for more than 2⁵³ steps; to a physical end by the clock's rate at y0.
+    """Raise `DomainError` for more than 2⁵³ steps; over physical time by the clock's rate at y0.
 
     A rate that is 0 there, or no number, says nothing: the run will.
     """
     rate = 1.0
     if not own and problem.clock is not None:
         rate = abs(value(problem, problem.clock, y0))
-    if not (rate > 0.0 and abs(end) / rate > MOST_STEPS * size):
+    if not (rate > 0.0 and abs(span) / rate > MOST_STEPS * size):
         return
     if not given:
         expected = f"one within 2⁵³ steps of the default {size:.3g}: give a step"
-        raise DomainError("end", end, expected)
-    raise DomainError("step", size, f"a step that reaches {end:g} in fewer than 2⁵³ steps")
+        raise DomainError("end", span, expected)
+    raise DomainError("step", size, f"a step that spans {span:g} in fewer than 2⁵³ steps")
 
 
-def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array:
+def evaluation_times(
+    t_eval: Any, problem: Problem, timeline: Timeline, begin: float = 0.0
+) -> Array:
     """Return the physical times at which states are wanted, none for None, or raise `DomainError`.
 
-    They must be in the order of the run, and within it as far as that can be known.
+    They must be in the order of the run, and within it as far as that can be known; it begins at the
+    physical time `begin`.
     """
     if t_eval is None:
         return np.zeros(0)
@@ -122,8 +168,10 @@ def evaluation_times(t_eval: Any, problem: Problem, timeline: Timeline) -> Array
         raise DomainError("t_eval", t_eval, "at least one time, or None for the last state alone")
     # With an end in τ the physical time there is only known afterwards.
     end = timeline.own_end if problem.time == "t" else timeline.physical_end
-    if forward[0] < 0 or (end is not None and forward[-1] > abs(end)):
-        raise DomainError("t_eval", t_eval, f"times from 0 to {end if end is not None else '…'}")
+    sign = np.sign(timeline.h)
+    if forward[0] < sign * begin or (end is not None and forward[-1] > sign * end):
+        expected = f"times from {begin:g} to {end if end is not None else '…'}"
+        raise DomainError("t_eval", t_eval, expected)
     return times
 
 

@@ -20,7 +20,7 @@ from ..errors import SceneError, nearest, quoted, shortened
 if TYPE_CHECKING:
     from .scene import Scene
 
-__all__ = ["builtin_scenes", "load_scene", "scene_names"]
+__all__ = ["builtin_scenes", "load_changed", "load_scene", "scene_names"]
 
 
 def builtin_scenes() -> dict[str, Traversable]:
@@ -73,6 +73,21 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
     if not builtin:
         scene.warn()
     return scene
+
+
+def load_changed(source: str, drift: bool, **changes: Any) -> Scene:
+    """Return a scene from a built-in name or a TOML file, changed before it is checked.
+
+    By its own section ``[drift]`` if `drift`, and then by `changes`, as `raw.overridden` takes them.
+    """
+    name, text, builtin = _found(source)
+    content = parse(name if builtin else source, text)
+    from .raw import drift_changes, overridden
+    from .scene import Scene
+
+    raw = overridden(content, **drift_changes(content)) if drift else content
+    raw = overridden(raw, **changes)
+    return Scene.from_content(name, raw, text if raw == content else None)
 
 
 def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:

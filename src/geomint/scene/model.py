@@ -60,7 +60,8 @@ class TimeSection(Section):
 class IntegrateSection(Section):
     """``[integrate]``: the method, its step in the problem's own time, and the method's options.
 
-    `representation` forces a representation of the system, by its name or as ``"own"``.
+    `representation` forces a representation of the system, by its name or as ``"own"``. With `exact`
+    states may come from the exact flow, in place of the method's steps.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -68,6 +69,7 @@ class IntegrateSection(Section):
     method: Name = Field(default="gauss-8", description="the name of a method")
     step: Positive | None = Field(default=None, description="a step > 0")
     representation: Name | None = None
+    exact: bool | None = Field(default=None, description="true or false")
 
     @property
     def options(self) -> dict[str, Any]:
@@ -78,12 +80,18 @@ class IntegrateSection(Section):
 class ObserveSection(Section):
     """``[observe]``: which quantities are watched (names or groups), every how many steps.
 
-    `measure_steps`: the measure, which costs as much as tens of steps, in the first ones only.
+    A table in it has the options of the quantity of its name: ``[observe.measure] steps = 20000``.
     """
+
+    model_config = ConfigDict(extra="allow")
 
     quantities: list[Name] = Field(default=["invariants", "constraints"])
     every: Count = 1
-    measure_steps: Count | None = None
+
+    @property
+    def options(self) -> dict[str, dict[str, Any]]:
+        """Options of quantities, by their names."""
+        return dict(self.__pydantic_extra__ or {})
 
 
 class SaveSection(Section):

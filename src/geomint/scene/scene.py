@@ -10,22 +10,16 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from ..errors import GeomintWarning, SceneError, quoted
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
-from ..watch.observe import MEASURE
-from .explain import key_of, shown
 from .model import Content
-from .validate import check_content
+from .raw import drift_changes, merged, overridden, plain
+from .validate import Checked, check_content
 
 __all__ = ["Scene"]
-
-DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
-LARGEST_INTEGER = 10**300  # a float
 
 
 class Scene(Compared):
@@ -84,14 +78,15 @@ class Scene(Compared):
         scene._text = text
         return scene
 
-    def _check(self, name: str, content: Mapping[str, Any]) -> None:
+    def _check(self, name: str, content: Mapping[str, Any], former: Checked | None = None) -> None:
+        """Check the content; `former` is that of a scene with the same system and initial state."""
         self.name = name
         self._text: str | None = None
         try:
-            self._raw: dict[str, Any] = _plain(content)
+            self._raw: dict[str, Any] = plain(content)
         except SceneError as error:
             raise SceneError(f"scene {quoted(name)}: {error}") from None
-        self._checked = check_content(self._raw, name)
+        self._checked = check_content(self._raw, name, former)
         self.content, self.model = self._checked.content, self._checked.model
         self.method, self.notes = self._checked.method, self._checked.notes
 
@@ -123,34 +118,27 @@ class Scene(Compared):
 
         ``scene.changed(time={"t_end": 5.0})`` also removes ``tau_end``: there is only one end.
         """
-        raw = {key: dict(v) if isinstance(v, Mapping) else v for key, v in self._raw.items()}
-        for key, value in _plain(sections).items():
-            if not isinstance(value, Mapping):
-                raw[key] = value
-                continue
-            section = raw.setdefault(key, {})
-            if {"t_end", "tau_end"} & {k for k, v in value.items() if v is not None}:
-                section = {k: v for k, v in section.items() if k not in ("t_end", "tau_end")}
-            section = {**section, **value}
-            raw[key] = {k: v for k, v in section.items() if v is not None}
-        return Scene.from_content(name or self.name, raw)
+        former = None if {"system", "initial"} & sections.keys() else self._checked
+        return self._of(merged(self._raw, plain(sections)), former, name or self.name)
+
+    def _of(self, raw: dict[str, Any], former: Checked | None, name: str) -> Scene:
+        scene = Scene.__new__(Scene)
+        scene._check(name, raw, former)
+        return scene
+
+    def _overridden(self, **changes: Any) -> Scene:
+        """Return the scene with changes that leave its model, which is not built again."""
+        raw = overridden(self._raw, **changes)
+        return self if raw == self._raw else self._of(raw, self._checked, self.name)
 
     def for_drift(self) -> Scene:
         """Return the scene as ``geomint drift`` runs it: changed by its ``[drift]`` section."""
-        other = self.content.drift
-        scene = self._with_end(other.t_end, other.tau_end)
-        return scene.changed_observation(other.quantities, other.every).changed_integration(
-            other.method, other.step
-        )
+        return self._overridden(**drift_changes(self._raw))
 
     def for_compare(self) -> Scene:
         """Return the scene with the end that its ``[compare]`` section may state."""
-        return self._with_end(self.content.compare.t_end, self.content.compare.tau_end)
-
-    def _with_end(self, t_end: float | None, tau_end: float | None) -> Scene:
-        if t_end is None and tau_end is None:
-            return self
-        return self.changed(time={"t_end": t_end, "tau_end": tau_end})
+        other = self.content.compare
+        return self._overridden(t_end=other.t_end, tau_end=other.tau_end)
 
     def changed_integration(
         self,
@@ -162,28 +150,16 @@ class Scene(Compared):
 
         Options of the former method go; its step goes too, unless one is given.
         """
-        scene = self
-        if method is not None and method != self.content.integrate.method:
-            gone = dict.fromkeys((*self.content.integrate.options, "step"))
-            scene = scene.changed(integrate={**gone, "method": method})
-        changes = {"step": step, "representation": representation}
-        given = {key: value for key, value in changes.items() if value is not None}
-        return scene.changed(integrate=given) if given else scene
+        return self._overridden(method=method, step=step, representation=representation)
 
     def changed_observation(
         self, quantities: Iterable[str] | None = None, every: int | None = None
     ) -> Scene:
         """Return a scene that watches other quantities, or every so many steps.
 
-        What was said of quantities that are watched no longer goes: `measure_steps` with the measure.
+        Options of quantities that are watched no longer go with them.
         """
-        changes: dict[str, Any] = {} if every is None else {"every": every}
-        if quantities is not None:
-            names = list(quantities)
-            gone = [] if {MEASURE, "all"} & set(names) else ["measure_steps"]
-            gone += [] if names else ["every"]
-            changes = {**dict.fromkeys(gone), **changes, "quantities": names}
-        return self.changed(observe=changes) if changes else self
+        return self._overridden(quantities=quantities, every=every)
 
     @property
     def sections(self) -> dict[str, Any]:
@@ -214,29 +190,6 @@ class Scene(Compared):
             plain["system"] = {"name": self.content.system.name, **parameters}
         text = json.dumps(_normal(plain), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _plain(value: Any, *where: Any) -> Any:
-    """Return `value` with tuples and arrays as lists and numpy's numbers as Python's.
-
-    `where` are the keys that led to it. What no scene can hold is a `SceneError`.
-    """
-    if len(where) > DEEPEST:
-        expected = f"lists and tables that are nested at most {DEEPEST} deep"
-        raise SceneError(f"{key_of(where[:2])}: expected {expected}")
-    if isinstance(value, Mapping):
-        keys = {key if isinstance(key, str) else quoted(key): key for key in value}
-        return {name: _plain(value[key], *where, name) for name, key in keys.items()}
-    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
-        raise SceneError(f"{key_of(where)} = {shown(value)}: expected numbers, none of them masked")
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, list | tuple):
-        return [_plain(item, *where, i) for i, item in enumerate(value)]
-    if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
-        expected = "a number below 10³⁰⁰"
-        raise SceneError(f"{key_of(where)} = {quoted(value)}: expected {expected}")
-    return value
 
 
 def _normal(value: Any) -> Any:

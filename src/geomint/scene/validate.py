@@ -22,12 +22,16 @@ from ..errors import (
 from ..methods.method import Method
 from ..methods.registry import find_method
 from ..problems.systems import Model, System, find_system
-from ..watch.observe import GROUPS, MEASURE, quantities_of
+from ..watch.observe import choose_watchers
+from ..watch.quantities import GROUPS, expanded, quantities_of
+from ..watch.registry import plugged
 from .entries import check_once, method_and_step
-from .explain import explained, shown
-from .model import Content
+from .explain import explained, key_of, shown
+from .model import Content, ObserveSection
 
 __all__ = ["Checked", "check_content"]
+
+OWN = ("step", "representation", "exact")  # of [integrate], beside the method and its options
 
 
 class Checked(NamedTuple):
@@ -41,19 +45,22 @@ class Checked(NamedTuple):
     notes: tuple[str, ...]
 
 
-def check_content(raw: Mapping[str, Any], name: str) -> Checked:
-    """Return the checked content, or raise a `SceneError` with one line for every flaw."""
+def check_content(raw: Mapping[str, Any], name: str, former: Checked | None = None) -> Checked:
+    """Return the checked content, or raise a `SceneError` with one line for every flaw.
+
+    `former` is of a scene with the same system and initial state, whose model is taken.
+    """
     content, flaws = _structure(raw)
     system, more = _system(raw)
     flaws += more
     method, more = _method(raw, content)
-    flaws += more
+    flaws += [*more, *_observe_keys(raw)]
     if content is None or system is None or method is None or flaws:
         raise _error(name, flaws)
     parameters = system.parameters.model_validate(_parameters(content))
     initial = system.initial.model_validate(content.initial)
     try:
-        model, notes = _build(system, parameters, initial)
+        model, notes = _build(system, parameters, initial, former)
     except DomainError as error:
         raise _error(name, [f"{_section_of(error.name, content)} {error}"]) from error
     except GeomintError as error:
@@ -119,7 +126,7 @@ def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
 def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | None, list[str]]:
     section = _section(raw, "integrate")
     name = section.pop("method", "gauss-8")
-    for key in ("step", "representation"):
+    for key in OWN:
         section.pop(key, None)
     if not isinstance(name, str) or not name:
         return None, []
@@ -130,7 +137,7 @@ def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | N
         return None, [f"[integrate] {error}", *flaws]
     for key in section:
         if key not in method.options:
-            known = ["method", "step", "representation", *method.options]
+            known = ["method", *OWN, *method.options]
             flaws.append(
                 f"[integrate] {key} = {shown(section[key])}: no such key, nor an option of "
                 f"{name!r}.{nearest(key, known)}"
@@ -175,8 +182,12 @@ def _section_of(name: str, content: Content) -> str:
     return "[initial]" if key in content.initial else "[system] or [initial]:"
 
 
-def _build(system: System, parameters: Any, initial: Any) -> tuple[Model, tuple[str, ...]]:
+def _build(
+    system: System, parameters: Any, initial: Any, former: Checked | None
+) -> tuple[Model, tuple[str, ...]]:
     """Return the model, and what the system had to change to make the initial state admissible."""
+    if former is not None:
+        return former.model, former.notes
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeomintWarning)
         model = system.build(parameters, initial)
@@ -202,18 +213,40 @@ def _representation(model: Model, content: Content) -> Iterator[str]:
 
 def _quantities(model: Model, content: Content) -> Iterator[str]:
     """Any representation may have what is observed: the planner finds the one that does."""
-    names = (name for problem in model.problems.values() for name in quantities_of(problem))
-    known = [*dict.fromkeys(names), *GROUPS]
+    names = [name for problem in model.problems.values() for name in quantities_of(problem)]
+    known = [*dict.fromkeys(names), *GROUPS, *plugged()]
     for section, quantities in (
         ("observe", content.observe.quantities),
         ("drift", content.drift.quantities or []),
     ):
         for i, name in enumerate(quantities):
+            where = f"[{section}] quantities[{i}] = {quoted(name)}"
             if name not in known:
-                yield (
-                    f"[{section}] quantities[{i}] = {quoted(name)}: no such quantity."
-                    f"{nearest(name, known)}"
-                )
+                yield f"{where}: no such quantity.{nearest(name, known)}"
+            elif name in plugged() and name not in names:
+                yield from _plugged(where, model, name)
+
+
+def _plugged(where: str, model: Model, name: str) -> Iterator[str]:
+    """Yield what keeps the watcher of another package from every representation."""
+    obstacles = []
+    for problem in model.problems.values():
+        try:
+            choose_watchers(problem, [name])
+        except GeomintError as error:
+            obstacles.append(str(error))
+        else:
+            return
+    yield f"{where}: {obstacles[0]}"
+
+
+def _observe_keys(raw: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the keys of ``[observe]`` that are none, and no tables of options."""
+    known = list(ObserveSection.model_fields)
+    for key, value in _section(raw, "observe").items():
+        if key not in known and not isinstance(value, Mapping):
+            where = f"{key_of(('observe', key))} = {shown(value)}"
+            yield f"{where}: no such key.{nearest(str(key), known)}"
 
 
 def _observation(model: Model, content: Content) -> Iterator[str]:
@@ -225,13 +258,16 @@ def _observation(model: Model, content: Content) -> Iterator[str]:
             if (getattr(content, section).every or 1) != 1:
                 every = getattr(content, section).every
                 yield f"[{section}] every = {every!r}: nothing is observed: quantities is empty"
-    own = next(iter(model.problems.values()))
-    measured = MEASURE in names or ("all" in names and own.measure is not None)
-    if observe.measure_steps is not None and not measured:
-        yield (
-            f"[observe] measure_steps = {observe.measure_steps!r}: {MEASURE!r} is observed neither in "
-            "[observe] nor in [drift]"
-        )
+    for name, options in observe.options.items():
+        where = f"{key_of(('observe', name))} = {shown(options)}"
+        having = [p for p in model.problems.values() if name in expanded(p, names)]
+        if not having:
+            yield f"{where}: {quoted(name)} is observed neither in [observe] nor in [drift]"
+            continue
+        try:
+            choose_watchers(having[0], {name: options})
+        except GeomintError as error:
+            yield f"[observe.{name}] {error}"
 
 
 def _ends(model: Model, content: Content) -> Iterator[str]:

@@ -61,8 +61,8 @@ class Quantities:
         if name not in self._entries:
             check_value(self._problem, f, y)
             bound = bind(f, VALUE, params=len(self._problem.params), y=self._problem.rows)
-            self._entries[name] = bound.entry()
-        return float(self._entries[name](self._params, float(t), Block(y), self._work))
+            self._entries[name] = bound.call(params=self._params, work=self._work)
+        return float(self._entries[name](t=float(t), y=Block(y)))
 
     def scale(self, name: str, t: float, y: Array, pieces: bool = False) -> float:
         """Return max(|f|, Σ |y_i ∂f/∂y_i|), a rounding of every number of y changes f by ε times it.
@@ -127,8 +127,8 @@ class Quantities:
         rng, worst = np.random.default_rng(569), 0.0
 
         def increment(xi: Array, y: Array) -> Array:
-            given = Block(group.layout.copy()), Block(xi), Block(y)
-            return self._written(Bound(group.act, ACTION), given, scalar_block(group.work))
+            given = {"layout": Block(group.layout.copy()), "x": Block(xi), "y": Block(y)}
+            return self._written(Bound(group.act, ACTION), **given, work=scalar_block(group.work))
 
         for t, y in self._states():
             xi = rng.normal(size=group.algebra_rows) / np.sqrt(group.algebra_rows)
@@ -160,7 +160,7 @@ class Quantities:
             worst = max(worst, _relative(third, 8.0 * max(map(abs, line))))
             if worst > EXACT:
                 return worst
-            v = self._written(field, (self._params, float(t), Block(y)), self._work)
+            v = self._written(field, params=self._params, t=float(t), y=Block(y), work=self._work)
             v = v / (np.max(np.abs(v) / self._sizes) or 1.0)
             slopes = [self._rise(name, t, y, v[i] * row) for i, row in enumerate(np.eye(len(y)))]
             terms = float(np.sum(np.abs(slopes)))
@@ -172,11 +172,10 @@ class Quantities:
     def _rise(self, name: str, t: float, y: Array, v: Array) -> float:
         return self.value(name, t, y + v) - self.value(name, t, y - v)
 
-    @np.errstate(all="ignore")
-    def _written(self, f: Bound, given: tuple[Any, ...], work: Block) -> Array:
+    def _written(self, f: Bound, **given: Any) -> Array:
         """Return what a field or action writes."""
         out = np.zeros(self._problem.rows)
-        f.entry(self._compiled)(*given, Block(out), work)
+        f.call(self._compiled)(**given, out=Block(out))
         return out
 
 

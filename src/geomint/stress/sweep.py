@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ..errors import FormError, GeomintError, GeomintWarning, nearest
+from ..errors import GeomintError, GeomintWarning, nearest
 from ..methods import Adaptive, Compose, Method, find_method, method_names
-from ..problems.problem import Problem
+from ..plan.fitting import unfit
 from ..problems.systems import Model
 from ..run.many import run_many
 from .case import StressAxis, StressCase, stress_cases
@@ -118,14 +118,6 @@ def _built(build: Callable[[], Model]) -> Model:
         return build()
 
 
-def _fits(method: Method, problem: Problem) -> bool:
-    try:
-        method.check_fits(problem, problem.time == "tau" and method.needs != "action")
-    except FormError:
-        return False
-    return True
-
-
 def items_of(
     numbers: Sequence[int], methods: Sequence[Method], quick: bool = False
 ) -> tuple[list[list[Item]], list[Cell]]:
@@ -152,7 +144,7 @@ def items_of(
             chosen = case.quick if quick else case.representations
             if chosen is None or name in chosen:
                 key = problem.forms if quick else (number, name)
-                items = [Item(number, name, m.name) for m in methods if _fits(m, problem)]
+                items = [Item(number, name, m.name) for m in methods if not unfit(problem, m, {})]
                 group = groups.setdefault(key, [])
                 turned = quick and list(groups).index(key) % 2 == 1
                 group.extend(reversed(items) if turned else items)

@@ -7,5 +7,6 @@ from .groups import check_group
 from .methods import check_method
 from .problems import check_problem
 from .spaces import check_space
+from .watchers import check_watcher
 
-__all__ = ["check_group", "check_method", "check_problem", "check_space"]
+__all__ = ["check_group", "check_method", "check_problem", "check_space", "check_watcher"]

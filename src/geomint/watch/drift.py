@@ -58,6 +58,9 @@ class Drift(Compared):
         Size and time of the largest jump, where there is one; the time is 0 for the first step.
     not_finite_from : float or None
         Time of the first value that was infinite or not a number.
+    kind, label, note : str
+    own_noise : bool
+        What the watcher says of the quantity, see `geomint.Watcher`.
     """
 
     name: str
@@ -74,6 +77,10 @@ class Drift(Compared):
     jump_size: float | None = None
     jump_time: float | None = None
     not_finite_from: float | None = None
+    kind: str = "others"
+    label: str = "v − v₀"
+    note: str = ""
+    own_noise: bool = False
 
     @property
     def within_roundoff(self) -> bool:
@@ -154,10 +161,13 @@ def drift_from_windows(
     return drift_of_run(name, windows, scale, explained)
 
 
-def drift_of_run(name: str, windows: Windows, scale: float, explained: float) -> Drift:
+def drift_of_run(
+    name: str, windows: Windows, scale: float, explained: float, **described: Any
+) -> Drift:
     """Return the drift as `drift_from_windows` does; undetermined where times are not in order.
 
-    So no run is lost in which a clock has stood still.
+    So no run is lost in which a clock has stood still. `described` is what its watcher says of the
+    quantity.
     """
     growth = Growth(NOT_FINITE if windows.not_finite_from is not None else "undetermined")
     if windows.not_finite_from is None and windows.in_order:
@@ -176,4 +186,5 @@ def drift_of_run(name: str, windows: Windows, scale: float, explained: float) ->
         windows=windows,
         not_finite_from=windows.not_finite_from,
         **growth._asdict(),
+        **described,
     )

@@ -16,8 +16,7 @@ the quantity is made so that 32 ε × scale is that (plus what rounding the end 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -39,17 +38,17 @@ from ..kernels.measure.memory import (
 from ..kernels.numbers.blocks import Block, scalar_block, section
 from ..kernels.solve.advance import bound_stepper
 from ..methods.binding import lane_field
-from ..methods.stepper import Stepper
 from ..problems.evaluate import derivative, rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from .drift import ROUNDOFF
-from .windows import Windows
+from .watcher import Run, Watcher
 
-__all__ = ["MeasureObserver"]
+__all__ = ["InvariantMeasure"]
 
 DEVIATIONS = 4.0  # a random walk leaves them behind in one of 8000 runs
+NOISE = 4.0  # times the level of its noise: how large a random walk of the sum may be just that
 BATCH = 1024  # steps of one call, between which Ctrl-C is seen
 
 
@@ -58,112 +57,96 @@ def no_conditions(params, t, y, out, work):  # type: ignore[no-untyped-def]
     """Write nothing: an open set of states has no conditions."""
 
 
-class MeasureObserver:
-    """Sums the defects of all steps, or of the first `limit`, and keeps the windows of the sum.
+@dataclass(eq=False, kw_only=True)
+class InvariantMeasure(Watcher):
+    """The sum of the defects of all steps, or of the first `steps`: 0 at the start.
 
-    Attributes
+    Parameters
     ----------
-    windows : Windows
-        Of the sum, which is 0 at the start.
+    steps : int, optional
+        Each costs as much as tens of steps of the method.
     """
 
-    def __init__(
-        self, problem: Problem, stepper: Stepper, y0: Array, limit: int | None = None
-    ) -> None:
-        assert problem.measure is not None  # choose_observables has refused others
-        self._problem, self._stepper = problem, stepper
-        self._compiled = stepper.compiled
-        self._measure: Measure = problem.measure
-        self._lanes = stepper.lanes()
-        self._functions, extra = self._lane_functions(y0)
-        n, rows, m = problem.rows, len(stepper.state), self._measure.conditions
+    name = "measure"
+    kind = "measure"
+    every_state = True
+    with_clock = True
+    own_noise = True
+    note = (
+        "the sum of log(density ratio × Jacobian determinant) of the numerical steps, 0 if the method "
+        "keeps the invariant measure. Its scale is the noise that this instrument has measured of "
+        "itself, which grows with the number of steps, divided by 32 ε."
+    )
+
+    def obstacle(self, problem: Problem) -> str:
+        return "" if problem.measure is not None else f"{problem.name!r} states no measure"
+
+    def evaluates(self, problem: Problem) -> Measure | None:
+        return problem.measure
+
+    def cost(self, problem: Problem) -> float:
+        return 8.0 * problem.rows  # trajectories at once, tangent vectors
+
+    def begin(self, run: Run) -> float:
+        """Compile, or find in the cache, the sweep with the method's step in it."""
+        problem, y0 = run.problem, run.state
+        assert problem.measure is not None
+        self._stepper, self._measure, self._time = run.stepper, problem.measure, run.time
+        self._lanes = run.stepper.lanes()
+        functions, extra = self._lane_functions(problem, y0)
+        n, rows, m = problem.rows, len(run.stepper.state), self._measure.conditions
         of_method = self._lanes.memory_rows, self._lanes.work_rows + extra
         self._sizes = Sizes(n, rows, m, *of_method, problem.work)
-        self._given = measure_given(problem.pieces, self._sizes)
         start = np.append(y0, np.zeros(rows - n))
         self._memory = measure_memory(start, _scales(problem, y0), self._sizes)
-        self._lane_numbers = scalar_block(8 * sum(lane_layout(self._sizes)))
-        self._work = scalar_block(sum(work_layout(self._sizes)))
-        self._time, self._left = stepper.t0, limit
-        self._sweep: Callable[..., None] | None = None
-        self.windows = Windows(0.0)
-        self._end = np.zeros(0), np.zeros(0)  # time and sum after the last step
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
+        sizes = {"params": len(problem.params), "y": problem.rows}
+        kernel = bound_stepper(self._lanes.kernel, functions).in_lanes
+        density = bind(self._measure.log_density, VALUE, **sizes)
+        manifold = Bound(no_conditions, FIELD)
+        if self._measure.manifold is not None:
+            manifold = bind(self._measure.manifold, FIELD, **sizes, out=m)
+        manifold = manifold.in_lanes
+        self._sweep = measure_sweep(kernel, functions, density, manifold).call(
+            run.stepper.compiled,
+            kernel=kernel,
+            functions=functions,
+            density=density,
+            manifold=manifold,
+            params=run.stepper.params,
+            coefficients=self._lanes.coefficients,
+            fractions=run.stepper.fractions,
+            layout=measure_given(problem.pieces, self._sizes),
+            memory=self._memory,
+            lane_numbers=scalar_block(8 * sum(lane_layout(self._sizes))),
+            work=scalar_block(sum(work_layout(self._sizes))),
+        )
+        return 0.0
 
-    def _lane_functions(self, y0: Array) -> tuple[tuple[Bound, ...], int]:
+    def _lane_functions(self, problem: Problem, y0: Array) -> tuple[tuple[Bound, ...], int]:
         """Return the method's functions for lanes, and how much more scratch they need."""
-        functions, problem = self._lanes.functions, self._problem
-        if [f.signature for f in self._stepper.functions] != [FIELD]:
+        functions, stepper = self._lanes.functions, self._stepper
+        if [f.signature for f in stepper.functions] != [FIELD]:
             return functions, 0
-        start = np.append(y0, np.zeros(len(self._stepper.state) - problem.rows))
-        field, work = lane_field(functions[0], problem.params, start, problem.work, self._compiled)
+        start = np.append(y0, np.zeros(len(stepper.state) - problem.rows))
+        given = problem.params, start, problem.work, stepper.compiled
+        field, work = lane_field(functions[0], *given)
         return (field,), work - problem.work
 
-    def prepare(self) -> None:
-        """Compile, or find in the cache, the sweep with the method's step in it."""
-        if self._sweep is not None:
-            return
-        problem, measure = self._problem, self._measure
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        kernel = bound_stepper(self._lanes.kernel, self._functions).in_lanes
-        density = bind(measure.log_density, VALUE, **sizes)
-        manifold = Bound(no_conditions, FIELD)
-        if measure.manifold is not None:
-            manifold = bind(measure.manifold, FIELD, **sizes, out=measure.conditions)
-        functions = (*self._functions, density, manifold.in_lanes)
-        self._sweep = measure_sweep(kernel, *functions).with_functions(
-            kernel, *functions, compiled=self._compiled
-        )
-
-    def add(self, times: Array, labels: Array, states: Array, watched: Any, step: float) -> None:
-        """Take the states after the next steps, one a row.
-
-        Parameters
-        ----------
-        times, labels : array
-            The problem's own times, and those that drifts are measured in.
-        watched : array of bool
-            The steps after which the sum is sampled.
-        step : float
-            The length of the steps; 0: the differences of their times.
-        """
-        self.prepare()
-        assert self._sweep is not None
-        if self._left is not None:
-            if self._left == 0:
-                return
-            here = slice(0, self._left)
-            times, labels, states, watched = times[here], labels[here], states[here], watched[here]
-            self._left -= len(times)
+    def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))
-        lengths = np.full(len(times), step) if step else times - starts
         values = np.zeros(len(times))
-        flat = np.ascontiguousarray(states)
+        flat = np.array(states)
         for first in range(0, len(times), BATCH):
             here = slice(first, first + BATCH)
-            with np.errstate(all="ignore"):
-                self._sweep(
-                    self._stepper.params,
-                    self._lanes.coefficients,
-                    self._stepper.fractions,
-                    self._given,
-                    self._memory,
-                    self._lane_numbers,
-                    self._work,
-                    Block(starts[here]),
-                    Block(lengths[here]),
-                    Block(flat[here].reshape(-1)),
-                    Block(values[here]),
-                )
+            self._sweep(
+                starts=Block(starts[here]),
+                lengths=Block(lengths[here]),
+                states=Block(flat[here].reshape(-1)),
+                out=Block(values[here]),
+            )
         self._time = float(times[-1])
-        self._end = labels[-1:].copy(), values[-1:]
-        self.windows.add(labels[watched], values[watched])
-
-    def add_end(self) -> None:
-        """Sample the sum after the last of the steps that were taken, if that is still to do."""
-        labels, values = self._end
-        if len(labels) and labels[0] != self.windows.last_time:
-            self.windows.add(labels, values)
+        return values
 
     def _remembered(self, name: str) -> float:
         return float(section(self._memory, memory_layout(self._sizes), name)[0])
@@ -173,13 +156,15 @@ class MeasureObserver:
         """The standard deviation that rounding has given to the sum so far."""
         return float(np.sqrt(self._remembered("variance")))
 
-    @property
     def scale(self) -> float:
-        """The scale that makes 32 ε × scale the level below which nothing can be seen."""
+        """Return the scale that makes 32 ε × scale the level below which nothing can be seen."""
         noise = DEVIATIONS * self.deviation + self._remembered("bias")
         coarse = CONDITIONS_LARGEST / self._remembered("condition_spacing")  # 1 for polynomials
         ends = self._density_scale + self._measure.conditions * coarse
         return float(ends + noise / ROUNDOFF)
+
+    def noise(self, steps: int) -> float:
+        return NOISE * ROUNDOFF * self.scale()
 
 
 def _scales(problem: Problem, y0: Array) -> Array:

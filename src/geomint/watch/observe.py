@@ -1,8 +1,8 @@
-"""What is watched along a run: named functions of the state, reduced to windows on the fly."""
+"""What is watched along a run: chosen by name, and reduced to windows on the fly."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from types import FunctionType
 from typing import Any
 
@@ -10,191 +10,128 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array, check_name
-from ..errors import DomainError, nearest
-from ..kernels.compiling.bound import bind
+from ..errors import DomainError
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import VALUE
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.sample import SAMPLE
-from ..methods.stepper import Stepper
-from ..problems.evaluate import rounding_scale, value
-from ..problems.forms import Measure
 from ..problems.problem import Problem
-from .drift import ROUNDOFF, Drift, drift_of_run, walk_level
-from .measure import MeasureObserver
-from .windows import Windows
+from .drift import Drift
+from .functions import Function
+from .quantities import GROUPS, expanded, watcher_of
+from .registry import checked_watcher
+from .watcher import Run, Seen, Watcher
 
-__all__ = ["MEASURE", "Observers", "choose_observables", "expanded", "quantities_of"]
-
-GROUPS = ("invariants", "constraints", "observables", "all")
-MEASURE = "measure"
-NOISE = 4.0  # times the level of its noise: how large a random walk of the measure may be just that
+__all__ = ["Observers", "choose_watchers"]
 
 
-def quantities_of(problem: Problem) -> list[str]:
-    """Return the names of all that can be observed: the diagnostics, and the measure if it has one."""
-    return [*problem.diagnostics, *([MEASURE] if problem.measure is not None else [])]
-
-
-def choose_observables(problem: Problem, wanted: Any) -> dict[str, Recorded | Measure]:
-    """Return the named functions that `wanted` asks for.
+def choose_watchers(problem: Problem, wanted: Any) -> dict[str, Watcher]:
+    """Return the watchers that `wanted` asks for, by name.
 
     Parameters
     ----------
-    wanted : iterable of str, or mapping of str to recorded function
-        Names of the problem's diagnostics; ``"measure"``, the sum of log(density ratio × Jacobian
-        determinant) of the numerical steps (`geomint.watch.measure`), if the problem has a measure; the
-        groups ``"invariants"``, ``"constraints"``, ``"observables"`` and ``"all"``; or functions
-        ``f(params, t, y, work)`` of the user's own.
+    wanted : iterable of str, or mapping of str to what is watched under that name
+        Names: of the problem's diagnostics; ``"measure"`` (`geomint.watch.measure`), if the problem has
+        one; of watchers that packages register; the groups ``"invariants"``, ``"constraints"``,
+        ``"observables"`` and ``"all"``, which is what the problem has of its own. A mapping gives a
+        function ``f(params, t, y, work)``, a `geomint.Watcher`, or the options of what has that name:
+        ``{"all": {}, "measure": {"steps": 1000}}``.
 
     Raises
     ------
     DomainError
-        For a name that the problem does not have.
+        For a name that the problem does not have, and for options that a watcher does not have.
     """
-    if isinstance(wanted, str):
-        wanted = [wanted]
-    if not isinstance(wanted, Iterable):
-        raise DomainError("observe", wanted, "names of quantities, or a mapping of functions")
-    if isinstance(wanted, Mapping):
-        return {name: _recorded(name, f) for name, f in wanted.items()}
+    expected = "names of quantities, or a mapping of functions, watchers or options"
+    wanted = [wanted] if isinstance(wanted, str) else wanted
     try:
         names = list(wanted)
     except Exception:  # whatever a foreign object raises there
-        names = [None]
+        raise DomainError("observe", wanted, expected) from None
     if not all(isinstance(name, str) for name in names):
-        raise DomainError("observe", wanted, "names of quantities, or a mapping of functions")
-    known: dict[str, Recorded | Measure] = dict(problem.diagnostics)
-    if problem.measure is not None:
-        known[MEASURE] = problem.measure
-    chosen: dict[str, Recorded | Measure] = {}
-    for name in expanded(problem, names):
-        if name == MEASURE and name not in known:
-            raise DomainError(
-                "observe", name, f"one of {list(known)}: {problem.name!r} states no measure"
-            )
-        if name not in known:
-            raise DomainError("observe", name, f"a quantity of the problem.{nearest(name, known)}")
-        chosen[name] = known[name]
+        raise DomainError("observe", wanted, expected)
+    given = wanted if isinstance(wanted, Mapping) else {key: {} for key in names}
+    chosen: dict[str, Watcher] = {}
+    for key in names:
+        what = given[key]
+        if key in GROUPS and isinstance(what, Mapping):
+            if what:
+                raise DomainError(f"observe[{key!r}]", what, "{}: a group has no options")
+            chosen.update({name: watcher_of(problem, name) for name in expanded(problem, [key])})
+        else:
+            chosen[key] = _chosen(problem, key, what)
     if names and not chosen and "all" not in names:
         raise DomainError("observe", names, f"something that {problem.name!r} has: it has none")
     return chosen
 
 
-def _recorded(name: str, f: Any) -> Recorded:
+def _chosen(problem: Problem, name: str, what: Any) -> Watcher:
+    """Return the watcher of one entry: a function, a watcher, or options of what has the name."""
+    where = f"observe[{name!r}]"
+    if isinstance(what, Mapping):
+        watcher = watcher_of(problem, name)
+        if not all(isinstance(option, str) for option in what):
+            raise DomainError(where, what, "options by their names")
+        return checked_watcher(where, watcher.with_options(**what)) if what else watcher
     check_name("observe", name)
-    if name == MEASURE:
-        raise DomainError("observe", name, "another name: it is that of the problem's own measure")
-    if isinstance(f, Recorded):
-        return f
-    expected = "a Python function f(params, t, y, work), written with def"
-    if not isinstance(f, FunctionType):
-        raise DomainError(f"observe[{name!r}]", f, expected)
-    return Recorded(f)
-
-
-def expanded(problem: Problem, wanted: Iterable[str]) -> Iterable[str]:
-    """Yield the names of quantities, those of `GROUPS` in place of these."""
-    for name in wanted:
-        if name == "all":
-            yield from quantities_of(problem)
-        elif name in GROUPS:
-            yield from getattr(problem, name)
-        else:
-            yield name
+    if isinstance(what, Recorded | FunctionType):
+        return Function(what if isinstance(what, Recorded) else Recorded(what))
+    if isinstance(what, Watcher) or (isinstance(what, type) and issubclass(what, Watcher)):
+        watcher = checked_watcher(where, what)
+        if obstacle := watcher.obstacle(problem):
+            raise DomainError(where, what, f"another watcher: {obstacle}")
+        return watcher
+    expected = "a Python function f(params, t, y, work), written with def, or a geomint.Watcher"
+    raise DomainError(where, what, expected)
 
 
 class Observers:
-    """Evaluates what was chosen on chunks of states and keeps its windows."""
+    """Everything that is watched along one run."""
 
-    def __init__(
-        self,
-        problem: Problem,
-        chosen: Mapping[str, Recorded | Measure],
-        y0: Array,
-        stepper: Stepper,
-        measure_steps: int | None = None,
-    ) -> None:
-        self._problem, self._compiled, self._names = problem, stepper.compiled, list(chosen)
-        functions = {name: f for name, f in chosen.items() if isinstance(f, Recorded)}
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        self._functions = {name: bind(f, VALUE, **sizes) for name, f in functions.items()}
-        self._measure = None
-        if MEASURE in chosen:
-            self._measure = MeasureObserver(problem, stepper, y0, measure_steps)
-        self._params = scalar_block(len(problem.params))
-        self._params.data[:] = problem.params
-        self._work = scalar_block(problem.work)
-        self._entries: dict[str, Any] = {}
-        self._sample: Any = None
-        self.windows = {name: Windows(value(problem, f, y0)) for name, f in functions.items()}
-        self.scales = {name: rounding_scale(problem, f, y0) for name, f in functions.items()}
+    def __init__(self, chosen: Mapping[str, Watcher], run: Run) -> None:
+        self._names = list(chosen)
+        groups: dict[type[Watcher], dict[str, Watcher]] = {}
+        for name, watcher in chosen.items():
+            groups.setdefault(type(watcher), {})[name] = watcher
+        self._watches = [
+            watch for kind, group in groups.items() for watch in kind.together(group, run)
+        ]
+
+    @property
+    def samples(self) -> bool:
+        """Whether something is to be sampled at some states."""
+        return bool(self._watches)
 
     @property
     def needs_all_states(self) -> bool:
         """Whether the state after every step is needed, however seldom something is sampled."""
-        return self._measure is not None
+        return any(watch.sees_all for watch in self._watches)
 
     def prepare(self) -> None:
-        """Compile, or find in the cache, all functions."""
-        if self._measure is not None:
-            self._measure.prepare()
-        if not self._functions or self._sample is not None:
-            return
-        self._entries = {name: f.entry(self._compiled) for name, f in self._functions.items()}
-        self._sample = SAMPLE.entry(self._compiled)
+        """Compile, or find in the cache, what is needed, and evaluate it where the run begins."""
+        for watch in self._watches:
+            watch.prepare()
 
     def add(
         self,
         times: Array,
         labels: Array,
         states: Array,
-        watched: npt.NDArray[np.bool_],
+        sampled: npt.NDArray[np.bool_],
         step: float = 0.0,
     ) -> None:
-        """Evaluate everything on the `watched` of `states` (one a row) at the problem's own `times`.
-
-        `labels` are the times that drifts are measured in: the scene's own. `step` is the length of
-        the steps that led to the states, 0 if that is not known better than by their times.
-        """
-        self.prepare()
-        if self._measure is not None and len(times):
-            self._measure.add(times, labels, states, watched, step)
-        self._evaluate(times[watched], labels[watched], states[watched], self._entries)
+        """Take the next states, one a row, of which some are sampled; see `Seen`."""
+        seen = Seen(times, labels, states, sampled, step)
+        for watch in self._watches:
+            watch.add(seen)
 
     def add_end(self, time: float, label: float, state: Array) -> None:
         """Sample the last state of a run, however seldom something is sampled.
 
         What has been sampled there already is left alone: the end counts once.
         """
-        if self._measure is not None:
-            self._measure.add_end()
-        late = [name for name, windows in self.windows.items() if windows.last_time != label]
-        self._evaluate(np.array([time]), np.array([label]), state[None, :], late)
-
-    def _evaluate(self, times: Array, labels: Array, states: Array, names: Iterable[str]) -> None:
-        if not self._functions or not len(times):
-            return
-        count, stride = states.shape
-        flat = Block(np.ascontiguousarray(states).reshape(-1))
-        now, out = Block(np.ascontiguousarray(times)), scalar_block(count)
-        for name in names:
-            self._sample(
-                self._entries[name],
-                *(self._params, now, flat, stride, self._problem.rows, count, self._work, out),
-            )
-            self.windows[name].add(labels, out.data)
+        end = Seen(np.array([time]), np.array([label]), state[None, :], np.array([True]))
+        for watch in self._watches:
+            watch.add_end(end)
 
     def drifts(self, steps: int) -> dict[str, Drift]:
         """Return the drift of every quantity over `steps` steps."""
-        drifts = {
-            name: drift_of_run(name, windows, scale, walk_level(scale, steps))
-            for (name, windows), scale in zip(
-                self.windows.items(), self.scales.values(), strict=True
-            )
-        }
-        if self._measure is not None:
-            scale = self._measure.scale  # the noise of all steps
-            level = NOISE * ROUNDOFF * scale
-            drifts[MEASURE] = drift_of_run(MEASURE, self._measure.windows, scale, level)
+        drifts = {drift.name: drift for watch in self._watches for drift in watch.drifts(steps)}
         return {name: drifts[name] for name in self._names}

@@ -25,17 +25,17 @@ class Windows(Compared):
     length : int
         Samples a window.
     not_finite_from : float or None
-        Time of the first value that was infinite or not a number: 0 if that is the first of all.
+        Time of the first value that was infinite or not a number: that of `initial` if it is the first.
     """
 
-    def __init__(self, initial: float) -> None:
+    def __init__(self, initial: float, start: float = 0.0) -> None:
         self.initial = initial
         self.length = 1
         self.samples = 0
         self.last = 0.0
-        self.last_time = 0.0
+        self.last_time = start
         self.max_abs = 0.0
-        self.not_finite_from = None if np.isfinite(initial) else 0.0
+        self.not_finite_from = None if np.isfinite(initial) else start
         self._open_values = np.zeros(0)
         self._open_times = np.zeros(0)
         # rows: mean time, mean deviation, largest |deviation|

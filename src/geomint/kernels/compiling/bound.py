@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..numbers.blocks import fixed_rows
+from .call import Call, Code
 from .compiled import compiled as machine_code
 from .number_types import SCALAR, NumberType
 from .recorded import Recorded
@@ -40,12 +40,22 @@ class Bound:
             return self.recorded
         return machine_code(self.recorded, self.signature.of(number_type))
 
-    def with_functions(
-        self, *functions: Bound, compiled: bool = True, number_type: NumberType = SCALAR
-    ) -> Callable[..., Any]:
-        """Return the entry of a kernel that has got the functions that it takes first."""
-        entries = [f.entry(compiled, number_type) for f in functions]
-        return functools.partial(self.entry(compiled, number_type), *entries)
+    def call(self, compiled: bool = True, number_type: NumberType = SCALAR, **values: Any) -> Call:
+        """Return the function as Python calls it, with some arguments given.
+
+        Functions among them, and in tuples, are `Bound`.
+        """
+
+        def entries(value: Any) -> Any:
+            if isinstance(value, tuple):
+                return tuple(entries(member) for member in value)
+            return value.entry(compiled, number_type) if isinstance(value, Bound) else value
+
+        names = tuple(name for name, _ in self.signature.arguments)
+        code = self.entry(compiled, number_type)
+        call = Call(self.recorded.function, names, code if isinstance(code, Code) else None)
+        call.set(**{name: entries(value) for name, value in values.items()})
+        return call
 
 
 @functools.cache

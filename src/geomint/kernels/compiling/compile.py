@@ -26,15 +26,15 @@ from numba.extending import typeof_impl
 
 from ..numbers import typing_blocks  # noqa: F401 - blocks and lanes, for numba
 from .cache import UnkeptCache, make_cache, sources_edited
+from .call import Code
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .recorded import Recorded
 
 __all__ = ["compile_function", "listen", "make_dispatcher"]
 
 _njit: Any = numba.njit
-_OPTIONS = {"error_model": "numpy", "nogil": True}
-# What compiled code alone calls needs no way in from Python or C.
-_INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
+_OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
 
@@ -91,7 +91,7 @@ def _unique(recorded: Recorded) -> FunctionType:
 
 def make_dispatcher(recorded: Recorded) -> Any:
     """Return a numba dispatcher of a recorded function for use inside of other compiled code."""
-    dispatcher: Any = _njit(forceinline=recorded.inline, **_INSIDE, **_OPTIONS)(_unique(recorded))
+    dispatcher: Any = _njit(forceinline=recorded.inline, **_OPTIONS)(_unique(recorded))
     jitted = isinstance(dispatcher, Dispatcher)  # with NUMBA_DISABLE_JIT it is the function itself
     if jitted:
         template = dispatcher.get_call_template
@@ -105,7 +105,7 @@ def make_dispatcher(recorded: Recorded) -> Any:
 
 
 def _entry(recorded: Recorded) -> Any:
-    """Return the dispatcher that is called from Python or by address: the one with a cache."""
+    """Return the dispatcher of what is called by its address: the one with a cache."""
     return recorded.made(_make_entry)
 
 
@@ -114,6 +114,7 @@ def _make_entry(recorded: Recorded) -> Any:
     jitted = isinstance(dispatcher, Dispatcher)
     if jitted:
         dispatcher.reach = recorded.reach  # keeps alive what the code has addresses of
+        dispatcher.codes = {}
         refuse_compiled(recorded)
 
         def started() -> None:
@@ -128,24 +129,32 @@ def _make_entry(recorded: Recorded) -> Any:
 
 
 def compile_function(recorded: Recorded, signature: Any) -> Any:
-    """Return the dispatcher of `recorded`, compiled for `signature` or found in the cache.
+    """Return the code of `recorded`, compiled for `signature` or found in the cache.
 
-    What the function reaches is looked at in each call: after a change it is another dispatcher.
+    What the function reaches is looked at in each call: after a change it is other code. With
+    NUMBA_DISABLE_JIT it is the function as it is.
 
     Raises
     ------
     DomainError
         If the function reaches what numba has compiled by itself.
     """
-    dispatcher = _entry(recorded)
-    if isinstance(dispatcher, Dispatcher) and signature.args not in dispatcher.overloads:
-        with _lock, warnings.catch_warnings():
-            # Steppers take fields as first-class functions, which numba calls experimental every
-            # time; its pedantic warnings are addressed to its own developers.
-            warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
-            warnings.simplefilter("ignore", NumbaPedanticWarning)
-            _compile(dispatcher, recorded.function.__name__, signature)
-    return dispatcher
+    dispatcher: Any = _entry(recorded)
+    if not hasattr(dispatcher, "codes"):
+        return recorded.function
+    code = dispatcher.codes.get(id(signature))  # which the code keeps
+    if code is not None:
+        return code
+    with _lock, warnings.catch_warnings():
+        # Steppers take fields as first-class functions, which numba calls experimental every
+        # time; its pedantic warnings are addressed to its own developers.
+        warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
+        warnings.simplefilter("ignore", NumbaPedanticWarning)
+        _compile(dispatcher, recorded.function.__name__, signature)
+        found = dispatcher.overloads[signature.args]
+        address = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+        code = dispatcher.codes[id(signature)] = Code(address, dispatcher, signature)
+    return code
 
 
 @contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 import warnings
@@ -46,13 +47,10 @@ def compiled(function: Recorded, signature: Any) -> Any:
     DeclarationError
         If it cannot be compiled; numba's own error is the cause.
     """
-    from .cache import take_failure
-    from .compile import compile_function
-    from .foreign import NumbaError
-
+    take_failure, compile_function, numba_error = _machinery()
     try:
         found = compile_function(function, signature)
-    except (NumbaError, AssertionError, RecursionError) as error:
+    except (numba_error, AssertionError, RecursionError) as error:
         what = f"cannot be compiled: {reason_of(error, function)}; see geomint.field"
         raise DeclarationError(None, function.function.__name__, what) from error
     failure = take_failure()
@@ -60,6 +58,16 @@ def compiled(function: Recorded, signature: Any) -> Any:
         words = f"compiled code cannot be kept, every process compiles anew: {failure}"
         warnings.warn(words, GeomintWarning, stacklevel=3)
     return found
+
+
+@functools.cache
+def _machinery() -> tuple[Any, Any, Any]:
+    """Return what imports numba, imported when something is compiled first."""
+    from .cache import take_failure
+    from .compile import compile_function
+    from .foreign import NumbaError
+
+    return take_failure, compile_function, NumbaError
 
 
 def reason_of(error: BaseException, function: Recorded) -> str:

@@ -6,6 +6,7 @@ numba's own signatures are made of these for each type of number.
 from __future__ import annotations
 
 import functools
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from operator import attrgetter
@@ -24,10 +25,10 @@ __all__ = [
     "GRADIENTS",
     "VALUE",
     "WHOLE",
+    "Functions",
     "Signature",
     "advance",
     "takes",
-    "with_functions",
 ]
 
 Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
@@ -70,12 +71,29 @@ class Signature:
         return types.FunctionType(self.of(number_type))
 
 
+@dataclass(frozen=True)
+class Functions:
+    """The kind of an argument that is a tuple of functions."""
+
+    signatures: tuple[Signature, ...]
+
+    def __call__(self, number_type: NumberType) -> Any:
+        """Return numba's type of it."""
+        from numba.core import types
+
+        return types.Tuple([signature(number_type) for signature in self.signatures])
+
+
 @functools.cache
 def _of(signature: Signature, number_type: NumberType) -> Any:
     from numba.core import types
 
-    result = types.void if signature.result is None else signature.result(number_type)
-    return result(*(kind(number_type) for _, kind in signature.arguments))
+    with warnings.catch_warnings():
+        warnings.simplefilter(
+            "ignore"
+        )  # numba calls functions as arguments experimental every time
+        result = types.void if signature.result is None else signature.result(number_type)
+        return result(*(kind(number_type) for _, kind in signature.arguments))
 
 
 def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
@@ -121,10 +139,5 @@ _ADVANCE = takes(
 
 def advance(functions: Iterable[Signature]) -> Signature:
     """Return the signature of a stepper that takes functions of the given ones."""
-    return with_functions(functions, _ADVANCE)
-
-
-def with_functions(functions: Iterable[Signature], rest: Signature) -> Signature:
-    """Return the signature of what takes functions before its other arguments."""
-    named = tuple((f"function {i}", f) for i, f in enumerate(functions))
-    return replace(rest, arguments=(*named, *rest.arguments))
+    taken = Functions(tuple(functions))
+    return replace(_ADVANCE, arguments=(("functions", taken), *_ADVANCE.arguments))

@@ -22,12 +22,11 @@ gives a bound of its bias: together, what the instrument cannot distinguish from
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 from ..compiling.bound import Bound
-from ..compiling.recorded import Recorded, helper
-from ..compiling.signatures import BLOCK, takes, with_functions
+from ..compiling.recorded import helper
+from ..compiling.signatures import BLOCK, Functions, takes
 from ..numbers.arithmetic import NAN
 from ..numbers.blocks import as_lanes, part, section
 from ..solve.compensated import add_compensated
@@ -99,7 +98,7 @@ def log_stretch(
 
 
 @helper
-def sweep(
+def measure(
     kernel: Any,
     functions: Any,
     density: Any,
@@ -165,35 +164,25 @@ def sweep(
             y[r] = state[r]
 
 
-@functools.cache
-def _entry_of(functions: int) -> Recorded:
-    """Return the entry of `sweep` for loops that take `functions` functions."""
-
-    def none(k, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
-        sweep(k, (), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
-
-    def one(k, f0, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
-        sweep(k, (f0,), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
-
-    def two(k, f0, f1, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
-        sweep(k, (f0, f1), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
-
-    def three(k, f0, f1, f2, d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out):
-        sweep(k, (f0, f1, f2), d, g, p, c, fr, lay, m, lanes, w, starts, lengths, states, out)
-
-    entry = (none, one, two, three)[functions]
-    entry.__name__ = "measure"  # what "compiling …" says
-    return helper(entry)
-
-
 _BLOCKS = (
     *("params", "coefficients", "fractions", "layout", "memory", "lane_numbers", "work"),
     *("starts", "lengths", "states", "out"),
 )
 
 
-def measure_sweep(kernel: Bound, *functions: Bound) -> Bound:
-    """Return `sweep` for a loop in lanes, the functions that it takes, the density, the conditions."""
-    signatures = [f.signature for f in (kernel, *functions)]
-    rest = takes(**dict.fromkeys(_BLOCKS, BLOCK))
-    return Bound(_entry_of(len(functions) - 2), with_functions(signatures, rest))
+def measure_sweep(
+    kernel: Bound, functions: tuple[Bound, ...], density: Bound, manifold: Bound
+) -> Bound:
+    """Return `measure` for a loop in lanes and the functions that it takes."""
+    taken = Functions(tuple(f.signature for f in functions))
+    return Bound(
+        measure,
+        takes(
+            None,
+            kernel=kernel.signature,
+            functions=taken,
+            density=density.signature,
+            manifold=manifold.signature,
+            **dict.fromkeys(_BLOCKS, BLOCK),
+        ),
+    )

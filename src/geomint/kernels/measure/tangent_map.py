@@ -35,43 +35,6 @@ FAILED = 1e300
 
 
 @helper
-def one_step(
-    kernel: Any,
-    f: Any,
-    params: Any,
-    coefficients: Any,
-    fractions: Any,
-    memory: Any,
-    work: Any,
-    rows: int,
-    t: float,
-    h: float,
-) -> tuple[int, int]:
-    """Take one step of a loop with the functions f, and save nothing; return status and iterations.
-
-    The compiler knows the length of f and sees one of the branches only.
-    """
-    if len(f) == 0:
-        status, _, iterations, _ = kernel(
-            params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, memory
-        )
-    elif len(f) == 1:
-        status, _, iterations, _ = kernel(
-            f[0], params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, memory
-        )
-    elif len(f) == 2:
-        status, _, iterations, _ = kernel(
-            f[0], f[1], params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, memory
-        )
-    else:
-        status, _, iterations, _ = kernel(
-            f[0], f[1], f[2], params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2,
-            memory,
-        )  # fmt: skip
-    return status, iterations
-
-
-@helper
 def difference(
     kernel: Any,
     functions: Any,
@@ -114,8 +77,9 @@ def difference(
             add_compensated(memory, carry, r, numbers[0] * (spacing * scales[r] * q[r]))
             nodes[r] = memory[r]
             carries[r] = carry[r]
-        status, used = one_step(
-            kernel, functions, params, coefficients, fractions, memory, work, rows, t, h
+        # One step, of which nothing is saved.
+        status, _, used, _ = kernel(
+            functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, memory
         )
         if status != OK:
             for r in range(len(memory)):

@@ -41,9 +41,32 @@ class Block:
     """
 
     __slots__ = ("data",)
+    row_shape: tuple[int, ...] = ()  # of the data of a row
 
     def __init__(self, data: npt.NDArray[Any]) -> None:
         self.data = data
+
+    @property
+    def address(self) -> int:
+        """Where the numbers begin in memory, for compiled code.
+
+        Raises
+        ------
+        TypeError
+            If they are not what compiled code takes them for.
+        """
+        data = self.data
+        if (
+            data.dtype != np.float64
+            or data.shape[1:] != self.row_shape
+            or not data.flags.c_contiguous
+        ):
+            raise TypeError(
+                f"compiled code needs contiguous float64 numbers in rows of shape {self.row_shape}, "
+                f"got {data.dtype} of shape {data.shape}"
+            )
+        where: int = data.__array_interface__["data"][0]
+        return where
 
     def __len__(self) -> int:
         return len(self.data)
@@ -72,6 +95,7 @@ class LaneBlock(Block):
     """
 
     __slots__ = ()
+    row_shape = (LANES,)
 
     def __getitem__(self, row: int) -> Any:
         return Lanes(self.data[_counted(row)])

@@ -10,18 +10,14 @@ import functools
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.core.imputils import lower_builtin
 from numba.core.ir_utils import _add_alias, alias_func_extensions
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
-    NativeValue,
     models,
     register_model,
-    typeof_impl,
-    unbox,
 )
 
 from . import blocks
@@ -36,16 +32,19 @@ _ALIGN = 8
 
 
 class BlockType(types.Type):
-    """A block whose rows are of type `row`; `rows` is their number where it is a constant."""
+    """A block whose rows are of type `row`; `rows` is their number where it is a constant.
 
-    def __init__(self, row: Any, rows: int | None = None) -> None:
-        self.row, self.rows = row, rows
+    `held` is the class of what Python holds.
+    """
+
+    def __init__(self, row: Any, rows: int | None = None, held: Any = blocks.Block) -> None:
+        self.row, self.rows, self.held = row, rows, held
         size = "" if rows is None else f", {rows}"
         super().__init__(name=f"block({row}{size})")
 
 
 SCALAR_BLOCK = BlockType(types.float64)
-LANE_BLOCK = BlockType(LANE_VALUE)
+LANE_BLOCK = BlockType(LANE_VALUE, held=blocks.LaneBlock)
 
 
 @register_model(BlockType)
@@ -53,43 +52,6 @@ class BlockModel(models.StructModel):
     def __init__(self, dmm: Any, fe_type: BlockType) -> None:
         members = [("data", types.CPointer(types.float64)), ("rows", types.int64)]
         super().__init__(dmm, fe_type, members)
-
-
-def _check(block: blocks.Block) -> None:
-    """Raise TypeError unless the numbers of a block are what compiled code takes them for."""
-    data, row = block.data, (LANES,) if isinstance(block, blocks.LaneBlock) else ()
-    if data.dtype != np.float64 or data.shape[1:] != row or not data.flags.c_contiguous:
-        raise TypeError(
-            f"compiled code needs contiguous float64 numbers in rows of shape {row}, "
-            f"got {data.dtype} of shape {data.shape}"
-        )
-
-
-@typeof_impl.register(blocks.Block)
-def _typeof_block(value: blocks.Block, c: Any) -> BlockType:
-    _check(value)
-    return LANE_BLOCK if isinstance(value, blocks.LaneBlock) else SCALAR_BLOCK
-
-
-@unbox(BlockType)
-def _unbox_block(typ: BlockType, obj: Any, c: Any) -> NativeValue:
-    ndim = 2 if typ.row == LANE_VALUE else 1
-    array_type = types.Array(types.float64, ndim, "C")
-    attribute = c.pyapi.object_getattr_string(obj, "data")
-    native = c.unbox(array_type, attribute)
-    array = c.context.make_array(array_type)(c.context, c.builder, native.value)
-    block = cgutils.create_struct_proxy(typ)(c.context, c.builder)
-    block.data = array.data
-    block.rows = c.builder.extract_value(array.shape, 0)
-    if hasattr(typ.row, "base"):
-        block.rows = c.builder.udiv(block.rows, ir.Constant(block.rows.type, 2))
-    # The Python object keeps the memory alive for the length of the call.
-    c.pyapi.decref(attribute)
-
-    def cleanup() -> None:  # numba gives back arrays among the arguments, not those inside of them
-        c.context.nrt.decref(c.builder, array_type, native.value)
-
-    return NativeValue(block._getvalue(), is_error=native.is_error, cleanup=cleanup)
 
 
 def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:

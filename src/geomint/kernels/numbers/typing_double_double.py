@@ -15,7 +15,6 @@ from numba.extending import (
     models,
     overload,
     register_model,
-    typeof_impl,
 )
 
 from . import arithmetic
@@ -40,7 +39,7 @@ class DoubleDoubleType(types.Type):
 
 DD_VALUE = DoubleDoubleType(types.float64)
 DD_LANE_VALUE = DoubleDoubleType(LANE_VALUE)
-DD_BLOCK = BlockType(DD_VALUE)
+DD_BLOCK = BlockType(DD_VALUE, held=DoubleDoubleBlock)
 DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 
 
@@ -48,11 +47,6 @@ DD_LANE_BLOCK = BlockType(DD_LANE_VALUE)
 class DoubleDoubleModel(models.StructModel):
     def __init__(self, dmm: Any, fe_type: DoubleDoubleType) -> None:
         super().__init__(dmm, fe_type, [("hi", fe_type.base), ("lo", fe_type.base)])
-
-
-@typeof_impl.register(DoubleDoubleBlock)
-def _typeof_block(value: Any, c: Any) -> Any:
-    return DD_BLOCK
 
 
 def _is_dd(x: Any) -> bool:

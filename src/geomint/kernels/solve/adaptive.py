@@ -21,7 +21,6 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.blocks import REST, part, section
-from .advance import entry_of
 from .compensated import add_compensated
 from .status import OK, STEP_TOO_SMALL
 from .step_control import error_size, logarithm, next_factor, retry_factor
@@ -161,6 +160,8 @@ def _step(attempt: Recorded) -> Recorded:
             factor = min(factor, 1.0)
         longest = section(coefficients, given, "max_step")[0]
         proposed = factor * h
+        if ends and abs(proposed) < abs(following[0]):  # what an end leaves is no measure
+            proposed = following[0]
         following[0] = min(max(proposed, -longest), longest)
         former[0] = logarithm(max(error, LEAST_FORMER))
         return OK, tries, error
@@ -168,10 +169,10 @@ def _step(attempt: Recorded) -> Recorded:
     return step
 
 
-def _loop(attempt: Recorded) -> Recorded:
+def adaptive_stepper(attempt: Recorded) -> Recorded:
+    """Return the loop of an adaptive method."""
     step = _step(attempt)
 
-    @helper
     def advance(
         functions: Any,
         params: Any,
@@ -208,9 +209,5 @@ def _loop(attempt: Recorded) -> Recorded:
                 saved += 1
         return OK, count, tries, 0.0
 
-    return advance
-
-
-def adaptive_stepper(attempt: Recorded, functions: int) -> Recorded:
-    """Return the entry of an adaptive method with `functions` functions."""
-    return entry_of(_loop(attempt), functions, attempt.function.__name__)
+    advance.__name__ = attempt.function.__name__  # what "compiling …" says
+    return helper(advance)

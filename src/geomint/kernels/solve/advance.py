@@ -18,13 +18,14 @@ from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
 from .status import OK
 
-__all__ = ["bound_stepper", "entry_of", "stepper"]
+__all__ = ["bound_stepper", "stepper"]
 
 
-def _loop(step: Recorded) -> Recorded:
+def stepper(step: Recorded) -> Recorded:
+    """Return the loop of a method's step: what is compiled, and runs."""
+
     # A dispatcher that is handed on as an argument is an address in the machine code, which no
     # other process can use; one that is a closure value is code.
-    @helper
     def advance(
         functions: Any,
         params: Any,
@@ -80,35 +81,8 @@ def _loop(step: Recorded) -> Recorded:
                 saved += 1
         return OK, count, iterations, 0.0
 
-    return advance
-
-
-def entry_of(advance: Recorded, functions: int, name: str) -> Recorded:
-    """Return a loop as an entry that takes its `functions` functions one by one.
-
-    `name` is what "compiling …" says.
-    """
-
-    def none(p, c, fr, m, w, rows, t0, h, first, count, every, out):
-        return advance((), p, c, fr, m, w, rows, t0, h, first, count, every, out)
-
-    def one(f, p, c, fr, m, w, rows, t0, h, first, count, every, out):
-        return advance((f,), p, c, fr, m, w, rows, t0, h, first, count, every, out)
-
-    def two(f, g, p, c, fr, m, w, rows, t0, h, first, count, every, out):
-        return advance((f, g), p, c, fr, m, w, rows, t0, h, first, count, every, out)
-
-    def three(f, g, k, p, c, fr, m, w, rows, t0, h, first, count, every, out):
-        return advance((f, g, k), p, c, fr, m, w, rows, t0, h, first, count, every, out)
-
-    entry = (none, one, two, three)[functions]
-    entry.__name__ = name
-    return helper(entry)
-
-
-def stepper(step: Recorded, functions: int) -> Recorded:
-    """Return the entry of a method: the loop of its step with `functions` functions."""
-    return entry_of(_loop(step), functions, step.function.__name__)
+    advance.__name__ = step.function.__name__  # what "compiling …" says
+    return helper(advance)
 
 
 def bound_stepper(kernel: Recorded, functions: tuple[Bound, ...]) -> Bound:

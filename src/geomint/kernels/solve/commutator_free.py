@@ -153,9 +153,9 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
         def commutator_free(functions, p, c, substep, memory, work, t, h):
             return commutator_free_step(functions[0], functions[1], p, c, memory, work, t, h)
 
-        return stepper(helper(commutator_free), 2)
+        return stepper(helper(commutator_free))
 
     def commutator_free_in(functions, p, c, substep, memory, work, t, h):
         return commutator_free_step(functions[0], act, p, c, memory, work, t, h)
 
-    return stepper(helper(commutator_free_in), 1)
+    return stepper(helper(commutator_free_in))

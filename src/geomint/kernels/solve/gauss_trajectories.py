@@ -150,4 +150,4 @@ def gauss_trajectories_step(
 @functools.cache
 def gauss_trajectories_stepper() -> Recorded:
     """Return the stepper of Gauss methods for trajectories in lanes; it takes (field)."""
-    return stepper(gauss_trajectories_step, 1)
+    return stepper(gauss_trajectories_step)

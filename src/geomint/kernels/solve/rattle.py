@@ -325,4 +325,4 @@ def rattle_stepper(n: int, m: int) -> Recorded:
         rank = m if m > 0 else int(section(coefficients, RATTLE, "constraints")[0])
         return rattle_step(functions, params, coefficients, substep, memory, work, t, h, rows, rank)
 
-    return stepper(rattle, 3)
+    return stepper(rattle)

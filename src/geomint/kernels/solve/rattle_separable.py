@@ -291,4 +291,4 @@ def separable_rattle_stepper(n: int, m: int) -> Recorded:
             functions, params, coefficients, substep, memory, work, t, h, rows, rank
         )
 
-    return stepper(separable_rattle, 3)
+    return stepper(separable_rattle)

@@ -279,9 +279,9 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
         def rkmk(functions, p, c, substep, memory, work, t, h):
             return rkmk_step(functions[0], functions[1], functions[2], p, c, memory, work, t, h)
 
-        return stepper(helper(rkmk), 3)
+        return stepper(helper(rkmk))
 
     def rkmk_in(functions, p, c, substep, memory, work, t, h):
         return rkmk_step(functions[0], act, inverse, p, c, memory, work, t, h)
 
-    return stepper(helper(rkmk_in), 1)
+    return stepper(helper(rkmk_in))

@@ -81,9 +81,9 @@ def adaptive_rkmk_stepper(
         def rkmk(f, p, c, reuse, y, carry, first, known, work, t, h):
             return rkmk_attempt(f[0], f[1], f[2], p, c, reuse, y, carry, first, known, work, t, h)
 
-        return adaptive_stepper(helper(rkmk), 3)
+        return adaptive_stepper(helper(rkmk))
 
     def rkmk_in(f, p, c, reuse, y, carry, first, known, work, t, h):
         return rkmk_attempt(f[0], act, inverse, p, c, reuse, y, carry, first, known, work, t, h)
 
-    return adaptive_stepper(helper(rkmk_in), 1)
+    return adaptive_stepper(helper(rkmk_in))

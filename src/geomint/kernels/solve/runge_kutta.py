@@ -141,7 +141,7 @@ def runge_kutta_stepper(rows: int) -> Recorded:
             add_compensated(y, carry, r, Y[r])
         return OK, 1, 0.0
 
-    return stepper(runge_kutta_step, 1)
+    return stepper(runge_kutta_step)
 
 
 @functools.cache
@@ -196,4 +196,4 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
             last[r] = k[(stages - 1) * n + r]
         return OK, 0.0
 
-    return adaptive_stepper(runge_kutta_attempt, 1)
+    return adaptive_stepper(runge_kutta_attempt)

@@ -6,7 +6,7 @@ from typing import Any
 
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, VALUE, WHOLE, takes
+from ..compiling.signatures import BLOCK, FIELD, WHOLE, takes
 from ..numbers.blocks import part
 
 __all__ = ["SAMPLE"]
@@ -14,7 +14,7 @@ __all__ = ["SAMPLE"]
 
 @helper
 def sample(
-    value: Any,
+    values: Any,
     params: Any,
     times: Any,
     states: Any,
@@ -23,14 +23,16 @@ def sample(
     count: int,
     work: Any,
     out: Any,
+    width: int,
 ) -> None:
-    """Write ``value(params, t, y, work)`` for the first `count` of the states, `stride` rows apart."""
+    """Write what `values` writes, `width` numbers, for `count` states, `stride` rows apart."""
     for i in range(count):
-        out[i] = value(params, times[i], part(states, i * stride, rows), work)
+        y, row = part(states, i * stride, rows), part(out, i * width, width)
+        values(params, times[i], y, row, work)
 
 
 _SAMPLE = takes(
-    value=VALUE,
+    values=FIELD,
     params=BLOCK,
     times=BLOCK,
     states=BLOCK,
@@ -39,5 +41,6 @@ _SAMPLE = takes(
     count=WHOLE,
     work=BLOCK,
     out=BLOCK,
+    width=WHOLE,
 )
 SAMPLE = Bound(sample, _SAMPLE)

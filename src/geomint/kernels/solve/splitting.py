@@ -86,4 +86,4 @@ def splitting_step(
 @functools.cache
 def splitting_stepper() -> Recorded:
     """Return the stepper of splittings; it takes (flow, clock)."""
-    return stepper(splitting_step, 2)
+    return stepper(splitting_step)

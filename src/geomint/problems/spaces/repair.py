@@ -9,6 +9,7 @@ larger one is an error. Defects of vectors are relative to their length: any sca
 from __future__ import annotations
 
 import functools
+import math
 import sys
 import warnings
 from collections.abc import Callable
@@ -28,7 +29,7 @@ PARALLEL = 1e-8  # a vector whose tangent part is a smaller fraction of it is mo
 
 
 def warn(text: str) -> None:
-    """Warn that a state was changed, at the line of the first caller outside of geomint and systems."""
+    """Warn at the line of the first caller outside of geomint and systems."""
     frame, level = sys._getframe(1), 2
     while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
         frame, level = frame.f_back, level + 1
@@ -43,11 +44,11 @@ def _packages() -> set[str]:
 
 def length(v: Array) -> float:
     """Return |v| without overflow or underflow of its square."""
-    largest = float(np.max(np.abs(v)))
+    largest = float(np.abs(v).max())
     if largest == 0.0:
         return 0.0
     scaled = v / largest
-    return largest * float(np.sqrt(scaled @ scaled))
+    return largest * math.sqrt(scaled @ scaled)
 
 
 def repaired(

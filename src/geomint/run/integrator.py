@@ -1,0 +1,363 @@
+"""An integrator to hold in the hand: a problem, a method and a state that steps move on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array, as_vector, finite, positive, switch, whole
+from ..errors import DomainError, StepError
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.status import OK
+from ..methods import Method, Start, find_method
+from ..methods.agreement import check_agreement
+from ..methods.started import keep_started, started
+from ..methods.stepper import Advance
+from ..problems.declaration import check_problem
+from ..problems.problem import Problem
+from .restart import Restart
+from .saved import rounding
+
+__all__ = ["Integrator"]
+
+BATCH = 1 << 16  # steps between which Ctrl-C is seen
+
+
+class Integrator:
+    """A state that steps move on, for loops of one's own.
+
+    Everything that a step depends on is kept from call to call: ``step(2)`` and twice ``step()`` end in
+    the same bits, which are those of `geomint.solve` with the same step. Writing `state`, `time`,
+    `params` or `h` makes a new beginning, which remembers nothing of the steps before. Copies
+    (`copy.copy`) and pickles go on by themselves, to the same bits. One integrator is for one thread.
+
+    Parameters
+    ----------
+    problem : Problem
+    state : array_like
+        Flat state in the problem's documented order; `Problem.state` makes one.
+    method : str or Method
+        Such as ``"gauss-8"`` or ``geomint.Gauss(8)``.
+    step : float, optional
+        Length of a step in the problem's own time, > 0; that of the first of an adaptive method.
+        Default: as that of `geomint.solve`.
+    time : float
+        The problem's own time at the beginning.
+    clock : bool
+        Whether physical time is integrated beside a problem in τ, from 0.
+    compiled : bool
+        False runs the same kernels in plain Python, to the same bits.
+
+    Raises
+    ------
+    ArgumentError, DomainError, FormError, MethodError, DeclarationError
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> from geomint.problems.testproblems import henon_heiles
+    >>> motion = gi.Integrator(henon_heiles.problem(), henon_heiles.INITIAL, step=0.1)
+    >>> motion.step(10)
+    >>> motion.time
+    1.0
+    >>> motion.propagate_until(2.5)
+    >>> motion.time
+    2.5
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        state: Any,
+        method: str | Method = "gauss-8",
+        *,
+        step: float | None = None,
+        time: float = 0.0,
+        clock: bool = False,
+        compiled: bool = True,
+    ) -> None:
+        if not isinstance(problem, Problem):
+            raise DomainError("problem", problem, "a geomint.Problem")
+        chosen, start = find_method(method), finite("time", time)
+        y = problem.canonical(state)
+        clock, compiled = switch("clock", clock), switch("compiled", compiled)
+        chosen.check_fits(problem, clock)
+        check_problem(problem, y, chosen.needs, clock)
+        h = None if step is None else positive("step", step)
+        h = h or chosen.default_step(problem, y, math.inf, start)
+        self._begin(chosen, Start(problem, y, start, h, clock, compiled))
+        self.prepare()
+        self._first = y, start
+
+    @classmethod
+    def of(
+        cls, method: Method, start: Start, t0: float = 0.0, restart: Restart | None = None
+    ) -> Integrator:
+        """Return the integrator of a run that has been checked; it compiles when it is prepared.
+
+        `t0` is where physical time begins, if it is integrated.
+        """
+        made = cls.__new__(cls)
+        made._begin(method, start)
+        made._set_clock(float(t0))
+        made._first = start.y0, start.t0
+        if restart is not None:
+            made._restore(restart)
+        return made
+
+    def _begin(self, method: Method, start: Start) -> None:
+        self.problem, self.method = start.problem, method
+        self._start, self._done = start, 0
+        self.steps, self.iterations = 0, 0
+        self.stepper = started(method, start)
+        self._nothing = scalar_block(self.stepper.rows)
+
+    def prepare(self) -> None:
+        """Compile, or find in the cache, what steps need, and see that it is right."""
+        if not self.stepper.prepared:
+            self.stepper.prepare()
+            check_agreement(self.problem.name, self.stepper)
+            keep_started(self.method, self._start, self.stepper)
+
+    # --- what it is -------------------------------------------------------------------------------
+
+    def __repr__(self) -> str:
+        return (
+            f"<integrator of {self.problem.name!r} by {self.method.name}: "
+            f"{self.problem.time} = {self.time:.9g} after {self.steps} steps>"
+        )
+
+    @property
+    def done(self) -> int:
+        """Steps since the last beginning."""
+        return self._done
+
+    @property
+    def time(self) -> float:
+        """The problem's own time."""
+        return self.stepper.time_after(self._done)
+
+    @time.setter
+    def time(self, time: float) -> None:
+        self._anew(self.state, finite("time", time), self.h)
+
+    @property
+    def t(self) -> float:
+        """Physical time."""
+        if self.problem.time == "t":
+            return self.time
+        if not self._start.clock:
+            raise DomainError("clock", False, "True: physical time is not integrated")
+        return float(self.stepper.state[-1])
+
+    @property
+    def h(self) -> float:
+        """The step with its sign; of an adaptive method the next one that is to be tried."""
+        return self.stepper.next_step
+
+    @h.setter
+    def h(self, h: float) -> None:
+        if finite("h", h) == 0.0:
+            raise DomainError("h", h, "a step that is not 0")
+        self._anew(self.state, self.time, h)
+
+    @property
+    def state(self) -> Array:
+        """The flat state, as a copy."""
+        state: Array = self.stepper.state[: self.problem.rows].copy()
+        return state
+
+    @state.setter
+    def state(self, state: Any) -> None:
+        self._anew(self.problem.canonical(state), self.time, self.h)
+
+    def __getitem__(self, piece: str) -> Array:
+        """Return a piece of the state by its name, as a copy."""
+        slices = self.problem.slices
+        if not (isinstance(piece, str) and piece in slices):
+            raise DomainError("piece", piece, f"one of {list(slices)}")
+        return self.state[slices[piece]]
+
+    @property
+    def params(self) -> Array:
+        """The flat parameters of the problem, as a copy."""
+        return np.array(self.problem.params)
+
+    @params.setter
+    def params(self, params: Any) -> None:
+        given = as_vector("params", params, len(self.problem.params))
+        # What plain Python knows of the parameters by itself does not know these.
+        problem = replace(self.problem, params=given, parameters={}, make_exact=None, physical=None)
+        state, time, h = problem.canonical(self.state), self.time, self.h
+        clock = self.t if self._start.clock else 0.0
+        first, steps, iterations = self._first, self.steps, self.iterations
+        self._begin(self.method, replace(self._start, problem=problem, y0=state, t0=time, h=h))
+        self._first, self.steps, self.iterations = first, steps, iterations
+        self._set_clock(clock)
+        self.prepare()
+
+    def _anew(self, state: Array, time: float, h: float) -> None:
+        """Go on from there, and remember nothing but physical time."""
+        clock = self.t if self._start.clock else 0.0
+        self._done = 0
+        if self.method.adaptive:
+            start = replace(self._start, y0=state, t0=time, h=float(h))
+            self.stepper = started(self.method, start)
+        else:
+            self.stepper.begin(state, time, float(h))
+        self._set_clock(clock)
+
+    def _set_clock(self, t: float) -> None:
+        if self._start.clock:
+            self.stepper.state[-1] = t
+
+    def reset(self, state: Any = None, time: float | None = None) -> None:
+        """Go back to where it was made, or to another state, and another time."""
+        y, start = self._first
+        y = y if state is None else self.problem.canonical(state)
+        time = start if time is None else finite("time", time)
+        self._anew(y, time, abs(self._start.h))
+        self._set_clock(0.0)
+        self.steps = self.iterations = 0
+
+    # --- steps ------------------------------------------------------------------------------------
+
+    def step(self, n: int = 1) -> None:
+        """Take n steps.
+
+        Raises
+        ------
+        ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
+            With t, step, residual; the state is that before the step that failed.
+        """
+        left = whole("n", n, 0)
+        if self.method.adaptive:
+            self._aim(math.copysign(math.inf, self.h))
+        while left > 0:
+            left -= self._some(min(left, BATCH))
+
+    def propagate_for(self, span: float) -> None:
+        """Go on for a span of the problem's own time; negative: backwards. See `propagate_until`."""
+        self.propagate_until(self.time + finite("span", span))
+
+    def propagate_until(self, time: float) -> None:
+        """Go on, or back, to a time of the problem's own, which a last shorter step meets exactly.
+
+        Raises
+        ------
+        ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
+            With t, step, residual; the state is that before the step that failed.
+        """
+        end = finite("time", time)
+        gap = end - self.time
+        if gap == 0.0:
+            return
+        if gap * self.h < 0.0:
+            self._anew(self.state, self.time, -self.h)
+        if self.method.adaptive:
+            self._aim(end)
+            while not self.stepper.finished:
+                self._some(BATCH)
+            return
+        nearest = round(gap / self.h)
+        met = abs(nearest * self.h - gap) <= rounding(end)
+        left = nearest if met else int(gap / self.h)
+        while left > 0:
+            left -= self._some(min(left, BATCH))
+        self._meet(end)
+
+    def _aim(self, end: float) -> None:
+        """Let an adaptive method end there; its limit of steps is that of a call."""
+        self.stepper.aim(end)
+        self._done = 0
+
+    def _meet(self, end: float) -> None:
+        """Take a last shorter step to `end`, from where steps begin anew; none for a rounding."""
+        here = self.time
+        rest = end - here
+        if abs(rest) > rounding(end):
+            stepper = self.stepper
+            y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
+            self.steps += 1
+            stepper.begin(y, end, stepper.h)
+            self._done = 0
+        elif rest != 0.0:
+            self.stepper.move(end, self.h)
+            self._done = 0
+
+    def _some(self, count: int) -> int:
+        """Take steps, or raise; return how many."""
+        asked, good = self.take(count, count + self._done + 1, self._nothing)
+        if asked.status != OK:
+            raise self.failure(asked, good)
+        return good.steps
+
+    def failure(self, asked: Advance, good: Advance) -> StepError:
+        """Return the typed error of a `take` that failed."""
+        failed = asked._replace(steps=0, iterations=asked.iterations - good.iterations)
+        return self.stepper.error(failed, self._done, self.steps - self._done)
+
+    def take(self, count: int, every: int, out: Block) -> tuple[Advance, Advance]:
+        """Take up to `count` steps, and write the state after every `every`-th since the beginning.
+
+        Returns
+        -------
+        asked, good
+            What became of it, and of the steps that succeeded, after which the integrator is.
+        """
+        stepper, done = self.stepper, self._done
+        before = self.bookmark
+        try:
+            asked = good = stepper.advance(done, count, every, out)
+            if asked.status != OK:  # memory may be in the middle of a composition
+                self.bookmark = before
+                good = stepper.advance(done, asked.steps, every, out)
+        except KeyboardInterrupt:  # seen when the kernel returns
+            self.bookmark = before
+            raise
+        self._done += good.steps
+        self.steps += good.steps
+        self.iterations += good.iterations
+        return asked, good
+
+    @property
+    def bookmark(self) -> tuple[Array, int, int, int]:
+        """Where it is; to be set again as long as nothing but steps has been taken."""
+        return self.stepper.memory.data.copy(), self._done, self.steps, self.iterations
+
+    @bookmark.setter
+    def bookmark(self, mark: tuple[Array, int, int, int]) -> None:
+        self.stepper.memory.data[:], self._done, self.steps, self.iterations = mark
+
+    # --- what it depends on -----------------------------------------------------------------------
+
+    @property
+    def restart(self) -> Restart:
+        """All that the next step depends on."""
+        stepper = self.stepper
+        memory = stepper.memory.data.copy()
+        return Restart(memory, stepper.t0, stepper.h, self._done, self._start.clock)
+
+    def _restore(self, restart: Restart) -> None:
+        memory = self.stepper.memory.data
+        if restart.memory.shape != memory.shape:
+            expected = f"that of {self.method.name}: {len(memory)} numbers"
+            raise DomainError("restart", len(restart.memory), expected)
+        memory[:] = restart.memory
+        self._done = restart.done
+
+    def __getstate__(self) -> dict[str, Any]:
+        kept = ("_start", "_first", "method", "steps", "iterations")
+        return {**{name: getattr(self, name) for name in kept}, "restart": self.restart}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        restart = state["restart"]
+        start = replace(state["_start"], t0=restart.start, h=restart.h)
+        self._begin(state["method"], start)
+        self._restore(restart)
+        self._start = state["_start"]
+        for name in ("_first", "steps", "iterations"):
+            setattr(self, name, state[name])

@@ -1,0 +1,105 @@
+"""The content of a scene before it is checked: made plain, merged, changed for another use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from ..errors import SceneError, quoted
+from .explain import key_of, shown
+from .model import DriftSection, IntegrateSection, ObserveSection
+
+__all__ = ["drift_changes", "merged", "overridden", "plain"]
+
+DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
+LARGEST_INTEGER = 10**300  # a float
+
+
+def overridden(
+    raw: Mapping[str, Any],
+    *,
+    method: str | None = None,
+    step: float | None = None,
+    representation: str | None = None,
+    quantities: Iterable[str] | None = None,
+    every: int | None = None,
+    t_end: float | None = None,
+    tau_end: float | None = None,
+) -> dict[str, Any]:
+    """Return the content with some keys of several sections changed; None leaves one as it is.
+
+    Options of the former method go with it, and so does its step, unless one is given. Options of
+    quantities go with these.
+    """
+    observe: dict[str, Any] = {} if every is None else {"every": every}
+    if quantities is not None:
+        names = list(quantities)
+        section = raw.get("observe", {})
+        options = [key for key in section if key not in ObserveSection.model_fields]
+        gone = [] if "all" in names else [key for key in options if key not in names]
+        gone += [] if names else ["every"]
+        observe = {**dict.fromkeys(gone), **observe, "quantities": names}
+    given = {"step": step, "representation": representation}
+    integrate: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    section, fields = raw.get("integrate", {}), IntegrateSection.model_fields
+    former = dict(section) if isinstance(section, Mapping) else {}
+    if method not in (None, former.get("method", fields["method"].default)):
+        old = dict.fromkeys(key for key in former if key == "step" or key not in fields)
+        integrate = {**old, "method": method, **integrate}
+    time = {} if t_end is None and tau_end is None else {"t_end": t_end, "tau_end": tau_end}
+    sections = {"observe": observe, "integrate": integrate, "time": time}
+    return merged(raw, plain({key: changes for key, changes in sections.items() if changes}))
+
+
+def drift_changes(raw: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what ``geomint drift`` changes in a scene, as `overridden` takes it.
+
+    Its section ``[drift]``; nothing if that makes no sense: the check of the whole reports it.
+    """
+    try:
+        return DriftSection.model_validate(raw.get("drift", {})).model_dump(exclude={"methods"})
+    except ValidationError:
+        return {}
+
+
+def merged(raw: Mapping[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content with some keys of some sections changed; None removes a key.
+
+    An end takes the place of the other one: there is only one.
+    """
+    result = {key: dict(v) if isinstance(v, Mapping) else v for key, v in raw.items()}
+    for key, changes in sections.items():
+        section = result.get(key, {})
+        if not isinstance(changes, Mapping) or not isinstance(section, Mapping):
+            result[key] = changes if not isinstance(changes, Mapping) else section
+            continue
+        if {"t_end", "tau_end"} & {k for k, v in changes.items() if v is not None}:
+            section = {k: v for k, v in section.items() if k not in ("t_end", "tau_end")}
+        result[key] = {k: v for k, v in {**section, **changes}.items() if v is not None}
+    return result
+
+
+def plain(value: Any, *where: Any) -> Any:
+    """Return `value` with tuples and arrays as lists and numpy's numbers as Python's.
+
+    `where` are the keys that led to it. What no scene can hold is a `SceneError`.
+    """
+    if len(where) > DEEPEST:
+        expected = f"lists and tables that are nested at most {DEEPEST} deep"
+        raise SceneError(f"{key_of(where[:2])}: expected {expected}")
+    if isinstance(value, Mapping):
+        keys = {key if isinstance(key, str) else quoted(key): key for key in value}
+        return {name: plain(value[key], *where, name) for name, key in keys.items()}
+    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+        raise SceneError(f"{key_of(where)} = {shown(value)}: expected numbers, none of them masked")
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [plain(item, *where, i) for i, item in enumerate(value)]
+    if isinstance(value, int) and abs(value) > LARGEST_INTEGER:
+        expected = "a number below 10³⁰⁰"
+        raise SceneError(f"{key_of(where)} = {quoted(value)}: expected {expected}")
+    return value

@@ -1,0 +1,64 @@
+"""Watchers by name: geomint's own, and those that packages register through entry points.
+
+A package registers under ``[project.entry-points."geomint.watchers"]`` a class that inherits from
+`geomint.Watcher`, or one of its values, for every name.
+"""
+
+from __future__ import annotations
+
+import functools
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from ..arguments import whole
+from ..errors import DomainError, GeomintError
+from .kinds import KINDS
+from .measure import InvariantMeasure
+from .watcher import Watcher
+
+__all__ = ["OWN", "checked_watcher", "plugged", "registered"]
+
+# What problems have beside their functions: the group ``"all"`` means these as well.
+OWN: dict[str, Watcher] = {watcher.name: watcher for watcher in (InvariantMeasure(),)}
+
+
+@functools.cache
+def plugged() -> dict[str, EntryPoint]:
+    """Return the watchers of other packages by name; none of them is imported."""
+    return {point.name: point for point in entry_points(group="geomint.watchers")}
+
+
+def registered(name: str) -> Watcher | None:
+    """Return the watcher of a name, None if there is none.
+
+    Raises
+    ------
+    DomainError
+        For an entry point that is broken.
+    """
+    if name in OWN:
+        return OWN[name]
+    point = plugged().get(name)
+    if point is None:
+        return None
+    where = f"entry point {name!r} of the group geomint.watchers"
+    try:
+        return checked_watcher(where, point.load())
+    except GeomintError:
+        raise
+    except Exception as error:  # whatever a broken package raises
+        expected = f"a geomint.Watcher; {type(error).__name__}: {error}"
+        raise DomainError(where, point.value, expected) from error
+
+
+def checked_watcher(where: str, given: Any) -> Watcher:
+    """Return a watcher, made if `given` is its class; or raise `DomainError`."""
+    if isinstance(given, type) and issubclass(given, Watcher):
+        given = given()
+    if not isinstance(given, Watcher):
+        raise DomainError(where, given, "a geomint.Watcher")
+    if given.kind not in KINDS:
+        raise DomainError(f"{where}: kind", given.kind, f"one of {list(KINDS)}")
+    if given.steps is not None:
+        whole(f"{where}: steps", given.steps, 1)
+    return given

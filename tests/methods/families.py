@@ -1,0 +1,73 @@
+"""A problem for every family of steppers: what all of them are held to."""
+
+from __future__ import annotations
+
+import pytest
+
+from geomint.problems.testproblems import (
+    abc_flow,
+    double_pendulum,
+    frame_in_field,
+    henon_heiles,
+    lotka_volterra,
+    neumann,
+    pulsating_body,
+    so_n_flow,
+    sphere_metric,
+    spherical_pendulum,
+)
+
+METRIC, FRAME = sphere_metric.problem(), frame_in_field.problem()
+PROBLEMS = {
+    "lotka-volterra": (lotka_volterra.problem(), lotka_volterra.INITIAL),
+    "henon-heiles": (henon_heiles.problem(), henon_heiles.INITIAL),
+    "pulsating-body": (pulsating_body.problem(), pulsating_body.INITIAL),
+    "so-4": (so_n_flow.problem(4), so_n_flow.initial(4)),
+    "so-3-frame": (so_n_flow.problem(3, frame=True), so_n_flow.initial(3, frame=True)),
+    "sphere-metric": (METRIC, sphere_metric.initial(METRIC)),
+    "double-pendulum": (double_pendulum.problem(), double_pendulum.INITIAL),
+    "spherical-pendulum": (spherical_pendulum.problem(), spherical_pendulum.INITIAL),
+    "frame-in-field": (FRAME, frame_in_field.initial(FRAME)),
+    "abc-flow": (abc_flow.problem(), abc_flow.INITIAL),
+    "neumann": (neumann.problem((2.0, 0.3, 1.1, 2.7), 0.4), neumann.initial(4)),
+    "neumann-at-rest": (neumann.problem(), neumann.initial() * [1, 1, 1, 0, 0, 0]),
+}
+LATER = {  # pairs whose kernel or problem is another pair's too
+    *(("gauss-1-suzuki-4", "henon-heiles"), ("rkmk-dormand-prince-5", "so-4")),
+    *(("rkmk-cayley-4", "so-3-frame"), ("dop853-adaptive", "sphere-metric")),
+    *(("rattle-2", "frame-in-field"), ("rkmk-dop853", "so-4"), ("rattle-6", "spherical-pendulum")),
+    ("rattle-2", "neumann"),
+}
+FAMILIES = [
+    ("rk-4", "lotka-volterra"),
+    ("dop853", "sphere-metric"),
+    ("gauss-3", "lotka-volterra"),
+    ("gauss-8", "sphere-metric"),
+    ("gauss-11", "lotka-volterra"),
+    ("gauss-1-suzuki-4", "henon-heiles"),
+    ("cf-4", "pulsating-body"),
+    ("cf-3", "so-3-frame"),
+    ("rkmk-4", "pulsating-body"),
+    ("rkmk-dormand-prince-5", "so-4"),
+    ("rkmk-cayley-4", "so-3-frame"),
+    ("dormand-prince-5-adaptive", "lotka-volterra"),
+    ("dop853-adaptive", "sphere-metric"),
+    ("rkmk-dormand-prince-5-adaptive", "pulsating-body"),
+    ("rkmk-cayley-dop853-adaptive", "so-4"),
+    ("rattle-2", "sphere-metric"),
+    ("rattle-4", "double-pendulum"),
+    ("rattle-2", "frame-in-field"),
+    ("verlet-2", "neumann"),
+    ("verlet-4", "abc-flow"),
+    ("gauss-8", "neumann-at-rest"),
+    ("rattle-2", "neumann-at-rest"),
+]
+
+
+def pairs(chosen: list[tuple[str, str]]) -> pytest.MarkDecorator:
+    """Return pairs of a method and a problem as parameters."""
+    marked = [pytest.param(*p, marks=[pytest.mark.slow] * (p in LATER)) for p in chosen]
+    return pytest.mark.parametrize(("name", "problem"), marked)
+
+
+families = pairs(FAMILIES)

@@ -1,0 +1,117 @@
+"""What is changed in a scene before it is checked, and that its model is built once."""
+
+import dataclasses
+
+import pytest
+from click.testing import CliRunner
+
+import geomint as gi
+from geomint.cli import main
+from geomint.scene import validate
+from geomint.scene.load import load_changed
+from geomint.scene.raw import drift_changes, overridden
+
+SCENE = """
+system = {name = "chaplygin-sphere-hamiltonized", a = [0.8, 1.1, 1.5], D = 4.0}
+initial = {gamma = [0.6, 0.0, 0.8], p = [0.8, 1.0, -0.6]}
+time = {tau_end = 9.0}
+integrate = {method = "rattle-4", tolerance = 1e-13, representation = "own"}
+observe = {quantities = ["energy", "measure"], measure = {steps = 3}}
+[drift]
+method = "gauss-8"
+quantities = ["K"]
+every = 2
+t_end = 5.0
+"""
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Return a list that gets an entry for every model built, and one for every check."""
+    found = {"built": 0, "checked": 0}
+    system_of, structure = validate.find_system, validate._structure
+
+    def find_system(name):
+        system = system_of(name)
+
+        def build(*given):
+            found["built"] += 1
+            return system.build(*given)
+
+        return dataclasses.replace(system, build=build)
+
+    def checked(raw):
+        found["checked"] += 1
+        return structure(raw)
+
+    monkeypatch.setattr(validate, "find_system", find_system)
+    monkeypatch.setattr(validate, "_structure", checked)
+    return found
+
+
+COMMANDS = {
+    "check": ("check", "--for-drift", "--method", "rk-4", "--step", "0.5", "--t-end", "2"),
+    "run": ("run", "--method", "gauss-4", "--step", "0.5", "--tau-end", "2", "--observe", "K"),
+    "drift": ("drift", "--method", "gauss-4", "--step", "0.5", "--tau-end", "2"),
+    "several": ("drift", "--methods", "gauss-4:0.5,rattle-2:0.5,gauss-4", "--tau-end", "2"),
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_scene_with_overrides_is_checked_and_built_once(name, counted, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text(SCENE, encoding="utf-8")
+    command, *options = COMMANDS[name]
+    result = CliRunner().invoke(main, [command, "s.toml", *options])
+    assert result.exit_code == 0, result.output
+    assert counted["built"] == 1
+    assert name == "several" or counted["checked"] == 1
+
+
+def test_another_system_or_state_is_built(counted):
+    scene = gi.load_scene("sphere-n3")
+    for section in ({"initial": {"p": [3.0, -4.0, 1.4]}}, {"system": {"D": 4.5}}):
+        changed = scene.changed(**section)
+        assert changed.model is not scene.model
+    assert counted["built"] == 3
+    assert scene.changed(time={"t_end": 2.0}).model is scene.model
+
+
+def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    scene = gi.load_scene(path)
+    drift = scene.for_drift()
+    assert drift.content.integrate.model_dump() == {
+        "method": "gauss-8",
+        "step": None,
+        "representation": "own",
+        "exact": None,
+    }
+    assert drift.content.observe.model_dump() == {
+        "quantities": ["K"],
+        "every": 2,
+    }
+    assert drift.content.time.t_end == 5.0
+    assert drift.content.time.tau_end is None
+    raw = overridden(drift.sections, step=0.5, tau_end=3.0)
+    assert raw["time"] == {"tau_end": 3.0}
+    assert raw["integrate"]["step"] == 0.5
+
+
+def test_overrides_leave_what_makes_no_sense_to_the_check():
+    for raw in ({"drift": 3}, {"drift": {"step": "x"}}, {"drift": {"strep": 1.0}}):
+        assert drift_changes(raw) == {}
+    nonsense = {"integrate": 3, "time": []}
+    assert overridden(nonsense, method="rk-4", t_end=1.0) == nonsense
+    assert overridden(nonsense) == nonsense
+
+
+def test_a_scene_that_is_not_changed_keeps_its_text(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    scene = gi.load_scene(path)
+    assert load_changed(str(path), False, step=None).toml() == SCENE
+    assert load_changed(str(path), False, step=0.5).toml() != SCENE
+    assert load_changed(str(path), True).hash == scene.for_drift().hash
+    assert scene.changed_integration(representation="own") is scene
