@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import geomint as gi
 from geomint.plan import SeveralRuns, run_methods
 from geomint.plots.style import save_figure
-from geomint.report.drift_json import several_record
+from geomint.report.drift_json import drift_record
 from geomint.report.kind_plots import kinds_figure
 from machine import describe
 
@@ -55,7 +55,7 @@ def scene_of(name: str, part: float) -> gi.Scene:
 
 def record_of(result: SeveralRuns) -> dict[str, Any]:
     """Return the numbers of all methods, and where they end."""
-    record = several_record(result, {})
+    record = drift_record(result, {})
     del record["provenance"]
     time = result.scene.content.time
     record["end"] = time.t_end if time.tau_end is None else time.tau_end
@@ -78,7 +78,7 @@ def main() -> None:
         result = run_methods(
             scene_of(name, arguments.part),
             RUNS[name].methods,
-            tell=lambda run, name=name: print(f"{name}: {run.title} {run.message}", flush=True),
+            report=lambda run, name=name: print(f"{name}: {run.title} {run.message}", flush=True),
         )
         scenes[name] = record_of(result)
         save_figure(kinds_figure(result), arguments.images, f"drift-by-method-{name}", ("png",))

@@ -1,6 +1,7 @@
 # The public names, for type checkers and for lazy_loader: what is not here is not public.
 
 from .arguments import as_vector as as_vector
+from .cli.drift_report import drift_report as drift_report
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
@@ -88,7 +89,6 @@ from .problems.spaces.tangent_bundle import (
     TangentStiefel as TangentStiefel,
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
-from .report.drift_page import drift_report as drift_report
 from .run.files.outputs import (
     check_file as check_file,
     check_folder as check_folder,

@@ -9,8 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-import geomint.report
-from geomint.cli import main
+from geomint.cli import drift_report as in_python, main
 from geomint.report import drift_page
 
 SCENE: dict[str, Any] = {
@@ -245,13 +244,13 @@ def test_a_named_quantity_is_never_another() -> None:
 
 
 def test_what_a_drift_report_misses_is_said(tmp_path, monkeypatch) -> None:
-    for module in (drift_page, geomint.report):  # no pictures
+    for module in (drift_page, in_python):  # no pictures
         monkeypatch.setattr(module, "write_drift_report", lambda *args: tmp_path)
     scene = gi.Scene(**SCENE).changed_integration(representation="reduced")
     scene = scene.changed_observation(["energy", "spatial-momentum"])
     with pytest.warns(gi.GeomintWarning, match="not watched: spatial-momentum"):
         result = gi.drift_report(scene, tmp_path, False)
-    assert list(result.drift) == ["energy"]
+    assert list(result[0].drift) == ["energy"]
     (tmp_path / "s.toml").write_text(scene.toml(), encoding="utf-8")
     told = invoke("drift", tmp_path / "s.toml", "--quiet", "--out", tmp_path)
     assert told.exit_code == 0
@@ -325,15 +324,17 @@ def test_a_stress_test_of_nothing_is_refused() -> None:
 
 def test_options_of_steps_reach_the_points(monkeypatch) -> None:
     """``--steps`` takes what the documentation says: numbers with commas between."""
+    from geomint.compare import of_scene
     from geomint.compare.runs import Comparison
     from geomint.report import compare_page
 
     asked: list[Any] = []
 
     def note(*args: Any) -> Comparison:
-        asked.append(args[3])
+        asked.append(args[2])
         return Comparison([], {})
 
-    monkeypatch.setattr(compare_page, "run_compare", note)
+    monkeypatch.setattr(of_scene, "compare_scene", note)
+    monkeypatch.setattr(compare_page, "write_compare_report", lambda *args: None)
     assert invoke("compare", "sphere-n3", "--steps", "0.1, 0.25", "--quiet").exit_code == 0
     np.testing.assert_array_equal(asked, [[0.1, 0.25]])

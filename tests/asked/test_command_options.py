@@ -14,7 +14,6 @@ from asked_support import seen
 from click.testing import CliRunner
 
 import geomint as gi
-import geomint.report
 from geomint.cli import main
 from geomint.plan import Plan
 
@@ -154,7 +153,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     from chaplygin.audit import report as audit_report, run as audit_run
     from chaplygin.pictures import command, motion
-    from geomint.report import compare_page
+    from geomint.compare import of_scene
+    from geomint.report import compare_page, drift_page
     from geomint.stress import page, sweep
 
     nothing = audit_run.Audit((), (), 0, 0, 0.0)
@@ -164,7 +164,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(command, "_path", lambda model: model.problems)
     monkeypatch.setattr(motion, "motion_figure", lambda *args: Picture())
     compared = SimpleNamespace(reference="the reference", without_result={}, points=[])
-    monkeypatch.setattr(compare_page, "run_compare", note("compare", lambda: compared))
+    monkeypatch.setattr(of_scene, "compare_scene", note("compare", lambda: compared))
     monkeypatch.setattr(compare_page, "reference_text", lambda reference: [reference])
     monkeypatch.setattr(page, "write_stress_report", note("report", lambda: Path("page")))
 
@@ -180,8 +180,8 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         return folder / "report.html"
 
     monkeypatch.setattr(sweep, "run_selection", run_selection)
-    monkeypatch.setattr(geomint.report, "write_drift_report", written)
-    monkeypatch.setattr(geomint.report, "write_several_report", written)
+    monkeypatch.setattr(drift_page, "write_drift_report", written)
+    monkeypatch.setattr(compare_page, "write_compare_report", note("written"))
     return found
 
 

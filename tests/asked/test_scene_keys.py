@@ -12,7 +12,7 @@ from asked_support import seen
 from pydantic import BaseModel
 
 import geomint as gi
-from geomint.report import compare_page
+from geomint.compare import of_scene
 from geomint.run import solve as integrate
 from geomint.scene.model import Content
 
@@ -54,7 +54,7 @@ def stop(monkeypatch: pytest.MonkeyPatch) -> None:
         raise Stopped({"args": seen(args), **{key: seen(x) for key, x in kwargs.items()}})
 
     monkeypatch.setattr(integrate, "solve", instead)
-    monkeypatch.setattr(compare_page, "compare", instead)
+    monkeypatch.setattr(of_scene, "compare", instead)
 
 
 def called(function: Callable[..., Any], *args: Any) -> dict[str, Any]:
@@ -75,7 +75,7 @@ def compare(scene: gi.Scene) -> Any:
     chosen = scene.for_compare()
     section = chosen.content.compare
     names = section.methods or [chosen.content.integrate.method]
-    return called(compare_page.run_compare, chosen, names, None, section.steps)
+    return called(of_scene.compare_scene, chosen, names, section.steps)
 
 
 def told(scene: gi.Scene) -> Any:

@@ -99,7 +99,7 @@ def test_drift_of_several_methods(tmp_path):
     assert result.exit_code == 0, result.output
     assert {path.name for path in tmp_path.iterdir()} == REPORT
     assert "gauss-2: failed: the implicit step did not converge" in result.stderr
-    for word in ("per step", "energy", "rk-4", "no larger than 32 ε × scale: gauss-8"):
+    for word in ("a second", "energy", "rk-4", "no larger than 32 ε × scale: gauss-8"):
         assert word in result.stdout
     record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
     assert list(record["methods"]) == ["gauss-8", "rk-4", "cf-4", "gauss-2"]
@@ -125,7 +125,8 @@ def test_methods_of_the_scene_and_of_the_command_line(tmp_path):
     record = json.loads((out / "drift.json").read_text(encoding="utf-8"))
     assert set(record["kinds"]) == {"energy"}
     assert invoke("drift", path, "--method", "gauss-8", "--quiet", "--out", out).exit_code == 0
-    assert "quantities" in json.loads((out / "drift.json").read_text(encoding="utf-8"))
+    record = json.loads((out / "drift.json").read_text(encoding="utf-8"))
+    assert list(record["methods"]) == ["gauss-8"]
 
 
 def test_check_of_several_methods():
@@ -152,11 +153,10 @@ def test_options_change_the_scene(tmp_path):
     )
     assert result.exit_code == 0
     assert result.stdout == ""
-    provenance = json.loads((tmp_path / "drift.json").read_text())["provenance"]
-    assert provenance["method"] == "rk-4"
-    assert provenance["step"] == 0.01
-    assert provenance["steps"] == 200
-    assert provenance["scene"]["time"] == {"t_end": 2}
+    record = json.loads((tmp_path / "drift.json").read_text())
+    run = record["methods"]["rk-4"]["run"]
+    assert (run["method"], run["step"], run["steps"]) == ("rk-4", 0.01, 200)
+    assert record["provenance"]["scene"]["time"] == {"t_end": 2}
 
 
 def test_projections_are_said(tmp_path):
@@ -222,10 +222,10 @@ def test_a_failed_run_says_why_and_leaves_what_it_did(command, tmp_path):
     else:
         assert {path.name for path in out.iterdir()} == REPORT
         page = (out / "report.html").read_text(encoding="utf-8")
-        assert "ended by an error" in page
+        assert "gauss-8: failed." in page
         assert "did not converge" in page
         record = json.loads((out / "drift.json").read_text(encoding="utf-8"))
-        assert record["provenance"]["status"] == "failed"
+        assert record["status"] == record["methods"]["gauss-8"]["run"]["status"] == "failed"
 
 
 def test_commands_of_other_packages(monkeypatch):

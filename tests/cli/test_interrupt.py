@@ -66,10 +66,10 @@ def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "interrupted" in page
     record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
-    assert record["provenance"]["status"] == "interrupted"
-    assert record["provenance"]["steps"] > 1000
-    samples = {q["samples"] for q in record["quantities"].values()}
-    assert samples == {record["provenance"]["steps"]}
+    (entry,) = record["methods"].values()
+    assert record["status"] == entry["run"]["status"] == "interrupted"
+    assert entry["run"]["steps"] > 1000
+    assert {q["samples"] for q in entry["quantities"].values()} == {entry["run"]["steps"]}
 
 
 @pytest.mark.slow
@@ -120,15 +120,15 @@ def test_a_comparison_keeps_what_it_has(tmp_path, monkeypatch):
     from geomint.cli import main
     from geomint.compare import runs as compare
 
-    measure, points = compare._measure, []
+    attempt, points = compare.attempt, []
 
-    def interrupting(*arguments):
+    def interrupting(*arguments, **options):
         if len(points) == 3:
             raise KeyboardInterrupt
-        points.append(measure(*arguments))
+        points.append(attempt(*arguments, **options))
         return points[-1]
 
-    monkeypatch.setattr(compare, "_measure", interrupting)
+    monkeypatch.setattr(compare, "attempt", interrupting)
     arguments = ["compare", "sphere-n3", "--t-end", "5", "--methods", "rk-4,gauss-8"]
     result = CliRunner().invoke(main, [*arguments, "--repeats", "1", "--out", str(tmp_path)])
     assert result.exit_code == 130

@@ -135,7 +135,9 @@ def test_a_failure_is_told_before_what_is_written(command, tmp_path):
     result = invoke(command, "sphere-n3", "--step", 40, "--out", out)
     assert result.exit_code == 2
     said = result.output  # both streams, in order
-    assert said.index("geomint: the implicit step did not") < said.index("(failed): ")
+    assert said.index("geomint: gauss-8: failed: the implicit step did not") < said.index(
+        "(failed): "
+    )
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="of Linux")
@@ -158,7 +160,7 @@ def test_a_terminal_that_is_gone(command):
 def test_a_run_that_failed_is_seen_in_every_file(tmp_path):
     assert invoke("drift", "sphere-n3", "--step", 40, "--out", tmp_path).exit_code == 2
     assert '"status": "failed"' in (tmp_path / "drift.json").read_text(encoding="utf-8")
-    assert "ended by an error" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "gauss-8: failed." in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "run failed" in (tmp_path / "drift.svg").read_text(encoding="utf-8")
 
 

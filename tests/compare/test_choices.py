@@ -8,9 +8,9 @@ import pytest
 
 import geomint as gi
 from geomint.compare import runs as compare_module
+from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
 from geomint.plan import representation_for
-from geomint.report import compare_page
 
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -39,20 +39,15 @@ def run(methods: list[Any], **given: Any) -> list[Any]:
     return compare(MODEL, END, methods, **{"repeats": 1, "observe": False, **given}).points
 
 
-def from_scene(methods: list[str], tmp_path: Any, monkeypatch: Any, **integrate: Any) -> list[Any]:
+def from_scene(methods: list[str], **integrate: Any) -> list[Any]:
     """Return the points of the command's function."""
-    monkeypatch.setattr(compare_page, "write_compare_report", lambda *args: None)
-    scene = gi.Scene(**SCENE, integrate=integrate)
-    result = compare_page.run_compare(scene, methods, tmp_path, None, 1, False)
-    return result.points
+    return compare_scene(gi.Scene(**SCENE, integrate=integrate), methods, repeats=1).points
 
 
-def test_the_scenes_method_keeps_its_options(called, tmp_path, monkeypatch) -> None:
+def test_the_scenes_method_keeps_its_options(called) -> None:
     """Only it: the others have their own defaults."""
     options = {"tolerance": 1e-6, "max_iterations": 60}
-    points = from_scene(
-        ["gauss-8", "gauss-4"], tmp_path, monkeypatch, method="gauss-8", step=0.125, **options
-    )
+    points = from_scene(["gauss-8", "gauss-4"], method="gauss-8", step=0.125, **options)
     assert {p.tolerance for p in points if p.method == "gauss-8"} == {1e-6}
     assert {p.tolerance for p in points if p.method == "gauss-4"} == {0.0}
     for given in called:
@@ -63,9 +58,9 @@ def test_the_scenes_method_keeps_its_options(called, tmp_path, monkeypatch) -> N
     assert short.evaluations < exact.evaluations
 
 
-def test_the_scenes_step_is_the_middle_of_its_ladder(tmp_path, monkeypatch) -> None:
+def test_the_scenes_step_is_the_middle_of_its_ladder() -> None:
     given = {"method": "rk-4", "step": 0.03125}
-    points = from_scene(["rk-4", "kutta-3"], tmp_path, monkeypatch, **given)
+    points = from_scene(["rk-4", "kutta-3"], **given)
     steps = [p.step for p in points if p.method == "rk-4"]
     assert steps == [0.125, 0.0625, 0.03125, 0.015625, 0.0078125]
     plain = [p.step for p in run(["kutta-3"])]
@@ -73,10 +68,8 @@ def test_the_scenes_step_is_the_middle_of_its_ladder(tmp_path, monkeypatch) -> N
 
 
 @pytest.mark.parametrize("name", ["ball", "own", "reduced"])
-def test_all_run_in_the_representation_asked_for(name: str, called, tmp_path, monkeypatch) -> None:
-    points = from_scene(
-        ["rk-4", "kutta-3"], tmp_path, monkeypatch, method="rk-4", step=0.1, representation=name
-    )
+def test_all_run_in_the_representation_asked_for(name: str, called) -> None:
+    points = from_scene(["rk-4", "kutta-3"], method="rk-4", step=0.1, representation=name)
     expected = "reduced" if name == "own" else name
     assert {p.representation for p in points} == {expected}
     assert {id(given["problem"].field) for given in called}

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import geomint as gi
+from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
 from geomint.problems.systems import find_system
-from geomint.report.compare_page import run_compare
+from geomint.report.compare_page import write_compare_report
 
 METHODS = ["gauss-8", "gauss-4", "rattle-6", "cf-4", "rkmk-4", "dop853", "rk-4"]
 
@@ -133,7 +134,8 @@ def test_method_without_a_fitting_form_is_shown(model):
 
 def test_report_files(tmp_path):
     scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
-    run_compare(scene, ["gauss-8", "rk-4", "cf-4"], tmp_path, repeats=1, progress=False)
+    result = compare_scene(scene, ["gauss-8", "rk-4", "cf-4"], repeats=1)
+    write_compare_report(result, scene, tmp_path)
     record = json.loads((tmp_path / "compare.json").read_text())
     assert set(record) == {"status", "points", "reference", "provenance"}
     keys = {
@@ -223,7 +225,8 @@ def test_a_wrong_reference_in_physical_time_calls_no_method_wrong(model, monkeyp
 def test_points_nearer_than_the_reference_is_known_are_not_judged(model, monkeypatch, tmp_path):
     planted(monkeypatch, 1e-8)
     scene = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 5.0})
-    result = run_compare(scene, ["gauss-8", "rk-4"], tmp_path, repeats=1, progress=False)
+    result = compare_scene(scene, ["gauss-8", "rk-4"], repeats=1)
+    write_compare_report(result, scene, tmp_path)
     known = result.reference["known"]
     assert 1e-8 < known < 1e-6
     assert not result.reference["confirmation"]["agrees"]

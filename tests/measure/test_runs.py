@@ -260,11 +260,11 @@ def test_report_and_scene(tmp_path) -> None:
     scene = gi.load_scene("hamiltonized-n3").changed(
         time={"tau_end": 5.0}, observe={"quantities": ["energy", "measure"]}
     )
-    solution = gi.drift_report(scene, tmp_path, progress=False)
+    (run,) = gi.drift_report(scene, tmp_path, progress=False)
     record = json.loads((tmp_path / "drift.json").read_text(encoding="utf-8"))
-    told = record["quantities"]["measure"]
+    told = record["methods"][run.label]["quantities"]["measure"]
     assert (told["initial"], told["max_rel_error"]) == (0.0, None)
-    assert told["final_error"] == solution.drift["measure"].final_error
+    assert told["final_error"] == run.drift["measure"].final_error
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "density ratio × Jacobian determinant" in page
 

@@ -15,6 +15,7 @@ import geomint as gi
 from chaplygin.audit.report import as_json
 from chaplygin.audit.run import CLAIMS, audit as evaluate_all
 from geomint.compare.runs import Point
+from geomint.plan import MethodRun, SeveralRuns
 from geomint.problems.testproblems import pulsating_body
 from geomint.report.drift_json import drift_record
 from geomint.run.provenance import environment, run_record
@@ -46,32 +47,28 @@ def solution() -> gi.Solution:
 
 def test_drift_json(solution: gi.Solution) -> None:
     text = section("drift-classes", "`drift.json`")
-    record = drift_record(solution.drift, {})
+    run = MethodRun("dop853-adaptive", None, solution, solution.status)
+    record = drift_record(SeveralRuns(gi.load_scene("sphere-n3"), [run]), {})
     assert not missing(record, text)
-    for numbers in record["quantities"].values():
-        assert not missing(numbers, text)
-    keys = [*environment(), *scene_record(gi.load_scene("sphere-n3")), *run_record(solution)]
-    assert not missing(keys, text)
+    (entry,) = record["methods"].values()
+    assert entry["quantities"]
+    numbers = {key for quantity in entry["quantities"].values() for key in quantity}
+    keys = {*environment(), *scene_record(gi.load_scene("sphere-n3")), *run_record(solution)}
+    assert not missing({*keys, *entry, *numbers}, text)
     told = set(re.findall(r'"(\w+)":', text)) | set(re.findall(r"`(\w+)`", text))
-    known = {*keys, *record, *(key for q in record["quantities"].values() for key in q)}
-    assert told - known <= OF_SEVERAL | WORDS
+    assert told - {*keys, *record, *entry, *numbers} <= WORDS
 
 
-# The other form of the file, for several methods, and words of the text that are no keys.
-OF_SEVERAL = {"methods", "kinds", "physical_end", "representation", "missing", "run", "status"}
+# Words of the text that are no keys.
 WORDS = {"success", "interrupted", "failed", "problem", "seed"}
 
 
-def test_drift_json_of_several_methods() -> None:
+def test_results_by_method_are_as_reports_are() -> None:
     text = section("drift-classes", "`drift.json`")
-    path = (
-        ROOT / "benchmarks" / "results" / "drift_by_method.json"
-    )  # as reports are, but for its end
+    path = ROOT / "benchmarks" / "results" / "drift_by_method.json"
     scene = next(iter(json.loads(path.read_text("utf-8"))["scenes"].values()))
     entry = next(iter(scene["methods"].values()))
-    assert not missing({*scene, *entry} - {"end"}, text)
-    assert not missing(entry["run"], text)
-    assert not missing(OF_SEVERAL, text)
+    assert not missing({*scene, *entry, *entry["run"]} - {"end"}, text)
 
 
 def test_compare_json() -> None:

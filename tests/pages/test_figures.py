@@ -259,7 +259,8 @@ def test_examples_of_drift_classes(
         main, ["drift", *words.split(), "--observe", quantity, "--out", str(tmp_path)]
     )
     assert done.exit_code == 0
-    found = json.loads((tmp_path / "drift.json").read_text("utf-8"))["quantities"][quantity]
+    (entry,) = json.loads((tmp_path / "drift.json").read_text("utf-8"))["methods"].values()
+    found = entry["quantities"][quantity]
     assert (f"{found['max_abs_error']:.1e}", found["class"]) == (size, kind)
 
 

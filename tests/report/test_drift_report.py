@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import pytest
 
 import geomint as gi
-from geomint.report import write_drift_report
+from geomint.report.drift_page import write_drift_report
 from geomint.report.text import number, with_error
 from geomint.run.provenance import finite_json
 from geomint.watch.drift import CLASSES
@@ -27,12 +27,17 @@ KEYS = {
 }
 
 
+def quantities(record):
+    """Return the quantities of the one method."""
+    (entry,) = record["methods"].values()
+    return entry["quantities"]
+
+
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
     folder = tmp_path_factory.mktemp("report")
     scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0})
-    solution = gi.drift_report(scene, folder, progress=False)
-    return folder, solution
+    return folder, gi.drift_report(scene, folder, progress=False)["cf-4"].solution
 
 
 @pytest.fixture(scope="module")
@@ -50,10 +55,13 @@ def page(report):
 
 
 def test_the_contract(record):
-    assert set(record) == {"status", "quantities", "provenance"}
+    """That of several methods, with one."""
+    assert set(record) == {"methods", "kinds", "time", "physical_end", "status", "provenance"}
+    assert (record["status"], record["time"], record["physical_end"]) == ("success", "t", None)
+    assert list(record["methods"]) == ["cf-4"]
     names = {"energy", "K", "area", "norm", "spatial-momentum", "measure"}
-    assert set(record["quantities"]) == names
-    for quantity in record["quantities"].values():
+    assert set(quantities(record)) == names == set(record["kinds"])
+    for quantity in quantities(record).values():
         assert set(quantity) >= KEYS
         assert quantity["class"] in CLASSES
         for key in KEYS - {"class", "max_rel_error"}:
@@ -71,22 +79,22 @@ def test_the_contract(record):
 def test_the_numbers_are_those_of_the_solution(record, report):
     solution = report[1]
     for name, drift in solution.drift.items():
-        quantity = record["quantities"][name]
+        quantity = quantities(record)[name]
         assert quantity["max_abs_error"] == drift.max_abs_error
         assert quantity["slope"] == drift.slope
         assert quantity["class"] == drift.drift_class
 
 
 def test_provenance_is_complete(record):
-    provenance = record["provenance"]
+    provenance, run = record["provenance"], record["methods"]["cf-4"]["run"]
     for key in ("geomint", "python", "numpy", "numba"):
         assert provenance["versions"][key]
-    for key in ("cpu", "platform", "date", "scene_toml", "scene_hash", "step", "steps", "method"):
+    for key in ("cpu", "platform", "date", "scene_toml", "scene_hash"):
         assert provenance[key]
-    for key in ("seed", "command", "method_options", "compile_seconds", "run_seconds"):
-        assert key in provenance
-    assert provenance["field_evaluations"] == 4 * provenance["steps"] == 8000
-    assert provenance["status"] == "success"
+    assert {"seed", "command", "notes"} <= set(provenance)
+    assert (run["step"], run["method"], run["status"]) == (0.02, "cf-4", "success")
+    assert {"method_options", "compile_seconds", "run_seconds"} <= set(run)
+    assert run["field_evaluations"] == 4 * run["steps"] == 8000
 
 
 def test_the_scene_of_the_provenance_gives_the_same_numbers(record, tmp_path):
@@ -94,7 +102,7 @@ def test_the_scene_of_the_provenance_gives_the_same_numbers(record, tmp_path):
     path.write_text(record["provenance"]["scene_toml"], encoding="utf-8")
     gi.drift_report(path, tmp_path / "again", progress=False)
     again = json.loads((tmp_path / "again" / "drift.json").read_text(encoding="utf-8"))
-    assert again["quantities"] == record["quantities"]
+    assert quantities(again) == quantities(record)
     assert again["provenance"]["scene_hash"] == record["provenance"]["scene_hash"]
 
 
@@ -150,7 +158,7 @@ def test_the_page_tells_what_was_done(page, record):
         "The window means",
     ):
         assert words in page
-    for quantity in record["quantities"].values():
+    for quantity in quantities(record).values():
         assert f'<span class="kind {quantity["class"]}">' in page
 
 
@@ -167,13 +175,13 @@ def test_titles_are_escaped(tmp_path):
 def test_nothing_watched(tmp_path):
     scene = gi.load_scene("sphere-n3").changed(observe={"quantities": []}, time={"t_end": 1.0})
     gi.drift_report(scene, tmp_path, progress=False)
-    assert json.loads((tmp_path / "drift.json").read_text())["quantities"] == {}
+    assert quantities(json.loads((tmp_path / "drift.json").read_text())) == {}
     assert "No quantity was watched" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_backwards(tmp_path):
     scene = gi.load_scene("sphere-n3").changed(time={"t_end": -100.0})
-    solution = gi.drift_report(scene, tmp_path, progress=False)
+    solution = gi.drift_report(scene, tmp_path, progress=False)[0].solution
     assert solution.tau[-1] == -100.0
     assert solution.drift["energy"].slope is not None
 
@@ -182,10 +190,10 @@ def test_physical_time_of_a_problem_in_tau(tmp_path):
     scene = gi.load_scene("hamiltonized-n3").changed(time={"t_end": 50.0})
     gi.drift_report(scene, tmp_path, progress=False)
     record = json.loads((tmp_path / "drift.json").read_text())
-    assert record["provenance"]["drift_time"] == "t"
+    assert record["methods"]["gauss-8"]["run"]["drift_time"] == record["time"] == "t"
     assert "slope per unit of t" in (tmp_path / "report.html").read_text(encoding="utf-8")
     own = gi.load_scene("hamiltonized-n3").changed(time={"tau_end": 50.0})
-    assert gi.drift_report(own, tmp_path, progress=False).drift_time == "tau"
+    assert gi.drift_report(own, tmp_path, progress=False)[0].solution.drift_time == "tau"
     assert "slope per unit of τ" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
@@ -210,11 +218,10 @@ def test_numbers_for_readers():
 
 def test_a_report_of_python_is_that_of_the_command(tmp_path, report):
     scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0}).for_drift()
-    plan = gi.make_plan(scene, "drift")
-    page = write_drift_report(plan.solve(progress=False), scene, tmp_path, plan, "geomint drift x")
+    page = write_drift_report(gi.run_methods(scene, ["cf-4"], False), tmp_path, "geomint drift x")
     assert "geomint drift x" in page.read_text(encoding="utf-8")
     one, other = (
-        json.loads((folder / "drift.json").read_text(encoding="utf-8"))["quantities"]
+        quantities(json.loads((folder / "drift.json").read_text(encoding="utf-8")))
         for folder in (tmp_path, report[0])
     )
     assert one == other

@@ -116,19 +116,19 @@ def test_it_is_kept_in_a_file(tmp_path):
 @pytest.fixture
 def _vanishing(monkeypatch):
     """The second method of several loses its measure half-way."""
-    attempt = Plan.attempt
+    solve = Plan.solve
 
     def spoiled(plan, progress):
-        solution, failure = attempt(plan, progress)
+        solution = solve(plan, progress)
         if plan.scene.method.name == "rk-4":
             scale = solution.drift["energy"].scale
             windows = Windows(0.0)
             windows.add(np.arange(1.0, 101.0), np.where(np.arange(100) < 50, 1e-9, np.nan))
             solution.drift["energy"] = drift.drift_from_windows("energy", windows, scale)
             solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
-        return solution, failure
+        return solution
 
-    monkeypatch.setattr(Plan, "attempt", spoiled)
+    monkeypatch.setattr(Plan, "solve", spoiled)
 
 
 @pytest.mark.usefixtures("_vanishing")
@@ -147,7 +147,7 @@ def test_a_report_of_several_methods(tmp_path):
     assert quantity["not_finite_from"] == 51.0
     page = (tmp_path / "report.html").read_text("utf-8")
     assert '<span class="kind not-finite">not finite</span>' in page
-    assert "rk-4: not finite." in page
+    assert "rk-4: not finite, not a success." in page
 
 
 class Vanishing(Windows):
@@ -164,11 +164,12 @@ def test_a_report_and_the_command(tmp_path, monkeypatch):
     assert result.exit_code == 2
     assert "Infinite or not a number: energy (from τ = 30 on)" in " ".join(result.output.split())
     record = json.loads((tmp_path / "drift.json").read_text("utf-8"))
-    assert record["provenance"]["status"] == NOT_FINITE
-    energy = record["quantities"]["energy"]
+    (entry,) = record["methods"].values()
+    assert entry["run"]["status"] == entry["status"] == record["status"] == NOT_FINITE
+    energy = entry["quantities"]["energy"]
     assert energy["class"] == NOT_FINITE
     assert energy["not_finite_from"] == pytest.approx(30.0, abs=0.3)
     assert energy["final_error"] is None
     page = (tmp_path / "report.html").read_text("utf-8")
-    assert "Not a success" in page
+    assert "not a success" in page
     assert '<span class="kind not-finite">not finite</span>' in page

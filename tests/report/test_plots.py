@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from geomint.plots.drift_plots import drift_figure, panel_figure
+from geomint.plots.drift_plots import draw_means, draw_sizes, drift_figure, panel_figure
 from geomint.plots.style import COLOURS, data_uri, save_figure, series_style
 from geomint.watch.drift import drift_from_windows
 from geomint.watch.windows import Windows
@@ -28,6 +28,12 @@ def drift(name):
     return drift_from_windows(name, windows, 1.0)
 
 
+def panel_of(kind, name):
+    if kind == "means":
+        return panel_figure(lambda axes: draw_means(axes, name, drift(name), "t"))
+    return panel_figure(lambda axes: draw_sizes(axes, name, [(0, "_", drift(name))], "t"))
+
+
 def texts(figure):
     figure.canvas.draw()
     return "\n".join(t.get_text() for t in figure.findobj(match=lambda a: hasattr(a, "get_text")))
@@ -36,18 +42,18 @@ def texts(figure):
 @pytest.mark.parametrize("name", SERIES)
 @pytest.mark.parametrize("kind", ["sizes", "means"])
 def test_a_panel_of_anything(name, kind):
-    uri = data_uri(panel_figure(kind, name, drift(name), "t"))
+    uri = data_uri(panel_of(kind, name))
     assert uri.startswith("data:image/svg+xml;base64,")
     assert len(uri) > 5000
 
 
 def test_what_a_logarithmic_axis_cannot_show_is_said():
-    shown = texts(panel_figure("sizes", "zero", drift("zero"), "t"))
+    shown = texts(panel_of("sizes", "zero"))
     assert "exactly 0 throughout" in shown
-    assert "exactly 0 in" in texts(panel_figure("sizes", "v", drift("half-zero"), "t"))
-    assert "or not finite in" in texts(panel_figure("sizes", "v", drift("not-finite"), "t"))
-    assert "shorter than a window" in texts(panel_figure("sizes", "v", drift("none"), "t"))
-    assert "exactly 0 throughout" in texts(panel_figure("means", "zero", drift("zero"), "t"))
+    assert "exactly 0 in" in texts(panel_of("sizes", "half-zero"))
+    assert "or not finite in" in texts(panel_of("sizes", "not-finite"))
+    assert "shorter than a window" in texts(panel_of("sizes", "none"))
+    assert "exactly 0 throughout" in texts(panel_of("means", "zero"))
 
 
 def test_one_run_shows_sizes_and_means(tmp_path):

@@ -1,8 +1,10 @@
 """One report on several methods: comparable ends and times, failures that end nothing, one page."""
 
+import dataclasses
 import json
 import math
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +12,10 @@ import pytest
 import geomint as gi
 from geomint.plan import Plan
 from geomint.plots.panels import Line, thinned
+from geomint.report import drift_sections
 from geomint.report.kind_plots import kinds_figure, swatch
 from geomint.report.kinds import kinds_in_words, names_by_kind
-from geomint.report.text import duration, short_slope
+from geomint.report.text import duration, number, short_slope
 from geomint.watch.quantities import KINDS, kind_of
 
 METHODS = ["gauss-8", "rk-4:0.02", "rk-4:0.04", "cf-4", "rattle-4", "gauss-2:40"]
@@ -58,7 +61,7 @@ def test_a_cell_says_how_long_it_was_watched(tmp_path):
     scene = SCENE.changed(time={"tau_end": 5.0}, observe=observe)
     gi.drift_report(scene, tmp_path, False, methods=["gauss-8:0.1", "gauss-2:0.1"])
     text = (tmp_path / "report.html").read_text("utf-8")
-    assert text.count("(to τ = 0.8)") == 2
+    assert text.count("(to τ = 0.8)") == 4  # in the table of methods, and in that of each
 
 
 def test_every_method_in_what_suits_it(result):
@@ -125,22 +128,31 @@ def test_a_method_that_fits_nothing_is_told_why(tmp_path):
     assert "no form &#39;hamiltonian&#39;" in (tmp_path / "report.html").read_text("utf-8")
 
 
-def test_where_every_method_fails_the_report_failed(tmp_path):
+@pytest.mark.parametrize("methods", [["rattle-4"], ["rattle-2", "rattle-4"]])
+def test_where_no_method_begins_there_is_no_report(methods, tmp_path):
     scene = gi.load_scene("ball-3d").changed(time={"t_end": 2.0})
-    runs = gi.drift_report(scene, tmp_path, False, methods=["rattle-2", "rattle-4"])
+    with pytest.raises(gi.FormError, match=methods[0]):
+        gi.drift_report(scene, tmp_path, False, methods=methods)
+    assert not list(tmp_path.iterdir())
+
+
+def test_where_every_method_fails_the_report_failed(tmp_path):
+    scene = gi.load_scene("sphere-n3").changed(time={"t_end": 5.0})
+    runs = gi.drift_report(scene, tmp_path, False, methods=["gauss-8:40"])
     assert runs.status == "failed"
-    assert "No quantity was watched" in (tmp_path / "report.html").read_text("utf-8")
+    assert isinstance(runs[0].error, gi.ConvergenceError)
+    assert "No step was watched" in (tmp_path / "report.html").read_text("utf-8")
 
 
 def test_ctrl_c_leaves_what_was_computed(monkeypatch, tmp_path):
-    attempt = Plan.attempt
+    solve = Plan.solve
 
     def interrupted(plan, progress):
         if plan.scene.method.name == "rk-4":
             raise KeyboardInterrupt
-        return attempt(plan, progress)
+        return solve(plan, progress)
 
-    monkeypatch.setattr(Plan, "attempt", interrupted)
+    monkeypatch.setattr(Plan, "solve", interrupted)
     runs = gi.drift_report(SCENE, tmp_path, False, methods=["gauss-8", "rk-4", "cf-4"])
     assert [run.status for run in runs] == ["success", "interrupted", "not run"]
     assert runs.status == "interrupted"
@@ -148,6 +160,40 @@ def test_ctrl_c_leaves_what_was_computed(monkeypatch, tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "rk-4: interrupted." in page
     assert "cf-4: not run." in page
+
+
+def test_ctrl_c_before_any_step_leaves_no_report(monkeypatch, tmp_path):
+    def interrupted(plan, progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Plan, "solve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        gi.drift_report(SCENE, tmp_path, False, methods=["gauss-8", "rk-4"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_sections_are_a_list_of_functions_and_a_folder_of_templates():
+    folder = Path(drift_sections.__file__).parent / "templates" / "drift"
+    names = [section.__name__ for section in drift_sections.SECTIONS]
+    assert sorted(names) == sorted(path.name.removesuffix(".html.j2") for path in folder.iterdir())
+
+
+def test_sections_of_one_and_of_several_methods(result, page):
+    """Facts are in the sections of one method, and unfolded in the table of each of several."""
+    one = dataclasses.replace(result, runs=[result["cf-4"]])
+    shown = {f.__name__ for f in drift_sections.SECTIONS if f(one) is not None}
+    several = {f.__name__ for f in drift_sections.SECTIONS if f(result) is not None}
+    assert shown - several == {"facts"}
+    assert several - shown == {"kinds", "methods", "costs"}
+    for run in result:
+        for drift in run.drift.values():
+            assert number(drift.final_error) in page
+    assert page.count('<dl class="facts">') == sum(bool(run.drift) for run in result)
+
+
+def test_what_was_watched_to_the_end_is_not_said_to_be_shorter(page):
+    """Of methods in t either, whose drifts are shown over τ."""
+    assert "(to τ" not in page
 
 
 def test_the_contract(record):

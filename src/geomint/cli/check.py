@@ -9,11 +9,11 @@ import click
 from .options import (
     Asked,
     chosen_scene,
+    methods_of,
     methods_option,
     patience,
     print_notes,
     scene_options,
-    several_methods,
 )
 
 if TYPE_CHECKING:
@@ -48,20 +48,19 @@ def command(
 
     for_drift = for_drift or methods is not None
     chosen = chosen_scene(asked, for_drift)
-    several = several_methods(chosen, methods, asked) if for_drift else None
     with patience("planning"):
         plans: dict[str, Plan | str]
-        if several is None:
-            plans = {"": make_plan(chosen, "drift" if for_drift else "run", costs=True)}
+        if for_drift:
+            plans = dict(expected_plans(chosen, methods_of(chosen, methods, asked), costs=True))
         else:
-            plans = dict(expected_plans(chosen, several, costs=True))
+            plans = {"": make_plan(chosen, costs=True)}
     print_notes(chosen)
     console = Console()
     console.print(Text(printable(chosen.title), style="bold"))
     if chosen.content.description:
         console.print(Text(printable(" ".join(chosen.content.description.split()))), "")
     for label, plan in plans.items():
-        if label:
+        if len(plans) > 1:
             console.print("", Text(label, style="bold"), sep="\n")
         _print_plan(console, chosen, plan)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -60,8 +62,9 @@ def command(
     The exit code is 2 if a method has no result at all: it does not fit the scene, or its runs fail.
     """
     from ..compare.duration import comparison_time
+    from ..compare.of_scene import compare_scene
     from ..report import COMPARE_FILES
-    from ..report.compare_page import reference_text, run_compare
+    from ..report.compare_page import reference_text, write_compare_report
     from ..report.summary import print_comparison
     from ..run.files.outputs import check_folder
     from ..scene.entries import split_list
@@ -77,8 +80,9 @@ def command(
     print_notes(chosen)
     check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
     check_folder(out, COMPARE_FILES)
-    command = reproducing_command()
-    result = run_compare(chosen, names, out, given, repeats, not quiet, command, reference)
+    with _status_line(not quiet) as report:
+        result = compare_scene(chosen, names, given, repeats, reference, report)
+    write_compare_report(result, chosen, out, reproducing_command())
     for method, status in result.without_result.items():
         print_message(f"{method}: no result: {status}")
     if not quiet:
@@ -88,6 +92,18 @@ def command(
     if result.without_result and result.status == "success":
         return exit_code("failed")
     return exit_code(result.status)
+
+
+@contextmanager
+def _status_line(show: bool) -> Iterator[Callable[[str], None]]:
+    """Show on standard error what is being done, or nothing."""
+    if not show:
+        yield lambda text: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("comparing") as status:
+        yield lambda text: status.update(f"comparing: {text}")
 
 
 def _numbers(text: str) -> list[float]:

@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from .options import (
     Asked,
-    carried_out,
     check_time,
     chosen_scene,
     exit_code,
     folder_option,
+    methods_of,
     methods_option,
     partly,
-    print_message,
     print_notes,
     reproducing_command,
     say,
     scene_options,
-    several_methods,
+    tell_failure,
     yes_option,
 )
-
-if TYPE_CHECKING:
-    from ..plan import MethodRun
-    from ..scene import Scene
 
 __all__ = ["command"]
 
@@ -50,57 +44,24 @@ def command(
     With --methods, or methods in the scene's [drift] section, each method runs in the
     representation that suits it, and one report shows them all.
     """
-    chosen = chosen_scene(asked, drift=True)
-    several = several_methods(chosen, methods, asked)
-    if several is not None:
-        return _several(chosen, several, out, yes, quiet)
-    return _one(chosen, out, yes, quiet)
-
-
-def _one(scene: Scene, out: Path, yes: bool, quiet: bool) -> int:
-    from ..plan import expected_time, make_plan
+    from ..plan import Plan, common_notes, expected_plans, expected_time, run_methods
     from ..report import DRIFT_FILES
     from ..run.files.outputs import check_folder
 
-    plan = make_plan(scene, "drift")
-    print_notes(scene, plan.notes)
-    check_time(lambda: expected_time([plan]), yes)
-    check_folder(out, DRIFT_FILES)
-    solution = carried_out(plan, quiet)
-
-    from ..report import write_drift_report
-
-    page = write_drift_report(solution, scene, out, plan, reproducing_command())
-    if not quiet:
-        from ..report.summary import print_summary
-
-        print_summary(solution, scene)
-        say(f"report{partly(solution)}", page)
-    return exit_code(solution.status)
-
-
-def _several(scene: Scene, methods: list[str], out: Path, yes: bool, quiet: bool) -> int:
-    from ..plan import Plan, expected_plans, expected_time, run_methods
-    from ..report import DRIFT_FILES
-    from ..run.files.outputs import check_folder
-
-    print_notes(scene)
-    plans = [p for p in expected_plans(scene, methods).values() if isinstance(p, Plan)]
+    scene = chosen_scene(asked, drift=True)
+    names = methods_of(scene, methods, asked)
+    plans = [p for p in expected_plans(scene, names).values() if isinstance(p, Plan)]
+    print_notes(scene, common_notes(plans))
     check_time(lambda: expected_time(plans), yes)
     check_folder(out, DRIFT_FILES)
-    result = run_methods(scene, methods, not quiet, _tell_failure)
+    result = run_methods(scene, names, not quiet, tell_failure)
 
-    from ..report import write_several_report
+    from ..report.drift_page import write_drift_report
 
-    page = write_several_report(result, out, reproducing_command())
+    page = write_drift_report(result, out, reproducing_command())
     if not quiet:
-        from ..report.summary import print_several
+        from ..report.summary import print_runs
 
-        print_several(result)
+        print_runs(result)
         say(f"report{partly(result)}", page)
     return exit_code(result.status)
-
-
-def _tell_failure(run: MethodRun) -> None:
-    if run.status != "success":
-        print_message(f"{run.label}: {run.status}: {run.message}".rstrip(": "))

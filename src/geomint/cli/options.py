@@ -8,7 +8,7 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -19,18 +19,17 @@ from ..errors import printable
 
 if TYPE_CHECKING:
     from ..compare.runs import Comparison
-    from ..plan import Estimate, Plan, SeveralRuns
-    from ..run.solution import Solution
+    from ..plan import Estimate, MethodRun, SeveralRuns
     from ..scene import Scene
 
 __all__ = [
     "Asked",
-    "carried_out",
     "check_time",
     "chosen_scene",
     "debug_option",
     "exit_code",
     "folder_option",
+    "methods_of",
     "methods_option",
     "partly",
     "patience",
@@ -40,7 +39,7 @@ __all__ = [
     "reproducing_command",
     "say",
     "scene_options",
-    "several_methods",
+    "tell_failure",
     "yes_option",
 ]
 
@@ -140,8 +139,8 @@ def chosen_scene(asked: Asked, drift: bool = False) -> Scene:
         )
 
 
-def several_methods(scene: Scene, methods: str | None, asked: Asked) -> list[str] | None:
-    """Return the methods of a report on several, or None for the scene's one method.
+def methods_of(scene: Scene, methods: str | None, asked: Asked) -> list[str]:
+    """Return the methods of a drift report.
 
     The command line comes before the scene: --methods, or else --method or --step for one.
     """
@@ -150,7 +149,8 @@ def several_methods(scene: Scene, methods: str | None, asked: Asked) -> list[str
 
     single = asked.method is not None or asked.step is not None
     if methods is None:
-        return None if single else scene.content.drift.methods
+        listed = None if single else scene.content.drift.methods
+        return listed or [scene.content.integrate.method]
     if single:
         raise SceneError("--methods: expected neither --method nor --step; write NAME:STEP")
     names = split_list(methods)
@@ -158,7 +158,7 @@ def several_methods(scene: Scene, methods: str | None, asked: Asked) -> list[str
     return names
 
 
-def print_notes(scene: Scene, more: tuple[str, ...] = ()) -> None:
+def print_notes(scene: Scene, more: Iterable[str] = ()) -> None:
     """Print what was changed to make the initial state admissible, and `more`."""
     for note in (*scene.notes, *more):
         print_message(f"note: {note}")
@@ -174,25 +174,27 @@ def say(what: str, path: Path) -> None:
     click.echo(f"{what}: {printable(str(path))}")
 
 
-def print_failure(failure: BaseException, arguments: Sequence[str] | None = None) -> None:
-    """Print an error.
+def print_failure(
+    failure: BaseException, arguments: Sequence[str] | None = None, label: str = ""
+) -> None:
+    """Print an error, after a label.
 
     With ``--debug`` among the arguments, by default those of this process, the traceback too.
     """
     if "--debug" in (sys.argv if arguments is None else arguments):
         traceback.print_exception(failure)
-    print_message(str(failure))
+    print_message(f"{label}{failure}")
 
 
-def carried_out(plan: Plan, quiet: bool) -> Solution:
-    """Carry a plan out; of a run that fails print the error, and return what was computed."""
-    solution, failure = plan.attempt(progress=not quiet)
-    if failure is not None:
-        print_failure(failure)
-    return solution
+def tell_failure(run: MethodRun) -> None:
+    """Print why a run did not reach its end, if so."""
+    if run.error is not None:
+        print_failure(run.error, label=f"{run.label}: {run.status}: ")
+    elif run.status != "success":
+        print_message(f"{run.label}: {run.status}: {run.message}".rstrip(": "))
 
 
-def partly(result: Solution | SeveralRuns | Comparison) -> str:
+def partly(result: SeveralRuns | Comparison) -> str:
     """Return how to say that a result is not all that was asked for."""
     return "" if result.status == "success" else f" ({result.status})"
 

@@ -8,7 +8,6 @@ import click
 
 from .options import (
     Asked,
-    carried_out,
     check_time,
     chosen_scene,
     exit_code,
@@ -17,6 +16,7 @@ from .options import (
     reproducing_command,
     say,
     scene_options,
+    tell_failure,
     yes_option,
 )
 
@@ -43,22 +43,25 @@ def command(
 
     chosen = chosen_scene(asked)
 
-    from ..plan import expected_time, make_plan
+    from ..plan import expected_time, make_plan, run_plan
 
     plan = make_plan(chosen)
     out = Path(f"{chosen.name}.nc") if out is None else out
     print_notes(chosen)
     check_time(lambda: expected_time([plan]), yes)
     check_file(out)
-    solution = carried_out(plan, quiet)
+    result = run_plan(plan, not quiet)
+    tell_failure(result[0])
+    solution = result[0].solution
+    assert solution is not None
 
     from ..run.storage import save_solution
     from ..scene.provenance import scene_provenance
 
     save_solution(solution, out, scene_provenance(solution, chosen, reproducing_command()))
     if not quiet:
-        from ..report.summary import print_summary
+        from ..report.summary import print_runs
 
-        print_summary(solution, chosen)
-        say(f"written{partly(solution)}", out)
-    return exit_code(solution.status)
+        print_runs(result)
+        say(f"written{partly(result)}", out)
+    return exit_code(result.status)

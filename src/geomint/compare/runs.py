@@ -9,19 +9,19 @@ is not far better than are not given.
 
 from __future__ import annotations
 
-import statistics
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
-from ..arguments import Array
-from ..errors import FormError, GeomintError
+from ..errors import FormError
 from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
 from ..plan.fitting import representation_for
-from ..problems.problem import Problem
 from ..problems.systems import Model
+from ..run.many import Outcome, attempt, run_many
+from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
@@ -157,18 +157,33 @@ def compare(
     check_representation(model, representation)
     endpoint, known = endpoint_of(model, end, reference, report)
     result = Comparison([], known)
-    asked = _Asked(end, steps, first_steps or {}, representation, repeats, observe, report)
-    try:
-        for method in chosen:
-            _run_ladder(result, endpoint, model, method, asked)
-    except KeyboardInterrupt:
-        result.status = "interrupted"
+    asked = _Asked(
+        model, endpoint, end, steps, first_steps or {}, representation, repeats, observe, report
+    )
+    runs = (entry for method in chosen for entry in _ladder_runs(result, method, asked))
+
+    def take(made: tuple[Point | str, Outcome]) -> None:
+        point, outcome = made
+        result.compile_seconds += outcome.compile_seconds
+        if outcome.status == "interrupted":  # a part of a run has no error at the end
+            raise KeyboardInterrupt
+        if isinstance(point, Point):
+            result.points.append(_measured(point, outcome, endpoint))
+        else:
+            result.drifts.append((point, outcome.result().drift))
+
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "step = .* is longer than the run")
+        if not run_many(runs, take):
+            result.status = "interrupted"
     return result
 
 
 class _Asked(NamedTuple):
     """What all methods of a comparison have in common, as `compare` was given it."""
 
+    model: Model
+    endpoint: Endpoint
     end: dict[str, float]
     steps: list[float] | None
     first_steps: Mapping[str, float]
@@ -178,34 +193,41 @@ class _Asked(NamedTuple):
     report: Callable[[str], None]
 
 
-def _run_ladder(
-    result: Comparison, endpoint: Endpoint, model: Model, method: Method, asked: _Asked
-) -> None:
-    """Add the points of one method, and its drifts at the finest."""
-    best: tuple[Method, Problem, Array, float | None] | None = None
-    last: Point | None = None
+def _ladder_runs(
+    result: Comparison, method: Method, asked: _Asked
+) -> Iterator[tuple[Point | str, Outcome]]:
+    """Carry out the runs of one method: of its points, and with its name the one of its drifts.
+
+    What cannot be run, or would take too long, becomes a point here.
+    """
     try:
-        name, problem = representation_for(model, method, asked.end, asked.representation)
+        name, problem = representation_for(asked.model, method, asked.end, asked.representation)
     except FormError as error:
         result.points.append(Point(method.name, method.order, "", 0.0, None, status=str(error)))
         return
-    y0 = model.states[name]
+    y0, endpoint = asked.model.states[name], asked.endpoint
     base, own_end = asked.first_steps.get(method.name), next(iter(asked.end.values()))
+    best: partial[Solution] | None = None
+    last: Point | None = None
     for variant, step in ladder(method, problem, y0, asked.steps, base, own_end):
         options = variant.options
         setting = f"rtol {options['rtol']:.0e}" if method.adaptive else f"step {step:.4g}"
         asked.report(f"{method.name}, {setting}")
+        point = _point(variant, name, step)
         expected = 0.0 if last is None else _expected_seconds(last, variant, step)
         if expected > MAX_SECONDS:
             status = f"not run: would take about {expected:.0f} s"
-            result.points.append(replace(_point(variant, name, step), status=status))
+            result.points.append(replace(point, status=status))
             continue
-        point = _measure(endpoint, variant, name, problem, y0, step, asked.repeats, result)
-        result.points.append(point)
-        if point.bound is not None:
-            best, last = (variant, problem, y0, step), point
+        run = partial(solve, problem, y0, method=variant, step=step)
+        timed = partial(run, **endpoint.end_for(problem))
+        yield point, attempt(timed, repeats=asked.repeats, enough=MAX_SECONDS)
+        if result.points[-1].bound is not None:
+            best, last = run, result.points[-1]
     if asked.observe and best is not None:
-        result.drifts.append((method.name, _drifts(endpoint, *best)))
+        # Over physical time, so that all methods share an axis.
+        watched = [*problem.invariants, *problem.constraints]
+        yield method.name, attempt(partial(best, t_end=endpoint.physical_end, observe=watched))
 
 
 def _expected_seconds(last: Point, method: Method, step: float | None) -> float:
@@ -230,58 +252,21 @@ def _point(method: Method, representation: str, step: float | None) -> Point:
     )
 
 
-def _measure(
-    endpoint: Endpoint,
-    method: Method,
-    representation: str,
-    problem: Problem,
-    y0: Array,
-    step: float | None,
-    repeats: int,
-    result: Comparison,
-) -> Point:
-    point = _point(method, representation, step)
-    run: dict[str, Any] = {"method": method, "step": step, **endpoint.end_for(problem)}
-    try:
-        seconds = []
-        for _ in range(max(repeats, 1)):
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "step = .* is longer than the run")
-                solution = solve(problem, y0, **run, progress=False)
-            if solution.status == "interrupted":  # a part of a run has no error at the end
-                raise KeyboardInterrupt
-            if not (solution.steps or method.adaptive):  # the step that was asked for is none of it
-                return replace(point, status="not measured: the step is longer than the run")
-            result.compile_seconds += solution.compile_seconds
-            seconds.append(solution.run_seconds)
-            if sum(seconds) > MAX_SECONDS:
-                break
-    except GeomintError as error:
-        return replace(point, status=f"failed: {type(error).__name__}: {error}")
+def _measured(point: Point, outcome: Outcome, endpoint: Endpoint) -> Point:
+    """Return a point with what was measured."""
+    if outcome.error is not None:
+        status = f"failed: {type(outcome.error).__name__}: {outcome.error}"
+        return replace(point, status=status)
+    solution = outcome.result()
+    adaptive = solution.method.adaptive
+    if not (solution.steps or adaptive):  # the step that was asked for is none of it
+        return replace(point, status="not measured: the step is longer than the run")
     return replace(
         point,
-        step=abs(solution.step) if method.adaptive else point.step,
-        seconds=statistics.median(seconds),
+        step=abs(solution.step) if adaptive else point.step,
+        seconds=outcome.seconds,
         steps=solution.steps,
         evaluations=solution.evaluations,
-        repeats=len(seconds),
-        **endpoint.judged(problem, solution.y[-1]),
+        repeats=outcome.repeats,
+        **endpoint.judged(solution.problem, solution.y[-1]),
     )
-
-
-def _drifts(
-    endpoint: Endpoint, method: Method, problem: Problem, y0: Array, step: float | None
-) -> dict[str, Drift]:
-    """Return the drifts over physical time, so that all methods share an axis."""
-    solution = solve(
-        problem,
-        y0,
-        t_end=endpoint.physical_end,
-        method=method,
-        step=step,
-        observe=[*problem.invariants, *problem.constraints],
-        progress=False,
-    )
-    if solution.status == "interrupted":
-        raise KeyboardInterrupt
-    return solution.drift

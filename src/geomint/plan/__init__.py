@@ -2,14 +2,21 @@
 
 A plan is made by small pure rules, in order: each is a function of what is asked and of the choices
 that it depends on, and returns a `Choice`. A plan never changes the answer: it only leaves out
-what the scene does not need. `run_methods` plans and runs one scene for each of several methods.
+what the scene does not need. `run_methods` plans and runs one scene by one or several methods.
 """
 
 from .choice import Choice, Route, Saving
 from .duration import Estimate, estimate, expected_time
 from .fitting import representation_for
 from .plan import Plan, make_plan, run_scene
-from .several import MethodRun, SeveralRuns, expected_plans, run_methods
+from .several import (
+    MethodRun,
+    SeveralRuns,
+    common_notes,
+    expected_plans,
+    run_methods,
+    run_plan,
+)
 
 __all__ = [
     "Choice",
@@ -19,11 +26,13 @@ __all__ = [
     "Route",
     "Saving",
     "SeveralRuns",
+    "common_notes",
     "estimate",
     "expected_plans",
     "expected_time",
     "make_plan",
     "representation_for",
     "run_methods",
+    "run_plan",
     "run_scene",
 ]

@@ -138,13 +138,6 @@ class Plan(Shown, Compared):
         # What it would go on from is a state of the other problem.
         return replace(solution, problem=asked, y=lift(solution.y), route=way, restart=None)
 
-    def attempt(self, progress: bool | None = None) -> tuple[Solution, StepError | None]:
-        """Carry the plan out as far as it goes; return what was computed, and why it ends there."""
-        try:
-            return self.solve(progress), None
-        except StepError as error:
-            return error.partial, error
-
 
 def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Plan:
     """Return the plan of a scene.

@@ -1,14 +1,16 @@
-"""One scene by several methods: each in the representation and at the step that suit it."""
+"""One scene by one or several methods: each in the representation and at the step that suit it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from ..errors import FormError, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.evaluate import value
 from ..problems.problem import Time
+from ..run.many import Outcome, attempt, run_many
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..scene.entries import methods_and_steps
@@ -17,14 +19,12 @@ from ..watch.drift import Drift
 from ..watch.growth import NOT_FINITE
 from .plan import Plan, make_plan
 
-__all__ = ["MethodRun", "SeveralRuns", "expected_plans", "run_methods"]
-
-INTERRUPTED = "interrupted before its first step"
+__all__ = ["MethodRun", "SeveralRuns", "common_notes", "expected_plans", "run_methods", "run_plan"]
 
 
 @dataclass(frozen=True)
 class MethodRun:
-    """One method of several on a scene.
+    """One method on a scene.
 
     Attributes
     ----------
@@ -37,6 +37,10 @@ class MethodRun:
         interrupted, None if nothing was.
     status, message : str
         That of the solution, ``"failed"``, ``"interrupted"`` or ``"not run"``, and why.
+    error : GeomintError or None
+        That of a run that failed.
+    end : float
+        Where the solution ends, in the time of its drifts.
     """
 
     label: str
@@ -44,6 +48,8 @@ class MethodRun:
     solution: Solution | None
     status: str
     message: str = ""
+    error: GeomintError | None = field(default=None, compare=False, repr=False)
+    end: float = 0.0
 
     @property
     def drift(self) -> dict[str, Drift]:
@@ -57,6 +63,11 @@ class MethodRun:
         return self.label if self.status == "success" else f"{self.label} ({self.status})"
 
     @property
+    def representation(self) -> str | None:
+        """The name of the representation that is integrated; None if none fits."""
+        return None if self.plan is None else self.plan.route.name
+
+    @property
     def missing(self) -> dict[str, str]:
         """Quantities that its representation does not have, and where they are."""
         missing = None if self.plan is None else self.plan.missing
@@ -65,26 +76,35 @@ class MethodRun:
 
 @dataclass(eq=False)
 class SeveralRuns(Compared):
-    """All runs of a scene by several methods, in the order asked for.
+    """All runs of a scene, a method each, in the order asked for.
+
+    A sequence of `MethodRun`; ``runs["gauss-8"]`` is the one with that label, ``runs[0]`` the first.
 
     Attributes
     ----------
-    time : ``"t"`` or ``"tau"``
-        The time of all drifts: that in which the scene's end is given.
     physical_end : float or None
         Where methods in physical time end, if the scene's end is in τ and there are any.
     """
 
     scene: Scene
-    time: Time
     runs: list[MethodRun] = field(default_factory=list)
     physical_end: float | None = None
 
-    def __getitem__(self, label: str) -> MethodRun:
-        return next(run for run in self.runs if run.label == label)
+    @property
+    def time(self) -> Time:
+        """The time of all drifts, ``"t"`` or ``"tau"``: that in which the scene's end is given."""
+        return "t" if self.scene.content.time.tau_end is None else "tau"
+
+    def __getitem__(self, which: str | int) -> MethodRun:
+        if isinstance(which, int):
+            return self.runs[which]
+        return {run.label: run for run in self.runs}[which]
 
     def __iter__(self) -> Iterator[MethodRun]:
         return iter(self.runs)
+
+    def __len__(self) -> int:
+        return len(self.runs)
 
     @property
     def status(self) -> str:
@@ -103,7 +123,7 @@ def run_methods(
     progress: bool | None = None,
     report: Callable[[MethodRun], None] = lambda run: None,
 ) -> SeveralRuns:
-    """Integrate a scene for its drifts by several methods, one after the other.
+    """Integrate a scene for its drifts by one or several methods, one after the other.
 
     A method that fails does not end the others; Ctrl-C ends them all, and leaves what was computed.
     All runs end at the same place: if the scene's end is in τ, methods that need a representation
@@ -125,19 +145,58 @@ def run_methods(
     ------
     MethodError, DomainError
         For names and steps that make no sense, before anything is computed.
+    FormError
+        Or another error, that of the first, if every method fails before its first step. After
+        Ctrl-C before any, KeyboardInterrupt.
     """
     variants = _labelled_scenes(scene, methods)
-    result = SeveralRuns(scene, "t" if scene.content.time.tau_end is None else "tau")
-    interrupted = False
-    for label, variant in variants.items():
-        if interrupted:
-            run = MethodRun(label, None, None, "not run", "the report was interrupted")
-        else:
-            run = _run(result, label, variant, progress)
-        interrupted = interrupted or run.status == "interrupted"
+    result = SeveralRuns(scene)
+    plans: dict[str, Plan] = {}
+
+    def physical_end() -> float:
+        if result.physical_end is None:
+            result.physical_end = _physical_end(scene, progress)
+        return result.physical_end
+
+    def planned(label: str, progress: bool | None) -> Solution:
+        plans[label] = _plan_method(variants[label], physical_end)
+        return plans[label].solve(progress)
+
+    def take(run: MethodRun) -> None:
         result.runs.append(run)
         report(run)
+        if run.status == "interrupted":
+            raise KeyboardInterrupt
+
+    outcomes = ((label, attempt(partial(planned, label), progress)) for label in variants)
+    run_many((_method_run(result, label, plans.get(label), o) for label, o in outcomes), take)
+    for label in list(variants)[len(result) :]:
+        take(MethodRun(label, None, None, "not run", "the report was interrupted"))
+    if all(run.solution is None for run in result):
+        raise (result.status == "failed" and result[0].error) or KeyboardInterrupt
     return result
+
+
+def run_plan(plan: Plan, progress: bool | None = None) -> SeveralRuns:
+    """Carry one plan out, as far as it goes.
+
+    Raises
+    ------
+    GeomintError
+        If nothing was computed.
+    """
+    outcome = attempt(plan.solve, progress)
+    if outcome.solution is None:
+        outcome.result()
+    result = SeveralRuns(plan.scene)
+    result.runs.append(_method_run(result, plan.scene.method.name, plan, outcome))
+    return result
+
+
+def common_notes(plans: Iterable[Plan | str | None]) -> list[str]:
+    """Return what is asked for and done by none of the plans, in words."""
+    notes = [plan.notes for plan in plans if isinstance(plan, Plan)]
+    return [note for note in dict.fromkeys(sum(notes, ())) if all(note in own for own in notes)]
 
 
 def expected_plans(
@@ -146,6 +205,11 @@ def expected_plans(
     """Return the plan of each method, or why there is none. Nothing is integrated.
 
     The physical end of methods in t is estimated by the rate at the start if the scene ends in τ.
+
+    Raises
+    ------
+    GeomintError
+        That of the first method, if none has a plan.
     """
 
     def physical_end() -> float:
@@ -155,11 +219,15 @@ def expected_plans(
         return tau_end * value(scene.problem, clock, scene.state)
 
     plans: dict[str, Plan | str] = {}
+    errors: list[GeomintError] = []
     for label, variant in _labelled_scenes(scene, methods).items():
         try:
             plans[label] = _plan_method(variant, physical_end, costs)
         except GeomintError as error:
             plans[label] = str(error)
+            errors.append(error)
+    if len(errors) == len(plans):
+        raise errors[0]
     return plans
 
 
@@ -198,24 +266,6 @@ def _plan_method(scene: Scene, physical_end: Callable[[], float], costs: bool = 
     return make_plan(scene.changed(time={"t_end": physical_end()}), "drift", costs)
 
 
-def _run(result: SeveralRuns, label: str, scene: Scene, progress: bool | None) -> MethodRun:
-    def physical_end() -> float:
-        if result.physical_end is None:
-            result.physical_end = _physical_end(result.scene, progress)
-        return result.physical_end
-
-    plan: Plan | None = None
-    try:
-        plan = _plan_method(scene, physical_end)
-        solution, _ = plan.attempt(progress)
-    except GeomintError as error:
-        return MethodRun(label, plan, None, "failed", f"{type(error).__name__}: {error}")
-    except KeyboardInterrupt:
-        return MethodRun(label, plan, None, "interrupted", INTERRUPTED)
-    solution = _in_time_of(result, solution)
-    return MethodRun(label, plan, solution, solution.status, solution.message)
-
-
 def _physical_end(scene: Scene, progress: bool | None) -> float:
     """Return the physical time that the scene's own representation reaches at its end in τ."""
     tau_end = scene.content.time.tau_end
@@ -236,10 +286,18 @@ def _physical_end(scene: Scene, progress: bool | None) -> float:
     return float(solution.t[-1])
 
 
-def _in_time_of(result: SeveralRuns, solution: Solution) -> Solution:
-    """Return a solution with its drifts in the time of the report."""
-    end, tau_end = result.physical_end, result.scene.content.time.tau_end
-    if solution.drift_time == result.time or end is None or tau_end is None:
-        return solution
-    drift = {name: d.stretched(tau_end / end) for name, d in solution.drift.items()}
-    return replace(solution, drift=drift, drift_time=result.time)
+def _method_run(result: SeveralRuns, label: str, plan: Plan | None, outcome: Outcome) -> MethodRun:
+    """Return the run with its drifts in the time of the report."""
+    solution, reached = outcome.solution, 0.0
+    tau_end, physical_end = result.scene.content.time.tau_end, result.physical_end
+    if solution is not None:
+        own = solution.drift_time == solution.problem.time
+        reached = float(max(solution.tau if own else solution.t, key=abs, default=0.0))
+        if solution.drift_time != result.time and physical_end and tau_end:
+            rate = tau_end / physical_end
+            drift = {name: d.stretched(rate) for name, d in solution.drift.items()}
+            solution, reached = (
+                replace(solution, drift=drift, drift_time=result.time),
+                rate * reached,
+            )
+    return MethodRun(label, plan, solution, outcome.status, outcome.message, outcome.error, reached)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,20 +17,21 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["drift_figure", "panel_figure"]
+__all__ = ["draw_means", "draw_sizes", "drift_figure", "grid_figure", "panel_figure"]
 
 HUGE = 1e307  # differences of larger numbers overflow
 
 Runs = Sequence[tuple[str, Mapping[str, Drift]]]
+Draw: TypeAlias = "Callable[[Axes], None]"
 
 
-def drift_figure(runs: Runs, time_label: str, status: str = "success") -> Figure:
+def drift_figure(runs: Runs, time: str, status: str = "success") -> Figure:
     """Return a figure of the drifts of one or several runs, for print 6.5 inches wide.
 
     Parameters
     ----------
     runs : sequence of (label, mapping of name to Drift)
-    time_label : str
+    time : str
         The time that the drifts are measured in: ``"t"`` or ``"tau"``.
     status : str
         Of the run, written above the panels if it is not ``"success"``.
@@ -39,93 +42,88 @@ def drift_figure(runs: Runs, time_label: str, status: str = "success") -> Figure
     with its sign. Several runs: the largest deviations of all of them together.
     """
     names = list(dict.fromkeys(name for _, drifts in runs for name in drifts))
-    order = {label: i for i, (label, _) in enumerate(runs)}  # one style a run in all panels
-    single = len(runs) == 1
-    rows = max(1, len(names) if single else -(-len(names) // 2))
-    columns = 2 if single or len(names) > 1 else 1
-    with new_figure(WIDTH, 0.6 + 1.55 * rows, layout="constrained") as figure:
-        grid = figure.subplots(rows, columns, squeeze=False)
+    draws: list[Draw] = []
+    for name in names:
+        if len(runs) == 1:
+            drift = runs[0][1][name]  # no legend for a single run
+            draws.append(partial(draw_sizes, name=name, runs=[(0, "_", drift)], time=time))
+            draws.append(partial(draw_means, name=name, drift=drift, time=time))
+        else:
+            chosen = [(i, label, d[name]) for i, (label, d) in enumerate(runs) if name in d]
+            draws.append(partial(draw_sizes, name=name, runs=chosen, time=time))
+    with grid_figure(draws, 1.55) as (figure, grid):
         if status != "success":
             figure.suptitle(f"run {status}", color="#b00020", weight="bold")
-        if not names:
-            grid[0, 0].set_axis_off()
-            say(grid[0, 0], "no quantity was watched")
-        for i, name in enumerate(names):
-            chosen = [
-                ("_" if single else label, drifts[name])  # no legend for a single run
-                for label, drifts in runs
-                if name in drifts
-            ]
-            if single:
-                draw_sizes(grid[i, 0], name, chosen, time_label)
-                draw_means(grid[i, 1], name, chosen, time_label)
-            else:
-                draw_sizes(grid[i // 2, i % 2], name, chosen, time_label, order)
-        used = len(names) * (2 if single else 1)
-        for axes in grid.flat[max(used, 1) :]:
-            axes.remove()
-        for axes in grid.flat[: max(used - 2, 0)]:
-            axes.set_xlabel("")  # the lowest panel of each column has it
-        if not single:
+        if len(runs) > 1:
             shared_legend(figure, grid)
     return figure
+
+
+@contextmanager
+def grid_figure(draws: Sequence[Draw], height: float) -> Iterator[tuple[Figure, Any]]:
+    """Give a figure of panels in two columns, for print 6.5 inches wide, and their grid."""
+    rows = max(1, -(-len(draws) // 2))
+    with new_figure(WIDTH, 0.6 + height * rows, layout="constrained") as figure:
+        grid = figure.subplots(rows, min(max(len(draws), 1), 2), squeeze=False)
+        for axes, draw in zip(grid.flat, draws, strict=False):
+            draw(axes)
+        for axes in grid.flat[max(len(draws), 1) :]:
+            axes.remove()
+        for axes in grid.flat[: max(len(draws) - 2, 0)]:
+            axes.set_xlabel("")  # the lowest panel of each column has it
+        if not draws:
+            grid[0, 0].set_axis_off()
+            say(grid[0, 0], "no quantity was watched")
+        yield figure, grid
 
 
 # Margins that hold all labels: finding them anew would draw each of a dozen panels twice.
 _PANEL = {"left": 0.2, "right": 0.96, "bottom": 0.2, "top": 0.86}
 
 
-def panel_figure(kind: str, name: str, drift: Drift, time_label: str) -> Figure:
-    """Return one panel, ``"sizes"`` or ``"means"``, small enough for a telephone."""
-    with new_figure(3.6, 2.3) as figure:
-        figure.subplots_adjust(**_PANEL)
-        draw = draw_sizes if kind == "sizes" else draw_means
-        draw(figure.subplots(), name, [("_", drift)], time_label)
+def panel_figure(draw: Draw, roomy: bool = False) -> Figure:
+    """Return one panel, small enough for a telephone; `roomy`: with room for words below its title."""
+    with new_figure(3.6, 2.6 if roomy else 2.3, layout="constrained" if roomy else None) as figure:
+        if not roomy:
+            figure.subplots_adjust(**_PANEL)
+        draw(figure.subplots())
     return figure
 
 
-def draw_sizes(
-    axes: Axes,
-    name: str,
-    runs: Sequence[tuple[str, Drift]],
-    time_label: str,
-    order: Mapping[str, int] | None = None,
-) -> None:
+def draw_sizes(axes: Axes, name: str, runs: Sequence[tuple[int, str, Drift]], time: str) -> None:
     """Draw the largest deviation of each window over time, both logarithmic.
 
-    `order` gives the number of each run's style; by default they are counted here.
+    A run is the number of its style, its label, and the drift.
     """
-    level = ROUNDOFF * max(drift.scale for _, drift in runs)
-    lines = [Line(label, d.windows.times, d.windows.maxima) for label, d in runs]
+    level = ROUNDOFF * max(drift.scale for _, _, drift in runs)
+    lines = [Line(label, d.windows.times, d.windows.maxima, i) for i, label, d in runs]
     if len(lines) > 1:
         lines = [thinned(line) for line in lines]
-    draw_lines(axes, name, lines, level, time_label, order=order, label=runs[0][1].label)
+    draw_lines(axes, name, lines, level, time, label=runs[0][2].label)
 
 
-def draw_means(axes: Axes, name: str, runs: Sequence[tuple[str, Drift]], time_label: str) -> None:
+def draw_means(axes: Axes, name: str, drift: Drift, time: str) -> None:
     """Draw the mean deviation of each window with its sign, and the line of a clear trend."""
     axes.set_title(name, loc="right", fontweight="bold")
-    axes.set_xlabel(time_name(time_label))
-    axes.set_ylabel(f"mean {runs[0][1].label}")
+    axes.set_xlabel(time_name(time))
+    axes.set_ylabel(f"mean {drift.label}")
     axes.axhline(0.0, color="0.45", linewidth=0.7, zorder=1)
-    for i, (label, drift) in enumerate(runs):
-        times, means = drift.windows.times, drift.windows.means
-        shown = np.abs(means) < HUGE
-        if not len(means):
-            say(axes, "the run is shorter than a window")
-            continue
-        if not means.any():
-            say(axes, "exactly 0 throughout")
-            axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
-        axes.plot(times[shown], means[shown], label=label, **line_style(i, len(times), len(runs)))
-        if drift.drift_class == "linear" and _clear(drift):
-            trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
-            axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
+    times, means = drift.windows.times, drift.windows.means
+    shown = np.abs(means) < HUGE
+    if not len(means):
+        say(axes, "the run is shorter than a window")
+    elif not means.any():
+        say(axes, "exactly 0 throughout")
+        axes.set_ylim(-ROUNDOFF * drift.scale, ROUNDOFF * drift.scale)
+    axes.plot(times[shown], means[shown], label="_", **line_style(0, len(times), 1))
+    if drift.drift_class == "linear" and _clear(drift):
+        trend = means[shown].mean() + (drift.slope or 0.0) * (times - times[shown].mean())
+        axes.plot(times, trend, color="#D55E00", linestyle=(0, (4, 2)), label="trend")
+        axes.legend(loc="best")
+    for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
+        if when is not None and drift.drift_class == what:
+            axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
             axes.legend(loc="best")
-        for when, what in ((drift.jump_time, "jump"), (drift.not_finite_from, "not finite")):
-            if when is not None and drift.drift_class == what:
-                axes.axvline(when, color="#D55E00", linestyle=(0, (1, 1.5)), label=what)
-                axes.legend(loc="best")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
     axes.ticklabel_format(axis="x", style="sci", scilimits=(-3, 6))
     axes.locator_params(axis="x", nbins=5)

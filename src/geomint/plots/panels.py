@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -27,12 +27,14 @@ _MARKED = 40  # series of fewer windows than this show their points
 class Line(NamedTuple):
     """Deviations ≥ 0 of one run over time. The label ``"_"`` is that of a run without a legend.
 
-    `level` is a round-off level of its own, where that of the panel does not hold.
+    `style` is the number of the run, which has one style in all panels; `level` a round-off level of
+    its own, where that of the panel does not hold.
     """
 
     label: str
     times: Array
     sizes: Array
+    style: int = 0
     level: float | None = None
 
 
@@ -44,7 +46,6 @@ def draw_lines(
     time_label: str,
     *,
     relative: bool = False,
-    order: Mapping[str, int] | None = None,
     subtitle: str = "",
     label: str = "v − v₀",
 ) -> None:
@@ -56,8 +57,6 @@ def draw_lines(
         The round-off level; None if each line has its own, then a short dash at the right.
     relative : bool
         Whether the sizes are relative to scales.
-    order : mapping of label to int, optional
-        The number of each run's style; by default they are counted here.
     subtitle, label : str
         A line below the title; what the sizes are of.
     """
@@ -68,9 +67,9 @@ def draw_lines(
     axes.set_autoscale_on(False)  # the limits below are drawn from the data
     heights, reached = [] if level is None else [level], []
     notes: dict[str, list[str]] = {}
-    for i, (label, times, sizes, own_level) in enumerate(lines):
+    for label, times, sizes, number, own_level in lines:
         shown = (sizes > 0.0) & (sizes < _LARGEST)
-        style = line_style(i if order is None else order[label], len(times), len(lines))
+        style = line_style(number, len(times), len(lines))
         axes.plot(np.abs(times), np.where(shown, sizes, np.nan), label=label, **style)
         heights += [float(size) for size in sizes[shown]]
         if own_level is not None:

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..compare.endpoint import Source
 from ..compare.reference_record import MARGIN, RESOLUTION
-from ..compare.runs import Comparison, compare
+from ..compare.runs import Comparison
 from ..plots.drift_plots import drift_figure
-from ..plots.style import data_uri, save_figure
-from ..run.files.outputs import whole_folder
+from ..plots.style import data_uri
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
 from . import COMPARE_FILES
 from .compare_plots import work_precision_figure
-from .pages import render
+from .pages import render, write_files
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
-__all__ = ["run_compare", "write_compare_report"]
+__all__ = ["reference_text", "write_compare_report"]
 
 
 def write_compare_report(
@@ -58,11 +54,7 @@ def write_compare_report(
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
-    with whole_folder(out, COMPARE_FILES) as unfinished:
-        (unfinished / "compare.json").write_text(json_text(record), encoding="utf-8")
-        (unfinished / "compare.html").write_text(page, encoding="utf-8")
-        for name, figure in figures.items():
-            save_figure(figure, unfinished, name)
+    write_files(out, COMPARE_FILES, page, json_text(record), figures)
 
 
 def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
@@ -121,49 +113,3 @@ def reference_text(reference: dict[str, Any]) -> list[str]:
         f"{max(MARGIN * known, RESOLUTION):.2g} and more are judged."
     )
     return words
-
-
-def run_compare(
-    scene: Scene,
-    methods: list[str],
-    out: Path,
-    steps: list[float] | None = None,
-    repeats: int = 3,
-    progress: bool = True,
-    command: str | None = None,
-    reference: Source = "auto",
-) -> Comparison:
-    """Compare methods on a scene and write ``compare.html``, ``compare.json`` and plots to `out`.
-
-    The scene's own method, if it is one of them, runs with its options and about its step; all run in
-    the representation that the scene asks for, if it does.
-    """
-    time, integrate = scene.content.time, scene.content.integrate
-    own = integrate.method
-    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
-    with status_line(progress) as report:
-        result = compare(
-            scene.model,
-            {key: value for key, value in end.items() if value is not None},
-            [scene.method if name == own else name for name in methods],
-            steps=steps,
-            first_steps={} if integrate.step is None else {own: integrate.step},
-            representation=integrate.representation,
-            repeats=repeats,
-            reference=reference,
-            report=report,
-        )
-    write_compare_report(result, scene, out, command)
-    return result
-
-
-@contextmanager
-def status_line(show: bool) -> Iterator[Callable[[str], None]]:
-    """Show on standard error what is being done, or nothing."""
-    if not show:
-        yield lambda text: None
-        return
-    from rich.console import Console
-
-    with Console(stderr=True).status("comparing") as status:
-        yield lambda text: status.update(f"comparing: {text}")

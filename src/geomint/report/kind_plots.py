@@ -1,16 +1,17 @@
-"""Plots of several runs by kind of quantity: energy, other integrals, constraints, measure."""
+"""Plots of a report: each quantity of one run, several runs by kind of quantity."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..plan.several import MethodRun, SeveralRuns
-from ..plots.drift_plots import draw_sizes
-from ..plots.panels import Line, draw_lines, line_style, say, shared_legend, thinned
-from ..plots.style import WIDTH, new_figure, series_style
+from ..plan import SeveralRuns
+from ..plots.drift_plots import draw_sizes, drift_figure, grid_figure
+from ..plots.panels import Line, draw_lines, line_style, shared_legend, thinned
+from ..plots.style import new_figure, series_style
 from ..watch.drift import ROUNDOFF
 from ..watch.quantities import KINDS
 from .kinds import conserved_by_kind
@@ -19,7 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["kind_figure", "kinds_figure", "quantity_figure", "swatch"]
+__all__ = ["draw_kind", "draw_quantity", "kinds_figure", "report_figure", "swatch"]
+
+
+def report_figure(result: SeveralRuns) -> Figure:
+    """Return the picture of a report: of one method every quantity, of several each kind."""
+    if len(result) > 1:
+        return kinds_figure(result)
+    return drift_figure([(result[0].label, result[0].drift)], result.time, result.status)
 
 
 def kinds_figure(result: SeveralRuns) -> Figure:
@@ -29,99 +37,66 @@ def kinds_figure(result: SeveralRuns) -> Figure:
     so that one level of round-off holds for all of them.
     """
     kinds = conserved_by_kind(result)
-    rows = max(1, -(-len(kinds) // 2))
-    columns = 2 if len(kinds) > 1 else 1
-    with new_figure(WIDTH, 0.6 + 2.2 * rows, layout="constrained") as figure:
-        grid = figure.subplots(rows, columns, squeeze=False)
-        for axes, kind in zip(grid.flat, kinds, strict=False):
-            draw_kind(axes, result, kind, kinds[kind])
-        _share_limits(grid.flat[: len(kinds)])
-        for axes in grid.flat[len(kinds) :]:
-            axes.set_axis_off()
-        for axes in grid.flat[: max(len(kinds) - 2, 0)]:
-            axes.set_xlabel("")  # the lowest panel of each column has it
+    draws = [partial(draw_kind, result, kind, names) for kind, names in kinds.items()]
+    with grid_figure(draws, 2.2) as (figure, grid):
+        panels = grid.flat[: len(kinds)]
+        for name in ("xlim", "ylim") if kinds else ():  # relative deviations of all kinds compare
+            limits = np.array([getattr(axes, f"get_{name}")() for axes in panels])
+            for axes in panels:
+                getattr(axes, f"set_{name}")(limits[:, 0].min(), limits[:, 1].max())
         for axes in grid[:, 1:].flat:
             axes.set_ylabel("")
         for i, run in enumerate(result):
             if not run.drift:  # nothing to draw, but the legend says what became of it
-                grid[0, 0].plot([], [], label=run.title, **line_style(i, 0, len(result.runs)))
+                grid[0, 0].plot([], [], label=run.title, **line_style(i, 0, len(result)))
         shared_legend(figure, grid)
-        if not kinds:
-            grid[0, 0].set_axis_off()
-            say(grid[0, 0], "no quantity was watched")
     return figure
 
 
-def _share_limits(panels: Iterable[Axes]) -> None:
-    """Give all panels the same axes: relative deviations of all kinds compare."""
-    panels = list(panels)
-    for name in ("xlim", "ylim"):
-        limits = [getattr(axes, f"get_{name}")() for axes in panels]
-        if limits:
-            lower, upper = zip(*limits, strict=True)
-            for axes in panels:
-                getattr(axes, f"set_{name}")(min(lower), max(upper))
-
-
-def kind_figure(result: SeveralRuns, kind: str, names: Sequence[str]) -> Figure:
-    """Return one panel, small enough for a telephone."""
-    with new_figure(3.6, 2.6, layout="constrained") as figure:
-        draw_kind(figure.subplots(), result, kind, names)
-    return figure
-
-
-def quantity_figure(result: SeveralRuns, name: str) -> Figure:
-    """Return the panel of one quantity, in its own units."""
-    order = {run.title: i for i, run in enumerate(result)}
-    runs = [(run.title, run.drift[name]) for run in result if name in run.drift]
-    with new_figure(3.6, 2.6, layout="constrained") as figure:
-        if runs[0][1].own_noise:
-            draw_kind(figure.subplots(), result, runs[0][1].kind, [name])
-        else:
-            draw_sizes(figure.subplots(), name, runs, result.time, order)
-    return figure
-
-
-def draw_kind(axes: Axes, result: SeveralRuns, kind: str, names: Sequence[str]) -> None:
-    """Draw the quantities of one kind, a line a method."""
-    order = {run.title: i for i, run in enumerate(result)}  # one style a method in all panels
-    scales = {
-        name: max(run.drift[name].scale for run in result if name in run.drift) for name in names
-    }
-    # Where the scale is the noise of an instrument it is another one for every method, and each line
-    # has its own level.
-    own = len(names) == 1 and any(
-        run.drift[names[0]].own_noise for run in result if names[0] in run.drift
-    )
-    relative = not own
-    lines = [
-        _worst(run, [name for name in names if name in run.drift], scales if relative else None)
-        for run in result
-        if any(name in run.drift for name in names)
+def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
+    """Draw one quantity in its own units, a line a method."""
+    drift = next(run.drift[name] for run in result if name in run.drift)
+    if len(result) > 1 and drift.own_noise:
+        draw_kind(result, drift.kind, [name], axes)
+        return
+    label = "_" if len(result) == 1 else None
+    runs = [
+        (i, label or run.title, run.drift[name])
+        for i, run in enumerate(result)
+        if name in run.drift
     ]
+    draw_sizes(axes, name, runs, result.time)
+
+
+def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) -> None:
+    """Draw the quantities of one kind, a line a method: the largest deviation, relative to its scale.
+
+    Where the scale is the noise of an instrument, it is another one for every method: each line has
+    its own level, and is as it is.
+    """
+    relative = len(names) > 1 or not any(
+        run.drift[name].own_noise for name in names for run in result if name in run.drift
+    )
+    scales = {n: max(run.drift[n].scale for run in result if n in run.drift) for n in names}
+    lines = []
+    for i, run in enumerate(result):
+        drifts = {name: run.drift[name] for name in names if name in run.drift}
+        if drifts:  # watched at the same times
+            first = next(iter(drifts.values()))
+            level = None if relative else ROUNDOFF * first.scale
+            sizes = [d.windows.maxima / (scales[n] if relative else 1.0) for n, d in drifts.items()]
+            line = Line(run.title, first.windows.times, np.max(sizes, axis=0), i, level)
+            lines.append(thinned(line))
     words = "" if names == [KINDS[kind].one] else ", ".join(names)
     draw_lines(
         axes,
         KINDS[kind].title,
-        [thinned(line) for line in lines],
+        lines,
         ROUNDOFF if relative else None,
         result.time,
         relative=relative,
-        order=order,
         subtitle=words or (" " if relative else "not scaled; dashes at the right: noise of each"),
     )
-
-
-def _worst(run: MethodRun, names: Sequence[str], scales: Mapping[str, float] | None) -> Line:
-    """Return the largest deviation of quantities that were watched at the same times.
-
-    Each is relative to its scale; without scales, it is the one quantity as it is.
-    """
-    first = run.drift[names[0]]
-    if scales is None:
-        return Line(run.title, first.windows.times, first.windows.maxima, ROUNDOFF * first.scale)
-    sizes = [run.drift[name].windows.maxima / scales[name] for name in names]
-    return Line(run.title, first.windows.times, np.max(sizes, axis=0))
 
 
 def swatch(i: int) -> Figure:

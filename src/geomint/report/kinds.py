@@ -1,14 +1,14 @@
-"""The quantities of several runs by kind, and what became of them in words."""
+"""The quantities of runs by kind, and what became of them in words."""
 
 from __future__ import annotations
 
-from ..plan import SeveralRuns
+from ..plan import MethodRun, SeveralRuns
 from ..watch.quantities import KINDS, kind_of
-from .text import OUTCOMES
+from .text import OUTCOMES, what_happened
 
 SMALL = "32 ε × scale"  # whatever the class of what is so small
 
-__all__ = ["conserved_by_kind", "kinds_in_words", "names_by_kind"]
+__all__ = ["conserved_by_kind", "kinds_in_words", "names_by_kind", "outcomes"]
 
 
 def names_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
@@ -24,6 +24,34 @@ def conserved_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
     """Return the same without what is not conserved, whose changes are no errors."""
     found = names_by_kind(result)
     return {kind: names for kind, names in found.items() if KINDS[kind].conserved}
+
+
+def outcomes(result: SeveralRuns) -> list[tuple[str, str]]:
+    """Return what was found in words: of one method as a whole, of several for each kind."""
+    if len(result) > 1:
+        return kinds_in_words(result)
+    return [("", verdict(result[0], result.time))]
+
+
+def verdict(run: MethodRun, time: str) -> str:
+    """Return the outcome of a run in a sentence or two, the worst first."""
+    named: dict[str, list[str]] = {kind: [] for kind in OUTCOMES}
+    for name, drift in run.drift.items():
+        event = what_happened(drift, time)
+        named[drift.drift_class].append(f"{name} ({event})" if event else name)
+    words = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
+    if not words:
+        return f"No {'quantity' if run.status == 'success' else 'step'} was watched."
+    text = "; ".join(words)
+    outcome = f"{text[0].upper()}{text[1:]}."
+    if all(drift.drift_class in ("roundoff", "bounded") for drift in run.drift.values()):
+        return f"Nothing drifts. {outcome}"
+    small = [
+        name
+        for name, drift in run.drift.items()
+        if drift.within_roundoff and drift.drift_class != "roundoff"
+    ]
+    return f"{outcome} No larger than 32 ε × scale: {', '.join(small)}." if small else outcome
 
 
 def kinds_in_words(result: SeveralRuns) -> list[tuple[str, str]]:

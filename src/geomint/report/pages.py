@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import functools
-from typing import Any
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from ..errors import printable
+from ..plots.style import save_figure
+from ..run.files.outputs import whole_folder
 from .text import number, with_error
 
-__all__ = ["render"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["render", "section", "write_files"]
 
 
 def _harmless(value: Any) -> Any:
@@ -37,3 +44,29 @@ def _environment() -> Environment:
 def render(template: str, **context: Any) -> str:
     """Return a page; templates share ``report.css`` and have `number` and `with_error`."""
     return _environment().get_template(template).render(**context)
+
+
+def section(template: str, content: Mapping[str, Any] | None) -> Markup:
+    """Return a part of a page from its own template; nothing if it has no content."""
+    return Markup("" if content is None else render(template, **content))
+
+
+def write_files(
+    folder: Path, names: Sequence[str], page: str, data: str, figures: Mapping[str, Figure]
+) -> Path:
+    """Write the files of a report, all or none: page, JSON, and each figure as PNG and SVG.
+
+    Returns the path of the page.
+
+    Raises
+    ------
+    OutputError
+        If the folder cannot be written; what was there is as it was.
+    """
+    html, json = (next(n for n in names if n.endswith(kind)) for kind in (".html", ".json"))
+    with whole_folder(folder, names) as unfinished:
+        (unfinished / html).write_text(page, encoding="utf-8")
+        (unfinished / json).write_text(data, encoding="utf-8")
+        for name, figure in figures.items():
+            save_figure(figure, unfinished, name)
+    return folder / html

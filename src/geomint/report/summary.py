@@ -1,4 +1,4 @@
-"""The drifts of a run on the terminal."""
+"""Results on the terminal: drifts of runs, points of a comparison."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from ..errors import printable
 from ..plan import MethodRun, SeveralRuns
 from ..run.solution import Solution
 from ..scene import Scene
-from ..watch.drift import Drift
-from .kinds import kinds_in_words, names_by_kind
-from .text import duration, number, short_slope, spanned, step_of, verdict
+from .kinds import outcomes
+from .text import duration, number, short_slope, step_of, watched_to
 
-__all__ = ["print_comparison", "print_several", "print_summary"]
+__all__ = ["print_comparison", "print_runs"]
 
 _COLOURS = {
     "roundoff": "green",
@@ -30,98 +29,51 @@ _COLOURS = {
 }
 
 
-def print_several(result: SeveralRuns) -> None:
-    """Print a row for each method: largest error and class of each quantity, time per step."""
+def print_runs(result: SeveralRuns) -> None:
+    """Print what was run, a row for each quantity of each method, and the outcome in words."""
     console = Console()
     console.print(Text(printable(result.scene.title), style="bold"))
-    table = _by_method(result)
-    if _too_wide(console, table):
-        table = _by_quantity(result)
-    console.print(table)
-    for kind, outcome in kinds_in_words(result):
-        console.print(Text(f"{kind} – {outcome}"))
-
-
-def _too_wide(console: Console, table: Table) -> bool:
-    """Tell whether a table without wrapped cells is wider than the terminal."""
+    # Measured without wrapped cells.
     unbounded = console.options.update_width(10_000)
-    return Measurement.get(console, unbounded, table).maximum > console.width
-
-
-def _by_method(result: SeveralRuns) -> Table:
-    """Return a table with a row for each method and a column for each quantity."""
-    names = [name for group in names_by_kind(result).values() for name in group]
-    table = Table(box=None, header_style="bold")
-    table.add_column("method", no_wrap=True)
-    for name in (*names, "per step", "run time"):
-        table.add_column(name, justify="right")
+    widths = [Measurement.get(console, unbounded, _drifts(run, True)).maximum for run in result]
+    wide = max(widths) <= console.width
     for run in result:
-        cells = [_cell(run.drift.get(name)) for name in names]
-        table.add_row(run.title, *cells, *_times(run))
-    return table
-
-
-def _by_quantity(result: SeveralRuns) -> Table:
-    """Return a narrow table with a row for each quantity of each method."""
-    names = [name for group in names_by_kind(result).values() for name in group]
-    table = Table("method", "quantity", box=None, header_style="bold", pad_edge=False)
-    for column in ("max |error|, class", "per step", "run time"):
-        table.add_column(column, justify="right", no_wrap=True)
-    for run in result:
-        first: tuple[str, ...] = _times(run)
-        label = run.title
-        for name in names:
-            table.add_row(label, name, _cell(run.drift.get(name)), *first)
-            label, first = "", ()
-    return table
-
-
-def _times(run: MethodRun) -> tuple[str, str]:
-    if run.solution is None or not run.solution.steps:
-        return "–", "–"
-    seconds = run.solution.run_seconds
-    return duration(seconds / run.solution.steps), duration(seconds)
-
-
-def _cell(drift: Drift | None) -> Text:
-    if drift is None:
-        return Text("–")
-    return Text(
-        f"{number(drift.max_abs_error, 2)} {drift.drift_class}", style=_COLOURS[drift.drift_class]
-    )
-
-
-def print_summary(solution: Solution, scene: Scene) -> None:
-    """Print what was run and a row for each quantity."""
-    console = Console()
-    console.print(Text(printable(scene.title), style="bold"))
-    rate = solution.steps / solution.run_seconds if solution.run_seconds > 0.0 else 0.0
-    told = (
-        f"{solution.method.name}, step {step_of(solution)}, {solution.steps} steps in "
-        f"{solution.run_seconds:.3g} s ({rate:.3g} a second), "
-        f"{solution.evaluations:.4g} field evaluations"
-    )
-    console.print(Text(told if solution.steps or not solution.route else solution.route))
-    if solution.status != "success":
-        console.print(Text(f"{solution.status} {solution.message}".strip(), style="bold red"))
-    if solution.drift:
-        table = _drifts(solution, True)
-        console.print(_drifts(solution, False) if _too_wide(console, table) else table)
+        if run.solution is not None:
+            console.print(Text(_cost(run.solution)))
+        if run.status != "success":
+            console.print(Text(f"{run.title} {run.message}".rstrip(), style="bold red"))
+        if run.drift:
+            console.print(_drifts(run, wide))
+    if any(run.drift for run in result):
         console.print(Text("trend ≤: the largest rise or fall over the run not excluded at 95 %"))
-    console.print(Text(verdict(solution)))
+    for kind, outcome in outcomes(result):
+        console.print(Text(f"{kind} – {outcome}" if kind else outcome))
 
 
-def _drifts(solution: Solution, wide: bool) -> Table:
+def _cost(solution: Solution) -> str:
+    """Return a line on what a run took; of an exact motion what was followed."""
+    if solution.route and not solution.steps:
+        return solution.route
+    seconds, steps = solution.run_seconds, solution.steps
+    rate = steps / seconds if seconds > 0.0 else 0.0
+    return (
+        f"{solution.method.name}, step {step_of(solution)}, {steps} steps in {seconds:.3g} s "
+        f"({rate:.3g} a second), {solution.evaluations:.4g} field evaluations"
+    )
+
+
+def _drifts(run: MethodRun, wide: bool) -> Table:
     """Return the table of a run; if it must be narrow, slopes without their errors."""
     table = Table(box=None, header_style="bold", pad_edge=wide)
     table.add_column("quantity", overflow="fold")
     for column in ("initial", "max |error|", "final error", "slope", "trend ≤"):
         table.add_column(column, justify="right")
     table.add_column("class", no_wrap=True)
-    for name, drift in solution.drift.items():
+    for name, drift in run.drift.items():
         slope = short_slope(drift.slope, drift.slope_stderr) if wide else number(drift.slope, 2)
+        until = watched_to(drift, run)
         table.add_row(
-            spanned(name, drift, solution),
+            f"{name} ({until})" if until else name,
             number(drift.initial, 6 if wide else 4),
             number(drift.max_abs_error),
             number(drift.final_error),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..plan import MethodRun
 from ..run.solution import Solution
 from ..watch.drift import Drift
 
@@ -13,9 +14,8 @@ __all__ = [
     "number",
     "rule_details",
     "short_slope",
-    "spanned",
     "step_of",
-    "verdict",
+    "symbol",
     "watched_to",
     "what_happened",
     "with_error",
@@ -94,52 +94,25 @@ def rule_details() -> str:
     return "The window means" + plain.split("\nMeasured on", 1)[0].rstrip()
 
 
-def watched_to(drift: Drift, solution: Solution) -> str:
+def symbol(time: str) -> str:
+    """Return how a time is written: ``"tau"`` as τ."""
+    return "τ" if time == "tau" else "t"
+
+
+def watched_to(drift: Drift, run: MethodRun) -> str:
     """Return how long a quantity was watched, as ``to t = 400``; empty if to the end of the run."""
     until = drift.windows.last_time
-    own = solution.drift_time == solution.problem.time
-    end = solution.tau[-1] if own else solution.t[-1]
-    if drift.windows.samples == 0 or abs(until) >= 0.99 * abs(end):
+    if run.solution is None or drift.windows.samples == 0 or abs(until) >= 0.99 * abs(run.end):
         return ""
-    return f"to {'τ' if solution.drift_time == 'tau' else 't'} = {until:.4g}"
-
-
-def spanned(name: str, drift: Drift, solution: Solution) -> str:
-    """Return the name of a quantity, and how long it was watched if not to the end of the run."""
-    until = watched_to(drift, solution)
-    return f"{name} ({until})" if until else name
-
-
-def verdict(solution: Solution) -> str:
-    """Return the outcome of a run in a sentence or two, the worst first."""
-    named: dict[str, list[str]] = {kind: [] for kind in OUTCOMES}
-    for name, drift in solution.drift.items():
-        event = what_happened(drift, solution.drift_time)
-        named[drift.drift_class].append(f"{name} ({event})" if event else name)
-    words = [f"{OUTCOMES[kind]}: {', '.join(names)}" for kind, names in named.items() if names]
-    if not words:
-        return "No quantity was watched."
-    outcome = _sentence("; ".join(words))
-    if all(drift.drift_class in ("roundoff", "bounded") for drift in solution.drift.values()):
-        return f"Nothing drifts. {outcome}"
-    small = [
-        name
-        for name, drift in solution.drift.items()
-        if drift.within_roundoff and drift.drift_class != "roundoff"
-    ]
-    return f"{outcome} No larger than 32 ε × scale: {', '.join(small)}." if small else outcome
+    return f"to {symbol(run.solution.drift_time)} = {until:.4g}"
 
 
 def what_happened(drift: Drift, time: str) -> str:
     """Return size and time of a jump, or from when on a drift is not finite; else nothing."""
-    unit = "τ" if time == "tau" else "t"
+    unit = symbol(time)
     if drift.not_finite_from is not None:
         return f"from {unit} = {number(drift.not_finite_from, 4)} on"
     if drift.drift_class != "jump" or drift.jump_time is None:
         return ""
     when = "in the first step" if drift.jump_time == 0.0 else f"at {unit} = {drift.jump_time:.4g}"
     return f"by {number(drift.jump_size)} {when}"
-
-
-def _sentence(text: str) -> str:
-    return f"{text[0].upper()}{text[1:]}."

@@ -18,7 +18,6 @@ from ..arguments import Array
 from ..errors import (
     DomainError,
     FormError,
-    GeomintError,
     GeomintWarning,
     StepError,
     StepLimitError,
@@ -28,6 +27,7 @@ from ..methods import Method
 from ..problems.deviation import pieces_of, relative_error
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
+from ..run.many import Outcome, attempt
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..watch.drift import ROUNDOFF
@@ -153,34 +153,29 @@ class Trial:
                 self._known_ends[end] = None, f"no reference ({type(error).__name__}: {error})"
         return self._known_ends[end]
 
-    def run(
-        self,
-        end: float,
-        method: Method,
-        steps: int,
-        problem: Problem | None = None,
-        y0: Array | None = None,
-    ) -> Solution:
-        """Integrate; a warning that geomint does not give on purpose is an error.
+    def attempt(self, end: float, method: Method, steps: int, *start: Any) -> Outcome:
+        """Integrate, from another problem and state if given; an unintended warning is an error.
 
         An adaptive method takes the step as its first one, if the case says what it is.
         """
-        ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
         free = method.adaptive and self._step is None
-        if method.adaptive:
-            method = method.with_options(max_steps=MOST_STEPS)
+        ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
+        run = functools.partial(
+            solve,
+            *(start or (self.problem, self.y0)),
+            method=method.with_options(max_steps=MOST_STEPS) if method.adaptive else method,
+            step=None if free else abs(end) / steps,
+            save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
+            **ends,
+        )
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", GeomintWarning)
-            return solve(
-                self.problem if problem is None else problem,
-                self.y0 if y0 is None else y0,
-                method=method,
-                step=None if free else abs(end) / steps,
-                save_every=SPARSE if method.adaptive else max(1, steps // LOOKS),
-                progress=False,
-                **ends,
-            )
+            return attempt(run)
+
+    def run(self, *args: Any) -> Solution:
+        """Return the solution of an attempt, or raise its error."""
+        return self.attempt(*args).result()
 
     def end_state(self, end: float, method: Method, steps: int) -> Array:
         """Return the last state of a run."""
@@ -244,13 +239,14 @@ def _judged(trial: Trial, method: Method) -> dict[str, Any]:
     except Exception as error:
         return _verdict("untyped", error)
     try:
-        solution = trial.run(end, method, steps)
-    except StepError as error:
-        return {**common, **_failed(error)}
-    except GeomintError as error:
-        return {**common, **_verdict("refused", error)}
+        outcome = trial.attempt(end, method, steps)
     except Exception as error:
         return {**common, **_verdict("untyped", error)}
+    if isinstance(outcome.error, StepError):
+        return {**common, **_failed(outcome.error)}
+    if outcome.error is not None:
+        return {**common, **_verdict("refused", outcome.error)}
+    solution = outcome.result()
     if method.adaptive:
         common = {"h": abs(end) / solution.steps / trial.time, "steps": solution.steps}
     if not np.isfinite(solution.y).all() or not np.isfinite(solution.tau).all():

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ..methods import find_method
-from ..plots.style import data_uri, save_figure
+from ..plots.style import data_uri
 from ..report import STRESS_FILES
-from ..report.pages import render
-from ..run.files.outputs import whole_folder
+from ..report.pages import render, write_files
 from ..run.provenance import environment, finite_json
 from .case import StressAxis
 from .judge import FORBIDDEN, VERDICTS, Cell
@@ -77,6 +76,8 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     picture = stress_figure(cells, rows, families, axes)
     page = render(
         "stress.html.j2",
+        title="Where each method stops working",
+        provenance=record["provenance"],
         verdict=_sentence(record),
         record=record,
         methods=rows,
@@ -89,11 +90,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
         rules=RULES,
         references=references_in_words(record["references"]),
     )
-    with whole_folder(out, STRESS_FILES) as unfinished:
-        (unfinished / "stress.json").write_text(_text(record), encoding="utf-8")
-        save_figure(picture, unfinished, "stress")
-        (unfinished / "stress.html").write_text(page, encoding="utf-8")
-    return out / "stress.html"
+    return write_files(out, STRESS_FILES, page, _text(record), {"stress": picture})
 
 
 def _text(record: Mapping[str, Any]) -> str:

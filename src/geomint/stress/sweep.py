@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -13,6 +14,7 @@ from ..errors import GeomintError, GeomintWarning, nearest
 from ..methods import Adaptive, Compose, Method, find_method, method_names
 from ..plan.fitting import unfit
 from ..problems.systems import Model
+from ..run.many import run_many
 from .case import StressAxis, StressCase, stress_cases
 from .guard import Outcome, guarded
 from .judge import Cell, Trial, judge
@@ -255,19 +257,18 @@ def run_selection(
     """Compute the cells of a selection; after Ctrl-C return those that there are."""
     begun = time.perf_counter()
     numbers, methods = selected(selection)
-    groups, cells = items_of(numbers, methods, selection.quick)
-    if not groups and not cells:
+    groups, judged = items_of(numbers, methods, selection.quick)
+    if not groups and not judged:
         raise GeomintError("none of these --methods fits any of these cases")
-    listener.begin(len(cells) + sum(len(group) for group in groups))
-    for cell in cells:
+    listener.begin(len(judged) + sum(len(group) for group in groups))
+    cells: list[Cell] = []
+
+    def take(cell: Cell) -> None:
+        cells.append(cell)
         listener.cell_done(cell)
-    interrupted = False
-    try:
-        for cell in sweep(groups, seconds=seconds, workers=workers):
-            cells.append(cell)
-            listener.cell_done(cell)
-    except KeyboardInterrupt:
-        interrupted = True
+
+    computed = sweep(groups, seconds=seconds, workers=workers)
+    interrupted = not run_many(itertools.chain(judged, computed), take)
     axes = list(dict.fromkeys(_cases()[number].axis for number in numbers))
     names = [method.name for method in methods]
     return Result(cells, axes, names, time.perf_counter() - begun, interrupted)

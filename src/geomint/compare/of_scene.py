@@ -1,0 +1,43 @@
+"""A comparison as a scene asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from .endpoint import Source
+from .runs import Comparison, compare
+
+if TYPE_CHECKING:
+    from ..scene import Scene
+
+__all__ = ["compare_scene"]
+
+
+def compare_scene(
+    scene: Scene,
+    methods: list[str],
+    steps: list[float] | None = None,
+    repeats: int = 3,
+    reference: Source = "auto",
+    report: Callable[[str], None] = lambda text: None,
+) -> Comparison:
+    """Compare methods on a scene.
+
+    The scene's own method, if it is one of them, runs with its options and about its step; all run in
+    the representation that the scene asks for, if it does. See `compare` for the rest.
+    """
+    time, integrate = scene.content.time, scene.content.integrate
+    own = integrate.method
+    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
+    return compare(
+        scene.model,
+        {key: value for key, value in end.items() if value is not None},
+        [scene.method if name == own else name for name in methods],
+        steps=steps,
+        first_steps={} if integrate.step is None else {own: integrate.step},
+        representation=integrate.representation,
+        repeats=repeats,
+        reference=reference,
+        report=report,
+    )
