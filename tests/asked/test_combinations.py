@@ -201,11 +201,13 @@ def test_a_plan_refuses_times_outside_of_the_run() -> None:
         gi.make_plan(back)
 
 
-def test_states_at_physical_times_by_a_method_that_cannot() -> None:
-    scene = gi.Scene(**POISSON)
-    gi.make_plan(scene)
-    with pytest.raises(gi.FormError, match="t_eval"):
-        gi.make_plan(scene.changed(save={"t_eval": [0.5]}))
+def test_states_at_physical_times_by_a_group_method() -> None:
+    """Of a problem in τ: the clock goes beside the group."""
+    scene = gi.Scene(**POISSON).changed(save={"t_eval": [0.5]})
+    plan = gi.make_plan(scene)
+    assert plan.problem.time == "tau"
+    assert plan.clock.chosen
+    assert plan.solve().t.tolist() == [0.5]
 
 
 def test_a_drift_report_of_which_nothing_is_left_is_refused() -> None:

@@ -154,7 +154,7 @@ def test_rejected_steps_are_counted(name: str) -> None:
     assert sizes.max == pytest.approx(np.max(lengths[:-2]), rel=1e-6)
     assert sizes.mean == pytest.approx(np.mean(lengths)) == pytest.approx(sol.step)
     assert sizes.max > 20.0 * sizes.min
-    assert f"steps {sol.steps} of mean" in repr(sol)
+    assert f"steps {sol.steps} of mean" in " ".join(repr(sol).split())
 
 
 def test_rejected_steps_on_a_group() -> None:

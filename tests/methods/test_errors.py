@@ -373,9 +373,9 @@ def test_a_form_that_does_not_fit(problem: gi.Problem, method: str, advice: str)
 
 def test_what_is_advised_fits() -> None:
     """The methods named in the advice exist and need that form."""
-    from geomint.methods.method import _FITTING
+    from geomint.methods.method import FITTING
 
-    for form, names in _FITTING.items():
+    for form, names in FITTING.items():
         for name in names.split(", "):
             assert methods()[name].needs == form
 

@@ -40,6 +40,7 @@ def written(*observables: Recorded) -> Recorded:
     def condition(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         out[0] = first(params, t, y, work)
 
+    condition.__name__ = first.function.__name__  # what "compiling …" says
     return field(condition)
 
 
