@@ -223,7 +223,9 @@ def test_a_diagnostic_of_ones_own_works_as_its_page_says(
         main(shlex.split(command.text)[1:])
     told = capsys.readouterr()
     assert "stretching" in told.out, told.err
-    found = json.loads((package / "stretched" / "drift.json").read_text("utf-8"))["quantities"]
+    found = json.loads((package / "stretched" / "drift.json").read_text("utf-8"))
+    (run,) = found["methods"].values()
+    found = run["quantities"]
     assert found["stretching"]["samples"] == 400
     text = (package / "stretched" / "report.html").read_text("utf-8")
     assert "stretching: the logarithm of how much a small distance" in text
