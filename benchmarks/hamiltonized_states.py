@@ -30,7 +30,10 @@ from machine import describe
 ENDS = (2500.0, 250.0)
 STATES = range(32)
 GOAL = 1e-9
-STEPS = (0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0, 5.0)
+STEPS = (
+    *(0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 4.0),
+    *(5.0, 7.0, 10.0, 14.0, 20.0),
+)
 FORMS = ("rational", "polynomial-2", "homogeneous", "on-sphere", "on-sphere-polynomial")
 TOLERANCES = (1e-14, 1e-13, 3e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9)
 

@@ -156,9 +156,40 @@ def elsewhere() -> dict[str, str]:
     """Return the ratios against heyoka on a second machine, in words."""
     record = result("hamiltonized_n3_elsewhere")
     errors = [f"{ratio} at {float(error):.0e}" for error, ratio in record["at_error"].items()]
-    ends = [f"{ratio} to τ = {end}" for end, ratio in record["states"].items()]
-    words = {"elsewhere_errors": errors, "elsewhere_states": ends}
-    return {name: " and ".join(parts).replace("e-0", "e-") for name, parts in words.items()}
+    return {"elsewhere_errors": " and ".join(errors).replace("e-0", "e-")}
+
+
+def short_runs() -> dict[str, str]:
+    """Return what short calls cost, in microseconds."""
+    found = result("short_runs")["microseconds"]
+    names = {"integrator": "integrator", "solve": "solve", "observe": "solve, observe"}
+    names["t_end"] = "solve, t_end"
+    return {f"short_{name}": f"{found[key]:.0f}" for name, key in names.items()}
+
+
+def times_table() -> str:
+    """Return how long states at given times take, against heyoka."""
+    names = {
+        "chaplygin-sphere-reduced": "reduced, in physical time",
+        "chaplygin-sphere-hamiltonized": "Hamiltonised, at physical times",
+    }
+    rows = [
+        [names[name], goal, *(f"{row[key]:.2f}" for key in ("geometric_mean", "least", "largest"))]
+        for name, goals in result("states_at_times")["problems"].items()
+        for goal, row in goals.items()
+    ]
+    heads = ["problem", "error below", "geomint / heyoka", "least", "largest"]
+    return _table(heads, rows)
+
+
+def times_words() -> dict[str, str]:
+    """Return the same beside the table."""
+    found = result("states_at_times")
+    return {
+        "times": times_table(),
+        "million": f"{found['seconds_for_a_million']:.1f}",
+        "times_machine": measured_on(found),
+    }
 
 
 def plan_scenes() -> str:
@@ -304,6 +335,8 @@ def substitutions() -> dict[str, str]:
     return {
         "benchmark": benchmark(),
         "states": states(),
+        **short_runs(),
+        **times_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),

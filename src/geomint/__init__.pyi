@@ -2,12 +2,14 @@
 
 from .arguments import as_vector as as_vector
 from .cli.drift_report import drift_report as drift_report
+from .cli.section_report import section_report as section_report
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
     ConvergenceError as ConvergenceError,
     DeclarationError as DeclarationError,
     DomainError as DomainError,
+    EventError as EventError,
     FormError as FormError,
     GeomintError as GeomintError,
     GeomintWarning as GeomintWarning,
@@ -47,6 +49,7 @@ from .kernels.numbers.blocks import (
 from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
 from .methods.composition import Compose as Compose
+from .methods.exact import Exact as Exact
 from .methods.explicit import RungeKutta as RungeKutta
 from .methods.gauss import Gauss as Gauss
 from .methods.method import Method as Method
@@ -89,6 +92,7 @@ from .problems.spaces.tangent_bundle import (
     TangentStiefel as TangentStiefel,
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
+from .run.events import Event as Event, event as event
 from .run.files.outputs import (
     check_file as check_file,
     check_folder as check_folder,
@@ -96,6 +100,8 @@ from .run.files.outputs import (
     whole_folder as whole_folder,
 )
 from .run.integrator import Integrator as Integrator
+from .run.poincare import poincare_section as poincare_section
+from .run.section import Section as Section
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
 from .run.storage import load as load
@@ -128,6 +134,7 @@ __all__ = [
     "DomainError",
     "Drift",
     "Euclidean",
+    "Exact",
     "FormError",
     "Gauss",
     "GeomintError",
@@ -202,6 +209,7 @@ __all__ = [
     "run_scene",
     "scene_names",
     "section",
+    "section_report",
     "select",
     "sin",
     "so3",

@@ -81,8 +81,10 @@ def number(name: str, value: Any, low: float, high: float, expected: str) -> flo
 def as_array(name: str, value: Any, expected: str = "numbers", kind: Any = np.float64) -> Any:
     """Return numbers as a new array of float64, or complex ones, of any shape; or raise `DomainError`.
 
-    Masked entries are refused: there is no number.
+    Masked entries are refused: there is no number; and more than 10⁹ numbers, before they are copied.
     """
+    if isinstance(value, np.ndarray) and value.size > MOST_NUMBERS:  # a broadcast one needs no room
+        raise DomainError(name, value, f"{expected}, at most 10⁹ of them")
     if type(value) is np.ndarray and value.dtype == kind:
         return value.copy()
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():

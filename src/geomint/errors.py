@@ -16,6 +16,7 @@ __all__ = [
     "ConvergenceError",
     "DeclarationError",
     "DomainError",
+    "EventError",
     "FormError",
     "GeomintError",
     "GeomintWarning",
@@ -279,6 +280,23 @@ class WatcherError(StepError):
     def __init__(self, name: str, t: float, what: str) -> None:
         GeomintError.__init__(self, f"the watcher of {name!r} failed after t = {t:.9g}: {what}")
         self.name, self.t, self.step, self.residual, self.iterations = name, t, 0, 0.0, 0
+        self.partial = None
+
+
+class EventError(StepError):
+    """An event that cannot be told: not a number, not smooth, too many in a step.
+
+    Attributes
+    ----------
+    name : str
+        The name of the event.
+    """
+
+    def __init__(self, name: str, t: float, step: int | None, residual: float, what: str) -> None:
+        of_step = "" if step is None else f" (step {step})"  # None: there are none
+        GeomintError.__init__(self, f"event {name!r} {what}: at t = {t:.9g}{of_step}")
+        self.name, self.t, self.step, self.residual = name, t, step or 0, residual
+        self.iterations = 0
         self.partial = None
 
 

@@ -97,4 +97,6 @@ def of_solution(solution: gi.Solution) -> Any:
     drifts = {name: drift.as_json() for name, drift in solution.drift.items()}
     numbers = [solution.steps, solution.iterations, solution.evaluations, solution.rejected]
     times = None if solution.physical is None else solution.physical
-    return seen([solution.tau, times, solution.y, drifts, numbers, solution.step, solution.status])
+    said = [solution.step, solution.status, solution.message]
+    beside = [solution.kept and solution.kept.times, solution.t_events, solution.y_events]
+    return seen([solution.tau, times, solution.y, drifts, numbers, *said, *beside])

@@ -190,6 +190,8 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "method": "kutta-3",
             "step": 0.125,
             "t_eval": [0.5, 1.0],
+            "dense": True,
+            "events": "y[1]",
             "save_every": 2,
             "observe": "size",
             "t0": 0.25,
@@ -197,13 +199,30 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "solve in tau": (
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
-        {"tau_end": 2.0, "clock": False},
+        {"tau_end": 2.0, "clock": False, "tau_eval": [0.5]},
     ),
     "solve with observers": (
         {**RUN, **OBSERVED},
         {"observe_every": 3, "observe": {"size": {}, "measure": {"steps": 2}}},
     ),
 }
+CALLS["poincare_section"] = (
+    {"problem": IN_TAU, "states": [1.0, 0.0], "event": "y[0]", "points": 3, "step": 0.25},
+    {
+        "problem": dataclasses.replace(IN_TAU, params=[2.5]),
+        "states": [[0.6, 0.8]],
+        "event": "y[1]",
+        "points": 2,
+        "method": "kutta-3",
+        "step": 0.125,
+        "end": 3.0,
+        "clock": True,
+    },
+)
+CALLS["Event"] = (
+    {"what": "y[0]"},
+    {"what": "y[1]", "direction": "up", "terminal": 2, "level": 0.5},
+)
 CALLS["Integrator"] = (
     {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25},
     {
@@ -250,8 +269,9 @@ LOOK: dict[str, Callable[..., Any]] = {
 BELOW = {
     "great_circle": {"out"},
     "select": {"y"},
-    "solve": {"progress", "compiled"},
+    "solve": {"progress", "compiled", "callback"},  # callback: tests/methods/test_callback.py
     "drift_report": {"scene", "out", "progress", "methods"},
+    "section_report": {"scene", "out", "progress", "keys"},  # tests/report/test_section_page.py
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
@@ -260,6 +280,8 @@ BELOW = {
     **{name: {"path"} for name in ("check_file", "whole_file")},
     **{name: {"path", "names"} for name in ("check_folder", "whole_folder")},
     **{name: {"function"} for name in ("field", "helper", "observable")},
+    "poincare_section": {"progress"},
+    "event": {"function", "options"},  # tested in tests/methods/test_events.py
 }
 FAMILIES = (
     "Adaptive", "CommutatorFree", "Compose", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet",
@@ -270,11 +292,13 @@ OF_METHODS = {
 }  # fmt: skip
 METHODS_BELOW = {  # methods of classes
     "Problem": {"canonical", "exact", "physical_state", "random_state", "state"},
-    **dict.fromkeys((*FAMILIES, "Method"), OF_METHODS),
+    **dict.fromkeys((*FAMILIES, "Method", "Exact"), OF_METHODS),
     "Scene": {
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
+    "Event": {"function", "linear"},
+    "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
     "Solution": {"piece", "save", "words"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.
     "Integrator": {

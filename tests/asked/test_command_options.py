@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -52,6 +53,7 @@ QUIET = {"--quiet": (("s.toml",), ("s.toml", "--quiet"))}
 OUT = {"--out": (("s.toml", "--out", "one"), ("s.toml", "--out", "two"))}
 LONG = ("s.toml", "--method", "rk-4", "--step", "0.125", "--tau-end", "1e13")
 YES = {"--yes": (LONG, (*LONG, "--yes"))}
+AT = ("s.toml", "--event", "gamma[2]", "--points", "3")
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
 # command: {option: (arguments, other arguments)}
@@ -61,6 +63,22 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "check": {**SCENE_OPTIONS, **METHODS, "--for-drift": (("s.toml",), ("s.toml", "--for-drift"))},
     "run": {**SCENE_OPTIONS, **OUT, **QUIET, **YES},
     "drift": {**SCENE_OPTIONS, **METHODS, **OUT, **QUIET, **YES},
+    "section": {
+        **{name: SCENE_OPTIONS[name] for name in ("scene", "--debug")},
+        "--method": (AT, (*AT, "--method", "gauss-4")),
+        "--step": (AT, (*AT, "--step", "0.25")),
+        "--representation": (AT, (*AT, "--representation", "reduced")),
+        "--event": (AT, ("s.toml", "--event", "gamma[1]", "--points", "3")),
+        "--direction": (AT, (*AT, "--direction", "up")),
+        "--level": (AT, (*AT, "--level", "0.25")),
+        "--points": (AT, (*AT, "--points", "4")),
+        "--motions": (AT, (*AT, "--motions", "2")),
+        "--seed": ((*AT, "--motions", "2"), (*AT, "--motions", "2", "--seed", "1")),
+        "--exact": (AT, (*AT, "--exact")),
+        "--axes": (AT, (*AT, "--axes", "gamma[0],K")),
+        "--out": ((*AT, "--out", "one"), (*AT, "--out", "two")),
+        "--quiet": (AT, (*AT, "--quiet")),
+    },
     "compare": {
         "scene": SCENE_OPTIONS["scene"],
         "--t-end": SCENE_OPTIONS["--t-end"],
@@ -199,6 +217,9 @@ def outcome(command: str, arguments: tuple[str, ...], asked: list[Any], folder: 
     with contextlib.chdir(folder):
         result = CliRunner().invoke(main, [command, *arguments], env={"COLUMNS": "160"})
         written = sorted(str(path) for path in Path().rglob("*"))
+        for path in Path().rglob("section.json"):
+            record = json.loads(path.read_text("utf-8"))
+            asked.append({key: x for key, x in record.items() if key != "provenance"})
     told = " ".join(word for word in result.stdout.split() if not word.startswith("("))
     return [list(asked), result.exit_code, told, result.stderr, written]
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 
 import geomint as gi
 from geomint.compare import of_scene
+from geomint.plan import plan_section
 from geomint.run import solve as integrate
 from geomint.scene.model import Content
 
@@ -94,7 +95,14 @@ def planned(scene: gi.Scene) -> Any:
     return [choice.value for choice in gi.make_plan(scene).choices]
 
 
+def section(scene: gi.Scene) -> Any:
+    plan = plan_section(scene)
+    asked = plan.scene.content.section
+    return seen((plan.name, plan.event, plan.states, asked.points, asked.axes))
+
+
 ALL = (run, drift, compare)
+SECTION = {**BASE, "section": {"event": "gamma[2]", "motions": 2}}
 # (section, key): value, other value, who notices, and the base.
 TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("", "title"): ("one", "other", (told,)),
@@ -117,6 +125,15 @@ TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ),
     ("save", "every"): (1, 3, (run,)),
     ("save", "t_eval"): ([0.5], [0.5, 1.0], (run,)),
+    ("", "events"): ({}, {"it": {"what": "gamma[2]"}}, (run,)),
+    ("section", "event"): ("gamma[2]", "gamma[1]", (section,), SECTION),
+    ("section", "direction"): ("up", "down", (section,), SECTION),
+    ("section", "level"): (0.0, 0.5, (section,), SECTION),
+    ("section", "points"): (10, 20, (section,), SECTION),
+    ("section", "motions"): (2, 3, (section,), SECTION),
+    ("section", "keep"): (["energy"], ["energy", "K"], (section,), SECTION),
+    ("section", "seed"): (0, 1, (section,), SECTION),
+    ("section", "axes"): (None, ["gamma[0]", "K"], (section,), SECTION),
     ("drift", "t_end"): (2.0, 3.0, (drift,)),
     ("drift", "tau_end"): (2.0, 3.0, (drift,), IN_TAU),
     ("drift", "method"): ("gauss-8", "rk-4", (drift,)),
@@ -141,6 +158,7 @@ READ_BY = {
     "save": {run},
     "drift": {drift, several},
     "compare": {compare, of_compare},
+    "section": {section},
 }
 
 

@@ -111,7 +111,7 @@ def test_the_second_method_takes_states_as_they_are(monkeypatch):
 
     def second(problem, y0, end, turns):
         asked.append(problem.canonical(y0 * (1.0 + 1e-9)))
-        return "any", confirmation._named(problem, y0), 1e-12
+        return "any", confirmation.named(problem, y0), 1e-12
 
     monkeypatch.setattr(confirmation, "_second", second)
     on_space = gi.Problem("circle", space=gi.Sphere(2, "x"), field=circle)

@@ -8,10 +8,19 @@ import numpy as np
 import pytest
 
 from geomint.kernels.compiling.bound import Bound
-from geomint.kernels.compiling.recorded import helper, inlined
+from geomint.kernels.compiling.recorded import Recorded, helper, inlined
 from geomint.kernels.compiling.signatures import BLOCK, WHOLE, takes
 from geomint.kernels.measure import memory as measure
-from geomint.kernels.numbers.blocks import REST, Block, packed, scalar_block, section
+from geomint.kernels.numbers.arithmetic import sqrt
+from geomint.kernels.numbers.blocks import (
+    REST,
+    Block,
+    packed,
+    part,
+    scalar_block,
+    section,
+    sections,
+)
 from geomint.kernels.solve import (
     adaptive,
     commutator_free,
@@ -109,13 +118,61 @@ def write_parts(block, n, row):
     section(block, layout, "head")[row] = 7.0  # the last use of a view, which is no dead code
 
 
+@helper
+def write_unpacked(block, n, row):
+    head, matrix, rest = sections(block, three(n, REST))
+    for i in range(len(matrix)):
+        matrix[i] = 1.0 + i
+    for i in range(len(rest)):
+        rest[i] = -1.0 * len(rest)
+    head[row] = sqrt(49.0)  # numba looks for dead code where it inlines
+
+
+@helper
+def write_named(block, n, row):
+    parts = sections(block, three(n, REST))
+    for i in range(len(parts.matrix)):
+        parts.matrix[i] = 1.0 + i
+    for i in range(len(parts.rest)):
+        parts.rest[i] = -1.0 * len(parts.rest)
+    parts.head[row] = sqrt(49.0)
+
+
+@helper
+def parts_of(block, n):
+    return part(block, 0, 2), part(block, 2, n * n), part(block, 2 + n * n, len(block) - 2 - n * n)
+
+
+@helper
+def write_returned(block, n, row):
+    head, matrix, rest = parts_of(block, n)
+    for i in range(len(matrix)):
+        matrix[i] = 1.0 + i
+    for i in range(len(rest)):
+        rest[i] = -1.0 * len(rest)
+    head[row] = sqrt(49.0)
+
+
+@helper
+def write_gathered(block, n, row):
+    all_parts = (*parts_of(block, n), block)
+    for i in range(len(all_parts[1])):
+        all_parts[1][i] = 1.0 + i
+    for i in range(len(all_parts[2])):
+        all_parts[2][i] = -1.0 * len(all_parts[2])
+    all_parts[0][row] = sqrt(49.0)
+
+
+@pytest.mark.parametrize(
+    "write", [write_parts, write_unpacked, write_named, write_returned, write_gathered]
+)
 @pytest.mark.parametrize("n", [0, 1, 3])
 @pytest.mark.parametrize("rest", [0, 4])
-def test_compiled_parts_lie_where_python_finds_them(n: int, rest: int) -> None:
+def test_compiled_parts_lie_where_python_finds_them(write: Recorded, n: int, rest: int) -> None:
     found = []
     for compiled in (True, False):
         block = scalar_block(2 + n * n + rest)
-        Bound(write_parts, takes(block=BLOCK, n=WHOLE, row=WHOLE)).entry(compiled)(block, n, 1)
+        Bound(write, takes(block=BLOCK, n=WHOLE, row=WHOLE)).entry(compiled)(block, n, 1)
         found.append(block.data.tolist())
     assert found[0] == found[1] == [0.0, 7.0, *range(1, n * n + 1), *[-float(rest)] * rest]
 

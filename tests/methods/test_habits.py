@@ -242,15 +242,14 @@ KEYWORDS = {
     "atol": r"Adaptive.*, atol=.*step=",
     "max_step": r"Adaptive.*, max_step=",
     "first_step": "step=",
-    "events": "observe=",
-    "dense_output": "t_eval=",
+    "dense_output": "dense=True",
     "args": "params=",
     "vectorized": "leave it out",
     "jac": "leave it out",
     "tend": "Did you mean 't_end'",
     "sav_every": "Did you mean 'save_every'",
     "metod": "Did you mean 'method'",
-    "zzz": "Known: clock, compiled",
+    "zzz": "Known: callback, clock, compiled",
 }
 
 

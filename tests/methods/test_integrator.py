@@ -14,6 +14,8 @@ from families import FAMILIES, PROBLEMS, families
 from hypothesis import given, settings, strategies as st
 
 import geomint as gi
+from geomint.run import driver
+from geomint.run.wanted import Wanted
 
 H = 0.05
 FIXED = [pair for pair in FAMILIES if "adaptive" not in pair[0]]
@@ -201,6 +203,91 @@ def test_what_is_refused() -> None:
             gi.Integrator(*arguments)
     with pytest.raises(gi.DomainError):
         gi.Integrator(LOTKA, START, step=-0.1)
+    with pytest.raises(gi.FormError, match="its own time is physical"):
+        gi.Integrator(LOTKA, START, clock=True)
+
+
+@pytest.mark.parametrize("method", ["gauss-3", "rk-4", "dop853-adaptive"])
+def test_times_that_no_steps_lead_to(method: str) -> None:
+    """Too many steps, or beyond all numbers: refused, or a step that fails, never a time of inf."""
+    far = ({"time": -1.7e308}, 1.7e308), ({"step": 1e-300}, 1e300), ({}, -1e300)
+    for options, end in far if "adaptive" not in method else ():
+        motion = gi.Integrator(LOTKA, START, method, **{"step": 0.1, **options})
+        with pytest.raises(gi.DomainError, match=r"2⁵³ steps|rounding of times"):
+            motion.propagate_until(end)
+        assert (motion.time, motion.steps) == (options.get("time", 0.0), 0)
+        assert motion.h > 0.0
+    motion = gi.Integrator(
+        gi.Problem("still", (("y", 1),), field=standing), [1.0], method, step=1e308
+    )
+    with pytest.raises((gi.DomainError, gi.StepError)):
+        motion.step(4000)
+    assert math.isfinite(motion.time)
+
+
+@pytest.mark.parametrize("method", ["gauss-3", "rk-4", "dop853-adaptive"])
+@pytest.mark.parametrize("late", [1e17, -1e300])
+def test_times_that_do_not_advance(method: str, late: float) -> None:
+    """Steps of less than a rounding of the time would see a force at one time alone."""
+    problem = gi.Problem("driven", (("y", 1),), field=driven)
+    end = math.nextafter(late, 0.0)
+    motion = gi.Integrator(problem, [0.0], method, step=0.1, time=late)
+    refused = pytest.raises((gi.DomainError, gi.StepError), match=r"least|step size does not serve")
+    for go in (motion.step, lambda: motion.propagate_until(end)):
+        with refused:
+            go()
+        assert (motion.time, motion.steps) == (late, 0)
+    with pytest.raises((gi.DomainError, gi.StepError)):
+        gi.solve(problem, [0.0], t0=late, t_end=end, step=0.1, method=method)
+    motion.step(0)
+
+
+@gi.field
+def standing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 0.0 * y[0]
+
+
+@gi.field
+def chosen_row(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[int(params[0])]
+
+
+def test_written_parameters_are_held_to_the_declaration() -> None:
+    """A row that they lead to and that is not there would be memory of somebody else."""
+    problem = gi.Problem("chosen", (("y", 1),), params=[0.0], field=chosen_row)
+    motion = gi.Integrator(problem, [1.0], "rk-4", step=0.01)
+    motion.step()
+    state = motion.state
+    with pytest.raises(gi.DeclarationError, match="reads row 7"):
+        motion.params = [7.0]
+    np.testing.assert_array_equal((motion.params, motion.state), ([0.0], state))
+
+
+@gi.field
+def row_of_state(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[int(y[1])]
+    out[1] = 1.0
+
+
+@pytest.mark.parametrize("method", ["gauss-3", "rk-4", "dop853-adaptive"])
+def test_after_a_row_that_is_not_there_it_is_where_it_was(method: str) -> None:
+    """In plain Python, which looks at rows: state, time and steps belong together."""
+    problem = gi.Problem("rows", (("y", 2),), field=row_of_state)
+    motion = gi.Integrator(problem, [1.0, 0.0], method, step=0.1, compiled=False)
+    with pytest.raises(IndexError):
+        motion.step(1000)
+    assert motion.state[1] == pytest.approx(motion.time, abs=1e-12)
+    assert (motion.time == 0.0) == (motion.steps == 0)
+
+
+def test_other_names_are_not_written_to() -> None:
+    """What would change nothing, such as the name of an argument."""
+    motion = gi.Integrator(LOTKA, START, "rk-4", step=0.01)
+    for name in ("step", "y", "t", "problem", "method"):
+        with pytest.raises(AttributeError):
+            setattr(motion, name, 0.02)
+    motion.step()
+    assert motion.time == 0.01
 
 
 def test_two_threads_have_an_integrator_each() -> None:
@@ -275,10 +362,88 @@ def test_a_run_may_begin_at_another_time(method: str, begin: float, end: float) 
     np.testing.assert_allclose(longer.y[-1], np.sin(2 * end - begin), atol=1e-5)
 
 
+@pytest.mark.parametrize("call", [1, 2, 5])
+def test_no_state_is_lost_where_ctrl_c_comes(call: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While states at wanted times are made: the run goes on before the next of them."""
+    times = np.linspace(0.013, 9.97, 40)
+    options: dict[str, Any] = {"method": "rk-4", "step": H, "t_end": 10.0}
+    whole = gi.solve(LOTKA, START, t_eval=times, **options)
+    original, calls = Wanted.at, []
+
+    def interrupted(*args: Any, **given: Any) -> Any:
+        calls.append(1)
+        if len(calls) == call:
+            raise KeyboardInterrupt
+        return original(*args, **given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Wanted, "at", interrupted)
+        patch.setattr(driver, "FIRST_CHUNK", 3)
+        patch.setattr(driver, "CHUNK_SECONDS", 0.0)
+        first = gi.solve(LOTKA, START, t_eval=times, **options)
+    assert first.status == "interrupted"
+    assert (len(first.t) > 0) == (call > 1)
+    rest = gi.solve(first, t_end=10.0, t_eval=times[len(first.t) :])
+    np.testing.assert_array_equal(np.append(first.t, rest.t), times)
+    np.testing.assert_array_equal(np.vstack((first.y, rest.y)), whole.y)
+
+
+def test_the_limit_of_steps_is_that_of_a_run() -> None:
+    """What it has left goes on, with as many steps again."""
+    method = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), max_steps=50)
+    with pytest.raises(gi.StepLimitError) as raised:
+        gi.solve(LOTKA, START, t_end=1e3, method=method)
+    for _ in range(2):
+        former = raised.value.partial
+        with pytest.raises(gi.StepLimitError) as raised:
+            gi.solve(former, t_end=1e3)
+        assert raised.value.step == raised.value.partial.steps == 50
+        assert raised.value.t > former.t[-1] + 1.0
+
+
 def test_the_beginning_is_no_time_of_the_run() -> None:
     problem = gi.Problem("driven", (("y", 1),), field=driven)
     for wrong in ({"t_end": 5.0}, {"t_end": 9.0, "t_eval": [4.0]}, {"t_end": 9.0, "t_eval": [9.5]}):
         with pytest.raises(gi.DomainError):
             gi.solve(problem, [0.0], t0=5.0, step=0.1, **wrong)
-    with pytest.raises(gi.DomainError):
-        gi.solve(problem, [0.0], t0=math.nan, t_end=1.0)
+    for wrong in (math.nan, math.inf, "now", None):
+        with pytest.raises(gi.DomainError, match="t0"):
+            gi.solve(problem, [0.0], t0=wrong, t_end=1.0)
+    first = gi.solve(problem, [0.0], t_end=1.0, step=0.1, method="rk-4")
+    with pytest.raises(gi.DomainError, match="t0"):
+        gi.solve(first, t0=1.0, t_end=2.0)
+
+
+class Failing(gi.Watcher):
+    """What fails, after some seconds, with the first chunk that has gone so far."""
+
+    def begin(self, run: Any) -> float:
+        return 0.0
+
+    def values(self, times: Any, states: Any, lengths: Any) -> Any:
+        if abs(times[-1]) > 0.5:
+            raise ValueError("no more")
+        return np.zeros(len(times))
+
+
+@pytest.mark.parametrize("method", ["gauss-8", "dop853-adaptive"])
+@pytest.mark.parametrize("key", ["t_end", "tau_end"])
+@pytest.mark.parametrize("end", [3.0, -3.0])
+def test_what_a_failed_watcher_leaves_goes_on(method: str, key: str, end: float) -> None:
+    """From its last state, which is within the run; and every step before is saved."""
+    import chaplygin as ch
+
+    problem = ch.ChaplyginSphere([0.5, 0.7, 0.9], 0.8).hamiltonized()
+    y0 = problem.random_state(0)
+    options: dict[str, Any] = {key: end, "method": method, "step": 0.1, "save_every": 1}
+    whole = gi.solve(problem, y0, **options)
+    with pytest.raises(gi.WatcherError) as raised:
+        gi.solve(problem, y0, observe={"it": Failing()}, **options)
+    partial = raised.value.partial
+    assert len(partial.y) == partial.steps + 1 > 2
+    np.testing.assert_array_equal(partial.y[-1], partial.restart.memory[: problem.rows])
+    if partial.tau[-1] == whole.tau[-1]:
+        return
+    rest = gi.solve(partial, save_every=1, **{key: end})
+    np.testing.assert_array_equal(np.vstack((partial.y, rest.y[1:])), whole.y)
+    np.testing.assert_array_equal(np.append(partial.tau, rest.tau[1:]), whole.tau)

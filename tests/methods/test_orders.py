@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
@@ -217,7 +217,8 @@ def test_order_in_extended_precision(name: str) -> None:
     number = mp.mpf if method.needs == "splitting" else np.longdouble
     table = COMPOSITIONS["sofroniou-spaletta-10"]
     fractions = [number(x) for x in (*table.gamma, *table.starts)]
-    rest = [*table.gamma_residual, *(float(x - Fraction(float(x))) for x in table.starts_exact)]
+    exact = (*table.gamma_exact, Fraction(0), *accumulate(table.gamma_exact[:-1]))
+    rest = [float(x - Fraction(float(x))) for x in exact]
     base = {"hamiltonian": gi.Rattle(), "splitting": gi.Verlet(), "field": gi.Gauss(1)}[
         method.needs
     ]

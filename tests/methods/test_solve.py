@@ -542,6 +542,18 @@ def test_parameters_are_kept() -> None:
     assert y0[0] == 1.0
     params[0] = 9.0
     assert problem.params[0] == 1.5
+    told = {"a": np.array([1.0, 2.0]), "b": [[1.0], [2.0]]}
+    problem = gi.Problem("p", (("y", 1),), field=_nothing, parameters=told)
+    told["a"][0] = told["b"][0][0] = 9.0
+    assert (problem.parameters["a"][0], problem.parameters["b"][0][0]) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize("name", [1, None, ("a", "b"), b"a", "a\ud800"])
+def test_names_are_texts_that_files_can_have(name: object) -> None:
+    with pytest.raises(gi.DomainError, match="parameters"):
+        gi.Problem("p", (("y", 1),), field=_nothing, parameters={name: 1.0})
+    with pytest.raises(gi.DomainError, match="name"):
+        gi.Problem(name, (("y", 1),), field=_nothing)
 
 
 def test_nothing_is_warned_of() -> None:
@@ -592,3 +604,33 @@ def test_an_interruption_that_numba_makes_an_error_of_is_one() -> None:
                 run(presses)
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("method", ["gauss-2", "rk-4", "dormand-prince-5-adaptive"])
+def test_default_steps_at_the_ends_of_numbers(method: str) -> None:
+    """A number, whatever overflows on the way to it: a run, or an error that says where it was."""
+
+    @gi.field
+    def turning(params, t, y, out, work):
+        out[0] = y[1]
+        out[1] = -y[0]
+
+    @gi.field
+    def inverse(params, t, y, out, work):
+        out[0] = 1.0 / y[0]
+
+    turn = gi.Problem("turn", (("q", 1), ("p", 1)), field=turning)
+    hyperbola = gi.Problem("hyperbola", (("y", 1),), field=inverse)
+    far_apart = [(turn, [1e300, 1e-300]), (turn, [1e-200, 1e200])]
+    for problem, y0 in [*far_apart, *((hyperbola, [y]) for y in (5e-324, 1e-300, 1e300))]:
+        for end in (1.0, 5e-324):
+            try:
+                found = gi.solve(problem, y0, t_end=end, method=method, compiled=False)
+            except (gi.StepError, gi.DomainError) as error:
+                found = error
+            if isinstance(found, gi.DomainError):
+                assert "give a step" in str(found)
+            else:
+                assert np.isfinite(found.t).all()
+    exact = gi.solve(hyperbola, [1e300], t_end=1.0, method=method, compiled=False)
+    assert exact.y[-1] == 1e300

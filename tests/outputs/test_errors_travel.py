@@ -25,6 +25,7 @@ EXAMPLES = {
     gi.StepError: (1.0, 2, 3.0, 4, "hint"),
     gi.ConvergenceError: (1.0, 2, 3.0, 4, "hint"),
     gi.NonFiniteError: (1.0, 2, 3.0, 4, "hint"),
+    gi.EventError: ("height", 1.0, 2, 3.0, "is not a finite number"),
     gi.StepLimitError: (1.0, 2, 3.0, 4, "hint"),
     gi.StepSizeError: (1.0, 2, 3.0, 4, "hint", 0.5),
     gi.UnknownReferenceError: ("reason", 1e-3, 1e-5, "advice"),

@@ -56,7 +56,17 @@ def made(problem, method=METHODS[0], states=3, seed=0, **changes):
         "physical": times if problem.time == "t" else rng.random(states),
         "y": rng.normal(size=(states, problem.rows)),
         "drift": drift,
-        "restart": Restart(rng.normal(size=7), 0.0, 1.0 / 3.0, 12, True),
+        "restart": Restart(
+            rng.normal(size=7),
+            0.0,
+            1.0 / 3.0,
+            12,
+            True,
+            4.1,
+            {"x": [[4.1, -1.0]], "y": []},
+            rng.normal(size=2),
+            rng.normal(size=(2, 7)),
+        ),
         "drift_time": "t",
     }
     return gi.Solution(**{**NOTHING, **given, **changes})
@@ -232,7 +242,10 @@ def test_where_the_code_is_lost(module, tmp_path):
     assert found.piece("q").shape == (3, 1)
     assert set(found.to_xarray()) >= {"q", "p", "energy"}
     assert found.plot_drift().axes
-    through(found, tmp_path / "again.nc")
+    again = through(found, tmp_path / "again.nc")
+    assert gi.load(path) == found == again
+    again.y[0, 0] += 1.0
+    assert found != again
     with pytest.raises(
         MissingCodeError, match=r"turning_module.*geomint\.load\(path, problem="
     ) as error:

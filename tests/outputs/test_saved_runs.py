@@ -1,8 +1,12 @@
 """A file of a run that is not what was written is refused, and says how the run ended."""
 
+import contextlib
+import hashlib
 import os
 import random
+import warnings
 
+import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
@@ -47,6 +51,40 @@ def test_other_damages(content, tmp_path, seed):
     refused(tmp_path / "run.nc", content + content[:at] + b"\0")
     refused(tmp_path / "run.nc", content[:at] + bytes(len(content) - at + 1))
     refused(tmp_path / "run.nc", content[at:] + content[:at] if at else b"")
+
+
+def test_sealed_by_somebody_else(content, tmp_path):
+    """Sizes and places in the header that are none, and a checksum that fits: no other error either."""
+    draw = random.Random(0)
+    place = content.index(b"checksum") + 16
+    for _ in range(300):
+        damaged = bytearray(content)
+        at = draw.randrange(4, 3000)
+        damaged[at : at + 4] = draw.choice([b"\xff" * 4, b"\x80\0\0\0"])
+        damaged[place : place + 64] = b"0" * 64
+        digits = hashlib.sha256(damaged).hexdigest().encode()
+        (tmp_path / "run.nc").write_bytes(damaged.replace(b"0" * 64, digits, 1))
+        with contextlib.suppress(gi.GeomintError), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of numpy, of sizes
+            gi.load(tmp_path / "run.nc")
+
+
+@pytest.mark.parametrize(
+    "number",
+    [np.longdouble("0.1"), np.clongdouble(1j), np.float32(0.1), pytest.param(10**5000, id="huge")],
+)
+def test_any_number_is_a_parameter(number, tmp_path):
+    @gi.field
+    def fall(params, t, y, out, work):
+        out[0] = -y[0]
+
+    told = {"one": number, "many": np.array([number, number])}
+    problem = gi.Problem("fall", (("y", 1),), field=fall, parameters=told)
+    sol = gi.solve(problem, [1.0], t_end=1.0, step=0.5, compiled=False)
+    sol.save(tmp_path / "run.nc")
+    known = gi.load(tmp_path / "run.nc").about.parameters
+    if isinstance(number, np.floating):
+        assert known["one"] == known["many"][0] == np.float64(number)
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="of POSIX")

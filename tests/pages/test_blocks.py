@@ -25,7 +25,15 @@ from geomint.watch.registry import plugged
 
 CONSOLES = ["tutorial", "scene-files"]
 # The packages that pages tell how to write are installed as they say: see below.
-PYTHON = ["tutorial", "systems", "exact-flow", "README"]
+PYTHON = [
+    "tutorial",
+    "systems",
+    "exact-flow",
+    "states-at-my-times",
+    "poincare-section",
+    "stop-when",
+    "README",
+]
 
 
 def test_every_block_is_run_somewhere() -> None:

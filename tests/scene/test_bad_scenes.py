@@ -86,6 +86,14 @@ def test_all_flaws_are_told_at_once(tmp_path):
         assert word in message
 
 
+def test_an_option_is_told_beside_a_method_of_another_section(tmp_path):
+    text = scenes.REDUCED.replace("step = 0.1", "max_iterations = 2.5")
+    with pytest.raises(gi.SceneError, match="2 problems") as caught:
+        gi.load_scene(write(tmp_path, text + '[drift]\nmethod = "rk4"\n'))
+    for word in ("[integrate] max_iterations = 2.5", "[drift] method = 'rk4'"):
+        assert word in str(caught.value)
+
+
 def test_a_message_is_short_even_if_the_value_is_long(tmp_path):
     text = scenes.REDUCED + f"[save]\nt_eval = {list(range(1000))}\nevery = {list(range(1000))}\n"
     with pytest.raises(gi.SceneError) as caught:

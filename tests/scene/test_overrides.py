@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 import geomint as gi
 from geomint.cli import main
-from geomint.scene import validate
+from geomint.scene import scene, validate
 from geomint.scene.load import load_changed
 from geomint.scene.raw import drift_changes, overridden
 
@@ -29,7 +29,7 @@ t_end = 5.0
 def counted(monkeypatch):
     """Return a list that gets an entry for every model built, and one for every check."""
     found = {"built": 0, "checked": 0}
-    system_of, structure = validate.find_system, validate._structure
+    system_of, check_content = validate.find_system, validate.check_content
 
     def find_system(name):
         system = system_of(name)
@@ -40,12 +40,12 @@ def counted(monkeypatch):
 
         return dataclasses.replace(system, build=build)
 
-    def checked(raw):
+    def checked(*given):
         found["checked"] += 1
-        return structure(raw)
+        return check_content(*given)
 
     monkeypatch.setattr(validate, "find_system", find_system)
-    monkeypatch.setattr(validate, "_structure", checked)
+    monkeypatch.setattr(scene, "check_content", checked)
     return found
 
 
@@ -102,8 +102,8 @@ def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
 def test_overrides_leave_what_makes_no_sense_to_the_check():
     for raw in ({"drift": 3}, {"drift": {"step": "x"}}, {"drift": {"strep": 1.0}}):
         assert drift_changes(raw) == {}
-    nonsense = {"integrate": 3, "time": []}
-    assert overridden(nonsense, method="rk-4", t_end=1.0) == nonsense
+    nonsense = {"integrate": 3, "time": [], "observe": 4}
+    assert overridden(nonsense, method="rk-4", t_end=1.0, quantities=["K"]) == nonsense
     assert overridden(nonsense) == nonsense
 
 

@@ -57,13 +57,15 @@ def test_classical_method_has_at_least_the_order(method: CommutatorFreeTableau) 
 @each_method
 def test_arrays_repeat_the_flows(method: CommutatorFreeTableau) -> None:
     """Starts, counts and rows in float64 are the exact ones, padded with zeros."""
-    assert method.starts.tolist() == [each.start for each in method.flows]
-    assert method.counts.tolist() == [len(each.exponentials) for each in method.flows]
-    every = [a for each in method.flows for a in each.exponentials]
-    assert method.coefficients.shape == (method.exponentials, len(method.stages))
-    for a, floats in zip(every, method.coefficients, strict=True):
-        assert floats.tolist() == [float(x) for x in a] + [0.0] * (len(floats) - len(a))
-    assert not method.coefficients.flags.writeable
+    s, left = len(method.stages), method.numbers.tolist()
+    assert len(left) == 2 * len(method.flows) + s * method.exponentials
+    for each in method.flows:
+        assert left[:2] == [each.start - 1, len(each.exponentials)]
+        del left[:2]
+        for a in each.exponentials:
+            assert left[:s] == [float(x) for x in a] + [0.0] * (s - len(a))
+            del left[:s]
+    assert not method.numbers.flags.writeable
 
 
 def test_known_structure() -> None:
@@ -201,11 +203,10 @@ def endpoint(method: CommutatorFreeTableau, steps: int) -> Array:
     Q = np.eye(3)
     for n in range(steps):
         values, K = [Q], np.zeros((len(method.stages), 3))
-        coefficients = iter(method.coefficients)
-        for i, (start, count) in enumerate(zip(method.starts, method.counts, strict=True)):
+        for i, (start, exponentials) in enumerate(method.flows):
             Y = values[start]
-            for _ in range(count):
-                Y = rotation(next(coefficients) @ K) @ Y
+            for a in exponentials:
+                Y = rotation(np.array(a, dtype=float) @ K[: len(a)]) @ Y
             values.append(Y)
             if i < len(method.stages):
                 K[i] = h * angular_velocity(h * (n + c[i]), Y)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .options import (
-    Asked,
     chosen_scene,
     methods_of,
     methods_option,
@@ -30,9 +29,10 @@ __all__ = ["command"]
 @methods_option
 @click.option("--for-drift", is_flag=True, help="Plan for `geomint drift`, not `geomint run`.")
 def command(
-    asked: Asked,
-    methods: str | None,
+    scene: str,
+    methods: list[str] | None,
     for_drift: bool,
+    **changes: Any,
 ) -> None:
     """Say what a scene would compute, how, why so, and how long it takes. Nothing is integrated.
 
@@ -47,13 +47,13 @@ def command(
     from ..plan import expected_plans, make_plan
 
     for_drift = for_drift or methods is not None
-    chosen = chosen_scene(asked, for_drift)
+    chosen = chosen_scene(scene, for_drift, **changes)
     with patience("planning"):
-        plans: dict[str, Plan | str]
+        plans: dict[str, Plan | str] = {}
         if for_drift:
-            plans = dict(expected_plans(chosen, methods_of(chosen, methods, asked), costs=True))
+            plans = expected_plans(chosen, methods_of(chosen, methods, changes), costs=True)
         else:
-            plans = {"": make_plan(chosen, costs=True)}
+            plans[""] = make_plan(chosen, costs=True)
     print_notes(chosen)
     console = Console()
     console.print(Text(printable(chosen.title), style="bold"))

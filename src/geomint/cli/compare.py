@@ -10,17 +10,18 @@ from typing import Literal
 import click
 
 from .options import (
-    Asked,
     check_time,
     chosen_scene,
     debug_option,
     exit_code,
     folder_option,
+    list_option,
     partly,
     print_message,
     print_notes,
     reproducing_command,
     say,
+    t_end_option,
     yes_option,
 )
 
@@ -29,7 +30,7 @@ __all__ = ["command"]
 
 @click.command("compare")
 @click.argument("scene")
-@click.option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
+@list_option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
 @click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed repeats of each point.")
 @folder_option("report", "compare.html, compare.json and the plots")
@@ -38,7 +39,7 @@ __all__ = ["command"]
     type=click.Choice(["auto", "extended", "exact"]),
     help="The reference: double-double arithmetic, or the exact flow; default: auto, what is faster.",
 )
-@click.option("--t-end", type=float, help="End in physical time.")
+@t_end_option
 @click.option(
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
 )
@@ -47,7 +48,7 @@ __all__ = ["command"]
 @debug_option
 def command(
     scene: str,
-    methods: str | None,
+    methods: list[str] | None,
     steps: str | None,
     repeats: int | None,
     reference: Literal["auto", "extended", "exact"] | None,
@@ -67,13 +68,12 @@ def command(
     from ..report.compare_page import reference_text, write_compare_report
     from ..report.summary import print_comparison
     from ..run.files.outputs import check_folder
-    from ..scene.entries import split_list
 
-    chosen = chosen_scene(Asked(scene)).for_compare()
+    chosen = chosen_scene(scene).for_compare()
     if t_end is not None or tau_end is not None:
         chosen = chosen.changed(time={"t_end": t_end, "tau_end": tau_end})
     section = chosen.content.compare
-    names = section.methods or [chosen.method.name] if methods is None else split_list(methods)
+    names = section.methods or [chosen.method.name] if methods is None else methods
     given = section.steps if steps is None else _numbers(steps)
     repeats = repeats or section.repeats or 3
     reference = reference or section.reference or "auto"
@@ -109,9 +109,8 @@ def _status_line(show: bool) -> Iterator[Callable[[str], None]]:
 def _numbers(text: str) -> list[float]:
     from ..arguments import positive
     from ..errors import DomainError
-    from ..scene.entries import split_list
 
     try:
-        return [positive("--steps", float(part)) for part in split_list(text)]
+        return [positive("--steps", float(part)) for part in text.split(",") if part.strip()]
     except ValueError:
         raise DomainError("--steps", text, "positive numbers with commas between") from None

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from .options import (
-    Asked,
     check_time,
     chosen_scene,
     exit_code,
@@ -33,11 +33,12 @@ __all__ = ["command"]
 @yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
-    asked: Asked,
-    methods: str | None,
+    scene: str,
+    methods: list[str] | None,
     out: Path,
     yes: bool,
     quiet: bool,
+    **changes: Any,
 ) -> int:
     """Integrate a scene for long and report how its invariants drift.
 
@@ -48,13 +49,13 @@ def command(
     from ..report import DRIFT_FILES
     from ..run.files.outputs import check_folder
 
-    scene = chosen_scene(asked, drift=True)
-    names = methods_of(scene, methods, asked)
-    plans = [p for p in expected_plans(scene, names).values() if isinstance(p, Plan)]
-    print_notes(scene, common_notes(plans))
+    chosen = chosen_scene(scene, drift=True, **changes)
+    names = methods_of(chosen, methods, changes)
+    plans = [p for p in expected_plans(chosen, names).values() if isinstance(p, Plan)]
+    print_notes(chosen, common_notes(plans))
     check_time(lambda: expected_time(plans), yes)
     check_folder(out, DRIFT_FILES)
-    result = run_methods(scene, names, not quiet, tell_failure)
+    result = run_methods(chosen, names, not quiet, tell_failure)
 
     from ..report.drift_page import write_drift_report
 

@@ -33,6 +33,7 @@ COMMANDS = {
     "check": "Say what a scene would compute, how, and why so.",
     "run": "Integrate a scene and write states and drifts to a NetCDF file.",
     "drift": "Integrate a scene for long and report how its invariants drift.",
+    "section": "Follow motions of a scene until each has crossed a surface so many times.",
     "compare": "Run many methods on one scene: run time against error.",
     "stress": "Drive every method on every system to where it stops working.",
 }
@@ -62,12 +63,17 @@ class LazyGroup(click.Group):
         return [*COMMANDS, *sorted(_others())]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command."""
+        """Import a command; for an unknown one suggest the nearest name."""
         if cmd_name in COMMANDS:
             command = importlib.import_module(f"{__package__}.{cmd_name}").command
         else:
             point = _others().get(cmd_name)
             if point is None:
+                if cmd_name and not cmd_name.startswith("-") and not ctx.resilient_parsing:
+                    known = self.list_commands(ctx)
+                    close = get_close_matches(cmd_name, known, n=1, cutoff=0.5)
+                    hint = f"Did you mean {close[0]!r}?" if close else f"Known: {', '.join(known)}."
+                    ctx.fail(f"no such command {cmd_name!r}. {hint}")
                 return None
             command = point.load()
         if not isinstance(command, click.Command):
@@ -81,18 +87,6 @@ class LazyGroup(click.Group):
         """Run a command; the warnings that it has shown in other words come back after it."""
         with warnings.catch_warnings():
             return super().invoke(ctx)
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Resolve a command, suggesting the nearest name for an unknown one."""
-        name = args[0] if args else ""
-        known = self.list_commands(ctx)
-        if name and name not in known and not name.startswith("-"):
-            close = get_close_matches(name, known, n=1, cutoff=0.5)
-            hint = f" Did you mean {close[0]!r}?" if close else f" Known: {', '.join(known)}."
-            ctx.fail(f"no such command {name!r}.{hint}")
-        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands without importing any."""
@@ -118,34 +112,27 @@ class LazyGroup(click.Group):
             return super().main(args, prog_name, complete_var, False, **extra)
         arguments = list(sys.argv[1:] if args is None else args)
         with signals_as_ctrl_c() as received:
-            code = self._exit_code(arguments, prog_name, complete_var, extra)
+            try:
+                result = super().main(arguments, prog_name, complete_var, False, **extra)
+                code = result if isinstance(result, int) else 0
+            except click.ClickException as error:
+                error.show()
+                code = error.exit_code
+            except (click.Abort, KeyboardInterrupt):
+                print_message("interrupted")
+                code = INTERRUPTED
+            except (GeomintError, OSError) as error:
+                if isinstance(error, GeomintError) or error.filename is not None:
+                    print_failure(error, arguments)
+                    code = FAILED
+                else:
+                    code = _output_failed(error, arguments)
         code = 128 + received[0] if received and code == INTERRUPTED else code
         try:
             sys.stdout.flush()  # or its failure would only show after Python's exit
         except OSError as error:
             code = _output_failed(error)
         sys.exit(code)
-
-    def _exit_code(
-        self, arguments: list[str], prog_name: str | None, complete: str | None, extra: Any
-    ) -> int:
-        try:
-            result = super().main(arguments, prog_name, complete, False, **extra)
-        except click.ClickException as error:
-            error.show()
-            return error.exit_code
-        except (click.Abort, KeyboardInterrupt):
-            print_message("interrupted")
-            return INTERRUPTED
-        except GeomintError as error:
-            print_failure(error, arguments)
-            return FAILED
-        except OSError as error:
-            if error.filename is not None:
-                print_failure(error, arguments)
-                return FAILED
-            return _output_failed(error, arguments)
-        return result if isinstance(result, int) else 0
 
 
 def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:

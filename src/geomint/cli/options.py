@@ -8,10 +8,10 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from ..scene import Scene
 
 __all__ = [
-    "Asked",
     "check_time",
     "chosen_scene",
     "debug_option",
     "exit_code",
     "folder_option",
+    "list_option",
     "methods_of",
     "methods_option",
     "partly",
@@ -38,36 +38,54 @@ __all__ = [
     "print_notes",
     "reproducing_command",
     "say",
+    "scene_choice",
     "scene_options",
+    "t_end_option",
     "tell_failure",
     "yes_option",
 ]
 
 PATIENCE = 1.0  # seconds
 
+
+def list_option(*names: str, **given: Any) -> Callable[..., Any]:
+    """Return an option whose value is a list with commas between."""
+
+    def parts(context: click.Context, option: click.Parameter, text: str | None) -> Any:
+        return None if text is None else [part.strip() for part in text.split(",") if part.strip()]
+
+    return click.option(*names, callback=parts, **given)
+
+
 debug_option = click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 
-_SCENE_OPTIONS = (
+t_end_option = click.option("--t-end", type=float, help="End in physical time.")
+
+_CHOICE = (
     click.argument("scene"),
     click.option("--method", metavar="NAME", help="Another method; see `geomint methods`."),
     click.option("--step", type=float, help="Step in the time that the method works in."),
-    click.option("--t-end", type=float, help="End in physical time."),
-    click.option("--tau-end", type=float, help="End in the reparametrised time of the problem."),
     click.option(
         "--representation",
         metavar="NAME",
         help="Force a representation of the system; `own` is the scene's own.",
     ),
-    click.option(
+)
+_ENDS = (
+    t_end_option,
+    click.option("--tau-end", type=float, help="End in the reparametrised time of the problem."),
+)
+_WATCHED = (
+    list_option(
         "--observe",
+        "quantities",
         metavar="LIST",
         help="Other quantities to watch: names and groups with commas between.",
     ),
     debug_option,
 )
 
-
-methods_option = click.option(
+methods_option = list_option(
     "--methods",
     metavar="LIST",
     help="Several methods for one report, as NAME or NAME:STEP with commas between.",
@@ -90,72 +108,46 @@ def folder_option(default: str, files: str) -> Callable[..., Any]:
     )
 
 
-class Asked(NamedTuple):
-    """A scene by its name or path, and what the command line changes in it."""
-
-    scene: str
-    method: str | None = None
-    step: float | None = None
-    t_end: float | None = None
-    tau_end: float | None = None
-    representation: str | None = None
-    observe: str | None = None
+def scene_choice(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the argument SCENE, and the options that change how it is integrated."""
+    return functools.reduce(lambda f, option: option(f), reversed(_CHOICE), command)
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the argument SCENE and the options that change it: together they are an `Asked`."""
-
-    @functools.wraps(command)
-    def with_scene(**given: Any) -> Any:
-        return command(Asked(**{name: given.pop(name) for name in Asked._fields}), **given)
-
-    return functools.reduce(lambda f, option: option(f), reversed(_SCENE_OPTIONS), with_scene)
+    """Add the argument SCENE and the options that change it, as `chosen_scene` takes them."""
+    others = (*_CHOICE[:3], *_ENDS, *_CHOICE[3:], *_WATCHED)
+    return functools.reduce(lambda f, option: option(f), reversed(others), command)
 
 
-def chosen_scene(asked: Asked, drift: bool = False) -> Scene:
-    """Return the scene with what the command line changes in it, and print its notes."""
+def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
+    """Return a scene, as ``geomint drift`` runs it if so, with what the command line changes in it."""
     from ..errors import GeomintWarning, SceneError
     from ..scene.load import load_changed
 
-    t_end, tau_end = asked.t_end, asked.tau_end
+    t_end, tau_end = changes.get("t_end"), changes.get("tau_end")
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
-    quantities = None
-    if asked.observe is not None:
-        from ..scene.entries import split_list
-
-        quantities = split_list(asked.observe)
     with warnings.catch_warnings(), patience("building the scene"):
         warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
-        return load_changed(
-            asked.scene,
-            drift,
-            method=asked.method,
-            step=asked.step,
-            representation=asked.representation,
-            quantities=quantities,
-            t_end=t_end,
-            tau_end=tau_end,
-        )
+        return load_changed(scene, drift, **changes)
 
 
-def methods_of(scene: Scene, methods: str | None, asked: Asked) -> list[str]:
+def methods_of(scene: Scene, methods: list[str] | None, changes: Mapping[str, Any]) -> list[str]:
     """Return the methods of a drift report.
 
     The command line comes before the scene: --methods, or else --method or --step for one.
     """
     from ..errors import SceneError
-    from ..scene.entries import methods_and_steps, split_list
+    from ..scene.entries import methods_and_steps
 
-    single = asked.method is not None or asked.step is not None
+    single = changes["method"] is not None or changes["step"] is not None
     if methods is None:
         listed = None if single else scene.content.drift.methods
         return listed or [scene.content.integrate.method]
     if single:
         raise SceneError("--methods: expected neither --method nor --step; write NAME:STEP")
-    names = split_list(methods)
-    methods_and_steps(names)
-    return names
+    methods_and_steps(methods)
+    return methods
 
 
 def print_notes(scene: Scene, more: Iterable[str] = ()) -> None:

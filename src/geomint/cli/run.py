@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from .options import (
-    Asked,
     check_time,
     chosen_scene,
     exit_code,
@@ -33,15 +33,16 @@ __all__ = ["command"]
 @yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
-    asked: Asked,
+    scene: str,
     out: Path | None,
     yes: bool,
     quiet: bool,
+    **changes: Any,
 ) -> int:
     """Integrate a scene and write states and drifts to a NetCDF file."""
     from ..run.files.outputs import check_file
 
-    chosen = chosen_scene(asked)
+    chosen = chosen_scene(scene, **changes)
 
     from ..plan import expected_time, make_plan, run_plan
 
@@ -55,10 +56,12 @@ def command(
     solution = result[0].solution
     assert solution is not None
 
+    from ..run.provenance import run_record
     from ..run.storage import save_solution
-    from ..scene.provenance import scene_provenance
+    from ..scene.provenance import scene_record
 
-    save_solution(solution, out, scene_provenance(solution, chosen, reproducing_command()))
+    provenance = {**scene_record(chosen, reproducing_command()), **run_record(solution)}
+    save_solution(solution, out, provenance)
     if not quiet:
         from ..report.summary import print_runs
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from .options import debug_option, folder_option, reproducing_command, say
+from .options import debug_option, folder_option, list_option, reproducing_command, say
 
 __all__ = ["command"]
 
@@ -15,9 +15,9 @@ FORBIDDEN, INTERRUPTED = 1, 130
 
 @click.command("stress")
 @folder_option("stress", "stress.html, stress.json, stress.png and stress.svg")
-@click.option("--methods", help="Names with commas between; default: all.")
-@click.option("--systems", help="Names with commas between; default: all.")
-@click.option("--axis", help="Names with commas between; default: all.")
+@list_option("--methods", help="Names with commas between; default: all.")
+@list_option("--systems", help="Names with commas between; default: all.")
+@list_option("--axis", help="Names with commas between; default: all.")
 @click.option("--quick", is_flag=True, help="A small part, in less than a minute.")
 @click.option(
     "--seconds",
@@ -31,9 +31,9 @@ FORBIDDEN, INTERRUPTED = 1, 130
 @debug_option
 def command(
     out: Path,
-    methods: str | None,
-    systems: str | None,
-    axis: str | None,
+    methods: list[str] | None,
+    systems: list[str] | None,
+    axis: list[str] | None,
     quick: bool,
     seconds: float,
     workers: int,
@@ -51,7 +51,7 @@ def command(
     from ..stress.sweep import Selection, run_selection
     from ..stress.terminal import Watch
 
-    selection = Selection(_names(methods), _names(systems), _names(axis), quick)
+    selection = Selection(tuple(methods or ()), tuple(systems or ()), tuple(axis or ()), quick)
     check_folder(out, STRESS_FILES)
     with Watch(not quiet) as watch:
         result = run_selection(selection, watch, seconds=seconds, workers=workers)
@@ -66,7 +66,3 @@ def command(
     if result.interrupted:
         return INTERRUPTED
     return FORBIDDEN if bad else 0
-
-
-def _names(text: str | None) -> tuple[str, ...]:
-    return tuple(name.strip() for name in (text or "").split(",") if name.strip())

@@ -31,7 +31,7 @@ from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.solve import solve
 
-__all__ = ["Confirmation", "confirm"]
+__all__ = ["Confirmation", "confirm", "named"]
 
 TIGHT = {"plain": 1e-13, "compiled": 1e-14}  # ours sums with compensation, SciPy does not
 LOOSER = 10.0  # tolerance of the other run
@@ -108,7 +108,7 @@ def confirm(
         except GeomintError:
             end /= SHORTER
             continue
-        right = _named(problem, np.asarray(first(end), dtype=np.float64))
+        right = named(problem, np.asarray(first(end), dtype=np.float64))
         here = Confirmation(method, end, accuracy, relative_error(second, right))
         if accuracy <= USEFUL:
             return here
@@ -128,15 +128,16 @@ def _second(
     other = shifted(problem, y0, 0, SHIFT)
     for name, run, tight in ways:
         try:
-            best = _named(problem, run(problem, y0, end, tight))
-            near = _named(problem, run(*other, end, LOOSER * tight))
+            best = named(problem, run(problem, y0, end, tight))
+            near = named(problem, run(*other, end, LOOSER * tight))
         except _TooLongError:
             continue
         return name, best, max(SAFETY * relative_error(near, best), LEAST)
     raise AssertionError("the compiled one is never too long")
 
 
-def _named(problem: Problem, y: Array) -> dict[str, Array]:
+def named(problem: Problem, y: npt.NDArray[Any]) -> dict[str, Array]:
+    """Return the pieces of a state by name, and physical time, its last number beside a clock."""
     pieces = pieces_of(problem, y)
     return pieces if problem.clock is None else {**pieces, "t": y[-1:]}
 

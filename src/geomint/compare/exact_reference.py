@@ -1,43 +1,20 @@
-"""Exact motions: what problems offer that can be solved without stepping, and their use as references.
+"""Exact motions (`geomint.problems.exact_motion`) as references.
 
-A problem with `Problem.make_exact` gives an `ExactMotion` through every state. Its error does not
-come from steps: what grows with time is the phase that the rounding of the initial state costs.
+Their errors do not come from steps: what grows with time is the phase that the rounding of the initial
+state costs.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
-
 import numpy as np
 
 from ..arguments import Array
+from ..problems.exact_motion import ExactMotion
 from ..problems.problem import Problem
 from .confirmation import confirm
 from .reference_record import SMALL, Reference
 
-__all__ = ["ExactMotion", "exact_reference"]
-
-
-class ExactMotion(Protocol):
-    """The motion through one state, at any time; times are numbers or arrays."""
-
-    def __call__(self, t: Any) -> Array:
-        """Return states at physical times."""
-
-    def at_tau(self, tau: Any) -> Array:
-        """Return states at times τ of the problem, or of whatever makes its angles linear."""
-
-    def time(self, tau: Any) -> Array:
-        """Return physical time at times τ."""
-
-    def tau(self, t: Any) -> Array:
-        """Return τ at physical times."""
-
-    def phase_error(self, tau: Any) -> Array:
-        """Return an estimate of the error of the angles at times τ, in radians."""
-
-    def time_error(self, tau: Any) -> Array:
-        """Return an estimate of the error of physical time at times τ, as an angle in radians."""
+__all__ = ["exact_reference"]
 
 
 def exact_reference(problem: Problem, y0: Array, end: dict[str, float]) -> Reference:

@@ -28,10 +28,11 @@ from ..methods.gauss import Gauss, lane_positions, spread_columns, spread_vector
 from ..methods.method import Start
 from ..methods.stepper import filled_block
 from ..problems.declaration import check_problem
+from ..problems.deviation import relative_error
 from ..problems.problem import Problem
 from ..run.timeline import default_step
 from ..tableaux import gauss_legendre
-from .confirmation import confirm
+from .confirmation import confirm, named
 from .reference_record import RESOLUTION, Reference, place_of, stored
 
 __all__ = ["Reference", "integrate_extended", "reference_solution"]
@@ -86,7 +87,7 @@ def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
     for _ in range(MAX_HALVINGS):
         h, coarse = 0.5 * h, fine
         fine = integrate_extended(problem, y0, own_end, 0.5 * h)
-        error = _difference(problem, coarse, fine)
+        error = relative_error(named(problem, coarse), named(problem, fine))
         if error <= TARGET:
             break
 
@@ -102,16 +103,6 @@ def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
         method=METHOD,
         confirmation=confirm(problem, y0, own_end, first),
     )
-
-
-def _difference(problem: Problem, coarse: npt.NDArray[Any], fine: npt.NDArray[Any]) -> float:
-    parts = [
-        np.max(np.abs(coarse[s] - fine[s])) / max(float(np.max(np.abs(fine[s]))), 1e-300)
-        for s in problem.slices.values()
-    ]
-    if problem.clock is not None:
-        parts.append(abs(coarse[-1] - fine[-1]) / max(abs(float(fine[-1])), 1e-300))
-    return float(max(parts))
 
 
 def integrate_extended(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray[Any]:

@@ -3,11 +3,12 @@
 from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose
+from .exact import Exact
 from .explicit import RungeKutta
 from .gauss import Gauss
 from .method import Method, Start
 from .rattle import Rattle
-from .registry import find_method, method_names, methods
+from .registry import find_method, find_solver, method_names, methods
 from .rkmk import RKMK
 from .splitting import Verlet
 
@@ -16,6 +17,7 @@ __all__ = [
     "Adaptive",
     "CommutatorFree",
     "Compose",
+    "Exact",
     "Gauss",
     "Method",
     "Rattle",
@@ -23,6 +25,7 @@ __all__ = [
     "Start",
     "Verlet",
     "find_method",
+    "find_solver",
     "method_names",
     "methods",
 ]

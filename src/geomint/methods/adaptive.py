@@ -18,6 +18,7 @@ from .stepper import Stepper
 __all__ = ["LARGEST_RTOL", "LEAST_RTOL", "Adaptive"]
 
 LEAST_RTOL, LARGEST_RTOL = 2.0**-50, 0.1
+_TINY = 1e-300  # where a rate overflows against the state
 
 
 @dataclass(frozen=True, repr=False)
@@ -106,12 +107,12 @@ class Adaptive(Method):
             slope = derivative(problem, y0, start)
             d0, d1 = norm(y0), norm(slope)
             h0 = 0.01 * d0 / d1 if min(d0, d1) > 1e-5 else 1e-6
-            h0 = math.copysign(min(h0, abs(span)), span)
+            h0 = math.copysign(min(max(h0, _TINY), abs(span)), span)
             d2 = norm(derivative(problem, y0 + h0 * slope, start + h0) - slope) / abs(h0)
             largest = max(d1, d2)
             h1 = (0.01 / largest) ** (1.0 / (self.order + 1)) if largest > 1e-15 else 1e-3 * abs(h0)
         h = min(100.0 * abs(h0), h1, self.max_step, abs(span))
-        return h if 0.0 < h < math.inf else min(1e-6 * abs(span), 1.0)
+        return h if 0.0 < h < math.inf else min(1e-6 * abs(span), 1.0) or abs(span)
 
 
 def _real(name: str, value: Any) -> float:

@@ -67,6 +67,11 @@ class AdaptiveStepper(Stepper):
         return self.memory.data[self.rows : 2 * self.rows - 1]
 
     @property
+    def fixed_step(self) -> Stepper:
+        """The method at given steps."""
+        return self.fixed
+
+    @property
     def time(self) -> float:
         """The problem's own time that has been reached."""
         return float(self.memory.data[self.rows - 1])

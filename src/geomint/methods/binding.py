@@ -14,7 +14,7 @@ from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
-from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, section
+from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, sections
 from ..kernels.numbers.lanes import LANES, Lanes
 from ..problems.spaces.repair import warn
 
@@ -36,8 +36,7 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
 
     def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
         source, target, scratch = as_scalars(y), as_scalars(out), as_scalars(work)
-        y1, out1 = section(scratch, layout, "y"), section(scratch, layout, "out")
-        work1 = section(scratch, layout, "work")
+        y1, out1, work1, _ = sections(scratch, layout)
         for i in range(LANES):
             for r in range(rows):
                 y1[r] = source[r * LANES + i]

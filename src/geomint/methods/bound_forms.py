@@ -18,12 +18,10 @@ from ..kernels.compiling.signatures import (
     GRADIENTS,
     VALUE,
 )
-from ..kernels.numbers.blocks import Block
 from ..problems.beside import field_beside, generator_beside, group_beside
 from ..problems.forms import Group
 from .binding import no_clock
 from .method import Start
-from .stepper import filled_block
 
 __all__ = [
     "action_of",
@@ -32,7 +30,6 @@ __all__ = [
     "maps_of",
     "piece_numbers",
     "splitting_of",
-    "substeps",
     "unrolled",
 ]
 
@@ -43,11 +40,6 @@ def unrolled(rows: int, *others: int, limit: int = MAX_UNROLLED_ROWS) -> tuple[i
     """Return numbers of rows as constants for kernels; zeros, "any", where states are large."""
     constants = (rows, *others)
     return constants if rows <= limit else (0,) * len(constants)
-
-
-def substeps(s: Start) -> Block:
-    """Return the substeps of a composition, in units of the step; by default the whole step."""
-    return filled_block(s.lengths, s.starts)
 
 
 def field_of(s: Start) -> tuple[Bound, int, Array, int]:

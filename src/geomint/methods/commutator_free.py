@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.numbers.blocks import packed
 from ..kernels.solve.commutator_free import (
     commutator_free_coefficients,
     commutator_free_stepper,
@@ -14,10 +12,10 @@ from ..kernels.solve.commutator_free import (
 )
 from ..kernels.solve.compensated import compensated_state
 from ..tableaux import COMMUTATOR_FREE, CommutatorFreeTableau
-from .bound_forms import action_of, maps_of, substeps, unrolled
+from .bound_forms import action_of, maps_of, unrolled
 from .explicit import step_fraction, tableau_of
 from .method import Method, Start
-from .stepper import Stepper, filled_block
+from .stepper import Stepper
 
 __all__ = ["CommutatorFree"]
 
@@ -61,21 +59,12 @@ class CommutatorFree(Method):
         maps = maps_of(group, group.act)
         rows, m = len(y0), group.algebra_rows
         stages, work = len(table.stages), s.problem.work
-        memory = scalar_block(sum(compensated_state(rows)))
-        memory.data[:rows] = y0
-        counts, starts, coefficients = table.counts, table.starts, table.coefficients
-        ends = np.cumsum(counts)
-        table_rows = [
-            np.concatenate(([starts[i] - 1.0, counts[i]], coefficients[end - n : end].ravel()))
-            for i, (n, end) in enumerate(zip(counts, ends, strict=True))
-        ]
-        flows = np.concatenate(table_rows)
-        return Stepper(
+        return s.stepper(
+            y0,
             kernel=commutator_free_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
-            params=filled_block(s.problem.params),
             coefficients=packed(
-                commutator_free_coefficients(len(group.layout), stages, len(flows)),
+                commutator_free_coefficients(len(group.layout), stages, len(table.numbers)),
                 rows=rows,
                 algebra_rows=m,
                 stages=stages,
@@ -83,14 +72,9 @@ class CommutatorFree(Method):
                 field_work=work,
                 layout=group.layout,
                 c=table.classical.c_float,
-                flows=flows,
+                flows=table.numbers,
             ),
-            fractions=substeps(s),
-            memory=memory,
-            work=scalar_block(sum(commutator_free_work(rows, m, stages, work, group.work))),
-            rows=rows,
-            t0=s.t0,
-            h=s.h,
+            memory=compensated_state(rows),
+            work=commutator_free_work(rows, m, stages, work, group.work),
             evaluations=stages,
-            compiled=s.compiled,
         )

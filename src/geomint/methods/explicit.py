@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from ..errors import MethodError, nearest, quoted
-from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.numbers.blocks import packed
 from ..kernels.solve.compensated import compensated_state
 from ..kernels.solve.runge_kutta import (
     adaptive_runge_kutta_stepper,
@@ -18,9 +18,9 @@ from ..kernels.solve.runge_kutta import (
 from ..tableaux import RUNGE_KUTTA, Tableau
 from .adaptive import Adaptive
 from .adaptive_stepper import controlled_stepper
-from .bound_forms import field_of, substeps, unrolled
+from .bound_forms import field_of, unrolled
 from .method import Method, Start
-from .stepper import Stepper, filled_block
+from .stepper import Stepper
 
 __all__ = [
     "RungeKutta",
@@ -113,23 +113,16 @@ class RungeKutta(Method):
     def start(self, s: Start) -> Stepper:
         stages, numbers = fixed_step_numbers(self.table)
         field, rows, y0, work = field_of(s)
-        memory = scalar_block(sum(compensated_state(rows)))
-        memory.data[:rows] = y0
-        return Stepper(
+        return s.stepper(
+            y0,
             kernel=runge_kutta_stepper(*unrolled(rows)),
             functions=(field,),
-            params=filled_block(s.problem.params),
             coefficients=packed(
                 runge_kutta_coefficients(stages, 0), rows=rows, stages=stages, **numbers
             ),
-            fractions=substeps(s),
-            memory=memory,
-            work=scalar_block(sum(runge_kutta_work(rows, stages, work))),
-            rows=rows,
-            t0=s.t0,
-            h=s.h,
+            memory=compensated_state(rows),
+            work=runge_kutta_work(rows, stages, work),
             evaluations=stages,
-            compiled=s.compiled,
         )
 
     def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:

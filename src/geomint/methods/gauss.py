@@ -10,9 +10,10 @@ from types import MappingProxyType
 import numpy as np
 
 from ..arguments import Array, switch, whole
-from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.numbers.blocks import packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
+from ..kernels.solve.gauss_between import gauss_between, gauss_polynomial
 from ..kernels.solve.gauss_trajectories import (
     gauss_trajectories_coefficients,
     gauss_trajectories_memory,
@@ -21,10 +22,10 @@ from ..kernels.solve.gauss_trajectories import (
 )
 from ..tableaux import gauss_legendre
 from .binding import lane_field
-from .bound_forms import field_of, piece_numbers, substeps, unrolled
+from .bound_forms import field_of, piece_numbers, unrolled
 from .lane_stepper import LaneStepper
 from .method import Method, Start, iteration_tolerance
-from .stepper import Stepper, filled_block
+from .stepper import Between, Stepper, filled_block
 
 __all__ = ["Gauss"]
 
@@ -91,30 +92,24 @@ class Gauss(Method):
         stages, cap, tolerance = self.stages, self.max_iterations, self.tolerance
         groups = 1 if stages <= LANES else 2
         function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
-        memory = scalar_block(sum(gauss_memory(rows, groups)))
-        memory.data[:rows] = y0
         numbers = _lane_coefficients(stages, groups, s.lengths)
         table = gauss_legendre(stages)
         given = {"rows": rows, "cap": cap, "tolerance": tolerance, "pieces": piece_numbers(s)}
-        return Stepper(
+        return s.stepper(
+            y0,
             kernel=gauss_stepper(
                 groups,
                 *unrolled(rows, limit=MAX_UNROLLED_ROWS),
                 function.recorded if self.fused else None,
             ),
             functions=() if self.fused else (function,),
-            params=filled_block(s.problem.params),
             coefficients=packed(
                 gauss_coefficients(rows, groups, len(s.lengths)), **given, **numbers
             ),
-            fractions=substeps(s),
-            memory=memory,
-            work=scalar_block(sum(gauss_work(rows, groups, 8 * scratch))),
-            rows=rows,
-            t0=s.t0,
-            h=s.h,
+            memory=gauss_memory(rows, groups),
+            work=gauss_work(rows, groups, 8 * scratch),
             evaluations=stages,
-            compiled=s.compiled,
+            between=None if len(s.lengths) > 1 else _between(stages, groups),
             lane_stepper=LaneStepper(
                 kernel=gauss_trajectories_stepper(),
                 functions=(function,),
@@ -152,6 +147,18 @@ def _lane_coefficients(stages: int, groups: int, lengths: tuple[float, ...]) -> 
             "predictors": np.concatenate([spread_columns(m, at, width) for m in predictors]),
         }
     )
+
+
+@functools.cache
+def _between(stages: int, groups: int) -> Between:
+    """Return how partial steps begin: on the collocation polynomial of the whole step."""
+    width = LANES * groups
+    at = lane_positions(stages, width)
+    powers = gauss_legendre(stages).between
+    matrices = [spread_columns(m, at, width) for m in powers[::-1]]
+    sums = [spread_vector(m.sum(axis=0), at, width) for m in powers]
+    table = filled_block(*matrices, *sums)
+    return Between(gauss_between(groups), gauss_polynomial(groups), table, stages)
 
 
 def lane_positions(stages: int, width: int) -> list[int]:

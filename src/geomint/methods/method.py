@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
@@ -12,15 +13,19 @@ import numpy.typing as npt
 
 from ..arguments import number
 from ..errors import FormError, MethodError, nearest, quoted
+from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block, scalar_block
 from ..problems.problem import Problem
 from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
-from .stepper import Stepper
+from .lane_stepper import LaneStepper
+from .stepper import Between, Stepper, filled_block
 
 __all__ = ["Form", "Method", "Start"]
 
-Form = Literal["field", "action", "hamiltonian", "splitting"]
+Form = Literal["field", "action", "hamiltonian", "splitting", "exact"]
 
 
 @dataclass(frozen=True)
@@ -52,6 +57,42 @@ class Start:
     lengths: tuple[float, ...] = (1.0,)
     starts: tuple[float, ...] = (0.0,)
 
+    def stepper(
+        self,
+        y0: npt.NDArray[np.float64],
+        *,
+        kernel: Recorded,
+        functions: tuple[Bound, ...],
+        coefficients: Block,
+        memory: Iterable[int],
+        work: Iterable[int],
+        evaluations: float,
+        between: Between | None = None,
+        lane_stepper: LaneStepper | None = None,
+    ) -> Stepper:
+        """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
+
+        See `geomint.methods.stepper.Stepper`; `memory` and `work` are layouts.
+        """
+        block = scalar_block(sum(memory))
+        block.data[: len(y0)] = y0
+        return Stepper(
+            kernel=kernel,
+            functions=functions,
+            params=filled_block(self.problem.params),
+            coefficients=coefficients,
+            fractions=filled_block(self.lengths, self.starts),
+            memory=block,
+            work=scalar_block(sum(work)),
+            rows=self.problem.rows + self.clock,
+            t0=self.t0,
+            h=self.h,
+            evaluations=evaluations,
+            compiled=self.compiled,
+            between=between,
+            lane_stepper=lane_stepper,
+        )
+
 
 class Method(ABC):
     """An integration method: a frozen dataclass that inherits from this class.
@@ -67,7 +108,8 @@ class Method(ABC):
         Lower case with hyphens; `geomint.methods.find_method` parses it back.
     order : int
     needs : str
-        The form of the problem: ``field``, ``action``, ``hamiltonian`` or ``splitting``.
+        The form of the problem: ``field``, ``action``, ``hamiltonian`` or ``splitting``; of the exact
+        flow ``exact``.
     step_fraction : float
         Default step, as a fraction of the state's shortest characteristic time.
     symmetric, symplectic : bool
@@ -193,13 +235,13 @@ class Method(ABC):
         if self.needs not in problem.forms:
             raise FormError(
                 f"method {self.name!r} needs the form {self.needs!r}, but problem "
-                f"{problem.name!r} offers {', '.join(problem.forms)}. {_advice(problem)}"
+                f"{problem.name!r} offers {', '.join(problem.forms)}. {fitting(problem)}"
             )
         if clock and problem.clock is None:
-            raise FormError(
-                f"problem {problem.name!r} in τ has no clock dt/dτ: give it one, or the end as "
-                f"tau_end with clock=False"
-            )
+            advice = "its own time is physical, so clock=False"
+            if problem.time == "tau":
+                advice = "give it one, or the end as tau_end with clock=False"
+            raise FormError(f"problem {problem.name!r} has no clock dt/dτ: {advice}")
 
 
 def checked_method(what: str, method: Any, expected: str = "a geomint method") -> Method:
@@ -228,9 +270,10 @@ FITTING = {
 }
 
 
-def _advice(problem: Problem) -> str:
-    fitting = [f"{FITTING[form]} (form {form!r})" for form in problem.forms]
-    return f"Methods that fit: {'; '.join(fitting)}."
+def fitting(problem: Problem) -> str:
+    """Return a sentence on which methods fit the forms of a problem."""
+    named = [f"{FITTING[form]} (form {form!r})" for form in problem.forms]
+    return f"Methods that fit: {'; '.join(named)}."
 
 
 def iteration_tolerance(value: Any) -> float:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 
 from ..arguments import whole
-from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.numbers.blocks import packed
 from ..kernels.solve.rattle import RATTLE, rattle_memory, rattle_stepper, rattle_work
 from ..kernels.solve.rattle_separable import (
     separable_rattle_memory,
     separable_rattle_stepper,
     separable_rattle_work,
 )
-from .bound_forms import hamiltonian_of, substeps
+from .bound_forms import hamiltonian_of
 from .method import Method, Start, iteration_tolerance
-from .stepper import Stepper, filled_block
+from .stepper import Stepper
 
 __all__ = ["Rattle"]
 
@@ -62,17 +62,14 @@ class Rattle(Method):
         assert s.problem.hamiltonian is not None
         separable = s.problem.hamiltonian.separable
         functions, n, m = hamiltonian_of(s)
-        rows = 2 * n + s.clock
-        sizes = separable_rattle_memory if separable else rattle_memory
-        scratch = separable_rattle_work if separable else rattle_work
+        memory = separable_rattle_memory if separable else rattle_memory
+        work = separable_rattle_work if separable else rattle_work
         stepper = separable_rattle_stepper if separable else rattle_stepper
         unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
-        memory = scalar_block(sum(sizes(n, m, int(s.clock))))
-        memory.data[: 2 * n] = s.y0
-        return Stepper(
+        return s.stepper(
+            s.y0,
             kernel=stepper(*unrolled),
             functions=functions,
-            params=filled_block(s.problem.params),
             coefficients=packed(
                 RATTLE,
                 rows=n,
@@ -81,12 +78,7 @@ class Rattle(Method):
                 tolerance=self.tolerance,
                 clock_rows=float(s.clock),
             ),
-            fractions=substeps(s),
-            memory=memory,
-            work=scalar_block(sum(scratch(n, m, s.problem.work))),
-            rows=rows,
-            t0=s.t0,
-            h=s.h,
+            memory=memory(n, m, int(s.clock)),
+            work=work(n, m, s.problem.work),
             evaluations=2,
-            compiled=s.compiled,
         )

@@ -11,6 +11,7 @@ from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, DEFAULT_COMPOSITION, RUNGE
 from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose
+from .exact import NO_STEPS, Exact
 from .explicit import RungeKutta
 from .gauss import Gauss
 from .method import Method, checked_method
@@ -18,7 +19,7 @@ from .rattle import Rattle
 from .rkmk import RKMK
 from .splitting import Verlet
 
-__all__ = ["find_method", "method_names", "methods"]
+__all__ = ["find_method", "find_solver", "method_names", "methods"]
 
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
 _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
@@ -59,8 +60,21 @@ def method_names() -> list[str]:
     return list(methods())
 
 
+def find_solver(name: str | Method | None) -> Method:
+    """Return what solves a problem: a method, the exact flow among them; gauss-8 for None."""
+    if isinstance(name, Exact) or (isinstance(name, str) and name == Exact().name):
+        return Exact()
+    return find_method("gauss-8" if name is None else name)
+
+
 def find_method(name: str | Method) -> Method:
-    """Return the method of that name, or raise `MethodError` saying what may have been meant."""
+    """Return the method of that name, or raise `MethodError` saying what may have been meant.
+
+    A method takes steps: ``"exact"``, which takes none, is for `geomint.solve` and
+    `geomint.poincare_section`.
+    """
+    if isinstance(name, Exact) or (isinstance(name, str) and name == Exact().name):
+        raise MethodError(f"method = {quoted(name)}: it {NO_STEPS}")
     if not isinstance(name, str):
         return checked_method("method", name, "a name or a geomint method")
     known = methods()
@@ -72,7 +86,7 @@ def find_method(name: str | Method) -> Method:
         schemes.append(scheme)
         base = f"{base}-2" if base in _FAMILIES else base
     if base not in known or not schemes:
-        hint = nearest(name, known, "`geomint methods`")
+        hint = nearest(name, [*known, Exact().name], "`geomint methods`")
         raise MethodError(f"method = {quoted(name)}: no such method.{hint}")
     method = known[base]
     for scheme in reversed(schemes):

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.numbers.blocks import packed
 from ..kernels.solve.compensated import compensated_state
 from ..kernels.solve.rkmk import (
     dexpinv_series,
@@ -24,10 +24,10 @@ from ..problems.forms import Group
 from ..tableaux import Tableau
 from .adaptive import Adaptive
 from .adaptive_stepper import controlled_stepper
-from .bound_forms import action_of, maps_of, substeps, unrolled
+from .bound_forms import action_of, maps_of, unrolled
 from .explicit import explicit_tableau, fixed_step_numbers, step_fraction
 from .method import Method, Start
-from .stepper import Stepper, filled_block
+from .stepper import Stepper
 
 __all__ = ["RKMK", "coordinates_of", "dexpinv_weights"]
 
@@ -134,22 +134,15 @@ class RKMK(Method):
         maps = maps_of(group, *chart)
         stages, numbers = fixed_step_numbers(self.table)
         rows, m = len(y0), group.algebra_rows
-        memory = scalar_block(sum(compensated_state(rows)))
-        memory.data[:rows] = y0
         layout = rkmk_coefficients(len(group.layout), stages, 0)
-        return Stepper(
+        return s.stepper(
+            y0,
             kernel=rkmk_stepper(*maps.inline, *unrolled(rows, m)),
             functions=(generator, *maps.functions),
-            params=filled_block(s.problem.params),
             coefficients=packed(layout, **_sizes(s, group, rows, stages), **numbers),
-            fractions=substeps(s),
-            memory=memory,
-            work=scalar_block(sum(rkmk_work(rows, m, stages, s.problem.work, group_work))),
-            rows=rows,
-            t0=s.t0,
-            h=s.h,
+            memory=compensated_state(rows),
+            work=rkmk_work(rows, m, stages, s.problem.work, group_work),
             evaluations=stages,
-            compiled=s.compiled,
         )
 
     def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:

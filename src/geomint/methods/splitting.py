@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..kernels.numbers.blocks import packed, scalar_block
+from ..kernels.numbers.blocks import packed
 from ..kernels.solve.splitting import (
     SPLITTING,
     splitting_memory,
     splitting_stepper,
     splitting_work,
 )
-from .bound_forms import splitting_of, substeps
+from .bound_forms import splitting_of
 from .method import Method, Start
-from .stepper import Stepper, filled_block
+from .stepper import Stepper
 
 __all__ = ["Verlet"]
 
@@ -44,20 +44,13 @@ class Verlet(Method):
 
     def start(self, s: Start) -> Stepper:
         functions, parts = splitting_of(s)
-        rows = s.problem.rows
-        memory = scalar_block(sum(splitting_memory(rows, int(s.clock))))
-        memory.data[:rows] = s.y0
-        return Stepper(
+        rows, clock = s.problem.rows, int(s.clock)
+        return s.stepper(
+            s.y0,
             kernel=splitting_stepper(),
             functions=functions,
-            params=filled_block(s.problem.params),
-            coefficients=packed(SPLITTING, rows=rows, parts=parts, clock_rows=float(s.clock)),
-            fractions=substeps(s),
-            memory=memory,
-            work=scalar_block(sum(splitting_work(rows, s.problem.work))),
-            rows=rows + s.clock,
-            t0=s.t0,
-            h=s.h,
+            coefficients=packed(SPLITTING, rows=rows, parts=parts, clock_rows=clock),
+            memory=splitting_memory(rows, clock),
+            work=splitting_work(rows, s.problem.work),
             evaluations=2 * parts - 1,
-            compiled=s.compiled,
         )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import copy
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,34 @@ from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 from .lane_stepper import LaneStepper
 
-__all__ = ["Advance", "Stepper", "filled_block"]
+__all__ = ["Advance", "Between", "Stepper", "filled_block"]
+
+
+_NOTHING = scalar_block(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Between:
+    """How partial steps begin where what a method remembers of the whole step is of use.
+
+    Attributes
+    ----------
+    write : Recorded
+        ``write(coefficients, table, theta)`` changes coefficients for a step of θ h from the state
+        where the step began whose memory is there.
+    polynomial : Recorded
+        ``polynomial(memory, table, rows, out)`` writes the coefficients of θ, θ², … of what the step
+        adds to each row; at θ = 1 it is the step.
+    table : Block
+        What they need; shared, read-only.
+    powers : int
+        Of the polynomial.
+    """
+
+    write: Recorded
+    polynomial: Recorded
+    table: Block
+    powers: int
 
 
 class Advance(NamedTuple):
@@ -53,6 +81,7 @@ class Stepper:
         Rows of the states that are handed out, the clock's row included where there is one.
     evaluations : float
         Evaluations of the problem's functions an iteration.
+    between : Between, optional
     lane_stepper : LaneStepper, optional
         Where the kernel's own lanes are something else, such as stages: another kernel for lanes.
     """
@@ -69,13 +98,17 @@ class Stepper:
     h: float
     evaluations: float
     compiled: bool = True
+    between: Between | None = None
     lane_stepper: LaneStepper | None = None
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
+        self._single: Stepper | None = None  # what takes single steps beside the run
+        self.beside: dict[str, Call] = {}  # what else has been prepared; of all that share its code
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
+        self._single, self.beside = None, {}
         self._advance = bound_stepper(self.kernel, self.functions).call(
             self.compiled,
             functions=self.functions,
@@ -97,6 +130,11 @@ class Stepper:
             len(self.memory),
             len(self.work),
         )
+
+    @property
+    def fixed_step(self) -> Stepper:
+        """What takes steps of given lengths."""
+        return self
 
     @property
     def prepared(self) -> bool:
@@ -138,8 +176,8 @@ class Stepper:
     def move(self, t: float, h: float) -> None:
         """Take the state as it is for that of another time, and a step of another length."""
         self.t0, self.h = t, h
-        if self._advance is not None:
-            self._advance.owner = None
+        if self._advance is not None and self._advance.owner is self:
+            self._advance.set(t0=t, h=h)
 
     @property
     def finished(self) -> bool:
@@ -175,16 +213,20 @@ class Stepper:
         memory.data[: self.rows] = y
         if carry is not None:
             memory.data[self.rows : 2 * self.rows] = carry
-        fresh = replace(self, memory=memory, work=scalar_block(len(self.work)), t0=t, h=h)
-        fresh._advance = self._advance
+        fresh = copy.copy(self)
+        fresh.memory, fresh.work, fresh.t0, fresh.h = memory, scalar_block(len(self.work)), t, h
+        fresh._single = None
         return fresh
 
     def renewed(self, y: Array, t: float, h: float) -> Stepper:
         """Return a stepper for another run, prepared as this one is, that shares nothing it changes."""
-        fresh = Stepper.restarted(self, y, t, h)
-        if fresh._advance is not None:
-            fresh._advance = fresh._advance.copy()
-        return fresh
+        return Stepper.restarted(self, y, t, h)._alone()
+
+    def _alone(self) -> Stepper:
+        """Let the arguments of its calls be its own."""
+        if self._advance is not None:
+            self._advance = self._advance.copy()
+        return self
 
     @property
     def carry(self) -> Array:
@@ -198,11 +240,16 @@ class Stepper:
 
         `before` is the number of steps of the run before it.
         """
-        stepper = self.restarted(y, t, h, carry)
-        result = stepper.advance(0, 1, 1, scalar_block(self.rows))
+        if self._single is None:
+            self._single = self.restarted(y, t, h)._alone()
+        single = self._single
+        single.begin(y, t, h)
+        if carry is not None:
+            single.carry[:] = carry
+        result = single.advance(0, 1, 2, _NOTHING)
         if result.status != OK:
-            raise stepper.error(result, 0, before)
-        return stepper.state.copy()
+            raise single.error(result, 0, before)
+        return single.state.copy()
 
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
         """Return the typed error of an advance that failed after step `first`."""

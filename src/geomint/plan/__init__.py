@@ -9,6 +9,7 @@ from .choice import Choice, Route, Saving
 from .duration import Estimate, estimate, expected_time
 from .fitting import representation_for
 from .plan import Plan, make_plan, run_scene
+from .sections import SectionPlan, plan_section
 from .several import (
     MethodRun,
     SeveralRuns,
@@ -25,12 +26,14 @@ __all__ = [
     "Plan",
     "Route",
     "Saving",
+    "SectionPlan",
     "SeveralRuns",
     "common_notes",
     "estimate",
     "expected_plans",
     "expected_time",
     "make_plan",
+    "plan_section",
     "representation_for",
     "run_methods",
     "run_plan",

@@ -17,6 +17,7 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.numbers.blocks import Block
 from ..problems.declaration import check_form
+from ..problems.forms import GroupAction, Hamiltonian, Splitting
 from ..problems.problem import Problem
 
 __all__ = ["Cost", "cost_of"]
@@ -104,51 +105,39 @@ def cost_of(problem: Problem, form: str, y: Array) -> Cost:
     """
     check_form(problem, form, y)
     tally = _Tally()
-    _EVALUATIONS[form](problem, tally, y)
+    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
+    _EVALUATIONS[form](getattr(problem, form), params, y, work, tally)
     return Cost(problem.rows, tally.count)
 
 
-def _field(problem: Problem, tally: _Tally, y: Array) -> None:
-    assert problem.field is not None
-    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
-    problem.field(params, 0.0, tally.block(y), tally.block(0.0 * y), work)
+def _field(field: Any, params: Block, y: Array, work: Block, tally: _Tally) -> None:
+    field(params, 0.0, tally.block(y), tally.block(0.0 * y), work)
 
 
-def _action(problem: Problem, tally: _Tally, y: Array) -> None:
-    assert problem.action is not None
-    group = problem.action.group
-    params, state = Block(problem.params), tally.block(y)
+def _action(action: GroupAction, params: Block, y: Array, work: Block, tally: _Tally) -> None:
+    group, state = action.group, tally.block(y)
     xi = tally.block(np.zeros(group.algebra_rows))
-    problem.action.generator(params, 0.0, state, xi, tally.block(np.zeros(problem.work)))
+    action.generator(params, 0.0, state, xi, work)
     for i in range(len(xi)):  # of the size of a small step: larger ones are scaled and squared
         xi.data[i] = _Number(1e-2 * float(xi[i]), tally)
     scratch = tally.block(np.zeros(group.work))
     group.act(Block(group.layout), xi, state, tally.block(0.0 * y), scratch)
 
 
-def _hamiltonian(problem: Problem, tally: _Tally, y: Array) -> None:
-    form = problem.hamiltonian
-    assert form is not None
-    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
-    q, p = np.split(y, 2)
-    at = tally.block(q)
-    form.gradients(
-        params, 0.0, at, tally.block(p), tally.block(0.0 * q), tally.block(0.0 * p), work
-    )
+def _hamiltonian(form: Hamiltonian, params: Block, y: Array, work: Block, tally: _Tally) -> None:
+    q, p, slope_q, slope_p = (tally.block(x) for x in (*np.split(y, 2), *np.split(0.0 * y, 2)))
+    form.gradients(params, 0.0, q, p, slope_q, slope_p, work)
     count = form.constraints
     g, jacobian = tally.block(np.zeros(count)), tally.block(np.zeros(count * len(q)))
-    form.constraint(params, at, g, jacobian, work)
+    form.constraint(params, q, g, jacobian, work)
 
 
-def _splitting(problem: Problem, tally: _Tally, y: Array) -> None:
-    form = problem.splitting
-    assert form is not None
-    params, work = Block(problem.params), tally.block(np.zeros(problem.work))
+def _splitting(form: Splitting, params: Block, y: Array, work: Block, tally: _Tally) -> None:
     for k in range(form.parts):
         form.flow(k, params, 0.0, 1e-2, tally.block(y), tally.block(0.0 * y), work)
 
 
-_EVALUATIONS: dict[str, Callable[[Problem, _Tally, Array], None]] = {
+_EVALUATIONS: dict[str, Callable[[Any, Block, Array, Block, _Tally], None]] = {
     "field": _field,
     "action": _action,
     "hamiltonian": _hamiltonian,

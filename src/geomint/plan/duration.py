@@ -19,7 +19,6 @@ from ..problems.evaluate import value
 from ..run.progress import HOUR, time_in_words
 from ..run.solution import Solution
 from ..run.solve import solve
-from ..watch.observe import choose_watchers
 from .plan import Plan
 
 __all__ = ["Estimate", "estimate", "expected_time", "steps_of"]
@@ -88,7 +87,7 @@ def _most(plan: Plan) -> float:
         step += EVALUATIONS * OPERATION * 10.0 * (2.0 * problem.action.group.algebra_rows) ** 1.5
     steps = steps_of(plan)
     seconds = steps * step
-    for watcher in choose_watchers(problem, plan.observed).values():
+    for watcher in plan.observed.values():
         seen = min(steps, watcher.steps or math.inf) if watcher.sees_all else steps / every
         seconds += seen * step * watcher.cost(problem)
     return seconds
@@ -118,8 +117,7 @@ def _trial(plan: Plan) -> float | None:
 
 def _short_run(plan: Plan, end: float) -> Solution:
     """Run to an end in the problem's own time, with what is watched all the way."""
-    watchers = choose_watchers(plan.problem, plan.observed)
-    watched = {name: watcher for name, watcher in watchers.items() if watcher.steps is None}
+    watched = {name: watcher for name, watcher in plan.observed.items() if watcher.steps is None}
     name = "tau_end" if plan.problem.time == "tau" else "t_end"
     ends: dict[str, Any] = {name: end}
     with warnings.catch_warnings():

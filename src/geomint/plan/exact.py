@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from ..errors import GeomintError
-from ..run.result import StepSizes
+from ..methods import Exact
 from ..run.solution import Solution
+from ..run.solve import solve
 from ..run.timeline import Timeline, evaluation_times
+from ..scene.scene import Scene
 from .choice import Asked, Choice, Route
-
-if TYPE_CHECKING:
-    from .plan import Plan
+from .representation import missing_events
 
 __all__ = ["choose_exact", "exact_timeline", "follow_exactly"]
 
@@ -35,8 +32,10 @@ def choose_exact(c: Asked) -> Choice[Route | None] | None:
     name = c.content.integrate.representation
     first = c.route(c.own if name in (None, "own") else str(name))
     refused = f"no representation of {c.content.system.name!r} has one that gives {first.asked}"
-    for route in (first, *(Route.along(r) for r in c.model.reductions if r.of == first.name)):
-        if route.problem.make_exact is None:
+    # States at events are not mapped back.
+    others = () if c.content.events else c.model.reductions
+    for route in (first, *(Route.along(r) for r in others if r.of == first.name)):
+        if route.problem.make_exact is None or missing_events(c, route.problem):
             continue
         try:
             error = _phase_error(c, route)
@@ -71,35 +70,18 @@ def exact_timeline(c: Asked, route: Route) -> Timeline:
     )
 
 
-def follow_exactly(plan: Plan) -> Solution:
-    """Return the states that a plan asks for, by the exact flow: no steps, no evaluations."""
-    route, content = plan.route, plan.scene.content
-    motion: Any = route.problem.exact(route.state)
-    in_tau, t_eval = route.problem.time == "tau", plan.save.chosen.t_eval
-    if t_eval is None and content.time.tau_end is not None:
-        tau = np.array([content.time.tau_end])
-        y, physical = motion.at_tau(tau), motion.time(tau)
-    else:
-        physical = np.array([content.time.t_end] if t_eval is None else t_eval)
-        y, tau = motion(physical), motion.tau(physical) if in_tau else physical
-    return Solution(
-        problem=route.problem,
-        method=plan.method.chosen,
-        step=0.0,
-        step_sizes=StepSizes(0.0, 0.0, 0.0),
-        tau=np.asarray(tau),
-        y=np.asarray(y),
-        drift={},
-        steps=0,
-        rejected=0,
-        iterations=0,
-        evaluations=0,
-        run_seconds=0.0,
-        watching_seconds=0.0,
-        compile_seconds=0.0,
-        status="success",
-        message="",
-        drift_time="t" if content.time.tau_end is None else "tau",
-        physical=np.asarray(physical),
-        route="exact flow",
+def follow_exactly(
+    route: Route, scene: Scene, t_eval: tuple[float, ...] | None, progress: bool | None
+) -> Solution:
+    """Return the states and events that are asked for, by the exact flow: no steps, no evaluations."""
+    time = scene.content.time
+    return solve(
+        route.problem,
+        route.state,
+        t_end=time.t_end,
+        tau_end=time.tau_end,
+        method=Exact(),
+        t_eval=None if t_eval is None else list(t_eval),
+        events=scene.events,
+        progress=progress,
     )

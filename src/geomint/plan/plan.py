@@ -17,6 +17,7 @@ from ..run.solution import Solution
 from ..run.timeline import Timeline
 from ..scene.load import load_scene
 from ..scene.scene import Scene
+from ..watch.watcher import Watcher
 from . import rules
 from .choice import Asked, Choice, Purpose, Route, Saving
 from .exact import choose_exact, exact_timeline, follow_exactly
@@ -40,8 +41,12 @@ class Plan(Shown, Compared):
     clock : Choice of bool
         Whether physical time is integrated beside the state.
     save : Choice of Saving
+    observed : mapping of str to Watcher
+        What is watched.
     watched, missing : Choice of tuple of str
         What is observed, and what is asked for and cannot be; None if that is nothing.
+    events : Choice of tuple of str
+        What is looked for; None if that is nothing.
     timeline : Timeline
     step : Choice of float
         Its length in the problem's own time; of an adaptive method that of the first.
@@ -56,8 +61,10 @@ class Plan(Shown, Compared):
     method: Choice[Method]
     clock: Choice[bool]
     save: Choice[Saving]
+    observed: Mapping[str, Watcher]
     watched: Choice[tuple[str, ...]]
     missing: Choice[tuple[str, ...]] | None
+    events: Choice[tuple[str, ...]] | None
     timeline: Timeline
     step: Choice[float]
     steps: Choice[int | None]
@@ -84,12 +91,6 @@ class Plan(Shown, Compared):
         return self.route.state
 
     @property
-    def observed(self) -> dict[str, dict[str, Any]]:
-        """What is watched, each with its options: what `geomint.solve` takes as ``observe``."""
-        options = self.scene.content.observe.options
-        return {name: options.get(name, {}) for name in self.watched.chosen}
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """What is asked for and will not be done, in words."""
         missing = self.missing
@@ -102,7 +103,8 @@ class Plan(Shown, Compared):
     def solve(self, progress: bool | None = None) -> Solution:
         """Carry the plan out."""
         if self.exact is not None and self.exact.chosen is not None:
-            return self._handed_out(follow_exactly(self))
+            t_eval = self.save.chosen.t_eval
+            return self._handed_out(follow_exactly(self.route, self.scene, t_eval, progress))
         from ..run.solve import solve
 
         time, observe = self.scene.content.time, self.scene.content.observe
@@ -118,6 +120,7 @@ class Plan(Shown, Compared):
                 step=given if given is not None or route.lift is None else self.step.chosen,
                 t_eval=None if save.t_eval is None else list(save.t_eval),
                 save_every=save.every,
+                events=self.scene.events if self.purpose == "run" else None,
                 observe=self.observed,
                 observe_every=observe.every if self.observed else 1,
                 clock=self.clock.chosen,
@@ -136,7 +139,15 @@ class Plan(Shown, Compared):
         asked = self.scene.model.problems[self.route.asked]
         way = solution.route or self.route.name
         # What it would go on from is a state of the other problem.
-        return replace(solution, problem=asked, y=lift(solution.y), route=way, restart=None)
+        return replace(
+            solution,
+            problem=asked,
+            y=lift(solution.y),
+            route=way,
+            restart=None,
+            kept=None,
+            events={},
+        )
 
 
 def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Plan:
@@ -168,7 +179,7 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
     representation = choose_representation(asked)
     route = representation.chosen
     clock = rules.choose_clock(asked, route.problem)
-    timeline = rules.timeline_of(asked, route)
+    timeline, observed = rules.timeline_of(asked, route), rules.watchers_of(asked, route)
     plan = Plan(
         scene,
         purpose,
@@ -177,8 +188,10 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
         method=rules.choose_method(asked, route.problem),
         clock=clock,
         save=rules.choose_states(asked, route.problem, timeline),
-        watched=rules.choose_quantities(asked, route, timeline),
+        observed=observed,
+        watched=rules.choose_quantities(asked, route, timeline, observed),
         missing=rules.choose_missing(asked, route),
+        events=rules.choose_events(asked),
         timeline=timeline,
         step=rules.choose_step(asked, route, timeline),
         steps=(steps := rules.choose_steps(asked, route, timeline)),
@@ -201,8 +214,10 @@ def _without_steps(c: Asked, exact: Choice[Route | None], route: Route) -> Plan:
         method=Choice("method", c.method, "none", f"the exact flow, in place of {c.method.name}"),
         clock=Choice("physical time", False, "of the exact flow", "nothing to integrate"),
         save=rules.choose_states(c, route.problem, timeline),
-        watched=rules.choose_quantities(c, route, timeline),
+        observed={},
+        watched=rules.choose_quantities(c, route, timeline, {}),
         missing=None,
+        events=rules.choose_events(c),
         timeline=timeline,
         step=Choice("step", 0.0, "none", none),
         steps=Choice("steps", 0, "0", none),

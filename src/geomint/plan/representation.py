@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import FormError
+from ..errors import DomainError, FormError
 from ..methods.method import FITTING
 from ..problems.problem import Problem
-from ..watch.quantities import expanded, has_quantity, quantities_of, watcher_of
+from ..run import events
+from ..watch.quantities import expanded, find_watcher, quantities_of
+from ..watch.watcher import Watcher
 from .choice import Asked, Choice, Route
 from .cost import Cost, cost_of
 from .fitting import obstacles, unfit
 
 __all__ = [
     "choose_representation",
+    "has",
+    "missing_events",
     "missing_quantities",
     "told_representation",
-    "wanted_quantities",
+    "wanted_watchers",
 ]
 
 _TIME = {"t": "physical time t", "tau": "its own time τ"}
@@ -28,19 +32,29 @@ def choose_representation(c: Asked) -> Choice[Route]:
     A cheaper one takes its place if it delivers all that is observed, and the states that are kept.
     """
     unfitting = obstacles(c.model, c.method, c.end)
+    missing = {
+        name: [*missing_quantities(c, problem), *missing_events(c, problem)]
+        for name, problem in c.model.problems.items()
+    }
+    against = {
+        name: obstacle or (f"has no {', '.join(missing[name])}" if missing[name] else "")
+        for name, obstacle in unfitting.items()
+    }
     asked = c.content.integrate.representation
     if asked is not None:
-        return _asked(c, asked, unfitting)
-    fitting = _fitting(c, unfitting)
+        return _asked(c, asked, unfitting, against)
+    fitting = [name for name in against if not against[name]]
+    if not fitting and c.purpose == "drift":  # with those that lack least
+        lacking = {n: len(missing[n]) for n, obstacle in unfitting.items() if not obstacle}
+        fitting = [name for name, count in lacking.items() if count == min(lacking.values())]
     if not fitting:
-        raise _nothing_fits(c, unfitting)
+        raise _nothing_fits(c, against)
     own, method = c.own, c.method
     first = own if own in fitting else fitting[0]
     if first == own:
         reason = f"the scene's own; it offers the form {method.needs!r} that {method.name} needs"
     else:
-        obstacle = _obstacle(c, own, unfitting)
-        reason = f"{own}: {obstacle}; the same motion from the same initial state"
+        reason = f"{own}: {against[own]}; the same motion from the same initial state"
     chosen, saving = _cheaper(c, c.route(first), unfitting)
     words = [saving] if own == first != chosen.name else [reason, saving]
     return told_representation(chosen, "; ".join(filter(None, words)))
@@ -54,41 +68,25 @@ def told_representation(route: Route, reason: str) -> Choice[Route]:
     return Choice("representation", route, value, reason)
 
 
-def _asked(c: Asked, asked: str, unfitting: dict[str, str]) -> Choice[Route]:
+def _asked(
+    c: Asked, asked: str, unfitting: dict[str, str], against: dict[str, str]
+) -> Choice[Route]:
     name = c.own if asked == "own" else asked
-    obstacle = _obstacle(c, name, unfitting)
-    if obstacle and not (c.purpose == "drift" and not unfitting[name]):
+    if against[name] and (unfitting[name] or c.purpose != "drift"):
         problem = c.model.problems[name]
         has = f"It has {', '.join(quantities_of(problem))}"
         fitting = f"Methods that fit {name!r}: {_methods_for(problem)}"
         raise FormError(
-            f"representation {asked!r}, which [integrate] asks for, does not serve: {obstacle}. "
-            f"{fitting if unfitting[name] else has}"
+            f"representation {asked!r}, which [integrate] asks for, does not serve: "
+            f"{against[name]}. {fitting if unfitting[name] else has}"
         )
     return told_representation(c.route(name), f"[integrate] representation = {asked!r}")
 
 
-def _fitting(c: Asked, unfitting: dict[str, str]) -> list[str]:
-    """Return the representations that will do, in the order of the system.
-
-    If none has all that is observed, a drift report does with those that lack least.
-    """
-    fitting = [name for name in unfitting if not _obstacle(c, name, unfitting)]
-    if fitting or c.purpose != "drift":
-        return fitting
-    lacking = {
-        name: len(missing_quantities(c, c.model.problems[name]))
-        for name, obstacle in unfitting.items()
-        if not obstacle
-    }
-    return [name for name, count in lacking.items() if count == min(lacking.values())]
-
-
-def _nothing_fits(c: Asked, unfitting: dict[str, str]) -> FormError:
-    found = {name: _obstacle(c, name, unfitting) for name in unfitting}
+def _nothing_fits(c: Asked, against: dict[str, str]) -> FormError:
     words = "; ".join(
-        f"{', '.join(name for name in found if found[name] == obstacle)}: {obstacle}"
-        for obstacle in dict.fromkeys(found.values())
+        f"{', '.join(name for name in against if against[name] == obstacle)}: {obstacle}"
+        for obstacle in dict.fromkeys(against.values())
     )
     fitting = _methods_for(c.model.problems[c.own])
     return FormError(
@@ -101,14 +99,8 @@ def _methods_for(problem: Problem) -> str:
     return ", ".join(FITTING[form] for form in problem.forms)
 
 
-def _obstacle(c: Asked, name: str, unfitting: dict[str, str]) -> str:
-    """Return why a representation cannot serve, or an empty string."""
-    missing = missing_quantities(c, c.model.problems[name])
-    return unfitting[name] or (f"has no {', '.join(missing)}" if missing else "")
-
-
-def wanted_quantities(c: Asked, problem: Problem) -> list[str]:
-    """Return the names that are observed, if a problem is integrated.
+def wanted_watchers(c: Asked, problem: Problem) -> dict[str, Watcher | None]:
+    """Return what watches all that is observed, if a problem is integrated; None for what it lacks.
 
     Groups are those of the scene's own representation, but constraints those of what is integrated: a
     group says "whatever keeps the state on its manifold". A constraint that is named is meant itself.
@@ -122,13 +114,27 @@ def wanted_quantities(c: Asked, problem: Problem) -> list[str]:
             wanted += [q for q in quantities_of(own) if q not in own.constraints] + constraints
         else:
             wanted += expanded(own, [quantity])
-    return list(dict.fromkeys(wanted))
+    return {name: find_watcher(problem, name) for name in wanted}
 
 
 def missing_quantities(c: Asked, problem: Problem) -> list[str]:
     """Return what is observed and a problem does not have."""
-    wanted = wanted_quantities(c, problem)
-    return [quantity for quantity in wanted if not has_quantity(problem, quantity)]
+    return [name for name, watcher in wanted_watchers(c, problem).items() if watcher is None]
+
+
+def missing_events(c: Asked, problem: Problem) -> list[str]:
+    """Return what events of a run look at that a problem does not have."""
+    asked = c.content.events.values() if c.purpose == "run" else ()
+    return [event.what for event in asked if not has(problem, event.what)]
+
+
+def has(problem: Problem, name: str) -> bool:
+    """Tell whether a problem has a component or a quantity of that name."""
+    try:
+        events.quantity(problem, name)
+    except DomainError:
+        return False
+    return True
 
 
 def _cheaper(c: Asked, first: Route, unfitting: dict[str, str]) -> tuple[Route, str]:
@@ -160,14 +166,15 @@ def _others(c: Asked, first: Route, unfitting: dict[str, str]) -> dict[str, Rout
     """Return what may be integrated in place of a representation, by name.
 
     Every representation in the same time, if no states are kept; reductions, if their states are
-    mapped back, and saved states are not those after so many of an adaptive method's own steps.
+    mapped back, there are no events, and saved states are not those after so many of an adaptive
+    method's own steps.
     """
     model, found = c.model, {}
     if c.purpose == "drift":
         for name, problem in model.problems.items():
             if problem.time == first.problem.time and not unfitting[name]:
                 found[name] = c.route(name)
-    elif c.method.adaptive and c.saving.every is not None:
+    elif c.content.events or (c.method.adaptive and c.saving.every is not None):
         return {}
     for r in model.reductions:
         if r.of == first.name and r.name not in found and not unfit(r.problem, c.method, c.end):
@@ -181,10 +188,11 @@ def _lacking(c: Asked, first: Route, way: Route) -> list[str]:
     observed = dict.fromkeys(expanded(first.problem, wanted))
 
     def has(name: str) -> bool:
-        there = has_quantity(way.problem, name) and watcher_of(way.problem, name).invariant
-        return there and (way.same is None or name in way.same)
+        there = find_watcher(way.problem, name)
+        same = way.same is None or name in way.same
+        return there is not None and there.invariant and same
 
-    return [name for name in observed if has_quantity(first.problem, name) and not has(name)]
+    return [name for name in observed if find_watcher(first.problem, name) and not has(name)]
 
 
 def _saving(c: Asked, first: Route, way: Route, costs: dict[str, Cost]) -> str:

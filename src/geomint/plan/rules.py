@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from ..errors import SceneError, StepError
 from ..methods.method import Method, Start
@@ -11,13 +12,14 @@ from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.timeline import Timeline, evaluation_times, plan_timeline
 from ..watch.functions import Function, grouped
-from ..watch.observe import choose_watchers
-from ..watch.quantities import has_quantity, quantities_of
+from ..watch.quantities import find_watcher, quantities_of
+from ..watch.watcher import Watcher
 from .choice import Asked, Choice, Route, Saving
-from .representation import missing_quantities, wanted_quantities
+from .representation import missing_quantities, wanted_watchers
 
 __all__ = [
     "choose_clock",
+    "choose_events",
     "choose_method",
     "choose_missing",
     "choose_quantities",
@@ -26,6 +28,7 @@ __all__ = [
     "choose_steps",
     "estimate_evaluations",
     "timeline_of",
+    "watchers_of",
 ]
 
 _PROBE_STEPS = 4
@@ -86,28 +89,35 @@ def choose_states(c: Asked, problem: Problem, timeline: Timeline) -> Choice[Savi
     return Choice(what, save, "the last", "no [save] section")
 
 
-def choose_quantities(c: Asked, route: Route, timeline: Timeline) -> Choice[tuple[str, ...]]:
+def watchers_of(c: Asked, route: Route) -> dict[str, Watcher]:
+    """Return what watches the quantities that are asked for and are there, by name."""
+    wanted, options = wanted_watchers(c, route.problem), c.content.observe.options
+    there = {name: watcher for name, watcher in wanted.items() if watcher is not None}
+    if wanted and not there:
+        lacking = f"{route.name} has no {', '.join(wanted)}"
+        raise SceneError(f"a drift report has nothing to show: [observe] quantities: {lacking}")
+    given = {name: there[name].with_options(**options[name]) for name in there if name in options}
+    return there | given
+
+
+def choose_quantities(
+    c: Asked, route: Route, timeline: Timeline, watchers: Mapping[str, Watcher]
+) -> Choice[tuple[str, ...]]:
     """Evaluate the watched quantities and no others; by one function where they are many.
 
     The group of constraints means those of the representation that is integrated.
     """
-    has, wanted = quantities_of(route.problem), wanted_quantities(c, route.problem)
-    names = tuple(name for name in wanted if has_quantity(route.problem, name))
-    if wanted and not names:
-        lacking = f"{route.name} has no {', '.join(wanted)}"
-        raise SceneError(f"a drift report has nothing to show: [observe] quantities: {lacking}")
+    names = tuple(watchers)
     if not names:
         return Choice("watched", names, "nothing", "[observe] quantities is empty")
     every = c.content.observe.every
     often = "after every step" if every == 1 else f"every {every} steps and at the end"
-    options = c.content.observe.options
-    watchers = choose_watchers(route.problem, {name: options.get(name, {}) for name in names})
     for name, watcher in watchers.items():
         often += f" ({name}: the first {watcher.steps} steps)" if watcher.steps else ""
-    functions = [name for name, watcher in watchers.items() if isinstance(watcher, Function)]
+    functions = [watcher for watcher in watchers.values() if isinstance(watcher, Function)]
     groups = grouped(functions, timeline.expected / every)
     often += ", by one function" if len(groups) == 1 < len(groups[0]) else ""
-    rest = len({*has} - {*names})
+    rest = len({*quantities_of(route.problem)} - {*names})
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
     reason = f"[observe], {often}, reduced to windows on the way{left}"
     return Choice("watched", names, ", ".join(names), reason)
@@ -121,11 +131,21 @@ def choose_missing(c: Asked, route: Route) -> Choice[tuple[str, ...]] | None:
     where = [
         name
         for name, problem in c.model.problems.items()
-        if all(has_quantity(problem, quantity) for quantity in missing)
+        if all(find_watcher(problem, quantity) for quantity in missing)
     ]
     there = f"; only in {', '.join(where)}" if where else ""
     reason = f"{route.name} has no such quantity{there}"
     return Choice("not watched", tuple(missing), ", ".join(missing), reason)
+
+
+def choose_events(c: Asked) -> Choice[tuple[str, ...]] | None:
+    """Look for events where states are asked for."""
+    events = c.content.events
+    if not events or c.purpose == "drift":
+        return None
+    ends = [name for name, event in events.items() if event.terminal]
+    reason = f"[events]; {' or '.join(ends)} ends the run" if ends else "[events]"
+    return Choice("events", tuple(events), ", ".join(events), reason)
 
 
 def choose_step(c: Asked, route: Route, timeline: Timeline) -> Choice[float]:

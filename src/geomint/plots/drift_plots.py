@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from ..watch.drift import ROUNDOFF, Drift
+from .canvas import new_figure
 from .panels import Line, draw_lines, line_style, say, shared_legend, thinned, time_name
-from .style import WIDTH, new_figure
+from .style import WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

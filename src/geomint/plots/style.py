@@ -18,7 +18,6 @@ __all__ = [
     "MARKERS",
     "data_uri",
     "figure_style",
-    "new_figure",
     "save_figure",
     "series_style",
 ]
@@ -56,15 +55,6 @@ def figure_style() -> Iterator[None]:
 
     with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
         yield
-
-
-@contextmanager
-def new_figure(width: float, height: float, **options: Any) -> Iterator[Figure]:
-    """Give a figure of that size in inches, within `figure_style`; notebooks show it."""
-    from .figure import ShownFigure
-
-    with figure_style():
-        yield ShownFigure(figsize=(width, height), **options)
 
 
 def series_style(i: int) -> dict[str, Any]:

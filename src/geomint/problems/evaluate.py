@@ -119,16 +119,16 @@ def states_around(y: Array) -> Array:
     return states
 
 
+@np.errstate(all="ignore")
 def scale_of(values: Any, y: Array) -> float:
     """Return the `rounding_scale` of what has those values at the `states_around` y."""
-    v, total = float(values[0]), 0.0
-    for k, i in enumerate(np.flatnonzero(y)):
-        size = 1e-5 * abs(y[i])
-        if size == 0.0:
-            continue
-        above, below = y[i] + size, y[i] - size
-        up, down = values[1 + 2 * k] - v, values[2 + 2 * k] - v
-        # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
-        total += abs(y[i]) * max(abs(up - down), abs(up + down)) / (above - below)
+    around = np.asarray(values, dtype=np.float64)
+    v, q = float(around[0]), y[np.flatnonzero(y)]
+    size = 1e-5 * np.abs(q)
+    up, down = around[1::2] - v, around[2::2] - v
+    # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
+    rises = np.abs(q) * np.maximum(np.abs(up - down), np.abs(up + down))
+    terms = rises[size > 0.0] / ((q + size) - (q - size))[size > 0.0]
+    total = float(np.cumsum(terms)[-1]) if len(terms) else 0.0  # in order, to the same bits always
     scale = max(abs(v), total)
     return scale if np.isfinite(scale) and scale > 0.0 else 1.0

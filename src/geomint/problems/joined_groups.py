@@ -9,7 +9,7 @@ from typing import Any
 from ..kernels.compiling.recorded import Recorded, helper, inlined
 from ..kernels.groups.translations import endless
 from ..kernels.numbers.arithmetic import maximum
-from ..kernels.numbers.blocks import REST, packed, part, section
+from ..kernels.numbers.blocks import REST, packed, part, section, sections
 from .forms import Group
 
 __all__ = ["joined"]
@@ -25,20 +25,17 @@ def joined_layout(numbers: int) -> Joined:
 
 
 @inlined
-def layout_of(layout: Any) -> Any:
-    """Return the layout that a product's layout has."""
-    return joined_layout(int(section(layout, joined_layout(0), "numbers")[0]))
+def parts_of(layout: Any) -> Any:
+    """Return the parts of a product's layout by name."""
+    return sections(layout, joined_layout(int(section(layout, joined_layout(0), "numbers")[0])))
 
 
 def joined(first: Group, second: Group) -> Group:
     """Return the product; both say their `rows`."""
     assert first.rows is not None
     assert second.rows is not None
-    moves = {name: _both(first, second, name, "rows") for name in ("act", "cayley")}
-    maps = {
-        name: _both(first, second, name, "algebra_rows")
-        for name in ("bracket", "dexpinv", "dcayinv")
-    }
+    moves = {name: _both(first, second, name, True) for name in ("act", "cayley")}
+    maps = {name: _both(first, second, name, False) for name in ("bracket", "dexpinv", "dcayinv")}
     return Group(
         f"{first.name} × {second.name}",
         first.algebra_rows + second.algebra_rows,
@@ -58,24 +55,23 @@ def joined(first: Group, second: Group) -> Group:
     )
 
 
-def _both(first: Group, second: Group, name: str, written: str) -> Recorded | None:
+def _both(first: Group, second: Group, name: str, moves: bool) -> Recorded | None:
     """Return both functions of that name as one, if both groups have it."""
     f, h = getattr(first, name), getattr(second, name)
-    return None if f is None or h is None else _one_after_another(f, h, written)
+    return None if f is None or h is None else _one_after_another(f, h, moves)
 
 
 @functools.cache
-def _one_after_another(f: Recorded, h: Recorded, written: str) -> Recorded:
-    """Return the function of f and h; the layout says by that name what rows f writes."""
+def _one_after_another(f: Recorded, h: Recorded, moves: bool) -> Recorded:
+    """Return the function of f and h, which write moves of states, or elements of the algebra."""
 
     def product_map(layout: Any, x: Any, y: Any, out: Any, work: Any) -> None:
-        both = layout_of(layout)
-        m = int(section(layout, both, "algebra_rows")[0])
-        r = int(section(layout, both, written)[0])
-        own, other = section(layout, both, "first"), section(layout, both, "second")
-        f(own, part(x, 0, m), part(y, 0, r), part(out, 0, r), work)
+        both = parts_of(layout)
+        m = int(both.algebra_rows[0])
+        r = int(both.rows[0]) if moves else m
+        f(both.first, part(x, 0, m), part(y, 0, r), part(out, 0, r), work)
         rest = part(out, r, len(out) - r)
-        h(other, part(x, m, len(x) - m), part(y, r, len(y) - r), rest, work)
+        h(both.second, part(x, m, len(x) - m), part(y, r, len(y) - r), rest, work)
 
     return helper(product_map)
 
@@ -85,9 +81,9 @@ def _extent(f: Recorded, h: Recorded) -> Recorded:
     """Return how far an element is from where the coordinates of either group end."""
 
     def product_extent(layout: Any, u: Any, work: Any) -> Any:
-        both = layout_of(layout)
-        m = int(section(layout, both, "algebra_rows")[0])
-        own, other = section(layout, both, "first"), section(layout, both, "second")
-        return maximum(f(own, part(u, 0, m), work), h(other, part(u, m, len(u) - m), work))
+        both = parts_of(layout)
+        m = int(both.algebra_rows[0])
+        rest = part(u, m, len(u) - m)
+        return maximum(f(both.first, part(u, 0, m), work), h(both.second, rest, work))
 
     return helper(product_extent)

@@ -17,7 +17,7 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.watched import Fresh, Given
-from ..kernels.solve.pointwise import POINTWISE
+from ..kernels.solve.sample import SAMPLE
 from .watched_call import watched_call
 
 __all__ = ["pointwise"]
@@ -69,14 +69,20 @@ def pointwise(
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
-    sweep = POINTWISE.call(
-        function=Bound(function, FIELD), params=block, width=width, rows=rows, work=scratch
+    sweep = SAMPLE.call(
+        values=Bound(function, FIELD),
+        params=block,
+        times=Block(np.zeros(min(count, BATCH))),
+        stride=width,
+        rows=width,
+        work=scratch,
+        width=rows,
     )
     for first in range(0, count, BATCH):
         number = min(BATCH, count - first)
         given = Block(flat[first * width : (first + number) * width])
         result = Block(out[first * rows : (first + number) * rows])
-        sweep(points=given, out=result, count=number)
+        sweep(states=given, out=result, count=number)
     return out.reshape(*shape, rows)
 
 

@@ -9,10 +9,12 @@ an embedded manifold (``hamiltonian``), a sum of parts with known flows (``split
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
 import inspect
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -75,14 +77,15 @@ class Problem(Shown, Sendable):
         ``f(rng) -> dict``: components of a random admissible state, as `make_state` takes them;
         `Problem.random_state` calls it.
     make_exact : callable, optional
-        ``f(y0)``: the exact motion through a state; `Problem.exact` calls it.
+        ``f(y0)``: the exact motion through a state; `Problem.exact` calls it, and with
+        ``method="exact"`` `geomint.solve`.
     admit : callable
         Checks a flat state: returns it (possibly projected) or raises `DomainError`.
     physical : callable
         Maps a flat state to named arrays that other forms of the same system give too:
         what makes results in different times and representations comparable.
     parameters : mapping
-        The parameters by name, for reports.
+        The parameters by name, for reports and files.
     space : Space, optional
         The space of states, such as ``geomint.TangentSphere(3)``. `make_state`, `make_random`, `admit`
         and the manifold of the measure are taken from it where they are not given, and its
@@ -114,7 +117,8 @@ class Problem(Shown, Sendable):
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "parameters": Mapping})
         object.__setattr__(self, "params", flat("params", self.params))
-        object.__setattr__(self, "parameters", dict(self.parameters))
+        object.__setattr__(self, "parameters", _own_parameters(self.parameters))
+        _check_text("name", self.name)
         if self.space is not None:
             self._stand_on(self.space)
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
@@ -263,7 +267,7 @@ class Problem(Shown, Sendable):
     def exact(self, y0: Any) -> Any:
         """Return the exact motion through a state, where the problem has one: states without stepping.
 
-        See `geomint.compare.exact_reference.ExactMotion`; what more it offers is said by the problem.
+        See `geomint.problems.exact_motion.ExactMotion`; what more it offers is said by the problem.
 
         Raises
         ------
@@ -286,6 +290,26 @@ class Problem(Shown, Sendable):
     def physical_state(self, y: Array) -> dict[str, Array]:
         """Return the named arrays by which results of different forms are compared."""
         return {"state": np.asarray(y)} if self.physical is None else self.physical(y)
+
+
+def _check_text(what: str, text: Any) -> None:
+    """Raise `DomainError` for what files cannot have: no text, or half of a pair of characters."""
+    try:
+        text.encode()
+    except (AttributeError, UnicodeEncodeError):
+        raise DomainError(what, text, "a text that UTF-8 can encode") from None
+
+
+def _own_parameters(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters by names that files can have, with arrays and lists of the problem's own."""
+    for name in parameters:
+        _check_text("parameters", name)
+    own = dict(parameters)
+    for name, value in own.items():
+        if isinstance(value, np.ndarray | list):
+            with suppress(Exception):  # of what is in them
+                own[name] = copy.deepcopy(value)
+    return own
 
 
 def _takes_one(f: Callable[..., Any]) -> bool:

@@ -73,7 +73,7 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float = 0.0) ->
             expected = "a state with a finite derivative: give a step"
             raise DomainError("state", y0, expected)
         time = size / rate if rate > 0.0 else 0.0
-        if time > 0.0:
+        if 0.0 < time < math.inf:
             times.append(time)
         from_rest |= rate > 0.0 and time == 0.0
     times.sort()

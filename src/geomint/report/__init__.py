@@ -11,3 +11,4 @@ COMPARE_FILES = (
     "compare-drift.svg",
 )
 STRESS_FILES = ("stress.html", "stress.json", "stress.png", "stress.svg")
+SECTION_FILES = ("section.csv", "section.html", "section.json", "section.png", "section.svg")

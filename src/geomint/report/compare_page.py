@@ -9,7 +9,7 @@ from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison
 from ..plots.drift_plots import drift_figure
 from ..plots.style import data_uri
-from ..run.provenance import environment, finite_json, json_text
+from ..run.provenance import finite_json, json_text
 from ..scene.provenance import scene_record
 from . import COMPARE_FILES
 from .compare_plots import work_precision_figure
@@ -30,11 +30,8 @@ def write_compare_report(
     ------
     OutputError
     """
-    provenance = {
-        **environment(),
-        **scene_record(scene, command),
-        "compile_seconds": round(result.compile_seconds, 6),
-    }
+    compiling = {"compile_seconds": round(result.compile_seconds, 6)}
+    provenance = {**scene_record(scene, command), **compiling}
     record = finite_json({**result.as_json(), "provenance": provenance})
     figures = {"compare": work_precision_figure(result.points)}
     if result.drifts:

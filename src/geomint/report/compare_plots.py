@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..plots.style import WIDTH, new_figure, series_style
+from ..plots.canvas import new_figure
+from ..plots.style import WIDTH, series_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..plan import SeveralRuns
-from ..run.provenance import environment, json_text
+from ..run.provenance import json_text
 from ..scene.provenance import scene_record
 from . import DRIFT_FILES
 from .drift_json import drift_record
@@ -24,7 +24,7 @@ def write_drift_report(result: SeveralRuns, folder: Path, command: str | None = 
     OutputError
         If the folder cannot be written; what was there is as it was.
     """
-    record = drift_record(result, {**environment(), **scene_record(result.scene, command)})
+    record = drift_record(result, scene_record(result.scene, command))
     page = render(
         "drift.html.j2",
         title=result.scene.title,

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..plan import SeveralRuns
+from ..plots.canvas import new_figure
 from ..plots.drift_plots import draw_sizes, drift_figure, grid_figure
 from ..plots.panels import Line, draw_lines, line_style, shared_legend, thinned
-from ..plots.style import new_figure, series_style
+from ..plots.style import series_style
 from ..watch.drift import ROUNDOFF
 from ..watch.quantities import KINDS
 from .kinds import conserved_by_kind

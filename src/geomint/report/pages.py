@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -52,11 +53,16 @@ def section(template: str, content: Mapping[str, Any] | None) -> Markup:
 
 
 def write_files(
-    folder: Path, names: Sequence[str], page: str, data: str, figures: Mapping[str, Figure]
+    folder: Path,
+    names: Sequence[str],
+    page: str,
+    data: str,
+    figures: Mapping[str, Figure],
+    others: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
 ) -> Path:
     """Write the files of a report, all or none: page, JSON, and each figure as PNG and SVG.
 
-    Returns the path of the page.
+    And the `others`, by functions that take a path. Returns the path of the page.
 
     Raises
     ------
@@ -69,4 +75,6 @@ def write_files(
         (unfinished / json).write_text(data, encoding="utf-8")
         for name, figure in figures.items():
             save_figure(figure, unfinished, name)
+        for name, write in others.items():
+            write(unfinished / name)
     return folder / html

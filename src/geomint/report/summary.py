@@ -40,6 +40,8 @@ def print_runs(result: SeveralRuns) -> None:
     for run in result:
         if run.solution is not None:
             console.print(Text(_cost(run.solution)))
+            if run.solution.events:
+                console.print(Text(_events(run.solution)))
         if run.status != "success":
             console.print(Text(f"{run.title} {run.message}".rstrip(), style="bold red"))
         if run.drift:
@@ -60,6 +62,12 @@ def _cost(solution: Solution) -> str:
         f"{solution.method.name}, step {step_of(solution)}, {steps} steps in {seconds:.3g} s "
         f"({rate:.3g} a second), {solution.evaluations:.4g} field evaluations"
     )
+
+
+def _events(solution: Solution) -> str:
+    """Return how often each event happened, and whether one of them ended the run."""
+    counts = ", ".join(f"{name} {len(met)}" for name, met in solution.events.items())
+    return f"events: {counts}" + (f"; {solution.message}" if solution.success else "").rstrip("; ")
 
 
 def _drifts(run: MethodRun, wide: bool) -> Table:

@@ -24,8 +24,7 @@ _INSTEAD = {
     **dict.fromkeys(("first_step", "h", "h0", "dt"), "step=…"),
     **dict.fromkeys(("fun", "func", "f", "rhs"), "problem=geomint.Problem(…, field=…)"),
     **dict.fromkeys(("args", "p"), "params=… of the problem"),
-    "events": "observe=… to watch quantities; there are no events",
-    "dense_output": "t_eval=…, the times at which states are wanted",
+    "dense_output": "dense=True, and then sol.sol(t)",
     "t": "t_eval=…, the times at which states are wanted",
 }
 _NEEDLESS = {

@@ -41,20 +41,23 @@ def drive(
     stride: int,
     consume: Consumer,
     account: Account,
-    progress: Callable[[], None],
-) -> None:
+    between: Callable[[], bool],
+    left: Callable[[], float],
+) -> bool:
     """Take steps until there are `steps` since the beginning, handing out every `stride`-th state.
 
     None: until `consume` says so, or until the stepper has finished; then its last state is handed
-    out too.
+    out too. Returns whether `between` has ended it before.
 
     Parameters
     ----------
     consume : callable
         ``consume(indices, states) -> end``: the numbers of the saved steps, the states row by row.
         `end` is the number of the last step of the run, None if that is still to come.
-    progress : callable
-        Called after every chunk.
+    between : callable
+        Called after every chunk, to tell whether the run ends there.
+    left : callable
+        About how many steps are still to come, where `steps` is None.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def drive(
     stepper = integrator.stepper
     rows = stepper.rows
     largest = max(1, MAX_BUFFER // rows) * stride
-    chunk = FIRST_CHUNK
+    chunk = FIRST_CHUNK if steps is not None else _at_most(FIRST_CHUNK, left())
     out = scalar_block(0)
     while steps is None or integrator.done < steps:
         first = integrator.done
@@ -89,8 +92,16 @@ def drive(
             integrator.take(end - first, stride, out)
         elif asked.status != OK:
             raise integrator.failure(asked, good)
-        progress()
-        if end is not None or stepper.finished:
-            return
+        over = end is not None or stepper.finished
+        if between() or over:
+            return not over
         wanted = count * min(CHUNK_SECONDS / max(elapsed, 1e-9), 8.0)
         chunk = max(1, int(min(wanted, largest)))
+        if steps is None:
+            chunk = _at_most(chunk, left())
+    return False
+
+
+def _at_most(chunk: int, left: float) -> int:
+    """Return the length of a chunk that does not go far beyond the end."""
+    return chunk if not 0.0 <= left < chunk else int(1.05 * left) + 2

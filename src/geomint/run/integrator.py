@@ -14,12 +14,13 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
 from ..methods import Method, Start, find_method
 from ..methods.agreement import check_agreement
+from ..methods.partial import rounding
 from ..methods.started import keep_started, started
 from ..methods.stepper import Advance
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from .restart import Restart
-from .saved import rounding
+from .timeline import MOST_STEPS, check_advance
 
 __all__ = ["Integrator"]
 
@@ -53,7 +54,7 @@ class Integrator:
 
     Raises
     ------
-    ArgumentError, DomainError, FormError, MethodError, DeclarationError
+    DomainError, FormError, MethodError, DeclarationError
 
     Examples
     --------
@@ -67,6 +68,11 @@ class Integrator:
     >>> motion.time
     2.5
     """
+
+    __slots__ = (  # so that writing to a name that it does not have is an error
+        *("__weakref__", "_done", "_first", "_method", "_nothing", "_start"),
+        *("iterations", "stepper", "steps"),
+    )
 
     def __init__(
         self,
@@ -106,11 +112,12 @@ class Integrator:
         made._first = start.y0, start.t0
         if restart is not None:
             made._restore(restart)
+        if method.adaptive:  # whose limit of steps is that of a run
+            made._done = 0
         return made
 
     def _begin(self, method: Method, start: Start) -> None:
-        self.problem, self.method = start.problem, method
-        self._start, self._done = start, 0
+        self._method, self._start, self._done = method, start, 0
         self.steps, self.iterations = 0, 0
         self.stepper = started(method, start)
         self._nothing = scalar_block(self.stepper.rows)
@@ -129,6 +136,16 @@ class Integrator:
             f"<integrator of {self.problem.name!r} by {self.method.name}: "
             f"{self.problem.time} = {self.time:.9g} after {self.steps} steps>"
         )
+
+    @property
+    def problem(self) -> Problem:
+        """What is integrated, with the parameters as they are now."""
+        return self._start.problem
+
+    @property
+    def method(self) -> Method:
+        """The method."""
+        return self._method
 
     @property
     def done(self) -> int:
@@ -191,13 +208,12 @@ class Integrator:
         given = as_vector("params", params, len(self.problem.params))
         # What plain Python knows of the parameters by itself does not know these.
         problem = replace(self.problem, params=given, parameters={}, make_exact=None, physical=None)
-        state, time, h = problem.canonical(self.state), self.time, self.h
-        clock = self.t if self._start.clock else 0.0
-        first, steps, iterations = self._first, self.steps, self.iterations
-        self._begin(self.method, replace(self._start, problem=problem, y0=state, t0=time, h=h))
-        self._first, self.steps, self.iterations = first, steps, iterations
-        self._set_clock(clock)
-        self.prepare()
+        state, clock = problem.canonical(self.state), self._start.clock
+        check_problem(problem, state, self.method.needs, clock)
+        start = replace(self._start, problem=problem, y0=state, t0=self.time, h=self.h)
+        made = Integrator.of(self.method, start, self.t if clock else 0.0)
+        made.prepare()
+        self._start, self.stepper, self._done = start, made.stepper, 0
 
     def _anew(self, state: Array, time: float, h: float) -> None:
         """Go on from there, and remember nothing but physical time."""
@@ -230,12 +246,16 @@ class Integrator:
 
         Raises
         ------
+        DomainError
+            For a number that is none, and for steps that are less than a rounding of the time.
         ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
             With t, step, residual; the state is that before the step that failed.
         """
         left = whole("n", n, 0)
         if self.method.adaptive:
             self._aim(math.copysign(math.inf, self.h))
+        elif left:
+            check_advance(self.h, self.stepper.time_after(self._done + left))
         while left > 0:
             left -= self._some(min(left, BATCH))
 
@@ -248,6 +268,9 @@ class Integrator:
 
         Raises
         ------
+        DomainError
+            For a time that is not finite, or 2⁵³ steps away, or so late that the step is less than
+            a rounding of it.
         ConvergenceError, NonFiniteError, StepSizeError, StepLimitError
             With t, step, residual; the state is that before the step that failed.
         """
@@ -255,7 +278,12 @@ class Integrator:
         gap = end - self.time
         if gap == 0.0:
             return
-        if gap * self.h < 0.0:
+        if not self.method.adaptive:
+            check_advance(self.h, max(end, self.time, key=abs))
+            if not abs(gap / self.h) < MOST_STEPS:
+                expected = f"a time within 2⁵³ steps of {self.h:.3g} from {self.time:.9g}"
+                raise DomainError("time", time, expected)
+        if math.copysign(1.0, gap) != math.copysign(1.0, self.h):
             self._anew(self.state, self.time, -self.h)
         if self.method.adaptive:
             self._aim(end)
@@ -315,7 +343,7 @@ class Integrator:
             if asked.status != OK:  # memory may be in the middle of a composition
                 self.bookmark = before
                 good = stepper.advance(done, asked.steps, every, out)
-        except KeyboardInterrupt:  # seen when the kernel returns
+        except BaseException:  # Ctrl-C, seen when the kernel returns; a row that is not there
             self.bookmark = before
             raise
         self._done += good.steps
@@ -350,13 +378,13 @@ class Integrator:
         self._done = restart.done
 
     def __getstate__(self) -> dict[str, Any]:
-        kept = ("_start", "_first", "method", "steps", "iterations")
+        kept = ("_start", "_first", "_method", "steps", "iterations")
         return {**{name: getattr(self, name) for name in kept}, "restart": self.restart}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restart = state["restart"]
         start = replace(state["_start"], t0=restart.start, h=restart.h)
-        self._begin(state["method"], start)
+        self._begin(state["_method"], start)
         self._restore(restart)
         self._start = state["_start"]
         for name in ("_first", "steps", "iterations"):

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..errors import DIGITS, quoted
 from ..methods.method import Method
 from .result import Result
 
@@ -101,12 +102,16 @@ def finite_json(value: Any) -> Any:
     """Return `value` in JSON's own kinds; what is not finite becomes None."""
     if isinstance(value, Mapping):
         return {str(key): finite_json(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
+    if isinstance(value, np.floating):  # the long ones are no numbers of Python's
+        return finite_json(float(value))
+    if isinstance(value, np.ndarray | np.generic) and not isinstance(value, np.clongdouble):
         return finite_json(value.tolist())
     if isinstance(value, list | tuple):
         return [finite_json(item) for item in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if isinstance(value, int) and value.bit_length() > DIGITS:
+        return quoted(value)
     if value is None or isinstance(value, str | int | bool):
         return value
     return repr(value)

@@ -9,24 +9,25 @@ import numpy.typing as npt
 
 from ..arguments import Array
 from ..errors import GeomintWarning, StepError
-from ..kernels.compiling.bound import bind
-from ..kernels.compiling.call import Call
-from ..kernels.compiling.signatures import VALUE
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import scalar_block
 from ..methods.method import Method
+from ..methods.partial import Nodes, rounding
 from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
+from .callback import Reached
+from .crossings import Crossings, Stop
+from .dense import Kept
 from .driver import Account
 from .integrator import Integrator
 from .pace import Pace
 from .result import Status, StepSizes
-from .saved import State, merged, rounding
+from .saved import Saved, merged
 from .solution import Solution
 from .timeline import Timeline
+from .wanted import Wanted
 
 __all__ = ["Recorder"]
 
-MAX_CLOCK_ITERATIONS = 50
 NEVER = 2**40  # steps
 
 
@@ -40,7 +41,9 @@ class Recorder:
         observers: Observers,
         save_every: int | None,
         observe_every: int,
-        wanted: Array,
+        wanted: Wanted,
+        dense: bool,
+        crossings: Crossings,
     ) -> None:
         problem, stepper = integrator.problem, integrator.stepper
         self._integrator, self._problem, self._stepper = integrator, problem, stepper
@@ -48,25 +51,28 @@ class Recorder:
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = len(stepper.state) > problem.rows
-        self._wanted = wanted
-        self._next_wanted = 0
-        self._saved: list[State] = []  # every so many steps
-        self._asked: list[State] = []  # at the times wanted
+        self._wanted, self._crossings = wanted, crossings
+        self.stopped = ""  # what has ended the run
+        self.error: StepError | None = None  # of one that cannot be told
+        self._nodes: list[Saved] | None = [] if dense else None
+        self._saved: list[Saved] = []  # every so many steps
         self._before = (integrator.time, stepper.state.copy())
         self._number = integrator.done  # of the step that led there
-        self._rate: Call | None = None
+        self._mark = integrator.bookmark  # where all that was handed out had been taken
         self._first_step, self._begin = self._number, self.reached
         self._pace = (
             None if timeline.physical_end is None else Pace(timeline.physical_end, timeline.h)
         )
         if save_every is not None:
-            self._saved.append(self._before)
+            self._saved.append(self._reached())
+        if self._nodes is not None:
+            self._nodes.append(self._reached())
         self.stride = self._stride()
 
     def _stride(self) -> int:
         """How often the driver must hand out a state."""
-        physical = self._timeline.physical_end is not None
-        if len(self._wanted) or physical or self._observers.needs_all_states:
+        every = len(self._wanted) or self._nodes is not None or self._crossings
+        if every or self._timeline.physical_end is not None or self._observers.needs_all_states:
             return 1
         intervals = [self._save_every] if self._save_every else []
         if self._observers.samples:
@@ -99,10 +105,23 @@ class Recorder:
             return self._integrator.done - self._first_step
         return abs(self.reached - self._begin)
 
+    def left(self) -> float:
+        """About how many steps are still to come, at the pace so far; of no meaning where it is 0."""
+        steps, gone = self._number - self._first_step, self.progress
+        pace = gone / steps if steps else abs(self._timeline.h)
+        return ((self.length or 0.0) - gone) / pace if pace > 0.0 else -1.0
+
     @property
     def reached(self) -> float:
         """How far the run is, in the time that its end is given in."""
         return self._before[0] if self._timeline.physical_end is None else self.physical_time
+
+    def told(self) -> Reached:
+        """Return where the run has got to, as a callback is told."""
+        ahead, state, rows = self._integrator, self._stepper.state.copy(), self._problem.rows
+        physical = float(state[-1]) if self._clock else None
+        t = ahead.time if self._problem.time == "t" else physical
+        return Reached(ahead.time, t, state[:rows], ahead.done - self._first_step)
 
     def consume(self, indices: npt.NDArray[np.int64], states: Array) -> int | None:
         """Take a chunk; return the number of the last step if the physical end has been reached."""
@@ -117,27 +136,45 @@ class Recorder:
                 last = int(indices[past[0]]) - 1
                 cut = slice(0, past[0])
                 indices, times, states = indices[cut], times[cut], states[cut]
+        nodes = self._nodes_to(indices, times, states)
+        stop = self._crossings.take(nodes)
+        if stop is not None:
+            last = int(nodes.steps[stop.node])
+            cut = slice(0, stop.node)
+            indices, times, states = indices[cut], times[cut], states[cut]
         self._evaluate(indices, times, states)
+        if self._save_every:
+            which = indices % self._save_every == 0
+            self._saved.append(Saved(times[which], states[which]))
+        if len(states):
+            self._before = (float(times[-1]), states[-1].copy())
+            self._number = int(indices[-1])
         # The last step that is cut to meet the end counts as a partial one.
         watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
         labels = states[:, -1] if self._clock and end is not None else times
         self._observers.add(times, labels, states, watched, self._stepper.length)
-        if self._save_every:
-            for i in np.flatnonzero(indices % self._save_every == 0):
-                self._saved.append((float(times[i]), states[i].copy()))
-        if len(states):
-            self._before = (float(times[-1]), states[-1].copy())
-            self._number = int(indices[-1])
+        if stop is not None:
+            self._stop(stop)
+            return last
         if last is not None and end is not None:
             self._finish_physical(end)
-        elif self._pace is not None:
+            return last
+        if self._pace is not None:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
-        return last
+        self._mark = self._integrator.bookmark
+        return None
 
     def catch_up(self) -> None:
-        """Take the state that the integrator has reached if it lies beyond the last handed out."""
-        if self._timeline.physical_end is not None:  # every state has been handed out
-            return
+        """Take the state that the integrator has reached if it lies beyond the last handed out.
+
+        Not if it was interrupted before that was taken: then it goes back to where it was.
+        """
+        ahead, (_, marked, *_) = self._integrator, self._mark
+        if ahead.done > max(self._number, marked):
+            ahead.bookmark = self._mark
+            ahead.take(max(self._number - marked, 0), NEVER, scalar_block(self._stepper.rows))
+        if self.stopped or self._timeline.physical_end is not None:
+            return  # every state has been handed out
         done = self._integrator.done
         time = float(self._timeline.met(np.array([self._integrator.time]), np.array([done]))[0])
         if time != self._before[0]:
@@ -145,91 +182,78 @@ class Recorder:
 
     def finish(self, time: float, state: Array) -> None:
         """Take the state of a last partial step."""
-        self._evaluate(np.array([self._number]), np.array([time]), state[None, :])
-        self._observers.add(np.array([time]), np.array([time]), state[None, :], np.array([True]))
-        self._before = (time, state.copy())
+        if not self._stopped_before(time, state):
+            self._take_last(time, time, state)
 
     def observe_end(self) -> None:
         """Sample the last state that was reached, if that has not been done on the way."""
         self._observers.add_end(self._before[0], self.reached, self._before[1])
 
+    def _stop(self, stop: Stop) -> None:
+        """End the run at an event, or at the step before one that cannot be told."""
+        self.stopped, self.error = f"the event {stop.name!r}", stop.error
+        if stop.state is not None:
+            by_clock = self._timeline.physical_end is not None
+            self._take_last(stop.time, float(stop.state[-1]) if by_clock else stop.time, stop.state)
+
     def _finish_physical(self, end: float) -> None:
-        time, state = self._at_physical(self._number, *self._before, end)
-        self._evaluate(np.array([self._number]), np.array([time]), state[None, :])
-        self._observers.add(np.array([time]), np.array([end]), state[None, :], np.array([True]))
-        self._before = (time, state)
+        found = self._wanted.at(self._last_node(), np.array([end]), True)
+        if found.error is not None:
+            raise found.error
+        time, state = float(found.times[0]), found.states[0]
+        if not self._stopped_before(time, state):
+            self._take_last(time, end, state)
+
+    def _stopped_before(self, time: float, state: Array) -> bool:
+        """Look for events in a last partial step, and end the run at one that is to.
+
+        Not in one of a length in the last bits of the time, within which functions of it are noise: a
+        run that goes on looks there.
+        """
+        if abs(time - self._before[0]) <= rounding(time):
+            return False
+        number = np.array([self._number])
+        stop = self._crossings.take(self._nodes_to(number, np.array([time]), state[None, :]))
+        if stop is not None:
+            self._stop(stop)
+        return stop is not None
+
+    def _take_last(self, time: float, label: float, state: Array) -> None:
+        """Take the state of a last partial step, which no more wanted times lie beyond."""
+        times, states = np.array([time]), state[None, :]
+        self._evaluate(np.array([self._number]), times, states)
+        if time != self._before[0]:  # an event at a step: that has been sampled
+            self._observers.add(times, np.array([label]), states, np.array([True]))
+        self._before = (time, state.copy())
+
+    def _reached(self) -> Saved:
+        return Saved(np.array([self._before[0]]), self._before[1][None, :])
+
+    def _last_node(self) -> Nodes:
+        time, state = self._before
+        return Nodes(np.array([time]), state[None, :], np.array([self._number]))
 
     def _evaluate(self, indices: npt.NDArray[np.int64], times: Array, states: Array) -> None:
-        """Save states at the wanted physical times up to the end of this chunk."""
-        if self._next_wanted >= len(self._wanted) or not len(times):
-            return
-        sign = np.sign(self._timeline.h)
-        numbers = np.concatenate(([self._number], indices))
-        all_times = np.concatenate(([self._before[0]], times))
-        all_states = np.concatenate((self._before[1][None, :], states))
-        clocks = all_states[:, -1] if self._clock else all_times
-        while self._next_wanted < len(self._wanted):
-            wanted = self._wanted[self._next_wanted]
-            if sign * wanted > sign * clocks[-1]:
-                return
-            i = int(np.searchsorted(sign * clocks, sign * wanted, side="right")) - 1
-            known = (int(numbers[i]), all_times[i], all_states[i])
-            self._asked.append(self._at_physical(*known, wanted))
-            self._next_wanted += 1
+        """Save states at the wanted times up to the end of this chunk."""
+        if self._nodes is not None:
+            self._nodes.append(Saved(times.copy(), states.copy()))
+        if self._wanted.missed and len(times):
+            self._wanted.take(self._nodes_to(indices, times, states))
 
-    def _at_physical(
-        self, before: int, time: float, state: Array, wanted: float
-    ) -> tuple[float, Array]:
-        """Return (own time, state) at a physical time less than a step from a known state.
-
-        `before` is the number of the step that led to that state.
-        """
-        # Implicit steps of a length in the last bits of the time would only add noise.
-        nothing = rounding(wanted)
-
-        def step(length: float) -> Array:
-            return self._stepper.single_step(state, time, length, before=before)
-
-        if not self._clock:
-            gap = wanted - time
-            return wanted, state.copy() if abs(gap) <= nothing else step(gap)
-        advance, here = 0.0, state
-        best, smallest = (time, state.copy()), abs(wanted - state[-1])
-        for _ in range(MAX_CLOCK_ITERATIONS):
-            missing = wanted - here[-1]
-            if abs(missing) <= smallest:
-                best, smallest = (time + advance, here.copy()), abs(missing)
-            elif abs(missing) <= nothing:
-                break
-            rate = self._clock_rate(time + advance, here)
-            tiny = nothing if advance == 0.0 else 0.125 * nothing
-            if abs(missing) <= tiny or advance + missing / rate == advance:
-                break
-            advance += missing / rate
-            here = step(advance)
-        best[1][-1] = wanted
-        return best
-
-    def _clock_rate(self, time: float, state: Array) -> float:
-        """Return dt/dτ."""
-        problem = self._problem
-        if self._rate is None:
-            assert problem.clock is not None
-            clock = bind(problem.clock, VALUE, params=len(problem.params), y=problem.rows)
-            params, work = self._stepper.params, scalar_block(problem.work)
-            self._rate = clock.call(self._stepper.compiled, params=params, work=work)
-        return float(self._rate(t=time, y=Block(state[: problem.rows])))
+    def _nodes_to(self, indices: npt.NDArray[np.int64], times: Array, states: Array) -> Nodes:
+        """Return the last node and those of a chunk."""
+        return self._last_node().with_more(Nodes(times, states, indices))
 
     def solution(
         self, method: Method, account: Account, compile_seconds: float, status: Status | StepError
     ) -> Solution:
         """Return what has been gathered."""
         rows = self._problem.rows
-        missed = len(self._wanted) - self._next_wanted
-        if missed and status == "success":
+        missed = self._wanted.missed
+        if missed and status == "success" and not self.stopped:
             warnings.warn(
                 f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
-                f"t_eval, up to {self._wanted[-1]:.9g}",
+                f"t_eval, up to {self._wanted.last:.9g}",
                 GeomintWarning,
                 stacklevel=4,
             )
@@ -237,13 +261,14 @@ class Recorder:
         span = self._integrator.time - self._timeline.start
         sizes = StepSizes(*self._stepper.lengths(steps, span))
         saved = self._kept()
-        tau = np.array([time for time, _ in saved])
-        full = np.array([state for _, state in saved]).reshape(-1, len(self._stepper.state))
+        tau, full = saved
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
         drift = self._observers.drifts(steps)
-        message = "" if isinstance(status, str) else str(status)
+        message = f"ended by {self.stopped}" if self.stopped else ""
+        message = message if isinstance(status, str) else str(status)
         if status == "success" and (bad := not_finite(drift)):
             status, message = NOT_FINITE, bad
+        restart = self._crossings.left_behind(self._integrator.restart, self._before[0], span)
         return Solution(
             problem=self._problem,
             method=method,
@@ -263,14 +288,27 @@ class Recorder:
             message=message,
             drift_time="t" if self._timeline.physical_end is not None else self._problem.time,
             physical=physical,
-            restart=self._integrator.restart,
+            restart=restart,
+            events=self._crossings.met(self._clock, self._before[0]),
+            kept=self._kept_nodes(),
         )
 
-    def _kept(self) -> list[State]:
+    def _kept_nodes(self) -> Kept | None:
+        if self._nodes is None:
+            return None
+        nodes = Saved.joined(self._nodes, len(self._stepper.state))
+        return Kept(nodes.times, nodes.states, self._timeline.h, self._stepper.compiled)
+
+    def _kept(self) -> Saved:
         """Return the saved states: those at wanted times, as they were asked for; or with the last."""
+        if not len(self._wanted) and not self._saved:
+            return self._reached()
+        rows = len(self._stepper.state)
+        asked = self._wanted.found(rows)
         if len(self._wanted) and not self._save_every:
-            return self._asked
-        steps, last = self._saved, self._before
-        if not steps or steps[-1][0] != last[0]:
-            steps = [*steps, last]
-        return merged(steps, self._asked, float(np.sign(self._timeline.h)), self._clock)
+            return asked
+        steps, last = Saved.joined(self._saved, rows), self._before
+        if not len(steps.times) or steps.times[-1] != last[0]:
+            steps = Saved.joined([steps, self._reached()], rows)
+        steps.states[-1] = last[1]  # of an event at a step
+        return merged(steps, asked, float(np.sign(self._timeline.h)), self._wanted.clock)

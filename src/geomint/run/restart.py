@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
@@ -17,13 +19,20 @@ class Restart(Compared):
     Attributes
     ----------
     memory : array
-        That of the stepper: state, carries of compensated sums, what the method remembers.
+        That of the stepper: state, carries of compensated sums, what the method remembers. Of the exact
+        flow: the state where the motion was begun; physical time here and there, own time here.
     start, h : float
         After `done` steps the problem's own time is ``start + done h``; an adaptive method has its
         own in `memory`.
     done : int
     clock : bool
         Whether physical time is integrated beside the state.
+    seen : float or None
+        The problem's own time up to which events have been told.
+    told : dict of name to list of (time, direction)
+        Those told last, where it ended: to rounding they would be beyond `seen`.
+    times, states : array
+        The nodes before, as far as events look back.
     """
 
     memory: Array
@@ -31,3 +40,7 @@ class Restart(Compared):
     h: float
     done: int
     clock: bool
+    seen: float | None = None
+    told: dict[str, list[list[float]]] = field(default_factory=dict)
+    times: Array = field(default_factory=lambda: np.zeros(0))
+    states: Array = field(default_factory=lambda: np.zeros((0, 0)))

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal, NamedTuple
 
 from ..arguments import Array
-from ..errors import DomainError
+from ..errors import DomainError, MissingCodeError
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
+from .dense import Kept
+from .met import Met
 from .restart import Restart
 from .stored import Found, StoredMethod, StoredProblem
 
@@ -54,6 +57,8 @@ class Result(Compared):
     drift_time: Time = "t"
     physical: Array | None = field(default=None, repr=False)
     restart: Restart | None = field(default=None, repr=False)
+    kept: Kept | None = field(default=None, repr=False)
+    events: dict[str, Met] = field(default_factory=dict, repr=False)
     route: str = ""
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
@@ -68,6 +73,13 @@ class Result(Compared):
         """The method, as `about` is the problem."""
         known: Method | StoredMethod = vars(self)["method"]
         return known
+
+    def _compared(self) -> list[Any]:
+        """Return all that is data; what has no code here is compared by what is known of it."""
+        for name in ("problem", "method"):
+            with suppress(MissingCodeError):
+                getattr(self, name)
+        return [vars(self)[each.name] for each in fields(self) if each.compare]
 
     @property
     def t(self) -> Array:

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import copy
+import functools
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from ..arguments import Array
+from ..errors import DomainError
+from ..methods.exact import Exact
 from ..problems.shown import Shown
+from .dense import DenseOutput, Output
+from .exact.dense import ExactOutput
 from .provenance import run_provenance
 from .result import Result
 from .stored import StoredMethod, StoredProblem
@@ -36,7 +42,7 @@ class Solution(Shown, Result):
     drift : dict of name to Drift
         How each observed quantity drifted.
     step : float
-        The step, with its sign; of an adaptive method the mean of those taken.
+        The step, with its sign; of an adaptive method the mean of those taken; 0 of the exact flow.
     step_sizes : StepSizes
         Smallest, mean and largest length of a step.
     steps, rejected : int
@@ -53,6 +59,9 @@ class Solution(Shown, Result):
         The time that drifts are measured in: physical if the end was given in it.
     restart : Restart or None
         What ``geomint.solve(solution, …)`` goes on from: the last whole step.
+    events : dict of name to Met
+        Where events happened, in the order in which they were asked for; see
+        `geomint.run.met.Met`.
     route : str
         What was followed in place of the problem, if a plan chose so: the name of a reduction, or
         ``"exact flow"``, which takes no steps.
@@ -61,6 +70,31 @@ class Solution(Shown, Result):
         Of a solution that `geomint.load` gave they are looked for when they are used, and
         `MissingCodeError` is raised where they are not found.
     """
+
+    @property
+    def t_events(self) -> list[Array]:
+        """Times of the events, an array for each, physical if these were integrated; see `events`."""
+        return [met.tau if met.t is None else met.t for met in self.events.values()]
+
+    @property
+    def y_events(self) -> list[Array]:
+        """States at the events, an array for each, one a row; see `events`."""
+        return [met.y for met in self.events.values()]
+
+    @functools.cached_property
+    def sol(self) -> Output:
+        """The states at any time of the run: ``sol.sol(t)``, or ``sol.sol(tau=…)``.
+
+        Raises
+        ------
+        DomainError
+            If the run did not keep what that needs, see ``dense=True`` of `geomint.solve`.
+        """
+        if self.kept is None:
+            raise DomainError("sol", None, "dense=True in solve: this run did not keep its steps")
+        if isinstance(self.method, Exact):
+            return ExactOutput(self.problem, self.kept)
+        return DenseOutput(self.problem, self.method, self.kept)
 
     @property
     def provenance(self) -> Mapping[str, Any]:
@@ -119,6 +153,7 @@ class Solution(Shown, Result):
     def as_saved(self) -> Solution:
         """Return what `geomint.load` would give back: it can be pickled whatever the functions are."""
         saved = copy.copy(self)
+        vars(saved).pop("sol", None)
         saved.origin = self.provenance
         saved.problem, saved.method = StoredProblem.of(self.about), StoredMethod.of(self.by)  # type: ignore[assignment]
         return saved
@@ -133,7 +168,7 @@ class Solution(Shown, Result):
         return f"solution of {self.about.name!r} by {way}", {
             "status": self.status,
             **message,
-            "steps": f"{self.steps} of {mean}{self.step:.6g}",
+            "steps": f"{self.steps} of {mean}{self.step:.6g}" if self.step else "none",
             "states": f"{count}{end}",
             **drifts,
         }

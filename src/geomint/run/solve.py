@@ -2,26 +2,33 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from typing import Any
 
-from ..arguments import switch, whole
-from ..errors import DomainError, GeomintWarning, StepError, WatcherError
-from ..methods import Method, Start, find_method
+from ..arguments import finite
+from ..errors import GeomintWarning, StepError, WatcherError
+from ..methods import Exact, Method, Start, find_solver
+from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
+from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
+from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
+from .crossings import Crossings
 from .driver import Account, drive
+from .events import choose_events
+from .exact.follow import ExactRun, check_no_steps
 from .integrator import Integrator
 from .progress import Progress
 from .recorder import Recorder
-from .restart import Restart
 from .result import Status
 from .solution import Solution
-from .timeline import Timeline, evaluation_times, plan_timeline
+from .timeline import Timeline, plan_timeline
+from .wanted import Wanted
 
 __all__ = ["solve"]
 
@@ -37,10 +44,14 @@ def solve(
     method: str | Method | None = None,
     step: float | None = None,
     t_eval: Any = None,
+    tau_eval: Any = None,
+    dense: bool = False,
+    events: Any = None,
     save_every: int | None = None,
     observe: Any = (),
     observe_every: int = 1,
     clock: bool | None = None,
+    callback: Callback | None = None,
     progress: bool | None = None,
     compiled: bool = True,
 ) -> Solution:
@@ -60,17 +71,28 @@ def solve(
         Exactly one: the end in physical time, met by a last partial step, or (for a problem in τ)
         in the problem's own time. Before the beginning: backwards.
     method : str or Method
-        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default.
+        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default. ``"exact"`` is the exact
+        motion of a problem that has one (`geomint.Problem.exact`): no steps, so neither `step` nor
+        `save_every`; states where they are asked for, events on the motion itself, quantities watched
+        at the times that are asked for, of which `observe_every` counts.
     step : float, optional
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
         characteristic time at y0 (`geomint.problems.time_scale.characteristic_time`). If the end is
         a whole number of steps away, to 1e-9, the step is adjusted to meet it; else a last partial
         step is. For an adaptive method the first step, by default one that its tolerances allow;
         all further ones are the method's choice.
-    t_eval : array_like, optional
-        Physical times in the order of the run and within it at which states are wanted, met exactly by
-        partial steps beside the run, which they do not disturb. Without `save_every` the states at
-        these times alone are saved, just as they are asked for.
+    t_eval, tau_eval : array_like, optional
+        Times in the order of the run and within it at which states are wanted, met exactly by partial
+        steps beside the run, which they do not disturb; at most one of both: physical times, or (for a
+        problem in τ) the problem's own. Without `save_every` the states at these times alone are saved,
+        just as they are asked for.
+    dense : bool
+        Keep the state after every step, so that ``sol.sol(t)`` gives that at any time of the run, see
+        `geomint.run.dense.DenseOutput`.
+    events : str, Event, list or mapping of names to these, optional
+        What is looked for: where components of the state (``"gamma[2]"``), quantities by name, or
+        functions (`geomint.event`) change their sign, see `geomint.Event`. The points lie on the orbit
+        of the method; the steps of the run are not disturbed. They are in ``sol.events``.
     save_every : int, optional
         Save the initial state, every that many steps, and the last state. Default: the last only.
         With `t_eval` both kinds of states are saved, in the order of the run and each once: a time of
@@ -81,7 +103,10 @@ def solve(
         Watch every that many steps, and at the end. Only with something to observe.
     clock : bool, optional
         Whether physical time is integrated beside a problem in τ. Default: if the method and the
-        problem can.
+        problem can. For an exact motion that may take seconds to prepare.
+    callback : callable, optional
+        ``callback(reached)`` is called every some hundredths of a second with where the run has got
+        to, see `geomint.run.callback.Reached`; the run ends there if it returns True.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
     compiled : bool
@@ -97,39 +122,65 @@ def solve(
     ArgumentError, DomainError, FormError, MethodError, DeclarationError
         Before anything is computed; the last where a function of the problem does not fit what it
         declares (`geomint.problems.declaration`), or does what the rules of `geomint.field` exclude.
-    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError, ClockError
+    ConvergenceError, NonFiniteError, StepSizeError, StepLimitError, ClockError, EventError
         With t, step, residual and iterations; ``partial`` is the solution up to there.
     WatcherError
-        Likewise, where what watches a quantity fails.
+        Likewise, where what watches a quantity fails, or the callback.
     """
-    _check_switches(compiled=compiled, clock=clock, progress=progress)
-    before: Restart | None = None
+    check_switches(compiled=compiled, dense=dense, clock=clock, progress=progress)
+    t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
         former, problem = problem, problem.problem
-        before = _restart_of(former, y0, method, step, clock)
+        before = restart_of(former, clock, y0=y0, t0=t0 or None, method=method, step=step)
         y0, method = before.memory[: problem.rows], former.method
         clock = before.clock if problem.time == "tau" else clock
-    chosen = find_method("gauss-8" if method is None else method)
+    chosen = find_solver(method)
+    exact = isinstance(chosen, Exact)
+    if exact:
+        chosen.check_fits(problem, False)
+        check_no_steps(step=step, save_every=save_every, callback=callback)
     state = problem.canonical(y0) if before is None else y0
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before)
-    wants_clock = _wants_clock(problem, chosen, timeline, t_eval, clock)
-    chosen.check_fits(problem, wants_clock)
+    wanted_clock = wants_clock(problem, timeline, t_eval, clock)
+    with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
+    chosen.check_fits(problem, with_clock)
     watched = choose_watchers(problem, observe)
-    _check_counts(watched, save_every, observe_every)
+    check_counts(watched, save_every, observe_every)
     evaluated = {name: f for name, w in watched.items() if (f := w.evaluates(problem)) is not None}
-    check_problem(problem, state, chosen.needs, wants_clock, evaluated)
+    looked_for, callback = choose_events(events), check_callback(callback)
+    evaluated.update({f"events[{k!r}]": e.function(problem) for k, e in looked_for.items()})
+    form = problem.forms[0] if exact else chosen.needs
+    check_problem(problem, state, form, with_clock, evaluated)
+    if exact:
+        motion = ExactRun(problem, state, timeline, t0, before)
+        return motion.solved(
+            wanted=wanted_times(problem, timeline, motion.physical, motion.own, t_eval, tau_eval),
+            by_clock=problem.time == "tau" and t_eval is not None,
+            clock=wanted_clock,
+            dense=dense,
+            events=looked_for,
+            watched=watched,
+            observe_every=observe_every,
+            progress=progress,
+            compiled=compiled,
+        )
     start = Start(
         problem,
         state,
         timeline.start,
         timeline.h,
-        wants_clock,
+        with_clock,
         compiled=compiled,
         end=timeline.own_end,
     )
     integrator = Integrator.of(chosen, start, t0, before)
-    begin = integrator.t if wants_clock or problem.time == "t" else 0.0
-    wanted = evaluation_times(t_eval, problem, timeline, begin)
+    begin = integrator.t if with_clock or problem.time == "t" else 0.0
+    wanted = Wanted(
+        PartialSteps(problem, integrator.stepper),
+        wanted_times(problem, timeline, begin, integrator.time, t_eval, tau_eval),
+        math.copysign(1.0, timeline.h),
+        with_clock and tau_eval is None,
+    )
     run = Run(
         problem,
         integrator.state,
@@ -138,69 +189,29 @@ def solve(
         timeline.expected / observe_every,
     )
     observers = Observers(watched, run)
-    recorder = Recorder(integrator, timeline, observers, save_every, observe_every, wanted)
+    crossings = Crossings(problem, integrator.stepper, looked_for, before)
+    recorder = Recorder(
+        integrator, timeline, observers, save_every, observe_every, wanted, dense, crossings
+    )
     with Progress(progress, recorder.length, chosen.name) as bar:
         integrator.prepare()
         observers.prepare()
+        crossings.prepare()
         bar.begin()
         account = Account()
-        status = _integrate(
-            integrator, timeline, recorder, account, lambda: bar.update(recorder.progress)
-        )
+
+        def asked_to_end_here() -> bool:
+            bar.update(recorder.progress)
+            return callback is not None and asked_to_end(callback, recorder.told())
+
+        status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
-    if step is not None:
+    if step is not None and not recorder.stopped:
         _tell_short_run(solution, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):
         status.partial = solution
         raise status
     return solution
-
-
-def _restart_of(solution: Solution, y0: Any, method: Any, step: Any, clock: Any) -> Restart:
-    """Return where a solution goes on, or raise `DomainError` for what it has already."""
-    given = {"y0": y0, "method": method, "step": step}
-    for name, value in given.items():
-        if value is not None:
-            raise DomainError(name, value, "nothing: a solution goes on as it was")
-    if solution.restart is None:
-        raise DomainError("problem", solution, "a solution that can go on: this one has no restart")
-    if clock is not None and clock != solution.restart.clock and solution.problem.time == "tau":
-        raise DomainError("clock", clock, f"{solution.restart.clock}, as before")
-    return solution.restart
-
-
-def _check_switches(compiled: Any, **optional: Any) -> None:
-    """Raise `DomainError` for what says neither yes nor no."""
-    switch("compiled", compiled)
-    for name, value in optional.items():
-        if value is not None:
-            switch(name, value, "True, False or None")
-
-
-def _wants_clock(
-    problem: Problem, method: Method, timeline: Timeline, t_eval: Any, clock: bool | None
-) -> bool:
-    if problem.time == "t":
-        if clock:
-            raise DomainError("clock", clock, f"False: the time of {problem.name!r} is physical")
-        return False
-    if timeline.physical_end is not None or t_eval is not None:
-        if clock is False:
-            raise DomainError("clock", clock, "True: t_end and t_eval are physical time")
-        return True
-    return problem.clock is not None if clock is None else clock
-
-
-def _check_counts(watched: Any, save_every: Any, observe_every: Any) -> None:
-    """Raise `DomainError` for numbers of steps that are none, or that nothing would follow."""
-    for name, count, optional in (
-        ("save_every", save_every, True),
-        ("observe_every", observe_every, False),
-    ):
-        if not (count is None and optional):
-            whole(name, count, 1)
-    if observe_every != 1 and not watched:
-        raise DomainError("observe_every", observe_every, "1, or something to observe")
 
 
 def _tell_short_run(solution: Solution, end: float, step: float) -> None:
@@ -219,18 +230,30 @@ def _integrate(
     timeline: Timeline,
     recorder: Recorder,
     account: Account,
-    progress: Callable[[], None],
+    between: Callable[[], bool],
 ) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
     try:
-        drive(integrator, timeline.steps, recorder.stride, recorder.consume, account, progress)
+        asked = drive(
+            integrator,
+            timeline.steps,
+            recorder.stride,
+            recorder.consume,
+            account,
+            between,
+            recorder.left,
+        )
         recorder.catch_up()
-        if timeline.remainder != 0.0:
+        if asked:
+            recorder.stopped = "the callback"
+        if timeline.remainder != 0.0 and not recorder.stopped:
             stepper, done = integrator.stepper, integrator.done
             last = timeline.start + timeline.h * done
             y = stepper.single_step(stepper.state, last, timeline.remainder, stepper.carry, done)
             recorder.finish(timeline.own_end or 0.0, y)
+        if recorder.error is not None:
+            raise recorder.error
     except StepError as error:
         recorder.catch_up()
         status = error

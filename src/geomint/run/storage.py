@@ -13,8 +13,10 @@ QUANTITY                   ()                      the first value; attributes a
 ``QUANTITY_mean``          (QUANTITY_time)         mean deviation from the first value
 ``QUANTITY_maximum``       (QUANTITY_time)         largest absolute deviation
 PARAMETER                  (), (k) or (i, j)       a parameter of the problem
-``_restart_memory``        its own                 what the next step depends on
+``_restart_memory`` …      its own                 what the next step depends on; nodes before it
 ``_QUANTITY_last_window``  its own                 samples after the last full window
+``_kept_states`` …         its own                 what dense output is made of
+``_NAME_event``            its own                 events: τ, direction, t if it is known, the state
 ``_problem_params``        its own                 the flat parameters
 ``_problem_code`` …        its own                 where the functions are found again (a pickle)
 =========================  ======================  ===================================================
@@ -35,8 +37,9 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from math import prod
 from os import PathLike, fspath
 from pathlib import Path
@@ -50,12 +53,15 @@ from ..arguments import Array
 from ..errors import DomainError, GeomintError, OutputError, quoted
 from ..problems.problem import Problem
 from ..watch.drift import Drift
+from ..watch.windows import NOTHING, Windows
+from .dense import Kept
 from .files.outputs import whole_file
+from .met import Met
 from .restart import Restart
 from .result import Result, StepSizes
 from .solution import Solution
 from .stored import StoredMethod, StoredProblem
-from .variables import WINDOWS, Variable, drift_of, variables_of
+from .variables import WINDOWS, Variable, variables_of
 
 __all__ = ["load", "save_solution"]
 
@@ -65,10 +71,11 @@ _SEAL = re.compile(rb"checksum\x00\x00\x00\x02\x00\x00\x00\x40([0-9a-f]{64})")
 _KIND = re.compile(rb"geomint-run-[0-9]+")
 _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _LARGEST = 2**31 - 4  # bytes of a variable, of the format
-_OTHERWISE = ("problem", "method", "tau", "y", "drift", "physical", "restart", "origin")
+_OTHERWISE = (
+    *("problem", "method", "tau", "y", "drift", "physical"),
+    *("restart", "kept", "events", "origin"),
+)
 _RUN = tuple(f.name for f in fields(Result) if f.name not in _OTHERWISE)  # numbers and words
-_HIDDEN = ("params", "code", "restart", "last_window")
-_ROLES = ("time", "piece", "drift", *WINDOWS, "parameter", *_HIDDEN)
 _open: Any = netcdf_file
 
 
@@ -95,14 +102,27 @@ def save_solution(
     """
     problem, method = StoredProblem.of(solution.about), StoredMethod.of(solution.by)
     variables = variables_of(solution)
-    variables += list(_for_load(problem, method, solution, variables))
+    restart = {} if solution.restart is None else dict(vars(solution.restart))
+    kept = {} if solution.kept is None else dict(vars(solution.kept))
+    hidden = {
+        ("params", "problem"): np.asarray(problem.params),
+        ("code", "problem"): np.frombuffer(problem.content, np.int8),
+        ("code", "method"): np.frombuffer(method.content, np.int8),
+        **{("restart", of): restart.pop(of) for of in ("memory", "times", "states") if restart},
+        **{("kept", name): kept.pop(name) for name in ("times", "states") if kept},
+        **{("event", of): met.table for of, met in solution.events.items()},
+        **{("last_window", of): drift.windows.last_window for of, drift in solution.drift.items()},
+    }
+    variables += list(_for_load(hidden, {variable.name for variable in variables}))
     attributes = {
         "checksum": _NO_CHECKSUM,
         "format": _FORMAT,
         "history": f"written by geomint {__version__}",
         **solution.words(provenance),
         "run": json.dumps({name: getattr(solution, name) for name in _RUN}),
-        "restart": json.dumps(_parts(solution.restart, False)),
+        "restart": json.dumps(restart),
+        "kept": json.dumps(kept),
+        "events": json.dumps({of: met.t is not None for of, met in solution.events.items()}),
         "missing": json.dumps({"problem": problem.missing, "method": method.missing}),
         "layout": json.dumps([[v.name, v.role, v.of] for v in variables]),
     }
@@ -119,26 +139,10 @@ def save_solution(
         _seal(unfinished)
 
 
-def _parts(restart: Restart | None, arrays: bool) -> dict[str, Any]:
-    """Return the arrays of a restart by name, or all that is none."""
-    named = {} if restart is None else {f.name: getattr(restart, f.name) for f in fields(restart)}
-    return {name: x for name, x in named.items() if isinstance(x, np.ndarray) == arrays}
-
-
-def _for_load(
-    problem: StoredProblem, method: StoredMethod, solution: Solution, others: list[Variable]
-) -> Iterator[Variable]:
-    """Yield what nobody but `load` reads, under names that no other variable has."""
-    taken = {variable.name for variable in others}
-    hidden = [("params", "problem", np.asarray(problem.params))]
-    for of, content in (("problem", problem.content), ("method", method.content)):
-        hidden.append(("code", of, np.frombuffer(content, np.int8)))
-    hidden += [("restart", name, x) for name, x in _parts(solution.restart, True).items()]
-    hidden += [
-        ("last_window", of, drift.windows.last_window) for of, drift in solution.drift.items()
-    ]
-    for role, of, values in hidden:
-        name = f"_restart_{of}" if role == "restart" else f"_{of}_{role}"
+def _for_load(hidden: Mapping[tuple[str, str], Array], taken: set[str]) -> Iterator[Variable]:
+    """Yield what nobody but `load` reads, under names that are not taken."""
+    for (role, of), values in hidden.items():
+        name = f"_{role}_{of}" if role in ("restart", "kept") else f"_{of}_{role}"
         while name in taken:
             name = f"_{name}"
         if values.size:
@@ -228,7 +232,8 @@ def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
         If the file is none, not complete, or not what was written.
     DomainError
         For a problem that has another name, other pieces or other parameters.
-    FileNotFoundError
+    FileNotFoundError, OSError
+        If there is none, or it cannot be opened.
     """
     if not isinstance(path, str | PathLike):
         raise DomainError("path", path, "the path of a file")
@@ -240,7 +245,7 @@ def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
     try:
         with _open(fspath(place), "r", mmap=False) as file:
             solution = _read(file)
-    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+    except (TypeError, ValueError, LookupError, AttributeError, OSError, MemoryError) as error:
         reason = quoted(error)  # of a writer with another idea of the content
         raise GeomintError(f"{fspath(place)!r} cannot be read as a run: {reason}") from error
     if problem is not None:
@@ -254,16 +259,20 @@ def load(path: str | PathLike[str], problem: Problem | None = None) -> Solution:
 def _read(file: Any) -> Solution:
     words = {name: value.decode() for name, value in file._attributes.items()}
     run, restart, order = (json.loads(words[key]) for key in ("run", "restart", "layout"))
-    found: dict[str, dict[str, Any]] = {role: {} for role in _ROLES}
+    found: dict[str, dict[str, Any]] = defaultdict(dict)
+    values: dict[str, dict[str, Array]] = defaultdict(dict)
     for name, role, of in order:
-        found[role][of] = file.variables[_packed(name)]
-    values = {role: {of: _array(v) for of, v in own.items()} for role, own in found.items()}
+        found[role][of] = variable = file.variables[_packed(name)]
+        values[role][of] = np.array(variable[...], variable.data.dtype.newbyteorder("="))
     pieces, times = values["piece"], values["time"]
     physical, tau = times.get("t"), times.get("tau")
     run["step_sizes"] = StepSizes(*run["step_sizes"])
     origin = json.loads(words["provenance"])
     missing, code = json.loads(words["missing"]), values["code"]
     going_on: dict[str, Any] = {**restart, **values["restart"]}
+    kept: dict[str, Any] = {**json.loads(words.get("kept", "{}")), **values["kept"]}
+    y = np.hstack([x.reshape(len(x), prod(x.shape[1:])) for x in pieces.values()])
+    met = json.loads(words.get("events", "{}"))
     places = {
         of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
     }
@@ -278,21 +287,42 @@ def _read(file: Any) -> Solution:
         problem=problem,
         method=method,
         tau=times["t"] if tau is None else tau,
-        y=np.hstack([x.reshape(len(x), prod(x.shape[1:])) for x in pieces.values()]),
+        y=y,
         drift={name: _drift(name, found, values) for name in found["drift"]},
         physical=physical,
         restart=Restart(**going_on) if going_on else None,
+        kept=Kept(**kept) if kept else None,
+        events={
+            of: Met.of_table(values["event"].get(of, np.zeros((0, 2 + timed + y.shape[1]))), timed)
+            for of, timed in met.items()
+        },
         origin=origin,
         **run,
     )
 
 
-def _drift(name: str, found: dict[str, dict[str, Any]], values: dict[str, dict[str, Any]]) -> Drift:
+def _drift(
+    name: str, found: dict[str, dict[str, Any]], values: dict[str, dict[str, Array]]
+) -> Drift:
+    """Return a drift that was written: its numbers, and times, means and maxima of its windows."""
     told = found["drift"][name]._attributes.items()
+    numbers: dict[str, Any]
     numbers = {key: x.decode() if isinstance(x, bytes) else float(x) for key, x in told}
     closed = [values[part][name] for part in WINDOWS if name in values[part]]
-    return drift_of(name, numbers, closed, values["last_window"].get(name))
-
-
-def _array(variable: Any) -> Array:
-    return np.array(variable[...], dtype=variable.data.dtype.newbyteorder("="))
+    windows = Windows(
+        initial=numbers["initial"],
+        last_time=numbers["until"],
+        last=numbers["final_error"],
+        length=int(numbers["length"]),
+        samples=int(numbers["samples"]),
+        max_abs=numbers["max_abs_error"],
+        not_finite_from=numbers.get("not_finite_from"),
+        closed=np.array(closed) if closed else np.zeros((3, 0)),
+        last_window=values["last_window"].get(name, NOTHING),
+    )
+    numbers["own_noise"] = bool(numbers.get("own_noise"))  # attributes are words and numbers
+    numbers |= {"name": name, "windows": windows}
+    own: dict[str, Any] = {
+        f.name: None if f.default is MISSING else f.default for f in fields(Drift)
+    }
+    return Drift(**{key: numbers.get(key, default) for key, default in own.items()})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -32,6 +32,9 @@ class Stored(Compared):
         Why they have none.
     """
 
+    _kind: ClassVar[str]
+    _advice: ClassVar[str] = "its numbers can be read without"
+
     name: str
     content: bytes = b""
     missing: str = ""
@@ -46,12 +49,14 @@ class Stored(Compared):
             raise self._lost(str(error)) from error
 
     def _lost(self, reason: str) -> MissingCodeError:
-        raise NotImplementedError
+        return MissingCodeError(f"{self._kind} {self.name!r}", f"{reason}: {self._advice}")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StoredMethod(Stored):
     """A method without its class."""
+
+    _kind = "method"
 
     adaptive: bool = False
 
@@ -61,11 +66,6 @@ class StoredMethod(Stored):
         if isinstance(method, StoredMethod):
             return method
         return cls(method.name, *_sent(method), adaptive=method.adaptive)
-
-    def _lost(self, reason: str) -> MissingCodeError:
-        return MissingCodeError(
-            f"method {self.name!r}", f"{reason}: its numbers can be read without"
-        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,6 +79,9 @@ class StoredProblem(Stored):
     system, initial : mapping, optional
         Sections of the scene: with them the problem is made anew, in any version that knows the system.
     """
+
+    _kind = "problem"
+    _advice = f"give it, as geomint.load(path, problem=…); {Stored._advice}"
 
     shapes: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     time: Time = "t"
@@ -128,10 +131,6 @@ class StoredProblem(Stored):
         except Exception:  # another version of the system: its functions may still be there
             return None
         return next((one for one in model.problems.values() if self.fits(one)), None)
-
-    def _lost(self, reason: str) -> MissingCodeError:
-        advice = "give it, as geomint.load(path, problem=…); its numbers can be read without"
-        return MissingCodeError(f"problem {self.name!r}", f"{reason}: {advice}")
 
 
 class Found:

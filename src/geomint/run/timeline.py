@@ -9,14 +9,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Array, as_array, finite, positive
+from ..arguments import MOST_NUMBERS, Array, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
 from ..problems.evaluate import value
 from ..problems.problem import Problem
 from .restart import Restart
 
-__all__ = ["MOST_STEPS", "Timeline", "default_step", "evaluation_times", "plan_timeline"]
+__all__ = [
+    "MOST_STEPS",
+    "Timeline",
+    "check_advance",
+    "default_step",
+    "evaluation_times",
+    "plan_timeline",
+]
 
 MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
 
@@ -68,7 +75,7 @@ def plan_timeline(
     t_end: Any = None,
     tau_end: Any = None,
     step: Any = None,
-    t0: Any = 0.0,
+    t0: float = 0.0,
     restart: Restart | None = None,
 ) -> Timeline:
     """Return the timeline of a run from physical time `t0`, or raise `DomainError`.
@@ -82,7 +89,7 @@ def plan_timeline(
         raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
     end = finite("t_end" if tau_end is None else "tau_end", t_end if tau_end is None else tau_end)
     own = problem.time == "t" or tau_end is not None
-    begin = finite("t0", t0) if tau_end is None else 0.0
+    begin = t0 if tau_end is None else 0.0
     if restart is not None:
         return _resumed(restart, problem, method, end, own)
     start, span = begin if own else 0.0, end - begin
@@ -94,6 +101,8 @@ def plan_timeline(
     h = math.copysign(size, span)
     if not method.adaptive:
         _check_count(problem, y0, own, span, size, step is not None)
+        if own:
+            check_advance(size, max(abs(start), abs(end)))
     if not own:
         return Timeline(start, h, None, 0.0, None, end)
     if method.adaptive:
@@ -125,11 +134,19 @@ def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own
     if method.adaptive:
         return Timeline(start, h, None, 0.0, end, None)
     span = end - start
+    check_advance(h, end)
     steps, met = _counted(span, abs(h))
     if met and span / steps == h:
         return Timeline(start, h, steps, 0.0, end, None)
     steps -= met and abs(steps * h) > abs(span)
     return Timeline(start, h, steps, span - steps * h, end, None)
+
+
+def check_advance(h: float, time: float) -> None:
+    """Raise `DomainError` for steps that are less than a rounding of the times that they lead to."""
+    if not abs(h) >= math.ulp(time):
+        least = f"at least {math.ulp(time):.3g}, the rounding of times near {time:.9g}"
+        raise DomainError("step", h, least if math.isfinite(time) else "one to a finite time")
 
 
 def _check_count(
@@ -151,27 +168,32 @@ def _check_count(
 
 
 def evaluation_times(
-    t_eval: Any, problem: Problem, timeline: Timeline, begin: float = 0.0
+    given: Any, problem: Problem, timeline: Timeline, begin: float = 0.0, name: str = "t_eval"
 ) -> Array:
-    """Return the physical times at which states are wanted, none for None, or raise `DomainError`.
+    """Return the times at which states are wanted, none for None, or raise `DomainError`.
 
-    They must be in the order of the run, and within it as far as that can be known; it begins at the
-    physical time `begin`.
+    ``t_eval`` are physical times, ``tau_eval`` those of a problem in τ. They must be in the order of
+    the run, and within it as far as that can be known; it begins at `begin`.
     """
-    if t_eval is None:
+    if given is None:
         return np.zeros(0)
-    times = np.atleast_1d(as_array("t_eval", t_eval))
+    if name == "tau_eval" and problem.time == "t":
+        raise DomainError(name, given, f"t_eval: {problem.name!r} is in physical time")
+    times = np.atleast_1d(as_array(name, given))
+    if len(times) * problem.rows > MOST_NUMBERS:
+        raise DomainError(name, given, f"at most {MOST_NUMBERS // problem.rows} times")
     forward = np.sign(timeline.h) * times
     if times.ndim != 1 or not np.isfinite(times).all() or (np.diff(forward) < 0).any():
-        raise DomainError("t_eval", t_eval, "finite times in the order of the run")
+        raise DomainError(name, given, "finite times in the order of the run")
     if not len(times):
-        raise DomainError("t_eval", t_eval, "at least one time, or None for the last state alone")
-    # With an end in τ the physical time there is only known afterwards.
-    end = timeline.own_end if problem.time == "t" else timeline.physical_end
+        raise DomainError(name, given, "at least one time, or None for the last state alone")
+    # With an end in the other of both times that in this one is only known afterwards.
+    own = problem.time == "t" or name == "tau_eval"
+    end = timeline.own_end if own else timeline.physical_end
     sign = np.sign(timeline.h)
     if forward[0] < sign * begin or (end is not None and forward[-1] > sign * end):
         expected = f"times from {begin:g} to {end if end is not None else '…'}"
-        raise DomainError("t_eval", t_eval, expected)
+        raise DomainError(name, given, expected)
     return times
 
 

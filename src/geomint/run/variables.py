@@ -4,22 +4,21 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, fields
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ..arguments import Array
 from ..errors import MissingCodeError
+from ..problems.problem import Time
 from ..watch.drift import Drift
-from ..watch.windows import Windows
 
 if TYPE_CHECKING:
     from .result import Result
 
 __all__ = [
     "Variable",
-    "drift_of",
     "optional",
     "time_of",
     "to_dataframe",
@@ -52,109 +51,92 @@ class Variable(NamedTuple):
     attributes: dict[str, Any]
 
 
-class _Names:
-    """Names of variables and dimensions, each given once: a name that is taken gets a ``_``."""
+class _Unnamed(NamedTuple):
+    """A variable before it has a name: the one that it should have.
 
-    def __init__(self) -> None:
-        self._taken: set[str] = set()
-        self._lengths: dict[str, int] = {}
+    `along` is role and owner of the variable whose name its first dimension has. What has no values
+    takes its name all the same.
+    """
 
-    def free(self, name: str) -> str:
-        """Return a name that nothing has, and take it."""
-        while name in self._taken:
-            name += "_"
-        self._taken.add(name)
-        return name
-
-    def dimensions(self, shape: tuple[int, ...]) -> tuple[str, ...]:
-        """Return names of dimensions of these lengths: k of vectors, i, j of matrices, or k6."""
-        return tuple(
-            self._dimension(name, length)
-            for name, length in zip("k" if len(shape) == 1 else "ij", shape, strict=False)
-        )
-
-    def _dimension(self, name: str, length: int) -> str:
-        for candidate in (name, f"{name}{length}"):
-            if (
-                candidate not in self._taken
-                and self._lengths.setdefault(candidate, length) == length
-            ):
-                return candidate
-        return self._dimension(f"{name}_", length)
+    role: str
+    of: str
+    name: str
+    values: Array | None
+    about: str
+    along: tuple[str, str] | None = None
+    numbers: Mapping[str, Any] = {}
 
 
-def time_of(solution: Result) -> str:
+def time_of(solution: Result) -> Time:
     """Return the dimension of states: physical time, or τ where the clock was not integrated."""
     return "tau" if solution.physical is None else "t"
 
 
 def variables_of(solution: Result) -> list[Variable]:
-    """Return times, states, parameters and drifts as variables."""
-    # Names of all variables first: no dimension of another length may have one of them.
-    problem, drifts, names = solution.about, solution.drift, _Names()
-    parameters = _numbers(problem.parameters)
-    times = [names.free("t"), names.free("tau")]
-    pieces = {name: names.free(name) for name in problem.shapes}
-    watched = {name: names.free(name) for name in drifts}
-    windows = {
-        name: {part: names.free(name + ENDINGS[part]) for part in WINDOWS} for name in drifts
-    }
-    given = {name: names.free(name) for name in parameters}
+    """Return times, states, parameters and drifts as variables.
+
+    A name that is taken gets a ``_``, and no dimension of another length has the name of a variable.
+    """
+    drifts = [list(_drift(name, drift)) for name, drift in solution.drift.items()]
+    given = [
+        _Unnamed("parameter", name, name, value, "parameter")
+        for name, value in _numbers(solution.about.parameters).items()
+    ]
+    before = [*_times(solution), *_states(solution)]
+    firsts, windows = [own[0] for own in drifts], [w for own in drifts for w in own[1:]]
+    names: dict[tuple[str, str], str] = {}
+    for one in (*before, *firsts, *windows, *given):
+        name = one.name
+        while name in names.values():
+            name += "_"
+        names[one.role, one.of] = name
+    lengths = dict.fromkeys(names.values(), 0)  # of dimensions
     return [
-        *_times(solution, times),
-        *_states(solution, pieces, names),
-        *itertools.chain.from_iterable(
-            _drift(name, watched[name], windows[name], drift) for name, drift in drifts.items()
-        ),
-        *(
-            Variable(
-                "parameter",
-                name,
-                given[name],
-                names.dimensions(value.shape),
-                value,
-                _about("parameter"),
-            )
-            for name, value in parameters.items()
-        ),
+        _named(one, names, lengths)
+        for one in (*before, *itertools.chain(*drifts), *given)
+        if one.values is not None
     ]
 
 
-def _about(what: str) -> dict[str, Any]:
-    return {"long_name": what, "units": "1"}
+def _named(
+    one: _Unnamed, names: Mapping[tuple[str, str], str], lengths: dict[str, int]
+) -> Variable:
+    """Return a variable with its name, and names for its dimensions: k of vectors, i, j of matrices."""
+    assert one.values is not None
+    dimensions: tuple[str, ...] = () if one.along is None else (names[one.along],)
+    shape = one.values.shape[len(dimensions) :]
+    for letter, length in zip("k" if len(shape) == 1 else "ij", shape, strict=False):
+        letters = (letter + "_" * n for n in itertools.count())
+        tried = (name for x in letters for name in (x, f"{x}{length}"))
+        dimensions += (next(name for name in tried if lengths.setdefault(name, length) == length),)
+    about = {"long_name": one.about, "units": "1", **one.numbers}
+    return Variable(one.role, one.of, names[one.role, one.of], dimensions, one.values, about)
 
 
-def _times(solution: Result, names: list[str]) -> Iterator[Variable]:
-    own = time_of(solution)
-    if solution.physical is not None:
-        yield Variable("time", "t", names[0], (own,), solution.physical, _about("physical time"))
-    if solution.about.time == "tau":
-        yield Variable(
-            "time", "tau", names[1], (own,), solution.tau, _about("own time of the problem")
-        )
+def _times(solution: Result) -> Iterator[_Unnamed]:
+    tau = solution.tau if solution.about.time == "tau" else None
+    along = "time", time_of(solution)
+    yield _Unnamed("time", "t", "t", solution.physical, "physical time", along)
+    yield _Unnamed("time", "tau", "tau", tau, "own time of the problem", along)
 
 
-def _states(solution: Result, names: Mapping[str, str], known: _Names) -> Iterator[Variable]:
+def _states(solution: Result) -> Iterator[_Unnamed]:
     for name, shape in solution.about.shapes.items():
         values = solution.y[:, solution.about.slices[name]].reshape(-1, *shape)
-        dimensions = (time_of(solution), *known.dimensions(shape))
-        about = _about(name)
-        yield Variable("piece", name, names[name], dimensions, values, about)
+        yield _Unnamed("piece", name, name, values, name, ("time", time_of(solution)))
 
 
-def _drift(name: str, own: str, parts: Mapping[str, str], drift: Drift) -> Iterator[Variable]:
+def _drift(name: str, drift: Drift) -> Iterator[_Unnamed]:
     windows = drift.windows
     numbers = {f.name: getattr(drift, f.name) for f in fields(Drift)[1:] if f.name != "windows"}
     numbers |= {"length": windows.length, "samples": windows.samples, "until": windows.last_time}
     told = {key: number for key, number in numbers.items() if number is not None}
-    about = {**_about(f"first value of {name}; its drift in attributes"), **told}
-    yield Variable("drift", name, own, (), np.array(drift.initial), about)
-    if len(windows.times):
-        for part, what in WINDOWS.items():
-            values = getattr(windows, part)
-            yield Variable(
-                part, name, parts[part], (parts["times"],), values, _about(f"{what} of {name}")
-            )
+    about = f"first value of {name}; its drift in attributes"
+    yield _Unnamed("drift", name, name, np.array(drift.initial), about, numbers=told)
+    for part, what in WINDOWS.items():
+        values = getattr(windows, part) if len(windows.times) else None
+        along = "times", name
+        yield _Unnamed(part, name, name + ENDINGS[part], values, f"{what} of {name}", along)
 
 
 def _numbers(parameters: Mapping[str, Any]) -> dict[str, Array]:
@@ -168,26 +150,6 @@ def _numbers(parameters: Mapping[str, Any]) -> dict[str, Array]:
         if numbers.dtype.kind in "iuf" and numbers.size and numbers.ndim <= 2:
             found[name] = numbers.astype(np.float64)
     return found
-
-
-def drift_of(
-    name: str, numbers: Mapping[str, Any], closed: list[Array], last_window: Array | None
-) -> Drift:
-    """Return a drift that was written: its numbers, and times, means and maxima of its windows."""
-    own = {f.name: None if f.default is MISSING else f.default for f in fields(Drift)}
-    own |= {name: numbers[name] for name in own if name in numbers}
-    own["own_noise"] = bool(own["own_noise"])  # attributes are words and numbers
-    windows = Windows.restored(
-        initial=numbers["initial"],
-        length=int(numbers["length"]),
-        samples=int(numbers["samples"]),
-        last=(numbers["until"], numbers["final_error"]),
-        largest=numbers["max_abs_error"],
-        not_finite_from=numbers.get("not_finite_from"),
-        closed=np.array(closed) if closed else np.zeros((3, 0)),
-        last_window=last_window,
-    )
-    return Drift(**{**own, "name": name, "windows": windows})  # type: ignore[arg-type]
 
 
 def to_xarray(variables: list[Variable], about: Mapping[str, Any]) -> Any:

@@ -8,7 +8,7 @@ from ..arguments import positive
 from ..errors import DomainError
 from ..methods.registry import find_method
 
-__all__ = ["check_once", "method_and_step", "methods_and_steps", "split_list"]
+__all__ = ["check_once", "method_and_step", "methods_and_steps"]
 
 
 def method_and_step(entry: str) -> tuple[str, float | None]:
@@ -47,8 +47,3 @@ def check_once(found: list[tuple[str, float | None]]) -> None:
     if len(set(found)) < len(found):
         words = [name if step is None else f"{name}:{step:g}" for name, step in found]
         raise DomainError("methods", words, "each of them, with its step, once")
-
-
-def split_list(text: str) -> list[str]:
-    """Return the entries of a list with commas between."""
-    return [part.strip() for part in text.split(",") if part.strip()]

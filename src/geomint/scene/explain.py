@@ -30,7 +30,8 @@ def explained(
         key = key_of((*prefix, *location))
         value = _at(raw, location)
         if entry["type"] == "extra_forbidden":
-            fields = _fields_at(model, location[:-1])
+            section = _model_at(model, location[:-1])
+            fields = [] if section is None else section.model_fields
             line = f"{key} = {shown(value)}: no such key.{nearest(str(location[-1]), fields)}"
         elif entry["type"] == "missing":
             line = f"{key} is missing: expected {_described(model, location)}"
@@ -124,23 +125,20 @@ def _bare(key: Any) -> str:
     return shortened(text, LONGEST) if plain else shortened(repr(text), LONGEST)
 
 
-def _fields_at(model: type[BaseModel], location: tuple[Any, ...]) -> list[str]:
+def _model_at(model: type[BaseModel], location: tuple[Any, ...]) -> type[BaseModel] | None:
+    """Return the model of the section at a location, None if that has none."""
     for part in location:
         found = model.model_fields.get(str(part))
         inner = None if found is None else found.annotation
         if not (isinstance(inner, type) and issubclass(inner, BaseModel)):
-            return []
+            return None
         model = inner
-    return list(model.model_fields)
+    return model
 
 
 def _described(model: type[BaseModel], location: tuple[Any, ...]) -> str:
-    for part in location[:-1]:
-        found = model.model_fields.get(str(part))
-        if found is None or not isinstance(found.annotation, type):
-            return "a value"
-        model = found.annotation
-    found = model.model_fields.get(str(location[-1]))
+    section = _model_at(model, location[:-1])
+    found = None if section is None else section.model_fields.get(str(location[-1]))
     if found is None:
         return "a value"
     if found.description:

@@ -12,6 +12,7 @@ from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from os import PathLike, fspath
+from os.path import isfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,21 +55,15 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
         For an unknown name, a file that cannot be read or is no TOML, and any content that makes
         no sense: one message with the key, the value and what was expected for each flaw.
     """
-    text: str | None = None
-    content: Mapping[str, Any] | None = None
-    name, builtin = "scene", False
-    if isinstance(source, str | PathLike):
-        name, text, builtin = _found(source)
-        content = parse(name if builtin else fspath(source), text)
-    elif isinstance(source, Mapping):
-        content = source
+    found: tuple[str, Any, str | None, bool] = ("scene", source, None, False)
+    name, content, text, builtin = _found(source) if isinstance(source, str | PathLike) else found
     from .scene import Scene
 
-    if isinstance(source, Scene):
-        return source
-    if content is None:
+    if isinstance(content, Scene):
+        return content
+    if not isinstance(content, Mapping):
         expected = "a name, the path of a TOML file, a mapping, or a Scene"
-        raise SceneError(f"scene {quoted(source)}: expected {expected}")
+        raise SceneError(f"scene {quoted(content)}: expected {expected}")
     scene = Scene.from_content(name, content, text)
     if not builtin:
         scene.warn()
@@ -80,8 +75,7 @@ def load_changed(source: str, drift: bool, **changes: Any) -> Scene:
 
     By its own section ``[drift]`` if `drift`, and then by `changes`, as `raw.overridden` takes them.
     """
-    name, text, builtin = _found(source)
-    content = parse(name if builtin else source, text)
+    name, content, text, _ = _found(source)
     from .raw import drift_changes, overridden
     from .scene import Scene
 
@@ -90,24 +84,19 @@ def load_changed(source: str, drift: bool, **changes: Any) -> Scene:
     return Scene.from_content(name, raw, text if raw == content else None)
 
 
-def _found(source: str | PathLike[str]) -> tuple[str, str, bool]:
-    """Return name and text of a file or a built-in scene, and whether it is the latter."""
+def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], str, bool]:
+    """Return name, content and text of a file or a built-in scene, and whether it is the latter."""
     name, path = fspath(source), Path(source)
     if isinstance(source, str) and not (name.endswith(".toml") or "/" in name or "\\" in name):
         known = builtin_scenes()
         if name in known:
-            return name, known[name].read_text(encoding="utf-8"), True
-        if not _is_file(path):
+            text = known[name].read_text(encoding="utf-8")
+            return name, parse(name, text), text, True
+        if not isfile(name):  # of a name that is too long for one as well
             hint = nearest(name, known, "`geomint scenes`")
             raise SceneError(f"scene {quoted(name)}: neither a file nor a built-in scene.{hint}")
-    return path.stem, _read(path), False
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except OSError:  # such as a name that is too long for one
-        return False
+    text = _read(path)
+    return path.stem, parse(name, text), text, False
 
 
 def _read(path: Path) -> str:

@@ -6,7 +6,7 @@ Unknown keys, numbers written as strings, and numbers that are not finite are er
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -14,9 +14,11 @@ __all__ = [
     "CompareSection",
     "Content",
     "DriftSection",
+    "EventSection",
     "IntegrateSection",
     "ObserveSection",
     "SaveSection",
+    "SectionSection",
     "SystemSection",
     "TimeSection",
 ]
@@ -41,20 +43,30 @@ class SystemSection(Section):
     name: Name = Field(description="the name of a registered system")
 
 
-class TimeSection(Section):
-    """``[time]``: the end, in physical time or in the problem's own reparametrised time."""
+class OtherEnd(Section):
+    """What sections of other uses of a scene share: an end of their own."""
+
+    _expected: ClassVar[str] = "t_end or tau_end"
+    _refused: ClassVar[dict[int, str]] = {2: "both"}
 
     t_end: Number | None = None
     tau_end: Number | None = None
 
     @model_validator(mode="after")
-    def _one_end(self) -> TimeSection:
-        if (self.t_end is None) == (self.tau_end is None):
-            given = "neither" if self.t_end is None else "both"
-            raise ValueError(f"expected exactly one of t_end and tau_end, got {given}")
-        if self.t_end == 0.0 or self.tau_end == 0.0:
+    def _one_end(self) -> Self:
+        ends = [end for end in (self.t_end, self.tau_end) if end is not None]
+        if len(ends) in self._refused:
+            raise ValueError(f"expected {self._expected}, got {self._refused[len(ends)]}")
+        if 0.0 in ends:
             raise ValueError("the end must not be 0, where the run begins")
         return self
+
+
+class TimeSection(OtherEnd):
+    """``[time]``: the end, in physical time or in the problem's own reparametrised time."""
+
+    _expected = "exactly one of t_end and tau_end"
+    _refused = {0: "neither", 2: "both"}
 
 
 class IntegrateSection(Section):
@@ -107,21 +119,6 @@ class SaveSection(Section):
         return self
 
 
-class OtherEnd(Section):
-    """What sections of other uses of a scene share: an end of their own."""
-
-    t_end: Number | None = None
-    tau_end: Number | None = None
-
-    @model_validator(mode="after")
-    def _at_most_one_end(self) -> OtherEnd:
-        if self.t_end is not None and self.tau_end is not None:
-            raise ValueError("expected t_end or tau_end, got both")
-        if self.t_end == 0.0 or self.tau_end == 0.0:
-            raise ValueError("the end must not be 0, where the run begins")
-        return self
-
-
 class DriftSection(OtherEnd):
     """``[drift]``: what ``geomint drift`` does otherwise than ``geomint run``.
 
@@ -152,6 +149,37 @@ class CompareSection(OtherEnd):
     reference: Literal["auto", "extended", "exact"] | None = None
 
 
+class EventSection(Section):
+    """One of ``[events]``: what is looked for along the run, by the name of its table.
+
+    `what` is a component of the state, ``"gamma[2]"`` (from 0 on), or a quantity. With `terminal` the
+    run ends there; a number: at the event of that number.
+    """
+
+    what: Name
+    direction: Literal["up", "down", "both"] = "both"
+    level: Number = 0.0
+    terminal: bool | Count = False
+
+
+class SectionSection(Section):
+    """``[section]``: what ``geomint section`` does if its command line says nothing else.
+
+    `event` is a name of ``[events]``, or else a component or a quantity itself; `direction` and `level`
+    take the place of the event's. Beside the scene's motion there are `motions` − 1 others, from
+    random states where the quantities `keep` have the same values.
+    """
+
+    event: Name | None = None
+    direction: Literal["up", "down", "both"] | None = None
+    level: Number | None = None
+    points: Count = 1000
+    motions: Count = 1
+    keep: list[Name] = ["energy"]
+    seed: Annotated[int, Field(ge=0)] = 0
+    axes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+
+
 class Content(Section):
     """A whole scene file."""
 
@@ -163,5 +191,7 @@ class Content(Section):
     integrate: IntegrateSection = Field(default_factory=IntegrateSection)
     observe: ObserveSection = Field(default_factory=ObserveSection)
     save: SaveSection = Field(default_factory=SaveSection)
+    events: dict[Name, EventSection] = Field(default_factory=dict)
     drift: DriftSection = Field(default_factory=DriftSection)
     compare: CompareSection = Field(default_factory=CompareSection)
+    section: SectionSection = Field(default_factory=SectionSection)

@@ -34,24 +34,27 @@ def overridden(
     Options of the former method go with it, and so does its step, unless one is given. Options of
     quantities go with these.
     """
-    observe: dict[str, Any] = {} if every is None else {"every": every}
+    given: dict[str, dict[str, Any]] = {
+        "observe": {"every": every},
+        "integrate": {"step": step, "representation": representation},
+        "time": {"t_end": t_end, "tau_end": tau_end},
+    }
+    changes = {
+        section: {key: value for key, value in keys.items() if value is not None}
+        for section, keys in given.items()
+    }
+    tables = {key: value for key, value in raw.items() if isinstance(value, Mapping)}
     if quantities is not None:
-        names = list(quantities)
-        section = raw.get("observe", {})
-        options = [key for key in section if key not in ObserveSection.model_fields]
+        names, fields = list(quantities), ObserveSection.model_fields
+        options = [key for key in tables.get("observe", ()) if key not in fields]
         gone = [] if "all" in names else [key for key in options if key not in names]
         gone += [] if names else ["every"]
-        observe = {**dict.fromkeys(gone), **observe, "quantities": names}
-    given = {"step": step, "representation": representation}
-    integrate: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
-    section, fields = raw.get("integrate", {}), IntegrateSection.model_fields
-    former = dict(section) if isinstance(section, Mapping) else {}
+        changes["observe"] = {**dict.fromkeys(gone), **changes["observe"], "quantities": names}
+    former, fields = tables.get("integrate", {}), IntegrateSection.model_fields
     if method not in (None, former.get("method", fields["method"].default)):
         old = dict.fromkeys(key for key in former if key == "step" or key not in fields)
-        integrate = {**old, "method": method, **integrate}
-    time = {} if t_end is None and tau_end is None else {"t_end": t_end, "tau_end": tau_end}
-    sections = {"observe": observe, "integrate": integrate, "time": time}
-    return merged(raw, plain({key: changes for key, changes in sections.items() if changes}))
+        changes["integrate"] = {**old, "method": method, **changes["integrate"]}
+    return merged(raw, plain({section: keys for section, keys in changes.items() if keys}))
 
 
 def drift_changes(raw: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,11 +10,12 @@ from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
-from ..errors import GeomintWarning, SceneError, quoted
+from ..errors import GeomintWarning
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
+from ..run.events import Event
 from .model import Content
 from .raw import drift_changes, merged, overridden, plain
 from .validate import Checked, check_content
@@ -31,7 +32,8 @@ class Scene(Compared):
         For messages and reports.
     **sections
         As in a scene file: `title`, `description`, and mappings `system`, `initial`, `time`,
-        `integrate`, `observe`, `save`, `drift`, `compare`. Arrays are taken for lists.
+        `integrate`, `observe`, `save`, `events`, `drift`, `compare`, `section`. Arrays are taken
+        for lists.
 
     Attributes
     ----------
@@ -67,28 +69,28 @@ class Scene(Compared):
     notes: tuple[str, ...]
 
     def __init__(self, name: str = "scene", **sections: Any) -> None:
-        self._check(name, sections)
+        self._take(name, check_content(sections, name))
         self.warn()
 
     @classmethod
-    def from_content(cls, name: str, content: Mapping[str, Any], text: str | None = None) -> Scene:
-        """Return a scene from the content of a scene file, and its text if there is one."""
-        scene = cls.__new__(cls)
-        scene._check(name, content)
-        scene._text = text
-        return scene
+    def from_content(
+        cls,
+        name: str,
+        content: Mapping[str, Any],
+        text: str | None = None,
+        former: Checked | None = None,
+    ) -> Scene:
+        """Return a scene from the content of a scene file, and its text if there is one.
 
-    def _check(self, name: str, content: Mapping[str, Any], former: Checked | None = None) -> None:
-        """Check the content; `former` is that of a scene with the same system and initial state."""
-        self.name = name
-        self._text: str | None = None
-        try:
-            self._raw: dict[str, Any] = plain(content)
-        except SceneError as error:
-            raise SceneError(f"scene {quoted(name)}: {error}") from None
-        self._checked = check_content(self._raw, name, former)
-        self.content, self.model = self._checked.content, self._checked.model
-        self.method, self.notes = self._checked.method, self._checked.notes
+        `former` is of a scene with the same system and initial state: its model is taken.
+        """
+        return cls.__new__(cls)._take(name, check_content(content, name, former), text)
+
+    def _take(self, name: str, checked: Checked, text: str | None = None) -> Scene:
+        self.name, self._checked, self._text = name, checked, text
+        self.content, self.model = checked.content, checked.model
+        self.method, self.notes = checked.method, checked.notes
+        return self
 
     def __repr__(self) -> str:
         return f"<scene {self.name!r}: {self.content.system.name}, {self.method.name}>"
@@ -119,21 +121,17 @@ class Scene(Compared):
         ``scene.changed(time={"t_end": 5.0})`` also removes ``tau_end``: there is only one end.
         """
         former = None if {"system", "initial"} & sections.keys() else self._checked
-        return self._of(merged(self._raw, plain(sections)), former, name or self.name)
-
-    def _of(self, raw: dict[str, Any], former: Checked | None, name: str) -> Scene:
-        scene = Scene.__new__(Scene)
-        scene._check(name, raw, former)
-        return scene
+        raw = merged(self._checked.raw, plain(sections))
+        return self.from_content(name or self.name, raw, former=former)
 
     def _overridden(self, **changes: Any) -> Scene:
         """Return the scene with changes that leave its model, which is not built again."""
-        raw = overridden(self._raw, **changes)
-        return self if raw == self._raw else self._of(raw, self._checked, self.name)
+        raw, former = overridden(self._checked.raw, **changes), self._checked
+        return self if raw == former.raw else self.from_content(self.name, raw, former=former)
 
     def for_drift(self) -> Scene:
         """Return the scene as ``geomint drift`` runs it: changed by its ``[drift]`` section."""
-        return self._overridden(**drift_changes(self._raw))
+        return self._overridden(**drift_changes(self._checked.raw))
 
     def for_compare(self) -> Scene:
         """Return the scene with the end that its ``[compare]`` section may state."""
@@ -152,6 +150,11 @@ class Scene(Compared):
         """
         return self._overridden(method=method, step=step, representation=representation)
 
+    @property
+    def events(self) -> dict[str, Event]:
+        """The events of ``[events]``, by name."""
+        return {name: Event(**dict(event)) for name, event in self.content.events.items()}
+
     def changed_observation(
         self, quantities: Iterable[str] | None = None, every: int | None = None
     ) -> Scene:
@@ -164,7 +167,7 @@ class Scene(Compared):
     @property
     def sections(self) -> dict[str, Any]:
         """What was given, as plain lists, strings and numbers: the content of the TOML file."""
-        return copy.deepcopy(self._raw)
+        return copy.deepcopy(self._checked.raw)
 
     def toml(self) -> str:
         """Return the scene as the text of a scene file: the file's own, if it came from one."""
@@ -172,22 +175,21 @@ class Scene(Compared):
             return self._text
         import tomli_w
 
-        return tomli_w.dumps(self._raw, multiline_strings=True)
+        return tomli_w.dumps(self._checked.raw, multiline_strings=True)
 
     @cached_property
     def hash(self) -> str:
         """A hash of everything that decides what is computed."""
-        return self.hash_of("system", "initial", "time", "integrate", "observe", "save")
+        deciding = ["system", "initial", "time", "integrate", "observe", "save"]
+        return self.hash_of(*deciding, *(["events"] if self.content.events else []))
 
     def hash_of(self, *sections: str) -> str:
         """Return a hash of some sections that does not depend on order, defaults or 1 for 1.0."""
-        models = {key: getattr(self.content, key) for key in sections}
-        if "initial" in models:
-            models["initial"] = self._checked.initial
-        plain = {key: model.model_dump() for key, model in models.items()}
+        known = {"initial": self._checked.initial, "system": self._checked.parameters}
+        content = self.content.model_dump()
+        plain = {key: known[key].model_dump() if key in known else content[key] for key in sections}
         if "system" in plain:
-            parameters = self._checked.parameters.model_dump()
-            plain["system"] = {"name": self.content.system.name, **parameters}
+            plain["system"] = {"name": self.content.system.name, **plain["system"]}
         text = json.dumps(_normal(plain), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ValidationError
@@ -13,7 +14,6 @@ from ..errors import (
     DomainError,
     GeomintError,
     GeomintWarning,
-    MethodError,
     SceneError,
     nearest,
     quoted,
@@ -27,16 +27,20 @@ from ..watch.quantities import GROUPS, expanded, quantities_of
 from ..watch.registry import plugged
 from .entries import check_once, method_and_step
 from .explain import explained, key_of, shown
-from .model import Content, ObserveSection
+from .model import Content, IntegrateSection, ObserveSection
+from .raw import plain
 
 __all__ = ["Checked", "check_content"]
 
-OWN = ("step", "representation", "exact")  # of [integrate], beside the method and its options
+T = TypeVar("T")
+Section = TypeVar("Section", bound=BaseModel)
+_UNBUILT = (GeomintError, ArithmeticError, MemoryError, np.linalg.LinAlgError)
 
 
 class Checked(NamedTuple):
-    """Content that was found right, with what was built from it."""
+    """Content that was found right, as it was given and checked, with what was built from it."""
 
+    raw: dict[str, Any]
     content: Content
     parameters: BaseModel
     initial: BaseModel
@@ -45,149 +49,119 @@ class Checked(NamedTuple):
     notes: tuple[str, ...]
 
 
-def check_content(raw: Mapping[str, Any], name: str, former: Checked | None = None) -> Checked:
+class _Flaws(list[str]):
+    """What is wrong with a scene, a line each."""
+
+    def validated(
+        self, model: type[Section], given: Mapping[str, Any], *keys: str
+    ) -> Section | None:
+        """Return what was given under some keys as a model; None if it is none, which is a flaw."""
+        try:
+            return model.model_validate(given)
+        except ValidationError as error:
+            self += explained(error, model, keys, given)
+            return None
+
+    def asked(self, where: str, function: Callable[..., T], *given: Any) -> T | None:
+        """Return what a function returns; None if it raises an error, which is a flaw."""
+        try:
+            return function(*given)
+        except GeomintError as error:
+            self.append(f"{where}{error}")
+            return None
+
+    def error(self, name: str) -> SceneError:
+        """Return the one error that says them all."""
+        if len(self) == 1:
+            return SceneError(f"scene {quoted(name)}: {self[0]}")
+        lines = "".join(f"\n  {flaw}" for flaw in self)
+        return SceneError(f"scene {quoted(name)} has {len(self)} problems:{lines}")
+
+
+def check_content(given: Mapping[str, Any], name: str, former: Checked | None = None) -> Checked:
     """Return the checked content, or raise a `SceneError` with one line for every flaw.
 
     `former` is of a scene with the same system and initial state, whose model is taken.
     """
-    content, flaws = _structure(raw)
-    system, more = _system(raw)
-    flaws += more
-    method, more = _method(raw, content)
-    flaws += [*more, *_observe_keys(raw)]
-    if content is None or system is None or method is None or flaws:
-        raise _error(name, flaws)
-    parameters = system.parameters.model_validate(_parameters(content))
-    initial = system.initial.model_validate(content.initial)
+    flaws = _Flaws()
+    raw = flaws.asked("", plain, given)
+    if raw is None:
+        raise flaws.error(name)
+    content = flaws.validated(Content, raw)
+    # The keys of systems and methods are looked at even if the structure is wrong.
+    tables = {key: value for key, value in raw.items() if isinstance(value, Mapping)}
+    built_of = _system(tables.get("system", {}), tables.get("initial", {}), flaws)
+    method = _method(tables.get("integrate", {}), content, flaws)
+    flaws += _observe_keys(tables.get("observe", {}))
+    if content is None or built_of is None or method is None or flaws:
+        raise flaws.error(name)
     try:
-        model, notes = _build(system, parameters, initial, former)
-    except DomainError as error:
-        raise _error(name, [f"{_section_of(error.name, content)} {error}"]) from error
-    except GeomintError as error:
-        raise _error(name, [f"[system] or [initial]: {error}"]) from error
-    except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
-        expected = "numbers whose products are finite, and of which there are not too many"
-        said_by = f"{type(error).__name__}: {shortened(str(error))}"
-        flaw = f"[system] or [initial]: expected {expected} ({said_by})"
-        raise _error(name, [flaw]) from error
-    flaws = [
-        *_representation(model, content),
-        *_quantities(model, content),
-        *_observation(model, content),
-        *_ends(model, content),
+        model, notes = _build(*built_of) if former is None else (former.model, former.notes)
+    except _UNBUILT as error:
+        raise _Flaws([_why_unbuilt(error, content)]).error(name) from error
+    flaws += _representation(model, content)
+    flaws += _quantities(model, content)
+    flaws += _observation(model, content)
+    flaws += _ends(model, content)
+    flaws += _events(model, content)
+    if flaws:
+        raise flaws.error(name)
+    return Checked(raw, content, *built_of[1:], model, method, notes)
+
+
+def _system(
+    given: Mapping[str, Any], initial: Mapping[str, Any], flaws: _Flaws
+) -> tuple[System, Any, Any] | None:
+    """Return the system, its parameters and its initial state."""
+    name = given.get("name")
+    if not isinstance(name, str) or not name:
+        return None  # the structure has reported it
+    system = flaws.asked("", find_system, name)
+    if system is None:
+        return None
+    keys = {key: value for key, value in given.items() if key != "name"}
+    parameters = flaws.validated(system.parameters, keys, "system")
+    return system, parameters, flaws.validated(system.initial, initial, "initial")
+
+
+def _method(given: Mapping[str, Any], content: Content | None, flaws: _Flaws) -> Method | None:
+    """Return the method with its options, and check those that other sections name."""
+    known = IntegrateSection.model_fields
+    name = given.get("method", known["method"].default)
+    if not isinstance(name, str) or not name:
+        return None
+    method = flaws.asked("[integrate] ", find_method, name)
+    if content is not None:
+        _other_methods(content, flaws)
+    if method is None:
+        return None
+    options = {key: value for key, value in given.items() if key not in known}
+    unknown = [key for key in options if key not in method.options]
+    for key in unknown:
+        flaws.append(
+            f"[integrate] {key} = {shown(options[key])}: no such key, nor an option of "
+            f"{name!r}.{nearest(key, [*known, *method.options])}"
+        )
+    with_options = partial(method.with_options, **options)
+    return None if unknown else flaws.asked("[integrate] ", with_options)
+
+
+def _other_methods(content: Content, flaws: _Flaws) -> None:
+    drift, compare = content.drift, content.compare
+    if drift.method is not None:
+        flaws.asked("[drift] ", find_method, drift.method)
+    for name in compare.methods or ():
+        flaws.asked("[compare] methods: ", find_method, name)
+    found = [
+        flaws.asked("[drift] methods: ", method_and_step, entry) for entry in drift.methods or ()
     ]
-    if flaws:
-        raise _error(name, flaws)
-    return Checked(content, parameters, initial, model, method, notes)
-
-
-def _error(name: str, flaws: list[str]) -> SceneError:
-    if len(flaws) == 1:
-        return SceneError(f"scene {quoted(name)}: {flaws[0]}")
-    lines = "".join(f"\n  {flaw}" for flaw in flaws)
-    return SceneError(f"scene {quoted(name)} has {len(flaws)} problems:{lines}")
-
-
-def _structure(raw: Mapping[str, Any]) -> tuple[Content | None, list[str]]:
-    try:
-        return Content.model_validate(dict(raw)), []
-    except ValidationError as error:
-        return None, list(explained(error, Content, (), raw))
-
-
-def _section(raw: Mapping[str, Any], name: str) -> dict[str, Any]:
-    section = raw.get(name, {})
-    return dict(section) if isinstance(section, Mapping) else {}
-
-
-def _system(raw: Mapping[str, Any]) -> tuple[System | None, list[str]]:
-    """Check the name, the parameters and the keys of the initial state."""
-    parameters = _section(raw, "system")
-    name = parameters.pop("name", None)
-    if not isinstance(name, str) or not name:
-        return None, []  # the structure has reported it
-    try:
-        system = find_system(name)
-    except SceneError as error:
-        return None, [str(error)]
-    flaws: list[str] = []
-    initial = _section(raw, "initial")
-    for key, model, given in (
-        ("system", system.parameters, parameters),
-        ("initial", system.initial, initial),
-    ):
-        try:
-            model.model_validate(given)
-        except ValidationError as error:
-            flaws += explained(error, model, (key,), given)
-    return system, flaws
-
-
-def _method(raw: Mapping[str, Any], content: Content | None) -> tuple[Method | None, list[str]]:
-    section = _section(raw, "integrate")
-    name = section.pop("method", "gauss-8")
-    for key in OWN:
-        section.pop(key, None)
-    if not isinstance(name, str) or not name:
-        return None, []
-    flaws = list(_other_methods(content)) if content is not None else []
-    try:
-        method = find_method(name)
-    except (MethodError, DomainError) as error:
-        return None, [f"[integrate] {error}", *flaws]
-    for key in section:
-        if key not in method.options:
-            known = ["method", *OWN, *method.options]
-            flaws.append(
-                f"[integrate] {key} = {shown(section[key])}: no such key, nor an option of "
-                f"{name!r}.{nearest(key, known)}"
-            )
-    if flaws:
-        return None, flaws
-    try:
-        return method.with_options(**section), []
-    except DomainError as error:
-        return None, [f"[integrate] {error}"]
-
-
-def _other_methods(content: Content) -> Iterator[str]:
-    named = [("[drift] ", [content.drift.method or "gauss-8"])]
-    named.append(("[compare] methods: ", content.compare.methods or []))
-    for where, names in named:
-        for name in names:
-            try:
-                find_method(name)
-            except (MethodError, DomainError) as error:
-                yield f"{where}{error}"
-    found = []
-    for entry in content.drift.methods or []:
-        try:
-            found.append(method_and_step(entry))
-        except (MethodError, DomainError) as error:
-            yield f"[drift] methods: {error}"
-    try:
-        check_once(found)
-    except DomainError as error:
-        yield f"[drift] {error}"
-
-
-def _parameters(content: Content) -> dict[str, Any]:
-    return dict(content.system.__pydantic_extra__ or {})
-
-
-def _section_of(name: str, content: Content) -> str:
-    key = name.split("[")[0]
-    if key in _parameters(content):
-        return "[system]"
-    return "[initial]" if key in content.initial else "[system] or [initial]:"
+    flaws.asked("[drift] ", check_once, [entry for entry in found if entry is not None])
 
 
 def _build(
-    system: System, parameters: Any, initial: Any, former: Checked | None
+    system: System, parameters: BaseModel, initial: BaseModel
 ) -> tuple[Model, tuple[str, ...]]:
     """Return the model, and what the system had to change to make the initial state admissible."""
-    if former is not None:
-        return former.model, former.notes
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeomintWarning)
         model = system.build(parameters, initial)
@@ -200,6 +174,20 @@ def _build(
                 warning.message, warning.category, warning.filename, warning.lineno
             )
     return model, tuple(dict.fromkeys(notes))
+
+
+def _why_unbuilt(error: BaseException, content: Content) -> str:
+    """Return why a system has no model, after the section of the key that the error names."""
+    either, key = "[system] or [initial]:", str(getattr(error, "name", "")).partition("[")[0]
+    if isinstance(error, DomainError) and key in (content.system.__pydantic_extra__ or {}):
+        return f"[system] {error}"
+    if isinstance(error, DomainError) and key in content.initial:
+        return f"[initial] {error}"
+    if isinstance(error, GeomintError):
+        return f"{either} {error}"
+    expected = "numbers whose products are finite, and of which there are not too many"
+    said_by = f"{type(error).__name__}: {shortened(str(error))}"
+    return f"{either} expected {expected} ({said_by})"
 
 
 def _representation(model: Model, content: Content) -> Iterator[str]:
@@ -229,21 +217,16 @@ def _quantities(model: Model, content: Content) -> Iterator[str]:
 
 def _plugged(where: str, model: Model, name: str) -> Iterator[str]:
     """Yield what keeps the watcher of another package from every representation."""
-    obstacles = []
-    for problem in model.problems.values():
-        try:
-            choose_watchers(problem, [name])
-        except GeomintError as error:
-            obstacles.append(str(error))
-        else:
-            return
-    yield f"{where}: {obstacles[0]}"
+    obstacles = _Flaws()
+    problems = model.problems.values()
+    if not any(obstacles.asked("", choose_watchers, problem, [name]) for problem in problems):
+        yield f"{where}: {obstacles[0]}"
 
 
-def _observe_keys(raw: Mapping[str, Any]) -> Iterator[str]:
+def _observe_keys(given: Mapping[str, Any]) -> Iterator[str]:
     """Yield the keys of ``[observe]`` that are none, and no tables of options."""
     known = list(ObserveSection.model_fields)
-    for key, value in _section(raw, "observe").items():
+    for key, value in given.items():
         if key not in known and not isinstance(value, Mapping):
             where = f"{key_of(('observe', key))} = {shown(value)}"
             yield f"{where}: no such key.{nearest(str(key), known)}"
@@ -251,23 +234,44 @@ def _observe_keys(raw: Mapping[str, Any]) -> Iterator[str]:
 
 def _observation(model: Model, content: Content) -> Iterator[str]:
     """Yield what is said of quantities that are not observed."""
-    observe, others = content.observe, content.drift.quantities
-    names = {*observe.quantities, *(others or [])}
-    if not names:
-        for section in ("observe", "drift"):
-            if (getattr(content, section).every or 1) != 1:
-                every = getattr(content, section).every
-                yield f"[{section}] every = {every!r}: nothing is observed: quantities is empty"
-    for name, options in observe.options.items():
+    names = {*content.observe.quantities, *(content.drift.quantities or [])}
+    for section, every in (("observe", content.observe.every), ("drift", content.drift.every)):
+        if not names and every not in (None, 1):
+            yield f"[{section}] every = {every!r}: nothing is observed: quantities is empty"
+    for name, options in content.observe.options.items():
         where = f"{key_of(('observe', name))} = {shown(options)}"
         having = [p for p in model.problems.values() if name in expanded(p, names)]
         if not having:
             yield f"{where}: {quoted(name)} is observed neither in [observe] nor in [drift]"
-            continue
-        try:
-            choose_watchers(having[0], {name: options})
-        except GeomintError as error:
-            yield f"[observe.{name}] {error}"
+        else:
+            refused = _Flaws()
+            refused.asked(f"[observe.{name}] ", choose_watchers, having[0], {name: options})
+            yield from refused
+
+
+def _events(model: Model, content: Content) -> Iterator[str]:
+    """Yield what ``[events]`` and ``[section]`` name and no representation has."""
+    names: list[str] = []
+    for problem in model.problems.values():
+        names += [f"{piece}[{i}]" for piece, rows in problem.pieces for i in range(rows)]
+        names += [piece for piece, rows in problem.pieces if rows == 1]
+        names += problem.diagnostics
+    known = list(dict.fromkeys(names))
+    asked = {f"[events.{name}] what": event.what for name, event in content.events.items()}
+    event = content.section.event
+    if event is not None and event not in content.events:
+        asked["[section] event"], known = event, [*known, *content.events]
+    for kind, wanted in (("axes", content.section.axes or []), ("keep", _kept(content))):
+        asked |= {f"[section] {kind}[{i}]": name for i, name in enumerate(wanted)}
+    for where, name in asked.items():
+        if name not in known:
+            expected = "no such component or quantity"
+            yield f"{where} = {quoted(name)}: {expected}.{nearest(name, known)}"
+
+
+def _kept(content: Content) -> list[str]:
+    """Return what ``[section]`` keeps if it names it: the energy, by default, where there is one."""
+    return content.section.keep if "keep" in content.section.model_fields_set else []
 
 
 def _ends(model: Model, content: Content) -> Iterator[str]:

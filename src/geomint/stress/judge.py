@@ -96,6 +96,7 @@ def forbidden(cells: Iterable[Cell]) -> list[Cell]:
     return [cell for cell in cells if cell.verdict in FORBIDDEN]
 
 
+@dataclasses.dataclass
 class Trial:
     """A problem, an initial state and the runs to make of it; shared by all methods.
 
@@ -112,43 +113,39 @@ class Trial:
         Whether that is in physical quantities.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        y0: Array,
-        *,
-        span: float = 2.0,
-        fraction: float | None = None,
-        step: float | None = None,
-        steps: int = 1,
-        steady: bool = False,
-        reference: Callable[[float], KnownEnd | None] | None = None,
-        physical: bool = False,
-    ) -> None:
-        self.problem, self.y0, self.steady, self.physical = problem, y0, steady, physical
-        self.quantities = Quantities(problem, y0)
-        self.time = characteristic_time(problem, y0)
-        self._span, self._steps = span, steps
-        self._step = fraction * self.time if fraction is not None else step
-        self._reference = reference or (lambda end: known_end(problem, y0, end))
+    problem: Problem
+    y0: Array
+    _: dataclasses.KW_ONLY
+    span: float = 2.0
+    fraction: float | None = None
+    step: float | None = None
+    steps: int = 1
+    steady: bool = False
+    reference: Callable[[float], KnownEnd | None] | None = None
+    physical: bool = False
+
+    def __post_init__(self) -> None:
+        self.quantities = Quantities(self.problem, self.y0)
+        self.time = characteristic_time(self.problem, self.y0)
+        if self.fraction is not None:
+            self.step = self.fraction * self.time
         self._known_ends: dict[float, tuple[KnownEnd | None, str]] = {}
         self._scales: dict[tuple[str, bool], float] = {}
 
     def plan(self, method: Method) -> tuple[float, int]:
         """Return the end in the problem's own time and the number of steps."""
-        span, steps = self._span, max(1, int(np.ceil(self._span / method.step_fraction)))
-        end = span * self.time
-        if self._step is not None:
-            end, steps = self._step * self._steps, self._steps
-        return end, steps
+        if self.step is not None:
+            return self.step * self.steps, self.steps
+        return self.span * self.time, max(1, int(np.ceil(self.span / method.step_fraction)))
 
     def known_end(self, end: float, steps: int) -> tuple[KnownEnd | None, str]:
         """Return the reference at `end`, or None and the reason why it is not known."""
         if abs(end) / steps > LONGEST * self.time:
             return None, "no reference for steps this long"
         if end not in self._known_ends:
+            reference = self.reference or functools.partial(known_end, self.problem, self.y0)
             try:
-                self._known_ends[end] = self._reference(end), "no reference"
+                self._known_ends[end] = reference(end), "no reference"
             except (StepError, FormError, UnknownReferenceError) as error:
                 self._known_ends[end] = None, f"no reference ({type(error).__name__}: {error})"
         return self._known_ends[end]
@@ -158,7 +155,7 @@ class Trial:
 
         An adaptive method takes the step as its first one, if the case says what it is.
         """
-        free = method.adaptive and self._step is None
+        free = method.adaptive and self.step is None
         ends: dict[str, Any] = {"tau_end" if self.problem.time == "tau" else "t_end": end}
         run = functools.partial(
             solve,

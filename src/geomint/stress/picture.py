@@ -8,7 +8,8 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..plots.style import WIDTH, new_figure
+from ..plots.canvas import new_figure
+from ..plots.style import WIDTH
 from .judge import FORBIDDEN, VERDICTS
 
 if TYPE_CHECKING:

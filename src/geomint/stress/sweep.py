@@ -165,13 +165,9 @@ def _trial(number: int, representation: str) -> Trial:
     return Trial(
         problem,
         y0,
-        span=case.span,
-        fraction=case.fraction,
-        step=case.step,
-        steps=case.steps,
-        steady=case.steady,
         reference=reference,
         physical=physical,
+        **{name: getattr(case, name) for name in ("span", "fraction", "step", "steps", "steady")},
     )
 
 

@@ -8,9 +8,6 @@ from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ._exact import Array, Exact, Row, read_only, row
 from ._tableau import Tableau
 
@@ -140,18 +137,16 @@ class CommutatorFreeTableau(Exact):
         return tuple(ends)
 
     @cached_property
-    def starts(self) -> NDArray[np.int64]:
-        """Stage each flow starts from (0: the old value), shape (s + 1,)."""
-        return read_only([each.start for each in self.flows], np.int64)
+    def numbers(self) -> Array:
+        """All flows one after another, as kernels read them.
 
-    @cached_property
-    def counts(self) -> NDArray[np.int64]:
-        """Number of exponentials of each flow, shape (s + 1,)."""
-        return read_only([len(each.exponentials) for each in self.flows], np.int64)
-
-    @cached_property
-    def coefficients(self) -> Array:
-        """Rows of all exponentials in order of evaluation, shape (exponentials, s)."""
+        Of each the stage it starts from, counted from 0 (−1: the old value), the number of its
+        exponentials, and for each of these s coefficients in float64.
+        """
         s = len(self.stages)
-        every = chain.from_iterable(each.exponentials for each in self.flows)
-        return read_only([[*map(float, a)] + [0.0] * (s - len(a)) for a in every])
+        found: list[float] = []
+        for start, exponentials in self.flows:
+            found += [start - 1, len(exponentials)]
+            for a in exponentials:
+                found += [*map(float, a)] + [0.0] * (s - len(a))
+        return read_only(found)

@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import accumulate
 
-from ._exact import Array, Exact, Row, nearest, remainder
+from ._exact import Array, Exact, Row, nearest
 
 __all__ = ["Composition", "substeps"]
 
@@ -76,24 +76,14 @@ class Composition(Exact):
         return (*half, middle, *reversed(half))
 
     @cached_property
-    def starts_exact(self) -> Row:
-        """Time at which each base step starts, in units of the step, shape (s,)."""
-        return (Fraction(0), *accumulate(self.gamma_exact[:-1]))
-
-    @cached_property
     def gamma(self) -> Array:
         """Float64 numbers nearest to the fractions; bitwise palindromic, shape (s,)."""
         return nearest(self.gamma_exact)
 
     @cached_property
-    def gamma_residual(self) -> Array:
-        """Rounded ``gamma_exact - gamma``; bitwise palindromic, shape (s,)."""
-        return remainder(self.gamma_exact)
-
-    @cached_property
     def starts(self) -> Array:
         """Float64 numbers nearest to the exact starts (not sums of rounded ones), shape (s,)."""
-        return nearest(self.starts_exact)
+        return nearest((Fraction(0), *accumulate(self.gamma_exact[:-1])))
 
 
 @lru_cache(maxsize=256)

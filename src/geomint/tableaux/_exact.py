@@ -1,9 +1,7 @@
-"""Exact coefficients: text to rationals, rationals to the nearest float64 and its remainder.
+"""Exact coefficients: text to rationals, rationals to the nearest float64.
 
 A coefficient enters the package once, as text, and becomes a `fractions.Fraction` without any
-rounding. Binary numbers are made from it at the very end: ``x_float`` is the float64 nearest to x,
-and ``x_residual`` the float64 nearest to ``x - x_float``, so that their unevaluated sum carries
-about 32 digits of x.
+rounding. Binary numbers are made from it at the very end: ``x_float`` is the float64 nearest to x.
 """
 
 from __future__ import annotations
@@ -14,11 +12,11 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..arguments import Array
 
-__all__ = ["Array", "Exact", "Row", "nearest", "read_only", "remainder", "row", "rows"]
+__all__ = ["Array", "Exact", "Row", "nearest", "read_only", "row", "rows"]
 
 Row = tuple[Fraction, ...]
 """Coefficients of one row of a tableau."""
@@ -66,14 +64,9 @@ def nearest(values: Iterable[Fraction]) -> Array:
     return read_only([float(value) for value in values])
 
 
-def remainder(values: Iterable[Fraction]) -> Array:
-    """Return what `nearest` loses, itself rounded to nearest, shape (n,)."""
-    return nearest(value - Fraction(float(value)) for value in values)
-
-
-def read_only(values: ArrayLike, dtype: type[np.generic] = np.float64) -> NDArray[Any]:
+def read_only(values: ArrayLike) -> Array:
     """Return an array of `values` that is C-contiguous, and read-only because it is shared."""
-    array = np.array(values, dtype, order="C")
+    array = np.array(values, np.float64, order="C")
     array.setflags(write=False)
     return array
 

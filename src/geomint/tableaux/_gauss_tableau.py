@@ -145,6 +145,35 @@ class GaussTableau:
         return read_only(matrix)
 
     @cached_property
+    def between(self) -> Array:
+        r"""Matrices of the increments of a shorter step from the same state, shape (s, s, s).
+
+        With those of a step of length h, :math:`L_j`, the collocation polynomial at the nodes of a
+        step of length :math:`\theta h` gives
+
+        .. math:: L_i(\theta) = \theta \sum_k \theta^k \sum_j M^{(k)}_{ij} L_j, \qquad
+                  \sum_k \theta^k M^{(k)}_{ij} = (b_i / b_j) \, \ell_j(\theta c_i).
+        """
+        c, b = self.nodes, self.weights
+        with localcontext(DIGITS):
+            basis = []
+            for j, c_j in enumerate(c):  # the coefficients of ℓ_j, from the lowest power on
+                polynomial = [Decimal(1)]
+                for c_k in (*c[:j], *c[j + 1 :]):
+                    shifted, scaled = [Decimal(0), *polynomial], [*polynomial, Decimal(0)]
+                    pairs = zip(shifted, scaled, strict=True)
+                    polynomial = [(x - c_k * y) / (c_j - c_k) for x, y in pairs]
+                basis.append(polynomial)
+            matrices = [
+                [
+                    [float(b_i / b_j * p[k] * c_i**k) for b_j, p in zip(b, basis, strict=True)]
+                    for b_i, c_i in zip(b, c, strict=True)
+                ]
+                for k in range(self.stages)
+            ]
+        return read_only(matrices)
+
+    @cached_property
     def _splits(self) -> dict[str, tuple[Array, Array]]:
         """High and low parts of all coefficients."""
         with localcontext(DIGITS):

@@ -9,13 +9,12 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 
-from ._exact import Array, Exact, Row, nearest, remainder
+from ._exact import Array, Exact, Row, nearest
 
 __all__ = ["Tableau"]
 
@@ -134,12 +133,7 @@ class Tableau(Exact):
     @cached_property
     def A_float(self) -> Array:  # noqa: N802 (the symbol is A)
         """Float64 numbers nearest to A, shape (s, s)."""
-        return self._matrix(nearest)
-
-    @cached_property
-    def A_residual(self) -> Array:  # noqa: N802 (the symbol is A)
-        """Rounded ``A - A_float``, shape (s, s)."""
-        return self._matrix(remainder)
+        return nearest(chain.from_iterable(self.A)).reshape(self.stages, self.stages)
 
     @cached_property
     def b_float(self) -> Array:
@@ -147,19 +141,9 @@ class Tableau(Exact):
         return nearest(self.b)
 
     @cached_property
-    def b_residual(self) -> Array:
-        """Rounded ``b - b_float``, shape (s,)."""
-        return remainder(self.b)
-
-    @cached_property
     def c_float(self) -> Array:
         """Float64 numbers nearest to c, shape (s,)."""
         return nearest(self.c)
-
-    @cached_property
-    def c_residual(self) -> Array:
-        """Rounded ``c - c_float``, shape (s,)."""
-        return remainder(self.c)
 
     @property
     def estimate_order(self) -> int | None:
@@ -183,7 +167,3 @@ class Tableau(Exact):
         if not embedded:
             return None
         return nearest(x - y for weights in embedded for x, y in zip(self.b, weights, strict=True))
-
-    def _matrix(self, rounded: Callable[[Iterable[Fraction]], Array]) -> Array:
-        """Apply `rounded` to A and keep the shape."""
-        return rounded(chain.from_iterable(self.A)).reshape(self.stages, self.stages)

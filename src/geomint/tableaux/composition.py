@@ -161,9 +161,7 @@ Measured on the pendulum with Strang splitting as the base method.
 def default_composition(base_order: int, order: int) -> Composition | None:
     """Return the composition that raises a base to an order: one made for that base, if there is."""
     for scheme in COMPOSITIONS.values():
-        if scheme.name.startswith("suzuki-") and (scheme.base_order, scheme.order) == (
-            base_order,
-            order,
-        ):
+        fits = (scheme.base_order, scheme.order) == (base_order, order)
+        if fits and scheme.name.startswith("suzuki-"):
             return scheme
     return COMPOSITIONS.get(DEFAULT_COMPOSITION.get(order, ""))

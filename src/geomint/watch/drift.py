@@ -12,7 +12,7 @@ from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
 from ..problems.shown import Shown
 from .growth import CLASSES, NOT_FINITE, Growth, growth_of
-from .windows import Windows
+from .windows import NOTHING, Windows
 
 __all__ = [
     "CLASSES",
@@ -122,14 +122,12 @@ class Drift(Shown, Compared):
     def stretched(self, rate: float) -> Drift:
         """Return the same drift with all times multiplied by `rate`."""
         old = self.windows
-        windows = Windows.restored(
-            old.initial,
-            old.length,
-            old.samples,
-            (rate * old.last_time, old.last),
-            old.max_abs,
-            np.array([rate * old.times, old.means, old.maxima]),
-            _times(rate, old.not_finite_from),
+        windows = replace(
+            old,
+            last_time=rate * old.last_time,
+            closed=np.array([rate * old.times, old.means, old.maxima]),
+            last_window=NOTHING,
+            not_finite_from=_times(rate, old.not_finite_from),
         )
         return replace(
             self,

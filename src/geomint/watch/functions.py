@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, Self
+from dataclasses import dataclass, field
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -23,9 +24,10 @@ from .drift import Drift, drift_of_run, walk_level
 from .watcher import Run, Seen, Watcher
 from .windows import Windows
 
-__all__ = ["ENERGY", "Function", "diagnostic", "grouped"]
+__all__ = ["ENERGY", "Function", "grouped"]
 
 ENERGY = "energy"  # the invariant that is shown apart from the others where it has this name
+T = TypeVar("T")
 MANY = 1_000_000  # calls saved, at some 15 ns each: they pay for compiling another function
 
 
@@ -60,23 +62,23 @@ class Function(Watcher):
         return [Sweep(functions, run, steps) for steps, functions in groups.items()]
 
 
-def diagnostic(problem: Problem, name: str) -> Function | None:
-    """Return one of the problem's own quantities; None if it has none of that name."""
-    if name in problem.invariants:
-        return Function(problem.invariants[name], "energy" if name == ENERGY else "integrals")
-    if name in problem.constraints:
-        return Function(problem.constraints[name], "constraints")
-    return Function(problem.observables[name]) if name in problem.observables else None
-
-
-def grouped(names: Iterable[str], samples: float) -> list[tuple[str, ...]]:
+def grouped(quantities: Iterable[T], samples: float) -> list[tuple[T, ...]]:
     """Return which quantities are evaluated by one function: all, if so many states are watched.
 
     What they share, such as the angular velocity, is then computed once; but that function is
     compiled for these quantities alone.
     """
-    known = tuple(names)
-    return [known] if (len(known) - 1) * samples >= MANY else [(name,) for name in known]
+    known = tuple(quantities)
+    return [known] if (len(known) - 1) * samples >= MANY else [(one,) for one in known]
+
+
+@dataclass
+class _Group:
+    """Functions that are evaluated by one: it, how many, and windows and scale of each."""
+
+    entry: Any
+    width: int
+    series: list[tuple[Windows, float]] = field(default_factory=list)
 
 
 class Sweep:
@@ -84,10 +86,8 @@ class Sweep:
 
     def __init__(self, functions: Mapping[str, Function], run: Run, steps: int | None) -> None:
         self._functions, self._run, self._left = functions, run, steps
-        self._entries: dict[tuple[str, ...], Any] = {}
+        self._groups: list[_Group] = []
         self._sample: Call | None = None
-        self._windows: dict[str, Windows] = {}
-        self._scales: dict[str, float] = {}
         self.sees_all = steps is not None
 
     def prepare(self) -> None:
@@ -96,9 +96,11 @@ class Sweep:
             return
         run, problem, compiled = self._run, self._run.problem, self._run.stepper.compiled
         sizes = {"params": len(problem.params), "y": problem.rows}
-        for names in grouped(self._functions, run.samples):
-            f = written(*(self._functions[name].function for name in names))
-            self._entries[names] = bind(f, FIELD, **sizes, out=len(names)).entry(compiled)
+        self._groups = []  # begun anew after Ctrl-C
+        for functions in grouped(self._functions.values(), run.samples):
+            f = written(*(function.function for function in functions))
+            entry = bind(f, FIELD, **sizes, out=len(functions)).entry(compiled)
+            self._groups.append(_Group(entry, len(functions)))
         self._sample = SAMPLE.call(
             compiled,
             params=filled_block(problem.params),
@@ -107,9 +109,10 @@ class Sweep:
         )
         states = states_around(run.state)
         times = np.full(len(states), run.time)
-        for name, values in self._values(times, states, self._entries):
-            self._windows[name] = Windows(float(values[0]), run.time)
-            self._scales[name] = scale_of(values, run.state)
+        for group, values in self._values(times, states, self._groups):
+            for own in values:
+                windows = Windows(float(own[0]), run.time)
+                group.series.append((windows, scale_of(own, run.state)))
 
     def add(self, seen: Seen) -> None:
         """Evaluate everything on the states that are sampled."""
@@ -117,25 +120,24 @@ class Sweep:
             seen = seen.of(slice(0, self._left))
             self._left -= len(seen)
         which = seen.sampled
-        self._evaluate(seen.times[which], seen.labels[which], seen.states[which], self._entries)
+        self._add(seen.times[which], seen.labels[which], seen.states[which], self._groups)
 
     def add_end(self, end: Seen) -> None:
         """Sample the last state of a run, where that has not been done."""
         if self._left is None or self._left > 0:
-            late = [n for n in self._entries if self._windows[n[0]].last_time != end.labels[0]]
-            self._evaluate(end.times, end.labels, end.states, late)
+            late = [g for g in self._groups if g.series[0][0].last_time != end.labels[0]]
+            self._add(end.times, end.labels, end.states, late)
 
-    def _evaluate(
-        self, times: Array, labels: Array, states: Array, groups: Iterable[tuple[str, ...]]
-    ) -> None:
+    def _add(self, times: Array, labels: Array, states: Array, groups: list[_Group]) -> None:
         if len(times):
-            for name, values in self._values(times, states, groups):
-                self._windows[name].add(labels, values)
+            for group, values in self._values(times, states, groups):
+                for (windows, _), own in zip(group.series, values, strict=True):
+                    windows.add(labels, own)
 
     def _values(
-        self, times: Array, states: Array, groups: Iterable[tuple[str, ...]]
-    ) -> Iterator[tuple[str, Array]]:
-        """Yield the names of functions and their values at states, in memory that all share."""
+        self, times: Array, states: Array, groups: list[_Group]
+    ) -> Iterator[tuple[_Group, Array]]:
+        """Yield the values of the functions of each group at states, one a row."""
         assert self._sample is not None
         count, stride = states.shape
         self._sample.set(
@@ -144,15 +146,14 @@ class Sweep:
             stride=stride,
             count=count,
         )
-        for names in groups:
-            out = scalar_block(count * len(names))
-            self._sample(values=self._entries[names], out=out, width=len(names))
-            yield from zip(names, out.data.reshape(count, len(names)).T, strict=True)
+        for group in groups:
+            out = scalar_block(count * group.width)
+            self._sample(values=group.entry, out=out, width=group.width)
+            yield group, out.data.reshape(count, group.width).T
 
     def drifts(self, steps: int) -> Iterator[Drift]:
         """Yield the drift of every function over so many steps."""
-        for name, windows in self._windows.items():
-            scale = self._scales[name]
+        series = itertools.chain.from_iterable(group.series for group in self._groups)
+        for (name, function), (windows, scale) in zip(self._functions.items(), series, strict=True):
             noise = walk_level(scale, steps)
-            described = self._functions[name].description
-            yield drift_of_run(name, windows, scale, noise, **described)
+            yield drift_of_run(name, windows, scale, noise, **function.description)

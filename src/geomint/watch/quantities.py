@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ..errors import DomainError, nearest
 from ..problems.problem import Problem
-from .functions import diagnostic
+from .functions import ENERGY, Function
 from .kinds import KINDS, Kind
 from .registry import OWN, plugged, registered
 from .watcher import Watcher
@@ -16,7 +16,7 @@ __all__ = [
     "KINDS",
     "Kind",
     "expanded",
-    "has_quantity",
+    "find_watcher",
     "kind_of",
     "quantities_of",
     "watcher_of",
@@ -31,33 +31,42 @@ def quantities_of(problem: Problem) -> list[str]:
     return list(dict.fromkeys([*problem.diagnostics, *own]))
 
 
-def has_quantity(problem: Problem, name: str) -> bool:
-    """Tell whether something of that name can be watched along runs of a problem."""
-    watcher = diagnostic(problem, name) or registered(name)
-    return watcher is not None and not watcher.obstacle(problem)
+def find_watcher(problem: Problem, name: str) -> Watcher | None:
+    """Return what watches a quantity, None if the problem has none of that name.
+
+    Its own functions come before watchers that are registered.
+    """
+    if name in problem.invariants:
+        return Function(problem.invariants[name], "energy" if name == ENERGY else "integrals")
+    if name in problem.constraints:
+        return Function(problem.constraints[name], "constraints")
+    if name in problem.observables:
+        return Function(problem.observables[name])
+    watcher = registered(name)
+    return None if watcher is None or watcher.obstacle(problem) else watcher
 
 
 def watcher_of(problem: Problem, name: str) -> Watcher:
-    """Return what watches a quantity: the problem's own first, then what is registered.
+    """Return what watches a quantity.
 
     Raises
     ------
     DomainError
         For a name that is not known, and for a watcher that the problem does not allow.
     """
-    watcher = diagnostic(problem, name) or registered(name)
+    watcher = find_watcher(problem, name)
     if watcher is None:
-        known = [*quantities_of(problem), *GROUPS, *plugged()]
-        raise DomainError("observe", name, f"a quantity of the problem.{nearest(name, known)}")
-    obstacle = watcher.obstacle(problem)
-    if obstacle:
-        raise DomainError("observe", name, f"one of {quantities_of(problem)}: {obstacle}")
+        own, other = quantities_of(problem), registered(name)
+        close = nearest(name, [*own, *GROUPS, *plugged()])
+        obstacle = f"one of {own}: {other.obstacle(problem)}" if other is not None else ""
+        raise DomainError("observe", name, obstacle or f"a quantity of the problem.{close}")
     return watcher
 
 
 def kind_of(name: str, *problems: Problem) -> str:
     """Return the kind, a key of `KINDS`, of a quantity that one of the problems has."""
-    kinds = {watcher_of(p, name).kind for p in problems if has_quantity(p, name)}
+    found = (find_watcher(problem, name) for problem in problems)
+    kinds = {watcher.kind for watcher in found if watcher is not None}
     return next((kind for kind in KINDS if kind in kinds), "others")
 
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
-__all__ = ["MAX_WINDOWS", "Windows"]
+__all__ = ["MAX_WINDOWS", "NOTHING", "Windows"]
 
 MAX_WINDOWS = 1024
+NOTHING = np.zeros((2, 0))  # after the last full window
 
 
+@dataclass(eq=False)
 class Windows(Compared):
     """The deviations of a series from its first value, reduced window by window.
 
@@ -22,49 +26,34 @@ class Windows(Compared):
     ----------
     initial : float
         The first value; deviations are taken from it.
-    length : int
-        Samples a window.
+    last_time, last : float
+        Time and deviation of the last sample; the time of `initial` before there is any.
+    length, samples : int
+        Samples a window, and of the whole series.
+    max_abs : float
+        The largest absolute deviation.
     not_finite_from : float or None
         Time of the first value that was infinite or not a number: that of `initial` if it is the first.
+    closed : array, shape (3, N)
+        The rows times, means, maxima of the full windows.
+    last_window : array, shape (2, M)
+        The rows times, deviations of the samples after the last full window. Without them nothing can
+        be added.
     """
 
-    def __init__(self, initial: float, start: float = 0.0) -> None:
-        self.initial = initial
-        self.length = 1
-        self.samples = 0
-        self.last = 0.0
-        self.last_time = start
-        self.max_abs = 0.0
-        self.not_finite_from = None if np.isfinite(initial) else start
-        self._open_values = np.zeros(0)
-        self._open_times = np.zeros(0)
-        # rows: mean time, mean deviation, largest |deviation|
-        self._closed = np.zeros((3, 0))
+    initial: float
+    last_time: float = 0.0
+    last: float = 0.0
+    length: int = 1
+    samples: int = 0
+    max_abs: float = 0.0
+    not_finite_from: float | None = None
+    closed: Array = field(default_factory=lambda: np.zeros((3, 0)))
+    last_window: Array = field(default_factory=lambda: NOTHING)
 
-    @classmethod
-    def restored(
-        cls,
-        initial: float,
-        length: int,
-        samples: int,
-        last: tuple[float, float],
-        largest: float,
-        closed: Array,
-        not_finite_from: float | None = None,
-        last_window: Array | None = None,
-    ) -> Windows:
-        """Return windows as they were: `closed` are the rows times, means, maxima.
-
-        Without what the `last_window` had before it was full nothing can be added.
-        """
-        windows = cls(initial)
-        windows.length, windows.samples, windows.max_abs = length, samples, largest
-        windows.last_time, windows.last = last
-        windows._closed = closed
-        if last_window is not None:
-            windows._open_times, windows._open_values = last_window
-        windows.not_finite_from = not_finite_from
-        return windows
+    def __post_init__(self) -> None:
+        if self.not_finite_from is None and not np.isfinite(self.initial):
+            self.not_finite_from = self.last_time
 
     def add(self, times: Array, values: Array) -> None:
         """Append samples."""
@@ -79,57 +68,51 @@ class Windows(Compared):
         self.max_abs = float(np.maximum(self.max_abs, np.abs(deviations).max()))  # keeps a NaN
         if self.not_finite_from is None and not np.isfinite(self.max_abs):
             self.not_finite_from = float(times[np.argmin(np.isfinite(deviations))])
-        deviations = np.concatenate((self._open_values, deviations))
-        times = np.concatenate((self._open_times, times))
+        if self.last_window.size:
+            times, deviations = np.concatenate((self.last_window, (times, deviations)), axis=1)
         while len(deviations) >= self.length:
-            room = MAX_WINDOWS - self._closed.shape[1]
+            room = MAX_WINDOWS - self.closed.shape[1]
             whole = min(len(deviations) // self.length, room)
             used = whole * self.length
-            block = deviations[:used].reshape(whole, self.length)
-            closed = (
-                _means(times[:used].reshape(whole, self.length)),
-                _means(block),
-                np.abs(block).max(axis=1),
-            )
-            self._closed = np.concatenate((self._closed, closed), axis=1)
+            closed = times[:used], deviations[:used], np.abs(deviations[:used])
+            if self.length > 1:
+                time, mean, largest = (x.reshape(whole, self.length) for x in closed)
+                closed = _means(time), _means(mean), largest.max(axis=1)
+            self.closed = np.concatenate((self.closed, closed), axis=1)
             deviations, times = deviations[used:], times[used:]
-            if self._closed.shape[1] == MAX_WINDOWS:
+            if self.closed.shape[1] == MAX_WINDOWS:
                 self._merge()
-        self._open_values, self._open_times = deviations.copy(), times.copy()
+        self.last_window = np.array((times, deviations)) if len(times) else NOTHING
 
     def _merge(self) -> None:
-        time, mean, largest = self._closed.reshape(3, -1, 2)
-        self._closed = np.array([_means(time), _means(mean), largest.max(axis=1)])
+        time, mean, largest = self.closed.reshape(3, -1, 2)
+        self.closed = np.array([_means(time), _means(mean), largest.max(axis=1)])
         self.length *= 2
-
-    @property
-    def last_window(self) -> Array:
-        """The rows times, deviations of the samples after the last full window."""
-        return np.array([self._open_times, self._open_values])
 
     @property
     def in_order(self) -> bool:
         """Whether the times of the windows are finite and go on in one direction."""
-        if not (np.isfinite(self.times).all() and np.isfinite(self.last_time)):
+        times = self.times
+        if not (np.isfinite(times).all() and np.isfinite(self.last_time)):
             return False
-        steps = np.diff(self.times)
-        one_way = bool(np.all(steps >= 0.0) or np.all(steps <= 0.0))
-        return len(steps) == 0 or (one_way and bool(np.any(steps)))
+        later, earlier = times[1:], times[:-1]
+        one_way = bool((later >= earlier).all() or (later <= earlier).all())
+        return len(times) <= 1 or (one_way and bool(times[0] != times[-1]))
 
     @property
     def times(self) -> Array:
         """Mean time of each full window."""
-        return np.asarray(self._closed[0])
+        return np.asarray(self.closed[0])
 
     @property
     def means(self) -> Array:
         """Mean deviation of each full window."""
-        return np.asarray(self._closed[1])
+        return np.asarray(self.closed[1])
 
     @property
     def maxima(self) -> Array:
         """Largest absolute deviation in each full window."""
-        return np.asarray(self._closed[2])
+        return np.asarray(self.closed[2])
 
 
 def _means(rows: Array) -> Array:

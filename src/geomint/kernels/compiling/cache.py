@@ -13,8 +13,10 @@ another process that runs at the same time, or of somebody else is compiled anew
 
 from __future__ import annotations
 
+import errno
 import functools
 import hashlib
+import os
 import pickle
 import secrets
 import sys
@@ -26,12 +28,8 @@ import llvmlite
 import numba
 import numpy as np
 from numba.core import config as _config
-from numba.core.caching import (
-    CompileResultCacheImpl as _Impl,
-    FunctionCache,
-    NullCache,
-    _CacheLocator,
-)
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from .. import STARTED
@@ -90,58 +88,67 @@ def take_failure() -> OSError | None:
     return _failures[0]
 
 
-class _StampedLocator(_CacheLocator):
-    def __init__(self, fingerprint: str) -> None:
-        self._fingerprint = fingerprint
-        self._py_file = fingerprint
+class StampedCache(NullCache):
+    """The cache of one dispatcher; `fingerprint` stands for all that its code depends on.
 
-    def get_cache_path(self) -> str:
-        return str(cache_folder())
-
-    def ensure_cache_path(self) -> None:
-        private_folder(cache_folder())
-
-    def get_source_stamp(self) -> str:
-        return self._fingerprint
-
-    def get_disambiguator(self) -> str:
-        return self._fingerprint
-
-
-class _StampedImpl(_Impl):
-    def __init__(self, py_func: Any, fingerprint: str) -> None:
-        self._lineno = py_func.__code__.co_firstlineno
-        self._locator = _StampedLocator(fingerprint)
-        self._filename_base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
-
-    def check_cachable(self, cres: Any) -> bool:
-        return not (cres.library.has_dynamic_globals or any(not x.can_cache for x in cres.lifted))
-
-
-class _Files:
-    """The compiled code of one function on the disk: a file for each key, checksum first.
-
-    No index: processes that compile different signatures at the same time do not meet.
+    A file for each signature, checksum first. No index: processes that compile different signatures
+    at the same time do not meet.
     """
 
-    def __init__(self, folder: Path, base: str) -> None:
-        self._folder, self._base = folder, base
+    def __init__(self, py_func: Any, fingerprint: str, on_miss: Callable[[], None]) -> None:
+        self._fingerprint, self._on_miss = fingerprint, on_miss
+        self._folder = cache_folder()
+        self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
 
-    def _path(self, key: Any) -> Path:
+    @property
+    def cache_path(self) -> str:
+        return str(self._folder)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        target_context.refresh()
+        try:
+            found = self._load(self._path(sig, target_context.codegen()))
+            code = found and CompileResult._rebuild(target_context, *found)
+        except OSError as failure:
+            _note(failure)
+            code = None
+        except Exception:  # of another compiler with the same checksum: compile anew
+            code = None
+        # Types of one name need not be the same.
+        if code is None or tuple(code.signature.args) != tuple(getattr(sig, "args", sig)):
+            self._on_miss()
+            return None
+        return code
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        if data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted):
+            return
+        try:
+            private_folder(self._folder)
+            self._save(self._path(sig, data.codegen), dumps(data._reduce()))
+        except OSError as failure:
+            _note(failure)
+        except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
+            pass
+
+    def flush(self) -> None:
+        for path in self._folder.glob(f"{self._base}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+    def _path(self, sig: Any, codegen: Any) -> Path:
+        key = (sig, codegen.magic_tuple(), self._fingerprint)
         digest = hashlib.sha256(repr(key).encode()).hexdigest()
         return self._folder / f"{self._base}.{digest[:16]}.nbc"
 
-    def load(self, key: Any) -> Any:
+    def _load(self, path: Path) -> Any:
         private_folder(self._folder)  # what is in it is unpickled
-        path = self._path(key)
         if not path.is_file():  # nor a FIFO, which would wait for ever
             return None
         content = path.read_bytes()
         checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
         return pickle.loads(data) if hashlib.sha256(data).digest() == checksum else None
 
-    def save(self, key: Any, data: Any) -> None:
-        content, path = dumps(data), self._path(key)
+    def _save(self, path: Path, content: bytes) -> None:
         unfinished = path.with_suffix(f".{secrets.token_hex(8)}")
         try:
             unfinished.write_bytes(hashlib.sha256(content).digest() + content)
@@ -149,45 +156,11 @@ class _Files:
         finally:
             unfinished.unlink(missing_ok=True)
 
-    def flush(self) -> None:
-        for path in self._folder.glob(f"{self._base}.*.nbc"):
-            path.unlink(missing_ok=True)
 
-
-class StampedCache(FunctionCache):
-    """The cache of one dispatcher; `fingerprint` stands for all that its code depends on."""
-
-    def __init__(self, py_func: Any, fingerprint: str, on_miss: Callable[[], None]) -> None:
-        self._fingerprint, self._on_miss = fingerprint, on_miss
-        # numba's own constructor builds the implementation from the function alone.
-        self._impl_class: Any = functools.partial(_StampedImpl, fingerprint=fingerprint)
-        super().__init__(py_func)
-        self._cache_file: Any = _Files(Path(self._cache_path), self._impl.filename_base)
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        try:
-            found = super().load_overload(sig, target_context)
-        except OSError as failure:
-            _failures.append(failure)
-            found = None
-        except Exception:  # of another compiler with the same checksum: compile anew
-            found = None
-        # Types of one name need not be the same.
-        if found is None or tuple(found.signature.args) != tuple(getattr(sig, "args", sig)):
-            self._on_miss()
-            return None
-        return found
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        try:
-            super().save_overload(sig, data)
-        except OSError as failure:
-            _failures.append(failure)
-        except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
-            pass
-
-    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        return (sig, codegen.magic_tuple(), self._fingerprint)
+def _note(failure: OSError) -> None:
+    """Keep why something could not be kept; on Windows files that others have open are no reason."""
+    if os.name != "nt" or failure.errno != errno.EACCES:
+        _failures.append(failure)
 
 
 def make_cache(

@@ -1,8 +1,8 @@
 """Calls from Python into compiled code, by its address.
 
 numba's own way in looks at the type of every argument and looks functions up, 44 µs for a stepper.
-Here the arguments lie ready as ctypes numbers, a call changes some and takes 3 µs; and no code has
-to be compiled to take Python objects apart.
+Here the arguments lie ready as numbers, a call changes some and takes 3 µs; and no code has to be
+compiled to take Python objects apart.
 
 What is called is what compiled code calls itself, by numba's convention: ``int f(result *, error **,
 arguments)``, with blocks and functions as their members, one after the other.
@@ -24,7 +24,6 @@ import numpy as np
 __all__ = ["Call", "Code"]
 
 _RETURNED, _RETURNED_NONE = 0, -2  # of numba's codes, those that are no errors
-_ENTRY = ctypes.CFUNCTYPE(ctypes.c_int)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +67,15 @@ class Call:
         if code is None:
             return
         frame = _frame_of(code.signature)
-        self._run = _ENTRY(code.address)
+        self._run = frame.prototype(code.address)
         self._places = dict(zip(names, frame.places, strict=True))
-        self._form = frame.result
-        self._own([number() for number in frame.numbers])
+        self._form, self._buffer = frame.result, frame.buffer
+        self._own([0] * frame.size)
 
-    def _own(self, numbers: list[Any]) -> None:
+    def _own(self, numbers: list[float]) -> None:
         """Take numbers, and places for the result, that no other call has."""
         self._numbers = numbers
-        self._result = ctypes.create_string_buffer(max(self._form.size, 1))
+        self._result = self._buffer()
         self._error = ctypes.c_void_p()
         self._out = ctypes.byref(self._result), ctypes.byref(self._error)
 
@@ -85,8 +84,12 @@ class Call:
         other = copy.copy(self)
         other._values, other.owner = dict(self._values), None
         if self._code is not None:
-            other._own([type(number)(number.value) for number in self._numbers])
+            other._own(list(self._numbers))
         return other
+
+    def given(self, name: str) -> Any:
+        """Return an argument as it is set."""
+        return self._values[name]
 
     def set(self, **values: Any) -> None:
         """Change arguments; blocks and functions are held until they are changed again."""
@@ -97,12 +100,12 @@ class Call:
         for name, value in values.items():
             kind, at = self._places[name]
             if kind is Any:
-                numbers[at].value = value
+                numbers[at] = value
             elif kind is Code:
                 for i, code in enumerate(value if isinstance(value, tuple) else (value,)):
-                    numbers[at + len(_FUNCTION) * i + _CALLED].value = code.address
+                    numbers[at + len(_FUNCTION) * i + _CALLED] = code.address
             elif type(value) is kind:
-                numbers[at].value, numbers[at + 1].value = value.address, len(value)
+                numbers[at], numbers[at + 1] = value.address, len(value)
             else:
                 raise TypeError(f"{name}: expected a {kind.__name__}, got {value!r}")
 
@@ -130,12 +133,14 @@ class _Frame(NamedTuple):
     """How a signature's arguments and its result lie in memory.
 
     A place is what an argument has to be (`Code`: a function or a tuple of them; `Any`: a number;
-    else the class of a block), and which of the `numbers`, ctypes types, is its first.
+    else the class of a block), and which of `size` numbers is its first.
     """
 
     places: list[tuple[Any, int]]
-    numbers: list[Any]
+    size: int
+    prototype: Any
     result: struct.Struct
+    buffer: Any
 
 
 # A function: addresses for C and of a Python object, which stay 0, and of what is called.
@@ -165,4 +170,7 @@ def _frame_of(signature: Any) -> _Frame:
     result = signature.return_type
     parts: Any = getattr(result, "types", (result,))
     letters = {types.int64: "q", types.float64: "d", types.none: ""}
-    return _Frame(places, numbers, struct.Struct("".join(letters[part] for part in parts)))
+    form = struct.Struct("".join(letters[part] for part in parts))
+    prototype = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p, *numbers)
+    buffer = ctypes.c_char * max(form.size, 1)
+    return _Frame(places, len(numbers), prototype, form, buffer)

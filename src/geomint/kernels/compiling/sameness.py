@@ -21,10 +21,14 @@ class Compared:
     def __eq__(self, other: object) -> bool:
         if type(self) is not type(other):
             return NotImplemented
-        return self is other or same(_attributes(self), _attributes(other))
+        return self is other or same(self._compared(), other._compared())
 
     def __hash__(self) -> int:
         return hash((type(self), getattr(self, "name", None)))
+
+    def _compared(self) -> list[Any]:
+        """Return what it is made of."""
+        return _fields(self) if dataclasses.is_dataclass(self) else list(vars(self).items())
 
 
 def same(one: Any, other: Any) -> bool:
@@ -97,9 +101,14 @@ def _made_of(value: Any) -> list[Any] | None:
 
 
 def _attributes(value: Any) -> list[Any] | None:
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return [getattr(value, each.name) for each in dataclasses.fields(value) if each.compare]
-    return list(vars(value).items()) if isinstance(value, Compared) else None
+    if isinstance(value, Compared):
+        return value._compared()
+    own = dataclasses.is_dataclass(value) and not isinstance(value, type)
+    return _fields(value) if own else None
+
+
+def _fields(value: Any) -> list[Any]:
+    return [getattr(value, each.name) for each in dataclasses.fields(value) if each.compare]
 
 
 def contents(cell: types.CellType) -> tuple[Any, ...]:

@@ -23,11 +23,16 @@ __all__ = [
     "GENERATOR",
     "GIVEN",
     "GRADIENTS",
+    "MEMORY",
+    "REAL",
     "VALUE",
     "WHOLE",
     "Functions",
+    "Kind",
     "Signature",
     "advance",
+    "counted",
+    "of_stepper",
     "takes",
 ]
 
@@ -113,7 +118,8 @@ CONSTRAINT = takes(params=GIVEN, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
 FLOW = takes(k=WHOLE, params=GIVEN, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
 
 
-def _advanced(number_type: NumberType) -> Any:
+def counted(number_type: NumberType) -> Any:
+    """Return the type of (status, count, iterations, residual)."""
     from numba.core import types
 
     whole = number_type.whole
@@ -121,7 +127,7 @@ def _advanced(number_type: NumberType) -> Any:
 
 
 _ADVANCE = takes(
-    _advanced,
+    counted,
     params=GIVEN,
     coefficients=COEFFICIENTS,
     fractions=GIVEN,
@@ -141,3 +147,11 @@ def advance(functions: Iterable[Signature]) -> Signature:
     """Return the signature of a stepper that takes functions of the given ones."""
     taken = Functions(tuple(functions))
     return replace(_ADVANCE, arguments=(("functions", taken), *_ADVANCE.arguments))
+
+
+def of_stepper(functions: Iterable[Signature], **arguments: Kind) -> Signature:
+    """Return the signature of what drives a stepper: it, and all that it takes up to its rows."""
+    own = advance(functions)
+    names = [name for name, _ in own.arguments]
+    taken = own.arguments[: names.index("rows") + 1]
+    return Signature((("advance", own), *taken, *arguments.items()), counted)

@@ -10,16 +10,8 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, total
-from ..numbers.blocks import as_lanes, part, section
-from .memory import (
-    EPSILON,
-    UNIT,
-    lane_layout,
-    memory_layout,
-    pieces_of,
-    sizes_of,
-    work_layout,
-)
+from ..numbers.blocks import as_lanes, part
+from .memory import EPSILON, UNIT, Lanes, Memory, Work, pieces_of
 from .reflections import log_det_near_identity, reflect, reflect_back, reflections
 
 __all__ = ["enlarge_scales", "make_frame", "normals_turned"]
@@ -58,16 +50,14 @@ def condition_gradients(
     y: Any,
     scales: Any,
     spacing: float,
-    nodes: Any,
-    values: Any,
-    scratch: Any,
-    sizes: Any,
-    C: Any,
+    lanes: Lanes,
+    own: Work,
 ) -> float:
     """Write the scaled gradients of the conditions, row after row.
 
     Returns the largest seventh difference in roundings of the numbers of its row.
     """
+    nodes, values, sizes, C = lanes.nodes, lanes.values, own.values, own.gradients
     n = len(scales)
     m = len(values)
     zero = 0.0 * numbers[0]
@@ -77,7 +67,7 @@ def condition_gradients(
         nodes[i] = zero + y[i]
     for i in range(n):
         nodes[i] = y[i] + numbers[0] * (spacing * scales[i])
-        manifold(params, zero + t, nodes, values, scratch)
+        manifold(params, zero + t, nodes, values, lanes.scratch)
         nodes[i] = zero + y[i]
         for a in range(m):
             difference = values[a] - lane(values[a], 0)
@@ -99,10 +89,10 @@ def make_frame(
     layout: Any,
     t: float,
     y: Any,
-    memory: Any,
+    kept: Memory,
     frame: Any,
-    lanes: Any,
-    work: Any,
+    lanes: Lanes,
+    own: Work,
     first: bool,
 ) -> None:
     """Write the reflections that split normals and tangents at y, and ``log μ − ½ log det(CCᵀ)``.
@@ -111,34 +101,28 @@ def make_frame(
     differences of c is the largest at which they have no error but rounding: for polynomials of
     degree up to 6 the first.
     """
-    given = sizes_of(layout)
-    n, m = given.n, given.m
-    kept, eight, own = memory_layout(given), lane_layout(given), work_layout(given)
-    scales = section(memory, kept, "scales")
-    condition_scales = section(memory, kept, "condition_scales")
+    scales, condition_scales = kept.scales, kept.condition_scales
+    n, m = len(scales), len(condition_scales)
     volume = 0.0
     if m > 0:
-        nodes, values = section(lanes, eight, "nodes"), section(lanes, eight, "values")
-        scratch = section(lanes, eight, "scratch")
-        sizes, C = section(work, own, "values"), section(work, own, "gradients")
+        sizes, C = own.values, own.gradients
         numbers = as_lanes(layout, 0, 3)
-        used = section(memory, kept, "condition_spacing")
-        spacing = used[0]
+        spacing = kept.condition_spacing[0]
         worst = 2.0 * CONDITIONS_ROUNDINGS
         while worst > CONDITIONS_ROUNDINGS and spacing > CONDITIONS_SMALLEST:
             worst = condition_gradients(
-                manifold, params, numbers, t, y, scales, spacing, nodes, values, scratch, sizes, C
+                manifold, params, numbers, t, y, scales, spacing, lanes, own
             )
             if worst > CONDITIONS_ROUNDINGS:
                 spacing = 0.5 * spacing
-        used[0] = spacing
+        kept.condition_spacing[0] = spacing
         for a in range(m):
             while first and condition_scales[a] < sizes[2 * a] < 1e300:
                 condition_scales[a] = 2.0 * condition_scales[a]
             for i in range(n):
                 C[a * n + i] = C[a * n + i] / condition_scales[a]
         volume -= reflections(n, m, C, part(frame, 1, m * n))
-    frame[0] = volume + density(params, t, part(y, 0, n), section(work, own, "scratch"))
+    frame[0] = volume + density(params, t, part(y, 0, n), own.scratch)
 
 
 @helper

@@ -28,10 +28,19 @@ from ..compiling.bound import Bound
 from ..compiling.recorded import helper
 from ..compiling.signatures import BLOCK, Functions, takes
 from ..numbers.arithmetic import NAN
-from ..numbers.blocks import as_lanes, part, section
+from ..numbers.blocks import as_lanes, part, sections
 from ..solve.compensated import add_compensated
 from .frames import enlarge_scales, make_frame, normals_turned
-from .memory import EPSILON, memory_layout, sizes_of, work_layout
+from .memory import (
+    EPSILON,
+    Lanes,
+    Memory,
+    Work,
+    lane_layout,
+    memory_layout,
+    sizes_of,
+    work_layout,
+)
 from .reflections import log_det_near_identity, reflect, reflect_back
 from .tangent_map import tangent_column
 
@@ -43,38 +52,20 @@ SYSTEMATIC = EPSILON / 8.0
 
 @helper
 def log_stretch(
-    kernel: Any,
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    fractions: Any,
-    layout: Any,
-    t: float,
-    h: float,
-    memory: Any,
-    lanes: Any,
-    work: Any,
+    method: Any, layout: Any, t: float, h: float, kept: Memory, lanes: Lanes, own: Work
 ) -> float:
     """Return ``log|det(Q₁ᵀ DΦ Q₀)|`` for the step from the state in memory, between the two frames."""
-    given = sizes_of(layout)
-    n, m = given.n, given.m
+    n, m = len(kept.scales), len(kept.condition_scales)
     d = n - m
-    kept, own = memory_layout(given), work_layout(given)
-    y, bias = section(memory, kept, "state"), section(memory, kept, "bias")
-    old = part(section(memory, kept, "old"), 1, m * n)
-    new = part(section(memory, kept, "new"), 1, m * n)
-    E, Z, G = section(work, own, "E"), section(work, own, "Z"), section(work, own, "G")
-    q, D = section(work, own, "q"), section(work, own, "D")
-    x = section(work, own, "x")  # also the seventh difference
+    bias, old, new = kept.bias, part(kept.old, 1, m * n), part(kept.new, 1, m * n)
+    E, q, D = own.E, own.q, own.D
+    x = own.x  # also the seventh difference
     good = True
     for k in range(d):
         for i in range(n):
             q[i] = 1.0 if i == m + k else 0.0
         reflect_back(m, old, q)
-        good &= tangent_column(
-            kernel, functions, params, coefficients, fractions, layout, t, h, y, q, memory, k, lanes,
-            D, x,
-        )  # fmt: skip
+        good &= tangent_column(method, layout, t, h, q, kept, k, lanes, D, x)
         if (
             m > 0
         ):  # the part of q + D that leaves the manifold, which has only rounding if Φ does not
@@ -93,7 +84,7 @@ def log_stretch(
         bias[0] = bias[0] + SYSTEMATIC * E[i] * E[i]
     stretch = log_det_near_identity(d, E)
     if m > 0:
-        stretch -= normals_turned(n, m, old, new, x, Z, G)
+        stretch -= normals_turned(n, m, old, new, x, own.Z, own.G)
     return stretch if good else NAN
 
 
@@ -129,13 +120,11 @@ def measure(
         The states after the steps, one after the other.
     """
     given = sizes_of(layout)
-    rows, kept = given.rows, memory_layout(given)
-    lanes = as_lanes(lane_numbers, 0, len(lane_numbers) // 8)
-    y, scales = section(memory, kept, "state"), section(memory, kept, "scales")
-    old, new = section(memory, kept, "old"), section(memory, kept, "new")
-    total, carry = section(memory, kept, "sum"), section(memory, kept, "carry")
-    steps, begun = section(memory, kept, "steps"), section(memory, kept, "begun")
-    origin = section(memory, kept, "origin")
+    rows, method = given.rows, (kernel, functions, params, coefficients, fractions)
+    kept, own = sections(memory, memory_layout(given)), sections(work, work_layout(given))
+    lanes = sections(as_lanes(lane_numbers, 0, len(lane_numbers) // 8), lane_layout(given))
+    y, scales, old, new = kept.state, kept.scales, kept.old, kept.new
+    total, carry, steps, begun, origin = kept.sum, kept.carry, kept.steps, kept.begun, kept.origin
     for k in range(len(starts)):
         t = starts[k]
         h = lengths[k]
@@ -147,13 +136,11 @@ def measure(
             x, frame = (y, old) if end == 0 else (state, new)
             first = begins and end == 0
             make_frame(
-                density, manifold, params, layout, t + end * h, x, memory, frame, lanes, work, first
+                density, manifold, params, layout, t + end * h, x, kept, frame, lanes, own, first
             )
         if remake:
             origin[0] = old[0] if begins else origin[0] + (old[0] - before)
-        stretch = log_stretch(
-            kernel, functions, params, coefficients, fractions, layout, t, h, memory, lanes, work
-        )
+        stretch = log_stretch(method, layout, t, h, kept, lanes, own)
         begun[0] = 1.0
         steps[0] = steps[0] + 1.0
         add_compensated(total, carry, 0, stretch)

@@ -7,7 +7,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import inlined
-from ..numbers.blocks import REST, Block, packed, scalar_block, section
+from ..numbers.blocks import REST, Block, packed, scalar_block, section, sections
 
 __all__ = [
     "CONDITIONS_LARGEST",
@@ -15,7 +15,10 @@ __all__ = [
     "LARGEST",
     "NODES",
     "UNIT",
+    "Lanes",
+    "Memory",
     "Sizes",
+    "Work",
     "lane_layout",
     "measure_given",
     "measure_memory",
@@ -56,13 +59,9 @@ GIVEN = Given(24, 1, 1, 1, 1, 1, 1, REST)
 @inlined
 def sizes_of(given: Any) -> Sizes:
     """Return the sizes that are given to the sweep."""
+    _, n, rows, m, memory_rows, work_rows, scratch, _ = sections(given, GIVEN)
     return Sizes(
-        n=int(section(given, GIVEN, "n")[0]),
-        rows=int(section(given, GIVEN, "rows")[0]),
-        m=int(section(given, GIVEN, "m")[0]),
-        memory_rows=int(section(given, GIVEN, "memory_rows")[0]),
-        work_rows=int(section(given, GIVEN, "work_rows")[0]),
-        scratch=int(section(given, GIVEN, "scratch")[0]),
+        int(n[0]), int(rows[0]), int(m[0]), int(memory_rows[0]), int(work_rows[0]), int(scratch[0])
     )
 
 

@@ -16,10 +16,10 @@ from typing import Any
 
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import lane, maximum, top, total
-from ..numbers.blocks import as_lanes, part, section
+from ..numbers.blocks import as_lanes, part
 from ..solve.compensated import add_compensated
 from ..solve.status import OK
-from .memory import EPSILON, LARGEST, NODES, UNIT, lane_layout, memory_layout, sizes_of
+from .memory import EPSILON, LARGEST, NODES, UNIT, Lanes, Memory
 
 __all__ = ["tangent_column"]
 
@@ -36,11 +36,7 @@ FAILED = 1e300
 
 @helper
 def difference(
-    kernel: Any,
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    fractions: Any,
+    method: Any,
     layout: Any,
     t: float,
     h: float,
@@ -48,21 +44,21 @@ def difference(
     q: Any,
     scales: Any,
     spacing: float,
-    lanes: Any,
+    lanes: Lanes,
     D: Any,
     seventh: Any,
 ) -> tuple[float, float]:
     """Write the scaled derivative of the increment of a step along q, and its seventh difference.
 
+    `method` is what takes a step: (kernel, functions, params, coefficients, fractions).
     Returns the largest seventh difference and an estimate of the size of what was rounded; `FAILED` for
     a step that fails at a node.
     """
-    given = sizes_of(layout)
-    n, rows, eight = given.n, given.rows, lane_layout(given)
+    kernel, functions, params, coefficients, fractions = method
+    n, rows = len(scales), len(y)
     numbers = as_lanes(layout, 0, 3)
     zero = 0.0 * numbers[0]
-    memory, work = section(lanes, eight, "memory"), section(lanes, eight, "work")
-    nodes, carries = section(lanes, eight, "nodes"), section(lanes, eight, "carries")
+    memory, work, nodes, carries, _, _ = lanes
     carry = part(memory, rows, rows)
     # A second time if the step iterates: what the first has left of its errors depends smoothly on
     # the node, which is a bias; from where that has ended only rounding is left.
@@ -103,19 +99,14 @@ def difference(
 
 @helper
 def tangent_column(
-    kernel: Any,
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    fractions: Any,
+    method: Any,
     layout: Any,
     t: float,
     h: float,
-    y: Any,
     q: Any,
-    memory: Any,
+    kept: Memory,
     k: int,
-    lanes: Any,
+    lanes: Lanes,
     D: Any,
     seventh: Any,
 ) -> bool:
@@ -123,12 +114,9 @@ def tangent_column(
 
     Returns whether the step succeeds at the nodes of any spacing.
     """
-    given = sizes_of(layout)
-    n, kept = given.n, memory_layout(given)
-    scales, variance = section(memory, kept, "scales"), section(memory, kept, "variance")
-    spacings, roundings = section(memory, kept, "spacings"), section(memory, kept, "roundings")
-    begun, steps = section(memory, kept, "begun")[0], section(memory, kept, "steps")[0]
-    periodic = begun == 0.0 or (int(steps) + k) % PERIOD == 0
+    scales, variance = kept.scales, kept.variance
+    spacings, roundings = kept.spacings, kept.roundings
+    periodic = kept.begun[0] == 0.0 or (int(kept.steps[0]) + k) % PERIOD == 0
     stage = MEASURE if periodic else CHECK
     spacing = ROUNDING_ONLY if periodic else spacings[k]
     lasting = periodic
@@ -139,9 +127,8 @@ def tangent_column(
         if stage == USE:
             stage = DONE
         worst, rounded = difference(
-            kernel, functions, params, coefficients, fractions, layout, t, h, y, q, scales,
-            spacing, lanes, D, seventh,
-        )  # fmt: skip
+            method, layout, t, h, kept.state, q, scales, spacing, lanes, D, seventh
+        )
         if stage == MEASURE:
             if worst < FAILED:
                 roundings[k] = maximum(maximum(worst, 4.0 * rounded), 0.5 * roundings[k])
@@ -161,7 +148,7 @@ def tangent_column(
             spacing = 0.5 * spacing
     if lasting:
         spacings[k] = spacing
-    for r in range(n):
+    for r in range(len(scales)):
         error = q[r] * seventh[r] / spacing
         variance[0] = variance[0] + NOISE * error * error
     return worst < FAILED

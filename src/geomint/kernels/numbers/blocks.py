@@ -26,7 +26,10 @@ __all__ = [
     "part",
     "scalar_block",
     "section",
+    "sections",
 ]
+
+_FLOAT64 = np.dtype(np.float64)
 
 REST = -1  # any negative number of rows of the last part of a layout: all that are left
 
@@ -40,11 +43,12 @@ class Block:
         Shared, not copied. For compiled code it must be a C-contiguous float64 array.
     """
 
-    __slots__ = ("data",)
+    __slots__ = ("_known", "data")
     row_shape: tuple[int, ...] = ()  # of the data of a row
 
     def __init__(self, data: npt.NDArray[Any]) -> None:
         self.data = data
+        self._known: tuple[Any, int] = (None, 0)  # data, and where they begin
 
     @property
     def address(self) -> int:
@@ -56,8 +60,11 @@ class Block:
             If they are not what compiled code takes them for.
         """
         data = self.data
+        known, where = self._known
+        if known is data:
+            return where
         if (
-            data.dtype != np.float64
+            data.dtype != _FLOAT64
             or data.shape[1:] != self.row_shape
             or not data.flags.c_contiguous
         ):
@@ -65,7 +72,8 @@ class Block:
                 f"compiled code needs contiguous float64 numbers in rows of shape {self.row_shape}, "
                 f"got {data.dtype} of shape {data.shape}"
             )
-        where: int = data.__array_interface__["data"][0]
+        where = data.__array_interface__["data"][0]
+        self._known = data, where
         return where
 
     def __len__(self) -> int:
@@ -116,7 +124,7 @@ def as_scalars(block: Block) -> Block:
 def scalar_block(size: int) -> Block:
     """Return a block of `size` zeros, aligned so that lane values in it load fast."""
     raw = np.zeros(size + LANES)
-    skip = (-raw.ctypes.data // 8) % LANES
+    skip = (-raw.__array_interface__["data"][0] // 8) % LANES
     return Block(raw[skip : skip + size])
 
 
@@ -145,6 +153,11 @@ def section(block: Block, layout: Any, name: str) -> Block:
     at = layout._fields.index(name)
     first, rows = sum(layout[:at]), layout[at]
     return block.part(first, len(block) - first if rows < 0 else rows)
+
+
+def sections(block: Block, layout: Any) -> Any:
+    """Return all parts of a block, each as `section` gives it: a named tuple like the layout."""
+    return type(layout)(*(section(block, layout, name) for name in layout._fields))
 
 
 def packed(layout: Any, /, **values: Any) -> Block:

@@ -13,7 +13,8 @@ from typing import Any
 from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.core.imputils import lower_builtin
-from numba.core.ir_utils import _add_alias, alias_func_extensions
+from numba.core.ir import Assign, Expr
+from numba.core.ir_utils import _add_alias, alias_analysis_extensions
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import (
     models,
@@ -174,30 +175,42 @@ def _part(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
+def _section(context: Any, builder: Any, sig: Any, args: Any, at: int) -> Any:
+    """Return part `at` of a layout: the sum of the rows before it is as constant as they are."""
+    block, layout = sig.args[:2]
+    sizes = [builder.extract_value(args[1], i) for i in range(at + 1)]
+    start = functools.reduce(builder.add, sizes[:-1], ir.Constant(ir.IntType(64), 0))
+    rows = sizes[-1]
+    if at + 1 == len(layout.fields):
+        source = cgutils.create_struct_proxy(block)(context, builder, value=args[0])
+        whole = _number_of_rows(builder, block, source)
+        rest = builder.icmp_signed("<", rows, rows.type(0))
+        rows = builder.select(rest, builder.sub(whole, start), rows)
+    result = BlockType(block.row)
+    part_type = result(block, types.int64, types.int64)
+    return _view(result)(context, builder, part_type, (args[0], start, rows))
+
+
 @instruction(blocks.section, prefer_literal=True)
 def _named(typingctx, block, layout, name):
-    """Return code for a part by its name: the sum of the rows before it is as constant as they are."""
     if not isinstance(name, types.StringLiteral) or not isinstance(layout, types.BaseNamedTuple):
         return None
     at = layout.fields.index(name.literal_value)
-    result = BlockType(block.row)
+    return BlockType(block.row)(block, layout, name), functools.partial(_section, at=at)
+
+
+@instruction(blocks.sections)
+def _all_named(typingctx, block, layout):
+    if not isinstance(layout, types.BaseNamedTuple):
+        return None
+    count = len(layout.fields)
+    result = types.NamedUniTuple(BlockType(block.row), count, layout.instance_class)
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        sizes = [builder.extract_value(args[1], i) for i in range(at + 1)]
-        start = functools.reduce(builder.add, sizes[:-1], ir.Constant(ir.IntType(64), 0))
-        rows = sizes[-1]
-        if at + 1 == len(layout.fields):
-            whole = _number_of_rows(
-                builder,
-                sig.args[0],
-                cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0]),
-            )
-            rest = builder.icmp_signed("<", rows, rows.type(0))
-            rows = builder.select(rest, builder.sub(whole, start), rows)
-        part_type = result(block, types.int64, types.int64)
-        return _view(result)(context, builder, part_type, (args[0], start, rows))
+        parts = [_section(context, builder, sig, args, at) for at in range(count)]
+        return context.make_tuple(builder, sig.return_type, parts)
 
-    return result(block, layout, name), codegen
+    return result(block, layout), codegen
 
 
 @instruction(blocks.as_lanes)
@@ -232,16 +245,16 @@ def _fixed_rows(typingctx, block, rows):
     return (block if known is None else BlockType(block.row, known))(block, rows), codegen
 
 
-def _shares_memory(view: str, arguments: Any, aliases: Any, of_arguments: Any) -> None:
-    _add_alias(view, arguments[0].name, aliases, of_arguments)
+def _views(
+    statement: Any, arguments: Any, typemap: Any, function: Any, aliases: Any, of_arguments: Any
+) -> None:
+    """Let blocks, and tuples that may hold some, be views of all that they are made of."""
+    target, made = statement.target.name, statement.value
+    kind = (typemap or {}).get(target)
+    if isinstance(made, Expr) and (kind is None or isinstance(kind, BlockType | types.BaseTuple)):
+        for part in made.list_vars():
+            _add_alias(target, part.name, aliases, of_arguments)
 
 
 # Without this numba takes a store as the last use of a view for dead, and removes it.
-for _function in (
-    blocks.part,
-    blocks.section,
-    blocks.as_lanes,
-    blocks.as_scalars,
-    blocks.fixed_rows,
-):
-    alias_func_extensions[_function.__name__, _function.__module__] = _shares_memory
+alias_analysis_extensions[Assign] = _views

@@ -57,20 +57,18 @@ def _is_number(x: Any) -> bool:
     return isinstance(x, types.Float | types.Integer)
 
 
-@intrinsic
-def _hi(typingctx, x):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.extract_value(args[0], 0)
+def _part(index: int) -> Any:
+    @intrinsic
+    def part(typingctx, x):
+        def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.extract_value(args[0], index)
 
-    return x.base(x), codegen
+        return x.base(x), codegen
+
+    return part
 
 
-@intrinsic
-def _lo(typingctx, x):
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.extract_value(args[0], 1)
-
-    return x.base(x), codegen
+_hi, _lo = _part(0), _part(1)
 
 
 @intrinsic
@@ -209,44 +207,27 @@ def _binary(functions: list[Any], implementation: Any) -> None:
         def choose(x, y):
             if not (_is_dd(x) or _is_dd(y)):
                 return None
-            if _is_dd(x) and _is_dd(y) and x == y:
+            if x == y:
                 return lambda x, y: implementation(x, y)
-            if _is_dd(x) and _is_dd(y):  # one number against eight
-                return lambda x, y: implementation(_widened(x, y), _widened(y, x))
-            if _is_dd(x) and (_is_number(y) or y == LANE_VALUE):
-                return lambda x, y: implementation(_widened(x, y), _promoted(y, x))
-            if _is_dd(y) and (_is_number(x) or x == LANE_VALUE):
-                return lambda x, y: implementation(_promoted(x, y), _widened(y, x))
+            if all(_is_dd(z) or _is_number(z) or z == LANE_VALUE for z in (x, y)):
+                return lambda x, y: implementation(_beside(x, y), _beside(y, x))
             return None
 
 
-def _promoted(value: Any, example: Any) -> Any:
+def _beside(value: Any, other: Any) -> Any:
     raise NotImplementedError  # replaced by the overload below; never called uncompiled
 
 
-def _widened(value: Any, other: Any) -> Any:
-    raise NotImplementedError  # replaced by the overload below; never called uncompiled
-
-
-@overload(_promoted)
-def _overload_promoted(value, example):
-    if value == LANE_VALUE or example.base == types.float64:
-        if value == LANE_VALUE:
-            return lambda value, example: _pack(value, 0.0 * value)
-        return lambda value, example: _pack(float(value), 0.0)
-    return lambda value, example: _pack(
-        arithmetic.like(float(value), _hi(example)), 0.0 * _hi(example)
-    )
-
-
-@overload(_widened)
-def _overload_widened(value, other):
-    lanes = other == LANE_VALUE or (_is_dd(other) and other.base == LANE_VALUE)
-    if value.base == types.float64 and lanes:
-        if _is_dd(other):
-            return lambda value, other: _pack(
-                arithmetic.like(_hi(value), _hi(other)), arithmetic.like(_lo(value), _hi(other))
-            )
+@overload(_beside)
+def _overload_beside(value, other):
+    """Return a number as a double-double one, or eight where another number is eight."""
+    if _is_number(value):
+        return lambda value, other: _beside(_pack(float(value), 0.0), other)
+    if value == LANE_VALUE:
+        return lambda value, other: _pack(value, 0.0 * value)
+    if _is_dd(other):
+        return lambda value, other: _beside(value, _hi(other))
+    if value.base == types.float64 and other == LANE_VALUE:
         return lambda value, other: _pack(
             arithmetic.like(_hi(value), other), arithmetic.like(_lo(value), other)
         )
@@ -273,39 +254,25 @@ for _function in (operator.lt, operator.le, operator.gt, operator.ge):
     _binary([_function], _comparison(_function))
 
 
-@overload(operator.neg)
-def _overload_negate(x):
-    return (lambda x: _negate(x)) if _is_dd(x) else None
+@njit
+def _absolute(x):
+    negative = _hi(x) < 0.0
+    return _pack(
+        arithmetic.select(negative, -_hi(x), _hi(x)), arithmetic.select(negative, -_lo(x), _lo(x))
+    )
 
 
-@overload(abs)
-def _overload_abs(x):
-    if not _is_dd(x):
-        return None
-
-    def positive(x):
-        negative = _hi(x) < 0.0
-        return _pack(
-            arithmetic.select(negative, -_hi(x), _hi(x)),
-            arithmetic.select(negative, -_lo(x), _lo(x)),
-        )
-
-    return positive
+def _unary(function: Any, implementation: Any, *shift: float) -> None:
+    @overload(function)
+    def choose(x):
+        return (lambda x: implementation(x, *shift)) if _is_dd(x) else None
 
 
-@overload(arithmetic.sqrt)
-def _overload_sqrt(x):
-    return (lambda x: _square_root(x)) if _is_dd(x) else None
-
-
-@overload(arithmetic.sin)
-def _overload_sin(x):
-    return (lambda x: _sine_of(x, 0.0)) if _is_dd(x) else None
-
-
-@overload(arithmetic.cos)
-def _overload_cos(x):
-    return (lambda x: _sine_of(x, 1.0)) if _is_dd(x) else None
+_unary(operator.neg, _negate)
+_unary(abs, _absolute)
+_unary(arithmetic.sqrt, _square_root)
+_unary(arithmetic.sin, _sine_of, 0.0)
+_unary(arithmetic.cos, _sine_of, 1.0)
 
 
 @overload(arithmetic.fma)
@@ -326,11 +293,7 @@ def _overload_select(condition, x, y):
 
 @overload(arithmetic.like)
 def _overload_like(value, example):
-    if not _is_dd(example):
-        return None
-    if _is_dd(value):
-        return lambda value, example: _widened(value, example)
-    return lambda value, example: _promoted(value, example)
+    return (lambda value, example: _beside(value, example)) if _is_dd(example) else None
 
 
 @overload(arithmetic.lane)

@@ -20,7 +20,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.blocks import REST, part, section
+from ..numbers.blocks import REST, part, section, sections
 from .compensated import add_compensated
 from .status import OK, STEP_TOO_SMALL
 from .step_control import error_size, logarithm, next_factor, retry_factor
@@ -86,24 +86,15 @@ def _step(attempt: Recorded) -> Recorded:
     ) -> tuple[int, int, float]:
         """Take one step as long as the tolerance allows; return (status, tries, residual)."""
         n = rows - 1
-        given = adaptive_coefficients(n, REST)
-        pieces, numbers = (
-            section(coefficients, given, "pieces"),
-            section(coefficients, given, "numbers"),
+        given = sections(coefficients, adaptive_coefficients(n, REST))
+        rtol, atol, order, end = given.rtol[0], given.atol[0], given.order[0], given.end[0]
+        estimates, reuse = int(given.estimates[0]), int(given.reuse[0])
+        states, carries, following, former, smallest, largest, known, first = sections(
+            memory, adaptive_memory(rows, REST)
         )
-        estimates = int(section(coefficients, given, "estimates")[0])
-        reuse = int(section(coefficients, given, "reuse")[0])
-        order = section(coefficients, given, "order")[0]
-        end = section(coefficients, given, "end")[0]
-        kept = adaptive_memory(rows, REST)
-        states, carries = section(memory, kept, "states"), section(memory, kept, "carries")
         y, carry = part(states, 0, n), part(carries, 0, n)
-        following, former = section(memory, kept, "next"), section(memory, kept, "former")
-        smallest, largest = section(memory, kept, "smallest"), section(memory, kept, "largest")
-        known, first = section(memory, kept, "known"), section(memory, kept, "first")
-        result = adaptive_work(n, len(first), REST)
-        increment, errors = section(work, result, "increment"), section(work, result, "errors")
-        last = section(work, result, "last")
+        increment, errors, last, _ = sections(work, adaptive_work(n, len(first), REST))
+        high, low = part(errors, 0, n), part(errors, n, n)
         t = states[n]
         remaining = (end - t) - carries[n]
         tries = 0
@@ -120,20 +111,11 @@ def _step(attempt: Recorded) -> Recorded:
             tiny = not ends and abs(h) < SPACINGS * abs(t)
             tries += 1
             status, error = attempt(
-                functions, params, numbers, reuse, y, carry, first, int(known[0]), work, t, h
+                functions, params, given.numbers, reuse, y, carry, first, int(known[0]), work, t, h
             )
             if status == OK:
                 known[0] = 1.0
-                error = error_size(
-                    section(coefficients, given, "rtol")[0],
-                    section(coefficients, given, "atol")[0],
-                    pieces,
-                    y,
-                    increment,
-                    part(errors, 0, n),
-                    part(errors, n, n),
-                    estimates,
-                )
+                error = error_size(rtol, atol, given.pieces, y, increment, high, low, estimates)
                 if error <= 1.0 and not tiny:
                     break
             else:
@@ -158,7 +140,7 @@ def _step(attempt: Recorded) -> Recorded:
         factor = next_factor(order, error, former[0])
         if tries > 1:
             factor = min(factor, 1.0)
-        longest = section(coefficients, given, "max_step")[0]
+        longest = given.max_step[0]
         proposed = factor * h
         if ends and abs(proposed) < abs(following[0]):  # what an end leaves is no measure
             proposed = following[0]

@@ -18,7 +18,7 @@ from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
 from .status import OK
 
-__all__ = ["bound_stepper", "stepper"]
+__all__ = ["bound_stepper", "stepper", "with_maps"]
 
 
 def stepper(step: Recorded) -> Recorded:
@@ -83,6 +83,24 @@ def stepper(step: Recorded) -> Recorded:
 
     advance.__name__ = step.function.__name__  # what "compiling …" says
     return helper(advance)
+
+
+def with_maps(step: Recorded, *maps: Recorded | None) -> Recorded:
+    """Return a step, or an attempt, that finds the maps of a group.
+
+    It takes them after its generator: ``step((generator, *maps), …)``. Where they are given here
+    they are compiled in, and ``step`` takes (generator,).
+    """
+
+    def compiled_in(functions, *others):
+        return step(functions[0], maps, *others)
+
+    def taken(functions, *others):
+        return step(functions[0], functions[1:], *others)
+
+    chosen = taken if maps[0] is None else compiled_in
+    chosen.__name__ = f"{step.function.__name__}{'' if chosen is taken else '_in'}"
+    return helper(chosen)
 
 
 def bound_stepper(kernel: Recorded, functions: tuple[Bound, ...]) -> Bound:

@@ -6,10 +6,10 @@ import functools
 from collections import namedtuple
 from typing import Any
 
-from ..compiling.recorded import Recorded, helper, inlined
+from ..compiling.recorded import Recorded, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, part, section
-from .advance import stepper
+from ..numbers.blocks import REST, part, section, sections
+from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
 from .status import NOT_FINITE, OK
 
@@ -82,11 +82,12 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
     """
 
     @inlined
-    def commutator_free_step(
+    def commutator_free(
         generator: Any,
-        act: Any,
+        maps: Any,
         params: Any,
         coefficients: Any,
+        substep: int,
         memory: Any,
         work: Any,
         t: float,
@@ -96,25 +97,17 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
 
         Summed before they are added to the state, moves lose nothing to its rounding.
         """
+        act = maps[0]
         header = commutator_free_coefficients(0, 0, REST)
-        n = rows if rows > 0 else int(section(coefficients, header, "rows")[0])
-        d = m if m > 0 else int(section(coefficients, header, "algebra_rows")[0])
-        stages = int(section(coefficients, header, "stages")[0])
-        field_work = int(section(coefficients, header, "field_work")[0])
         layout_rows = int(section(coefficients, header, "layout_rows")[0])
-        numbers = commutator_free_coefficients(layout_rows, stages, REST)
-        layout, c = section(coefficients, numbers, "layout"), section(coefficients, numbers, "c")
-        table = section(coefficients, numbers, "flows")
-        state = compensated_state(n)
-        y, carry = section(memory, state, "y"), section(memory, state, "carry")
-        own = commutator_free_work(n, d, stages, field_work, REST)
-        xi, moves, v = (
-            section(work, own, "xi"),
-            section(work, own, "moves"),
-            section(work, own, "v"),
-        )
-        Y, step = section(work, own, "Y"), section(work, own, "step")
-        field_scratch, scratch = section(work, own, "field_scratch"), section(work, own, "scratch")
+        stages = int(section(coefficients, header, "stages")[0])
+        given = sections(coefficients, commutator_free_coefficients(layout_rows, stages, REST))
+        n = rows if rows > 0 else int(given.rows[0])
+        d = m if m > 0 else int(given.algebra_rows[0])
+        layout, c, table = given.layout, given.c, given.flows
+        y, carry = sections(memory, compensated_state(n))
+        own = commutator_free_work(n, d, stages, int(given.field_work[0]), REST)
+        xi, moves, v, Y, step, field_scratch, scratch = sections(work, own)
         for r in range(d):
             v[r] = 0.0 * y[0]
         worst = 0.0 * y[0]
@@ -148,14 +141,4 @@ def commutator_free_stepper(act: Recorded | None, rows: int, m: int) -> Recorded
             add_compensated(y, carry, r, moves[stages * n + r])
         return OK, 1, 0.0
 
-    if act is None:
-
-        def commutator_free(functions, p, c, substep, memory, work, t, h):
-            return commutator_free_step(functions[0], functions[1], p, c, memory, work, t, h)
-
-        return stepper(helper(commutator_free))
-
-    def commutator_free_in(functions, p, c, substep, memory, work, t, h):
-        return commutator_free_step(functions[0], act, p, c, memory, work, t, h)
-
-    return stepper(helper(commutator_free_in))
+    return stepper(with_maps(commutator_free, act))

@@ -18,7 +18,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, maximum, top
-from ..numbers.blocks import REST, as_lanes, part, section
+from ..numbers.blocks import REST, as_lanes, part, section, sections
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -192,25 +192,17 @@ def gauss_step(
 ) -> tuple[int, int, float]:
     """Solve for the stages by fixed-point iteration and add the update."""
     field = functions[0]
-    numbers = gauss_coefficients(rows, groups, REST)
-    cap = int(top(section(coefficients, numbers, "cap")[0]))
-    tolerance = top(section(coefficients, numbers, "tolerance")[0])
-    pieces = section(coefficients, numbers, "pieces")
-    c = as_lanes(section(coefficients, numbers, "c"), 0, groups)
-    b = as_lanes(section(coefficients, numbers, "b"), 0, groups)
+    given = sections(coefficients, gauss_coefficients(rows, groups, REST))
+    cap, tolerance = int(top(given.cap[0])), top(given.tolerance[0])
+    c, b = as_lanes(given.c, 0, groups), as_lanes(given.b, 0, groups)
     columns = 8 * groups * groups
-    mu = as_lanes(section(coefficients, numbers, "mu"), 0, columns)
-    predictors = section(coefficients, numbers, "predictors")
-    predictor = as_lanes(predictors, 8 * columns * substep, columns)
-    kept = gauss_memory(rows, groups)
-    y, carry = section(memory, kept, "y"), section(memory, kept, "carry")
-    stages = as_lanes(section(memory, kept, "stages"), 0, rows * groups)
-    own = gauss_work(rows, groups, REST)
-    Y = as_lanes(section(work, own, "Y"), 0, rows * groups)
-    F = as_lanes(section(work, own, "F"), 0, rows * groups)
-    scales = section(work, own, "scales")
-    free = section(work, own, "scratch")
-    scratch = as_lanes(free, 0, len(free) // 8)
+    mu = as_lanes(given.mu, 0, columns)
+    predictor = as_lanes(given.predictors, 8 * columns * substep, columns)
+    y, carry, _, increments = sections(memory, gauss_memory(rows, groups))
+    stages = as_lanes(increments, 0, rows * groups)
+    own = sections(work, gauss_work(rows, groups, REST))
+    Y, F = as_lanes(own.Y, 0, rows * groups), as_lanes(own.F, 0, rows * groups)
+    scales, scratch = own.scales, as_lanes(own.scratch, 0, len(own.scratch) // 8)
 
     for r in range(rows):
         scales[r] = 0.0
@@ -230,7 +222,7 @@ def gauss_step(
         for g in range(groups):
             field(params, t + c[g] * h, part(Y, g * rows, rows), part(F, g * rows, rows), scratch)
         if coarse:
-            inverse_scales(pieces, y, stages, groups, scales)
+            inverse_scales(given.pieces, y, stages, groups, scales)
         worst = 0.0 * c[0]
         for g in range(groups):
             weights = b[g] * h

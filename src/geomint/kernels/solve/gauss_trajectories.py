@@ -14,7 +14,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import REST, part, section
+from ..numbers.blocks import REST, part, section, sections
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -94,17 +94,12 @@ def gauss_trajectories_step(
     header = gauss_trajectories_coefficients(0, 0, REST)
     rows = int(section(coefficients, header, "rows")[0])
     stages = int(section(coefficients, header, "stages")[0])
-    cap = int(section(coefficients, header, "cap")[0])
-    tolerance = section(coefficients, header, "tolerance")[0]
-    numbers = gauss_trajectories_coefficients(rows, stages, stages * stages)
-    pieces, mu = section(coefficients, numbers, "pieces"), section(coefficients, numbers, "mu")
-    c, b = section(coefficients, numbers, "c"), section(coefficients, numbers, "b")
-    kept = gauss_trajectories_memory(rows, REST)
-    y, carry = section(memory, kept, "y"), section(memory, kept, "carry")
-    L = part(section(memory, kept, "increments"), substep * stages * rows, stages * rows)
-    own = gauss_trajectories_work(rows, REST)
-    Y, F = section(work, own, "Y"), section(work, own, "F")
-    inverse, scratch = section(work, own, "inverse"), section(work, own, "scratch")
+    given = sections(coefficients, gauss_trajectories_coefficients(rows, stages, stages * stages))
+    cap, tolerance, pieces = int(given.cap[0]), given.tolerance[0], given.pieces
+    c, b, mu = given.c, given.b, given.mu
+    y, carry, increments = sections(memory, gauss_trajectories_memory(rows, REST))
+    L = part(increments, substep * stages * rows, stages * rows)
+    Y, F, inverse, scratch = sections(work, gauss_trajectories_work(rows, REST))
     zero = 0.0 * y[0]
     last = like(BEGINNING, y[0])
     before = like(BEGINNING, y[0])

@@ -9,7 +9,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import epsilon, like, maximum, select, top
-from ..numbers.blocks import REST, part, section
+from ..numbers.blocks import REST, part, sections
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import (
@@ -22,7 +22,7 @@ from .fixed_point import (
     rounding_left,
     solved,
 )
-from .small_matrices import along, contract, largest, solve_small
+from .small_matrices import across, along, contract, largest, solve_small
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["RATTLE", "rattle_memory", "rattle_stepper", "rattle_work"]
@@ -79,29 +79,28 @@ def add_normal_response(
     dp: Any,
     G: Any,
     scale: Any,
-    out: Any,
-    work: Any,
-    scratch: Any,
+    own: Work,
     n: int,
     m: int,
 ) -> None:
-    """Add ``scale · H_pp(q, p) Gᵀ`` to `out`, a row a constraint, to some digits.
+    """Add ``scale · H_pp(q, p) Gᵀ`` to the response, a row a constraint, to some digits.
 
-    `dp` holds ∂H/∂p at (q, p); `work` three vectors. p is moved along a normal by a part of its own
-    size: by less, what is wanted would be lost to rounding. Iterations do the rest.
+    `dp` holds ∂H/∂p at (q, p). p is moved along a normal by a part of its own size: by less, what is
+    wanted would be lost to rounding. Iterations do the rest.
     """
     size = largest(n, p)
     size = SHIFT * select(size > 0.0, size, 1.0 + size)
-    shifted = part(work, 0, n)
-    dq_shifted = part(work, n, n)
-    dp_shifted = part(work, 2 * n, n)
+    out = own.response
+    shifted = part(own.three, 0, n)
+    dq_shifted = part(own.three, n, n)
+    dp_shifted = part(own.three, 2 * n, n)
     for a in range(m):
         normal = largest(n, part(G, a * n, n))
         by = size / select(normal > 0.0, normal, 1.0 + normal)
         inverse = 1.0 / by
         for i in range(n):
             shifted[i] = p[i] + by * G[a * n + i]
-        gradients(params, t, q, shifted, dq_shifted, dp_shifted, scratch)
+        gradients(params, t, q, shifted, dq_shifted, dp_shifted, own.scratch)
         for i in range(n):
             rate = inverse * (dp_shifted[i] - dp[i])
             out[a * n + i] = out[a * n + i] + scale * rate
@@ -123,43 +122,25 @@ def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
 
 
 @helper
-def project_momentum(
-    gradients: Any,
-    params: Any,
-    t: Any,
-    q: Any,
-    p: Any,
-    G: Any,
-    dq: Any,
-    dp: Any,
-    response: Any,
-    matrix: Any,
-    defect: Any,
-    work: Any,
-    scratch: Any,
-    n: int,
-    m: int,
-) -> Any:
-    """Move p along the normals until ``G(q) ∂H/∂p(q, p) = 0``, by Newton's method.
+def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: int) -> Any:
+    """Move P along the normals until ``G₁ ∂H/∂p(Q, P) = 0``, by Newton's method.
 
-    Returns the last change over the size of p. For H quadratic in p there are two steps, the second
+    Returns the last change over the size of P. For H quadratic in p there are two steps, the second
     cleans.
     """
+    q, p, dp, G, response, defect = own.Q, own.P, own.dp1, own.G1, own.response, own.g
     one = like(1.0, q[0])
     last = like(BEGINNING, one)
     going = one  # 0 in the lanes that have converged
     for iteration in range(NEWTON):
-        gradients(params, t, q, p, dq, dp, scratch)
+        gradients(params, t, q, p, own.dp0, dp, own.scratch)
         for i in range(m * n):
             response[i] = 0.0 * one
-        add_normal_response(gradients, params, t, q, p, dp, G, one, response, work, scratch, n, m)
-        contract(n, m, G, response, matrix)
+        add_normal_response(gradients, params, t, q, p, dp, G, one, own, n, m)
+        contract(n, m, G, response, own.matrix)
         for a in range(m):
-            total = G[a * n] * dp[0]
-            for i in range(1, n):
-                total += G[a * n + i] * dp[i]
-            defect[a] = total
-        solve_small(m, matrix, defect)
+            defect[a] = across(n, a, G, dp)
+        solve_small(m, own.matrix, defect)
         change = 0.0 * one
         size = 0.0 * one
         for i in range(n):
@@ -180,8 +161,7 @@ def project_momentum(
 def rattle_step(
     functions: Any,
     params: Any,
-    coefficients: Any,
-    substep: int,
+    given: Coefficients,
     memory: Any,
     work: Any,
     t: float,
@@ -201,25 +181,14 @@ def rattle_step(
     a Newton step for λ with the matrix ``h²/4 G(q₁) (H_pp(q) + H_pp(q₁)) G(q)ᵀ``. A clock row is
     integrated by the trapezoidal rule: symmetric, so compositions raise its order too.
     """
-    gradients = functions[0]
-    constraint = functions[1]
-    clock = functions[2]
-    cap = int(section(coefficients, RATTLE, "cap")[0])
-    tolerance = section(coefficients, RATTLE, "tolerance")[0]
-    clock_rows = int(section(coefficients, RATTLE, "clock_rows")[0])
-    kept = rattle_memory(n, m, clock_rows)
-    qp, passed = section(memory, kept, "state"), section(memory, kept, "clock")
-    q, p, carry = part(qp, 0, n), part(qp, n, n), section(memory, kept, "carry")
-    last_q, last_p = section(memory, kept, "last_q"), section(memory, kept, "last_p")
-    lam, last_h = section(memory, kept, "lam"), section(memory, kept, "last_h")
-    own = rattle_work(n, m, REST)
-    P, Q, three = section(work, own, "P"), section(work, own, "Q"), section(work, own, "three")
-    dq0, dp0 = section(work, own, "dq0"), section(work, own, "dp0")
-    dq1, dp1 = section(work, own, "dq1"), section(work, own, "dp1")
+    gradients, constraint, clock = functions
+    cap, tolerance, clock_rows = int(given.cap[0]), given.tolerance[0], int(given.clock_rows[0])
+    kept = sections(memory, rattle_memory(n, m, clock_rows))
+    qp, passed, carry, last_q, last_p, lam, last_h = kept
+    q, p = part(qp, 0, n), part(qp, n, n)
+    own = sections(work, rattle_work(n, m, REST))
+    P, Q, dq0, dp0, dq1, dp1, three, G0, G1, response, matrix, g, scratch = own
     trial, free = part(three, 0, n), part(three, n, n)
-    G0, G1 = section(work, own, "G0"), section(work, own, "G1")
-    response, matrix = section(work, own, "response"), section(work, own, "matrix")
-    g, scratch = section(work, own, "g"), section(work, own, "scratch")
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     half = like(0.5 * h, q[0])
@@ -235,12 +204,8 @@ def rattle_step(
     gradients(params, t1, Q, P, dq1, dp1, scratch)
     for i in range(m * n):
         response[i] = zero
-    add_normal_response(
-        gradients, params, t0, q, P, dp0, G0, half * half, response, three, scratch, n, m
-    )
-    add_normal_response(
-        gradients, params, t1, Q, P, dp1, G0, half * half, response, three, scratch, n, m
-    )
+    add_normal_response(gradients, params, t0, q, P, dp0, G0, half * half, own, n, m)
+    add_normal_response(gradients, params, t1, Q, P, dp1, G0, half * half, own, n, m)
     last = like(BEGINNING, q[0])
     before = like(BEGINNING, q[0])
     going = like(1.0, q[0])  # 0 in the lanes that have converged: they change no more
@@ -292,9 +257,7 @@ def rattle_step(
                 dq1[i] = last_p[i] - half * dq1[i]  # the increment of p but for its projection
                 P[i] = p[i] + (carry[n + i] + dq1[i])
                 dq0[i] = P[i]
-            left = project_momentum(
-                gradients, params, t1, Q, P, G1, dp0, dp1, response, matrix, g, three, scratch, n, m
-            )
+            left = project_momentum(gradients, params, t1, own, n, m)
             if not top(left) <= CLEAN:
                 return NOT_CONVERGED if finite(top(left)) else NOT_FINITE, NEWTON, top(left)
             for i in range(n):
@@ -312,7 +275,7 @@ def rattle_step(
 
 
 @functools.cache
-def rattle_stepper(n: int, m: int) -> Recorded:
+def rattle_stepper(n: int, m: int, step: Recorded = rattle_step) -> Recorded:
     """Return the stepper of RATTLE; it takes (gradients, constraint, clock).
 
     The length n of q and the number m of constraints are constants to the compiler, which unrolls,
@@ -321,8 +284,9 @@ def rattle_stepper(n: int, m: int) -> Recorded:
 
     @helper
     def rattle(functions, params, coefficients, substep, memory, work, t, h):
-        rows = n if n > 0 else int(section(coefficients, RATTLE, "rows")[0])
-        rank = m if m > 0 else int(section(coefficients, RATTLE, "constraints")[0])
-        return rattle_step(functions, params, coefficients, substep, memory, work, t, h, rows, rank)
+        given = sections(coefficients, RATTLE)
+        rows = n if n > 0 else int(given.rows[0])
+        rank = m if m > 0 else int(given.constraints[0])
+        return step(functions, params, given, memory, work, t, h, rows, rank)
 
     return stepper(rattle)

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, select, top
-from ..numbers.blocks import REST, part, section
-from .advance import stepper
+from ..numbers.blocks import REST, part, sections
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, failure, finite, inverse_size, larger, solved_by_newton
-from .rattle import RATTLE
-from .small_matrices import along, contract, largest, solve_small
+from .rattle import Coefficients, rattle_stepper
+from .small_matrices import across, along, contract, largest, solve_small
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = [
@@ -71,81 +69,60 @@ def slopes(
 
 
 @helper
-def displace(
-    q: Any,
-    carry: Any,
-    free: Any,
-    response: Any,
-    step: Any,
-    lam: Any,
-    increment: Any,
-    Q: Any,
-    rest: Any,
-    n: int,
-    m: int,
-) -> None:
+def displace(q: Any, carry: Any, step: Any, lam: Any, own: Work, n: int, m: int) -> None:
     """Write the `increment` ``free − h²/2 M⁻¹G(q)ᵀλ``, the new q rounded (`Q`), and what that loses.
 
     Multiplied by h/2 and h as the momentum is: the rounding of h²/2, the same in every step, made the
     angular momentum of a pendulum drift by 0.006 ε a step.
     """
     for i in range(n):
-        by = free[i] - step * (0.5 * step * along(n, m, i, response, lam))
+        by = own.free[i] - step * (0.5 * step * along(n, m, i, own.response, lam))
         z = carry[i] + by
         s = q[i] + z
         shadow = s - q[i]
-        increment[i] = by
-        Q[i] = s
-        rest[i] = (q[i] - (s - shadow)) + (z - shadow)
+        own.increment[i] = by
+        own.Q[i] = s
+        own.rest[i] = (q[i] - (s - shadow)) + (z - shadow)
 
 
 @helper
 def project_on_manifold(
     constraint: Any,
     params: Any,
+    given: Coefficients,
     q: Any,
     carry: Any,
-    free: Any,
-    response: Any,
     step: Any,
     lam: Any,
-    tolerance: float,
-    cap: int,
-    increment: Any,
-    Q: Any,
-    rest: Any,
-    G: Any,
-    matrix: Any,
-    g: Any,
-    scratch: Any,
+    own: Work,
     n: int,
     m: int,
 ) -> tuple[int, int, float]:
     """Find λ with ``g(q + free − h²/2 M⁻¹G(q)ᵀλ) = 0`` by Newton's method, started from `lam`.
 
-    Writes λ, the `increment` of q, the new q rounded (`Q`) and its Jacobian `G`. The part `rest`
+    Writes λ, the `increment` of q, the new q rounded (`Q`) and its Jacobian `G1`. The part `rest`
     that rounding takes from Q enters the residual: g vanishes at Q + rest, to its own rounding.
     The iteration ends with a change that is less than the tolerance or round-off, or no longer
     falls. That is not left out: h λ would be wrong by as much, so that neighbouring steps differ by
     1/h times the rounding of q.
     """
+    Q, rest, G = own.Q, own.rest, own.G1
+    response, matrix, g = own.response, own.matrix, own.g
+    cap, tolerance = int(given.cap[0]), given.tolerance[0]
     zero = 0.0 * q[0]
     per_force = 1.0 / (0.5 * step * step)
-    q_inverse = inverse_size(larger(q, free, n))
+    q_inverse = inverse_size(larger(q, own.free, n))
     last = like(BEGINNING, zero)
     going = like(1.0, zero)  # 0 in the lanes that have converged: they change no more
     for iteration in range(cap):
-        displace(q, carry, free, response, step, lam, increment, Q, rest, n, m)
-        constraint(params, Q, g, G, scratch)
+        displace(q, carry, step, lam, own, n, m)
+        constraint(params, Q, g, G, own.scratch)
         contract(n, m, G, response, matrix)
         size = top(largest(m * m, matrix))
         if not finite(size):
             return NOT_FINITE, iteration + 1, size
         for a in range(m):
-            total = G[a * n] * rest[0]
-            for i in range(1, n):
-                total += G[a * n + i] * rest[i]
-            g[a] = g[a] + total
+            g[a] = g[a] + across(n, a, G, rest)
         solve_small(m, matrix, g)
         delta = zero
         for i in range(n):
@@ -157,8 +134,8 @@ def project_on_manifold(
             lam[a] = select(going > 0.0, lam[a] + g[a] * per_force, lam[a])
         going = select(solved_by_newton(delta, last, tolerance), zero, going)
         if top(going) == 0.0:
-            displace(q, carry, free, response, step, lam, increment, Q, rest, n, m)
-            constraint(params, Q, g, G, scratch)
+            displace(q, carry, step, lam, own, n, m)
+            constraint(params, Q, g, G, own.scratch)
             return OK, iteration + 1, worst
         last = delta
     return NOT_CONVERGED, cap, top(last)
@@ -168,8 +145,7 @@ def project_on_manifold(
 def separable_rattle_step(
     functions: Any,
     params: Any,
-    coefficients: Any,
-    substep: int,
+    given: Coefficients,
     memory: Any,
     work: Any,
     t: float,
@@ -189,25 +165,12 @@ def separable_rattle_step(
     third is linear in μ. A clock row is integrated by the trapezoidal rule: symmetric, so
     compositions raise its order too.
     """
-    gradients = functions[0]
-    constraint = functions[1]
-    clock = functions[2]
-    clock_rows = int(section(coefficients, RATTLE, "clock_rows")[0])
-    kept = separable_rattle_memory(n, m, clock_rows)
-    qp, passed = section(memory, kept, "state"), section(memory, kept, "clock")
-    q, p, carry = part(qp, 0, n), part(qp, n, n), section(memory, kept, "carry")
-    p_carry, lam = part(carry, n, n), section(memory, kept, "lam")
-    own = separable_rattle_work(n, m, REST)
-    kick, free, force = (
-        section(work, own, "kick"),
-        section(work, own, "free"),
-        section(work, own, "force"),
-    )
-    increment, unused = section(work, own, "increment"), section(work, own, "unused")
-    Q, rest = section(work, own, "Q"), section(work, own, "rest")
-    G0, G1 = section(work, own, "G0"), section(work, own, "G1")
-    response, matrix = section(work, own, "response"), section(work, own, "matrix")
-    g, scratch = section(work, own, "g"), section(work, own, "scratch")
+    gradients, constraint, clock = functions
+    clock_rows = int(given.clock_rows[0])
+    qp, passed, carry, lam = sections(memory, separable_rattle_memory(n, m, clock_rows))
+    q, p, p_carry = part(qp, 0, n), part(qp, n, n), part(carry, n, n)
+    own = sections(work, separable_rattle_work(n, m, REST))
+    kick, free, increment, Q, _, force, unused, G0, G1, response, matrix, g, scratch = own
     t0 = like(t, q[0])
     t1 = like(t + h, q[0])
     step = like(h, q[0])
@@ -224,25 +187,7 @@ def separable_rattle_step(
     for i in range(n):
         free[i] = step * free[i]
     status, iterations, residual = project_on_manifold(
-        constraint,
-        params,
-        q,
-        carry,
-        free,
-        response,
-        step,
-        lam,
-        section(coefficients, RATTLE, "tolerance")[0],
-        int(section(coefficients, RATTLE, "cap")[0]),
-        increment,
-        Q,
-        rest,
-        G1,
-        matrix,
-        g,
-        scratch,
-        n,
-        m,
+        constraint, params, given, q, carry, step, lam, own, n, m
     )
     if status != OK:
         return status, iterations, residual
@@ -253,10 +198,7 @@ def separable_rattle_step(
         free[i] = p[i] + (p_carry[i] + kick[i])
     contract(n, m, G1, response, matrix)
     for a in range(m):
-        total = response[a * n] * free[0]
-        for i in range(1, n):
-            total += response[a * n + i] * free[i]
-        g[a] = total
+        g[a] = across(n, a, response, free)
     solve_small(m, matrix, g)
     worst = 0.0 * step
     for i in range(n):
@@ -275,20 +217,6 @@ def separable_rattle_step(
     return OK, iterations, residual
 
 
-@functools.cache
 def separable_rattle_stepper(n: int, m: int) -> Recorded:
-    """Return the stepper of RATTLE for separable H; it takes (gradients, constraint, clock).
-
-    The length n of q and the number m of constraints are constants to the compiler, which unrolls,
-    at the price of a compilation for each pair; (0, 0) serves any. 1.8 times as fast at (3, 1).
-    """
-
-    @helper
-    def separable_rattle(functions, params, coefficients, substep, memory, work, t, h):
-        rows = n if n > 0 else int(section(coefficients, RATTLE, "rows")[0])
-        rank = m if m > 0 else int(section(coefficients, RATTLE, "constraints")[0])
-        return separable_rattle_step(
-            functions, params, coefficients, substep, memory, work, t, h, rows, rank
-        )
-
-    return stepper(separable_rattle)
+    """Return the stepper of RATTLE for separable H, as `rattle_stepper` does for any."""
+    return rattle_stepper(n, m, separable_rattle_step)

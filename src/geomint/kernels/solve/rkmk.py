@@ -8,8 +8,8 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import NAN, like, select
-from ..numbers.blocks import REST, part, section
-from .advance import stepper
+from ..numbers.blocks import REST, part, section, sections
+from .advance import stepper, with_maps
 from .compensated import add_compensated, compensated_state
 from .runge_kutta import HUGE, combine, largest
 from .status import NOT_FINITE, OK, OUTSIDE_CHART
@@ -18,11 +18,11 @@ __all__ = [
     "dexpinv_series",
     "dexpinv_work",
     "diagnose",
-    "numbers_of",
+    "parts_of",
     "rkmk_coefficients",
     "rkmk_stepper",
     "rkmk_work",
-    "work_of",
+    "table_of",
     "write_stages",
 ]
 
@@ -51,11 +51,12 @@ def rkmk_coefficients(layout_rows: int, s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def numbers_of(coefficients: Any) -> Coefficients:
-    """Return the layout that coefficients have, whose first numbers lie where they do in any."""
+def table_of(coefficients: Any) -> Any:
+    """Return the parts of coefficients by name; the first numbers lie where they do in any."""
     header = rkmk_coefficients(0, 0, REST)
     layout_rows = int(section(coefficients, header, "layout_rows")[0])
-    return rkmk_coefficients(layout_rows, int(section(coefficients, header, "stages")[0]), REST)
+    stages = int(section(coefficients, header, "stages")[0])
+    return sections(coefficients, rkmk_coefficients(layout_rows, stages, REST))
 
 
 @inlined
@@ -67,11 +68,9 @@ def rkmk_work(rows: int, m: int, stages: int, field_work: int, scratch: int) -> 
 
 
 @inlined
-def work_of(coefficients: Any, rows: int, m: int) -> Work:
-    """Return the layout that scratch has with these coefficients."""
-    numbers = numbers_of(coefficients)
-    field_work = int(section(coefficients, numbers, "field_work")[0])
-    return rkmk_work(rows, m, len(section(coefficients, numbers, "b")), field_work, REST)
+def parts_of(work: Any, table: Any, rows: int, m: int) -> Any:
+    """Return the parts of scratch by name."""
+    return sections(work, rkmk_work(rows, m, len(table.b), int(table.field_work[0]), REST))
 
 
 @inlined
@@ -97,12 +96,7 @@ def dexpinv_series(
 
     def dexpinv(layout, u, v, out, work):
         rows = len(v)
-        own = dexpinv_work(rows, REST)
-        a, b, scratch = (
-            section(work, own, "a"),
-            section(work, own, "b"),
-            section(work, own, "scratch"),
-        )
+        a, b, scratch = sections(work, dexpinv_work(rows, REST))
         for r in range(rows):
             out[r] = v[r]
             a[r] = v[r]
@@ -128,22 +122,18 @@ def dexpinv_series(
 
 @inlined
 def stage_value(
-    act: Any, coefficients: Any, i: int, k: Any, y: Any, carry: Any, work: Any, scratch: Any,
-    h: float, n: int, m: int,
-) -> None:  # fmt: skip
+    act: Any, table: Any, i: int, y: Any, carry: Any, own: Work, h: float, n: int, m: int
+) -> None:
     """Write ``u_i = h Σ_j a_ij k_j``, its increment and ``Y_i = exp(u_i)·y``."""
-    numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
-    a, layout = section(coefficients, numbers, "A"), section(coefficients, numbers, "layout")
-    stages = len(section(coefficients, numbers, "b"))
-    u, step, Y = section(work, own, "u"), section(work, own, "increment"), section(work, own, "Y")
     if i == 0:
         for r in range(n):
-            Y[r] = y[r] + carry[r]
+            own.Y[r] = y[r] + carry[r]
     else:
-        combine(part(a, i * stages, i), k, h, 0.0 * y[0], u, m)
-        act(layout, u, y, step, scratch)
+        stages = len(table.b)
+        combine(part(table.A, i * stages, i), own.k, h, 0.0 * y[0], own.u, m)
+        act(table.layout, own.u, y, own.increment, own.scratch)
         for r in range(n):
-            Y[r] = y[r] + (carry[r] + step[r])
+            own.Y[r] = y[r] + (carry[r] + own.increment[r])
 
 
 @inlined
@@ -152,41 +142,32 @@ def write_stages(
     act: Any,
     inverse: Any,
     params: Any,
-    coefficients: Any,
+    table: Any,
     y: Any,
     carry: Any,
-    work: Any,
+    own: Work,
     t: float,
     h: float,
     known: int,
     n: int,
     m: int,
 ) -> None:
-    """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `work` before them.
+    """Write ``k_i = dexp⁻¹_(u_i) ξ(t + c_i h, exp(u_i)·y)`` and what is in `own` before them.
 
     y and its carry are an unevaluated sum. With `known` = 1, the place of ξ holds ξ(t, y) at
     first. Nothing is checked: what is not finite spreads to the end of the step, see
     `diagnose`.
     """
-    numbers, own = numbers_of(coefficients), work_of(coefficients, n, m)
-    c, layout = section(coefficients, numbers, "c"), section(coefficients, numbers, "layout")
-    u, xi, Y, k = (
-        section(work, own, "u"),
-        section(work, own, "xi"),
-        section(work, own, "Y"),
-        section(work, own, "k"),
-    )
-    field_scratch, scratch = section(work, own, "field_scratch"), section(work, own, "scratch")
-    for i in range(len(c)):
-        stage_value(act, coefficients, i, k, y, carry, work, scratch, h, n, m)
+    for i in range(len(table.c)):
+        stage_value(act, table, i, y, carry, own, h, n, m)
         if i >= known:
-            generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
-        derivative = part(k, i * m, m)
+            generator(params, like(t + table.c[i] * h, y[0]), own.Y, own.xi, own.field_scratch)
+        derivative = part(own.k, i * m, m)
         if i == 0:  # u = 0, where dexp is the identity
             for r in range(m):
-                derivative[r] = xi[r]
+                derivative[r] = own.xi[r]
         else:
-            inverse(layout, u, xi, derivative, scratch)
+            inverse(table.layout, own.u, own.xi, derivative, own.scratch)
 
 
 @inlined
@@ -194,10 +175,10 @@ def diagnose(
     generator: Any,
     act: Any,
     params: Any,
-    coefficients: Any,
+    table: Any,
     y: Any,
     carry: Any,
-    work: Any,
+    own: Work,
     t: float,
     h: float,
     m: int,
@@ -205,23 +186,19 @@ def diagnose(
     """Return (status, residual) of a step whose increment is not finite: the first cause."""
     # Inlined: code in which a function is handed over by its address cannot be kept on disk.
     n = len(y)
-    c, own = section(coefficients, numbers_of(coefficients), "c"), work_of(coefficients, n, m)
-    xi, step, Y = section(work, own, "xi"), section(work, own, "increment"), section(work, own, "Y")
-    k, field_scratch = section(work, own, "k"), section(work, own, "field_scratch")
-    scratch = section(work, own, "scratch")
-    for i in range(len(c)):
-        size = largest(part(k, i * m, m), m)
+    for i in range(len(table.c)):
+        size = largest(part(own.k, i * m, m), m)
         if not size < HUGE:
             if i == 0:
                 return NOT_FINITE, size
-            stage_value(act, coefficients, i, k, y, carry, work, scratch, h, n, m)
-            moved = largest(step, n)
+            stage_value(act, table, i, y, carry, own, h, n, m)
+            moved = largest(own.increment, n)
             if not moved < HUGE:
                 return OUTSIDE_CHART, moved
-            generator(params, like(t + c[i] * h, y[0]), Y, xi, field_scratch)
-            found = largest(xi, m)
+            generator(params, like(t + table.c[i] * h, y[0]), own.Y, own.xi, own.field_scratch)
+            found = largest(own.xi, m)
             return (OUTSIDE_CHART, size) if found < HUGE else (NOT_FINITE, found)
-    return OUTSIDE_CHART, largest(step, n)
+    return OUTSIDE_CHART, largest(own.increment, n)
 
 
 @functools.cache
@@ -240,48 +217,32 @@ def rkmk_stepper(act: Recorded | None, inverse: Recorded | None, rows: int, m: i
     """
 
     @inlined
-    def rkmk_step(
+    def rkmk(
         generator: Any,
-        act: Any,
-        inverse: Any,
+        maps: Any,
         params: Any,
         coefficients: Any,
+        substep: int,
         memory: Any,
         work: Any,
         t: float,
         h: float,
     ) -> tuple[int, int, float]:
         """Let ``exp(u₁)``, ``u₁ = h Σ b_i k_i``, act on the compensated state."""
-        numbers = numbers_of(coefficients)
-        n = rows if rows > 0 else int(section(coefficients, numbers, "rows")[0])
-        d = m if m > 0 else int(section(coefficients, numbers, "algebra_rows")[0])
-        b, layout = section(coefficients, numbers, "b"), section(coefficients, numbers, "layout")
-        state, own = compensated_state(n), work_of(coefficients, n, d)
-        y, carry = section(memory, state, "y"), section(memory, state, "carry")
-        u, step, k = (
-            section(work, own, "u"),
-            section(work, own, "increment"),
-            section(work, own, "k"),
-        )
-        scratch = section(work, own, "scratch")
-        write_stages(generator, act, inverse, params, coefficients, y, carry, work, t, h, 0, n, d)
-        combine(b, k, h, 0.0 * y[0], u, d)
-        act(layout, u, y, step, scratch)
-        if not largest(step, n) < HUGE:
-            status, size = diagnose(generator, act, params, coefficients, y, carry, work, t, h, d)
+        act, inverse = maps
+        table = table_of(coefficients)
+        n = rows if rows > 0 else int(table.rows[0])
+        d = m if m > 0 else int(table.algebra_rows[0])
+        y, carry = sections(memory, compensated_state(n))
+        own = parts_of(work, table, n, d)
+        write_stages(generator, act, inverse, params, table, y, carry, own, t, h, 0, n, d)
+        combine(table.b, own.k, h, 0.0 * y[0], own.u, d)
+        act(table.layout, own.u, y, own.increment, own.scratch)
+        if not largest(own.increment, n) < HUGE:
+            status, size = diagnose(generator, act, params, table, y, carry, own, t, h, d)
             return status, 1, size
         for r in range(n):
-            add_compensated(y, carry, r, step[r])
+            add_compensated(y, carry, r, own.increment[r])
         return OK, 1, 0.0
 
-    if act is None:
-
-        def rkmk(functions, p, c, substep, memory, work, t, h):
-            return rkmk_step(functions[0], functions[1], functions[2], p, c, memory, work, t, h)
-
-        return stepper(helper(rkmk))
-
-    def rkmk_in(functions, p, c, substep, memory, work, t, h):
-        return rkmk_step(functions[0], act, inverse, p, c, memory, work, t, h)
-
-    return stepper(helper(rkmk_in))
+    return stepper(with_maps(rkmk, act, inverse))

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, part, section
+from ..numbers.blocks import REST, part, section, sections
 from .adaptive import adaptive_stepper, adaptive_work
 from .advance import stepper
 from .compensated import add_compensated, compensated_state
@@ -37,9 +37,10 @@ def runge_kutta_coefficients(s: int, errors: int) -> Coefficients:
 
 
 @inlined
-def stages_of(coefficients: Any) -> int:
-    """Return the number of stages that coefficients are for."""
-    return int(section(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
+def table_of(coefficients: Any) -> Any:
+    """Return the parts of coefficients by name."""
+    stages = int(section(coefficients, runge_kutta_coefficients(0, REST), "stages")[0])
+    return sections(coefficients, runge_kutta_coefficients(stages, REST))
 
 
 @inlined
@@ -75,12 +76,10 @@ def largest(block: Any, rows: int) -> Any:
 def runge_kutta_stages(
     field: Any,
     params: Any,
-    coefficients: Any,
+    table: Any,
     y: Any,
     carry: Any,
-    k: Any,
-    Y: Any,
-    scratch: Any,
+    own: Work,
     t: float,
     h: float,
     known: int,
@@ -88,18 +87,16 @@ def runge_kutta_stages(
 ) -> None:
     """Write ``k_i = f(t + c_i h, y + h Σ_j a_ij k_j)``; the first `known` of them are there already.
 
-    y and its carry are an unevaluated sum; `Y` is scratch for one stage.
+    y and its carry are an unevaluated sum; `table` and `own` are the parts of coefficients and scratch.
     """
     zero = 0.0 * y[0]
-    stages = stages_of(coefficients)
-    numbers = runge_kutta_coefficients(stages, REST)
-    a = section(coefficients, numbers, "A")
-    c = section(coefficients, numbers, "c")
+    stages, Y = len(table.c), own.Y
     for i in range(known, stages):
-        combine(part(a, i * stages, i), k, h, zero, Y, rows)
+        combine(part(table.A, i * stages, i), own.k, h, zero, Y, rows)
         for r in range(rows):
             Y[r] = y[r] + (carry[r] + Y[r])
-        field(params, like(t + c[i] * h, y[0]), Y, part(k, i * rows, rows), scratch)
+        k = part(own.k, i * rows, rows)
+        field(params, like(t + table.c[i] * h, y[0]), Y, k, own.scratch)
 
 
 @functools.cache
@@ -121,24 +118,17 @@ def runge_kutta_stepper(rows: int) -> Recorded:
         h: float,
     ) -> tuple[int, int, float]:
         """Add ``h Σ b_i k_i`` to the compensated state."""
-        stages = stages_of(coefficients)
-        numbers = runge_kutta_coefficients(stages, REST)
-        n = rows if rows > 0 else int(section(coefficients, numbers, "rows")[0])
-        y = section(memory, compensated_state(n), "y")
-        carry = section(memory, compensated_state(n), "carry")
-        own = runge_kutta_work(n, stages, REST)
-        k, Y, scratch = (
-            section(work, own, "k"),
-            section(work, own, "Y"),
-            section(work, own, "scratch"),
-        )
-        runge_kutta_stages(functions[0], params, coefficients, y, carry, k, Y, scratch, t, h, 0, n)
-        combine(section(coefficients, numbers, "b"), k, h, 0.0 * y[0], Y, n)
-        size = largest(Y, n)
+        table = table_of(coefficients)
+        n = rows if rows > 0 else int(table.rows[0])
+        y, carry = sections(memory, compensated_state(n))
+        own = sections(work, runge_kutta_work(n, len(table.c), REST))
+        runge_kutta_stages(functions[0], params, table, y, carry, own, t, h, 0, n)
+        combine(table.b, own.k, h, 0.0 * y[0], own.Y, n)
+        size = largest(own.Y, n)
         if not size < HUGE:
             return NOT_FINITE, 1, size
         for r in range(n):
-            add_compensated(y, carry, r, Y[r])
+            add_compensated(y, carry, r, own.Y[r])
         return OK, 1, 0.0
 
     return stepper(runge_kutta_step)
@@ -167,29 +157,22 @@ def adaptive_runge_kutta_stepper(rows: int) -> Recorded:
         The weights of the errors are ``b − b̂`` and perhaps ``b − b_low``.
         """
         n = rows if rows > 0 else len(y)
-        stages = stages_of(numbers)
-        sizes = runge_kutta_coefficients(stages, REST)
-        result = adaptive_work(n, n, REST)
-        increment, errors = section(work, result, "increment"), section(work, result, "errors")
-        last, rest = section(work, result, "last"), section(work, result, "attempt")
-        own = runge_kutta_work(n, stages, REST)
-        k, Y, scratch = (
-            section(rest, own, "k"),
-            section(rest, own, "Y"),
-            section(rest, own, "scratch"),
-        )
+        table = table_of(numbers)
+        stages = len(table.c)
+        increment, errors, last, rest = sections(work, adaptive_work(n, n, REST))
+        own = sections(rest, runge_kutta_work(n, stages, REST))
+        k = own.k
         if known == 1:
             for r in range(n):
                 k[r] = first[r]
-        runge_kutta_stages(functions[0], params, numbers, y, carry, k, Y, scratch, t, h, known, n)
+        runge_kutta_stages(functions[0], params, table, y, carry, own, t, h, known, n)
         zero = 0.0 * y[0]
-        combine(section(numbers, sizes, "b"), k, h, zero, increment, n)
+        combine(table.b, k, h, zero, increment, n)
         size = largest(increment, n)
         if not size < HUGE:
             return NOT_FINITE, size
-        estimates = section(numbers, sizes, "errors")
-        for i in range(len(estimates) // stages):
-            weights = part(estimates, i * stages, stages)
+        for i in range(len(table.errors) // stages):
+            weights = part(table.errors, i * stages, stages)
             combine(weights, k, h, zero, part(errors, i * n, n), n)
         for r in range(n):
             first[r] = k[r]

@@ -1,4 +1,4 @@
-"""Observables along saved states."""
+"""Observables along saved states, and functions at many points."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from typing import Any
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import maximum
 
-__all__ = ["along", "contract", "largest", "solve_small"]
+__all__ = ["across", "along", "contract", "largest", "solve_small"]
 
 
 @helper
@@ -56,4 +56,13 @@ def along(n: int, m: int, i: int, rows: Any, weights: Any) -> Any:
     total = rows[i] * weights[0]
     for a in range(1, m):
         total += rows[a * n + i] * weights[a]
+    return total
+
+
+@helper
+def across(n: int, a: int, rows: Any, vector: Any) -> Any:
+    """Return component a of ``rows vector``."""
+    total = rows[a * n] * vector[0]
+    for i in range(1, n):
+        total += rows[a * n + i] * vector[i]
     return total

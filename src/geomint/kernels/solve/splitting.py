@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import like, maximum, top
-from ..numbers.blocks import REST, section
+from ..numbers.blocks import REST, sections
 from .advance import stepper
 from .compensated import add_compensated
 from .status import NOT_FINITE, OK
@@ -52,15 +52,11 @@ def splitting_step(
     that depend on time they are not halves of one flow. A clock row is integrated by the
     trapezoidal rule: symmetric, so compositions raise its order too.
     """
-    flow = functions[0]
-    clock = functions[1]
-    rows = int(section(coefficients, SPLITTING, "rows")[0])
-    parts = int(section(coefficients, SPLITTING, "parts")[0])
-    clock_rows = int(section(coefficients, SPLITTING, "clock_rows")[0])
-    kept, own = splitting_memory(rows, clock_rows), splitting_work(rows, REST)
-    y, carry = section(memory, kept, "y"), section(memory, kept, "carry")
-    passed, passed_carry = section(memory, kept, "clock"), section(memory, kept, "clock_carry")
-    increment, scratch = section(work, own, "increment"), section(work, own, "scratch")
+    flow, clock = functions
+    given = sections(coefficients, SPLITTING)
+    rows, parts, clock_rows = int(given.rows[0]), int(given.parts[0]), int(given.clock_rows[0])
+    y, passed, carry, passed_carry = sections(memory, splitting_memory(rows, clock_rows))
+    increment, scratch = sections(work, splitting_work(rows, REST))
     middle = like(t + 0.5 * h, y[0])
     whole = like(h, y[0])
     half = 0.5 * whole

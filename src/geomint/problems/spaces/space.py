@@ -241,6 +241,11 @@ class Space:
         """Return the part of a vector of R^N that is tangent to the space at y."""
         return tangent_part(self.normals(y), v)
 
+    def leaning(self, y: Array, v: Array) -> float:
+        """Return the length of the part of v that is not tangent at y, over |v|."""
+        size = length(v)
+        return 0.0 if size == 0.0 else length(v / size - self.tangent(y, v / size))
+
     @_of_states
     def retract(self, y: Array, v: Array) -> Array:
         """Return the point near y + v in the directions normal to the space, by Newton's method.

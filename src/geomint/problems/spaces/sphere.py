@@ -67,10 +67,16 @@ class Sphere(Orthonormal):
 
     def admit(self, y: Array) -> Array:
         """Return a vector of a flat state, divided by its length if need be."""
+        if abs(y.dot(y) - 1.0) <= SILENT:
+            return y
         size = length(y)
         defect = abs(size - 1.0) * (size + 1.0)
         said = f"|{self.name}|² − 1"
         return repaired(self.name, y, defect, said, "a unit vector", lambda: y / size)
+
+    def leaning(self, y: Array, v: Array) -> float:
+        """Return |(y, v)|/|v|."""
+        return float(abs(y.dot(v / (length(v) or 1.0))))
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return v less its part along y; twice, so that the result is orthogonal to round-off."""

@@ -109,7 +109,7 @@ class TangentBundle(Space):
         """
         name = name or self.name
         given = as_vector(name, value, self.base.rows)
-        defect = self._defect(q, given)
+        defect = self.base.leaning(q, given)
         if defect <= SILENT:
             return given
         result = self.base.tangent(q, given)
@@ -121,15 +121,12 @@ class TangentBundle(Space):
     def admit(self, y: Array) -> Array:
         """Return a flat state, the point repaired and then the vector."""
         q, p = self.base.admit(y[: self.base.rows]), y[self.base.rows :]
-        expected = f"a vector orthogonal to {self.base.normal}"
-        said, defect = self._said(self.name), self._defect(q, p)
+        defect = self.base.leaning(q, p)
+        if defect <= SILENT:
+            return np.concatenate([q, p])
+        said, expected = self._said(self.name), f"a vector orthogonal to {self.base.normal}"
         mended = repaired(self.name, p, defect, said, expected, lambda: self.base.tangent(q, p))
         return np.concatenate([q, mended])
-
-    def _defect(self, q: Array, p: Array) -> float:
-        """Return the length of the part of p that is not tangent, over |p|."""
-        size = length(p)
-        return 0.0 if size == 0.0 else length(p / size - self.base.tangent(q, p / size))
 
     def _said(self, name: str) -> str:
         return f"({self.base.normal}, {name})/|{name}|"

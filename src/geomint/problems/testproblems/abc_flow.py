@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos, sin
-from ...kernels.numbers.blocks import packed, section
+from ...kernels.numbers.blocks import packed, sections
 from ..forms import Measure, Splitting
 from ..problem import Problem
 
@@ -23,7 +23,7 @@ INITIAL = np.array([0.4, -0.7, 1.9])
 @field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ẋ = A sin z + C cos y, ẏ = B sin x + A cos z, ż = C sin y + B cos x."""
-    amplitudes, season = section(params, LAYOUT, "amplitudes"), section(params, LAYOUT, "season")
+    amplitudes, season = sections(params, LAYOUT)
     A, B, C = amplitudes[0] * (1.0 + season[0] * cos(2.0 * t)), amplitudes[1], amplitudes[2]
     out[0] = A * sin(y[2]) + C * cos(y[1])
     out[1] = B * sin(y[0]) + A * cos(y[2])
@@ -34,9 +34,10 @@ def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 def shears(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
     """Part k, with the amplitude A, B or C: one coordinate rests and moves the other two."""
     rests = (k + 2) % 3
-    amplitude = h * section(params, LAYOUT, "amplitudes")[k]
+    amplitudes, season = sections(params, LAYOUT)
+    amplitude = h * amplitudes[k]
     if k == 0:
-        amplitude *= 1.0 + section(params, LAYOUT, "season")[0] * cos(2.0 * t)
+        amplitude *= 1.0 + season[0] * cos(2.0 * t)
     out[rests] = 0.0 * h
     out[k] = amplitude * sin(y[rests])
     out[(k + 1) % 3] = amplitude * cos(y[rests])

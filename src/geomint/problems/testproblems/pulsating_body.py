@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos
-from ...kernels.numbers.blocks import packed, section
+from ...kernels.numbers.blocks import packed, sections
 from ..forms import GroupAction, Measure
 from ..groups import so3
 from ..problem import Problem
@@ -25,9 +25,9 @@ INITIAL = np.array([0.7, -0.4, 1.1, 0.48, 0.6, -0.64])
 @helper
 def angular_velocity(params: Any, t: Any, y: Any, i: int) -> Any:
     """Ω_i = m_i / (I_i (1 + ε_i cos ω_i t)) + κ_i γ_i."""
-    pulse, frequencies = section(params, LAYOUT, "pulse"), section(params, LAYOUT, "frequencies")
-    inertia = section(params, LAYOUT, "inertia")[i] * (1.0 + pulse[i] * cos(frequencies[i] * t))
-    return y[i] / inertia + section(params, LAYOUT, "rotor")[i] * y[3 + i]
+    inertia, pulse, frequencies, rotor = sections(params, LAYOUT)
+    now = inertia[i] * (1.0 + pulse[i] * cos(frequencies[i] * t))
+    return y[i] / now + rotor[i] * y[3 + i]
 
 
 @field

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.groups.so_n import unpack_skew
 from ...kernels.numbers.arithmetic import cos
-from ...kernels.numbers.blocks import packed, part, section
+from ...kernels.numbers.blocks import packed, part, sections
 from ..problem import Problem
 from ..spaces.euclidean import Euclidean
 from ..spaces.product import Product
@@ -34,10 +34,10 @@ def flow_rows(n: int) -> Flow:
 @helper
 def coefficients(params: Any, t: Any, y: Any, n: int, out: Any) -> None:
     """ξ_ij = −(c_ij k_ij (1 + ε cos(t + i)) + (a_j − a_i) γ_i γ_j), i < j, as a flat triangle."""
-    rows, at = flow_rows(n), 0
-    a, c, gamma = section(params, rows, "a"), section(params, rows, "c"), part(y, rows.c, n)
+    amplitude, a, c = sections(params, flow_rows(n))
+    gamma, at = part(y, len(c), n), 0
     for i in range(n):
-        season = 1.0 + section(params, rows, "season")[0] * cos(t + 1.0 * i)
+        season = 1.0 + amplitude[0] * cos(t + 1.0 * i)
         for j in range(i + 1, n):
             drag = (a[j] - a[i]) * gamma[i] * gamma[j]
             out[at] = -(c[at] * season * y[at] + drag)

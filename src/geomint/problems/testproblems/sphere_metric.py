@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.numbers.arithmetic import cos, sin
-from ...kernels.numbers.blocks import Block, packed, section
+from ...kernels.numbers.blocks import Block, packed, sections
 from ..forms import Hamiltonian
 from ..problem import Problem
 from ..spaces.sphere import Sphere
@@ -29,15 +29,7 @@ def metric_rows(n: int) -> Metric:
 @helper
 def named(params: Any, n: int) -> Any:
     """Return the blocks of ε, δ, ψ, b and c."""
-    rows = metric_rows(n)
-    epsilon, delta = section(params, rows, "epsilon"), section(params, rows, "delta")
-    return (
-        epsilon,
-        delta,
-        section(params, rows, "psi"),
-        section(params, rows, "b"),
-        section(params, rows, "c"),
-    )
+    return sections(params, metric_rows(n))
 
 
 @field

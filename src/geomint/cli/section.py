@@ -1,0 +1,81 @@
+"""``geomint section``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .options import (
+    chosen_scene,
+    debug_option,
+    exit_code,
+    folder_option,
+    list_option,
+    print_message,
+    print_notes,
+    reproducing_command,
+    say,
+    scene_choice,
+)
+
+__all__ = ["command"]
+
+
+@click.command("section")
+@scene_choice
+@click.option(
+    "--event", metavar="NAME", help="One of [events], a component (gamma[2]), a quantity."
+)
+@click.option("--direction", type=click.Choice(["up", "down", "both"]), help="Of its changes.")
+@click.option("--level", type=float, help="The value that is looked for.")
+@click.option("--points", type=click.IntRange(min=1), help="Points of each motion.")
+@click.option("--motions", type=click.IntRange(min=1), help="The scene's and others of its energy.")
+@click.option("--seed", type=click.IntRange(min=0), help="Of the other motions.")
+@list_option("--axes", metavar="X,Y", help="Components or quantities of the picture.")
+@click.option("--exact", is_flag=True, help="Follow the exact flow, without steps.")
+@folder_option("section", "section.html, section.csv, section.json, section.png and section.svg")
+@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@debug_option
+def command(
+    scene: str,
+    method: str | None,
+    step: float | None,
+    representation: str | None,
+    event: str | None,
+    direction: str | None,
+    level: float | None,
+    points: int | None,
+    motions: int | None,
+    seed: int | None,
+    axes: list[str] | None,
+    exact: bool,
+    out: Path,
+    quiet: bool,
+) -> int:
+    """Follow motions of a scene until each has crossed a surface so many times.
+
+    The scene's own end is not used: motions are followed until they have their points, or do not cross
+    for a million steps.
+    """
+    from ..plan import plan_section
+    from ..report import SECTION_FILES
+    from ..run.files.outputs import check_folder
+
+    chosen = chosen_scene(scene, method=method, step=step, representation=representation)
+    chosen = chosen.changed(integrate={"exact": True}) if exact else chosen
+    changes = {"event": event, "direction": direction, "level": level, "points": points}
+    plan = plan_section(chosen, **changes, motions=motions, seed=seed, axes=axes)
+    print_notes(chosen)
+    check_folder(out, SECTION_FILES)
+    section = plan.run(not quiet)
+
+    from ..report.section_page import write_section_report
+
+    page = write_section_report(plan, section, out, reproducing_command())
+    if not section.complete:
+        print_message(f"not all points were found: {len(section)}")
+    if not quiet:
+        click.echo(repr(section))
+        say("report" if section.complete else "report (incomplete)", page)
+    return exit_code(section.status)

@@ -1,0 +1,69 @@
+"""Between the ends of a Gauss step: its collocation polynomial, and other steps begun on it.
+
+The L_j of a step of length h are ``h b_j f(Y_j)``, as `geomint.kernels.solve.gauss` leaves them in
+memory. At θ h the polynomial is ``y + Σ_k θ^(k+1) Σ_j S^(k)_j L_j``, and the step of length θ h from
+the same state begins with ``L_i(θ) = θ Σ_k θ^k Σ_j M^(k)_ij L_j``, where S^(k) are the sums over the
+columns of M^(k). Tables have the M^(k), the highest power first, in lanes and columns, and then the
+S^(k), the lowest first.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from ..compiling.recorded import Recorded, helper, inlined
+from ..numbers.arithmetic import fma, lane, top
+from ..numbers.blocks import REST, as_lanes, part, section
+from .gauss import gauss_coefficients, gauss_memory
+
+__all__ = ["gauss_between", "gauss_polynomial"]
+
+
+@inlined
+def powers_of(table: Any, groups: int) -> int:
+    """Return the number of stages that a table was made for."""
+    return int(len(table) // (8 * groups * (8 * groups + 1)))
+
+
+@functools.cache
+def gauss_between(groups: int) -> Recorded:
+    """Return ``between(coefficients, table, theta)``, which makes the predictor M(θ)."""
+
+    @helper
+    def between(coefficients: Any, table: Any, theta: float) -> None:
+        columns = 8 * groups * groups
+        rows = int(top(section(coefficients, gauss_coefficients(0, groups, REST), "rows")[0]))
+        numbers = gauss_coefficients(rows, groups, REST)
+        predictor = as_lanes(section(coefficients, numbers, "predictors"), 0, columns)
+        powers = powers_of(table, groups)
+        M = as_lanes(table, 0, powers * columns)
+        for j in range(columns):
+            total = M[j]
+            for k in range(1, powers):
+                total = fma(total, theta, M[k * columns + j])
+            predictor[j] = theta * total
+
+    return between
+
+
+@functools.cache
+def gauss_polynomial(groups: int) -> Recorded:
+    """Return ``polynomial(memory, table, rows, out)``: coefficients of θ, θ², …, row after row."""
+
+    @helper
+    def polynomial(memory: Any, table: Any, rows: int, out: Any) -> None:
+        powers = powers_of(table, groups)
+        stages = as_lanes(section(memory, gauss_memory(rows, groups), "stages"), 0, rows * groups)
+        sums = part(table, 64 * powers * groups * groups, 8 * powers * groups)
+        S = as_lanes(sums, 0, powers * groups)
+        for r in range(rows):
+            for k in range(powers):
+                terms = S[k * groups] * stages[r]
+                for g in range(1, groups):
+                    terms = terms + S[k * groups + g] * stages[g * rows + r]
+                p0, p1 = lane(terms, 0) + lane(terms, 7), lane(terms, 1) + lane(terms, 6)
+                p2, p3 = lane(terms, 2) + lane(terms, 5), lane(terms, 3) + lane(terms, 4)
+                out[r * powers + k] = (p0 + p3) + (p1 + p2)
+
+    return polynomial

@@ -1,0 +1,270 @@
+"""Partial steps: states between the steps of a run, by real steps of its method from the step before.
+
+A state so found is as accurate as the run, on the manifold if the method's states are, and the run
+knows nothing of it. It depends on the state and the step there alone, not on chunks, nor on what else
+is asked for. The stepper's loop is handed over by its address: nothing of a method is compiled anew.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.bound import Bound
+from ..compiling.recorded import helper, inlined
+from ..compiling.signatures import BLOCK, GIVEN, MEMORY, REAL, VALUE, WHOLE, Kind, of_stepper, takes
+from ..numbers.blocks import part
+from .status import OK
+
+__all__ = [
+    "BEGUN",
+    "POLYNOMIAL",
+    "bound_polynomial",
+    "bound_write",
+    "one_step",
+    "partial_steps",
+    "steps_to_clock",
+    "whole_step",
+]
+
+CLOCK_CAP = 50  # iterations
+
+
+@helper
+def cold(coefficients: Any, table: Any, theta: float) -> None:
+    """Do nothing: where a partial step begins with nothing."""
+
+
+@helper
+def none(memory: Any, table: Any, rows: int, out: Any) -> None:
+    """Write nothing: where there is no polynomial."""
+
+
+@inlined
+def whole_step(
+    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
+    work: Any, rows: int, states: Any, at: int, t: float, h: float,
+) -> int:  # fmt: skip
+    """Leave in `memory` what a step of length h leaves, from the state in row `at` of states on."""
+    for r in range(len(memory)):
+        memory[r] = 0.0
+    for r in range(rows):
+        memory[r] = states[at + r]
+    status, _, _, _ = advance(
+        functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, work
+    )
+    if status != OK:
+        for r in range(len(memory)):
+            memory[r] = 0.0
+    return status
+
+
+@inlined
+def one_step(
+    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
+    work: Any, rows: int, write: Any, table: Any, whole: Any, states: Any, at: int, t: float,
+    h: float, theta: float,
+) -> tuple[int, int, float]:  # fmt: skip
+    """Leave in `memory` what a step of length h leaves, begun on what the `whole` one remembers."""
+    for r in range(rows):
+        memory[r] = states[at + r]
+        memory[rows + r] = 0.0
+    for r in range(2 * rows, len(memory)):
+        memory[r] = whole[r]
+    write(coefficients, table, theta)
+    status, _, iterations, residual = advance(
+        functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, work
+    )
+    return status, iterations, residual
+
+
+@helper
+def partial(
+    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
+    work: Any, rows: int, write: Any, table: Any, whole: Any, begun: Any, span: float,
+    states: Any, times: Any, nodes: Any, lengths: Any, count: int, out: Any,
+) -> tuple[int, int, int, float]:  # fmt: skip
+    """Write `count` states, each by a step of its length from its node; one of length 0 is the node.
+
+    Parameters
+    ----------
+    write, table, whole, begun, span : function, block, block, block, float
+        How partial steps begin, see `geomint.methods.stepper.Between`, or `cold` with an empty table;
+        memory and coefficients of the whole step from a node, which is as long as the way to the next
+        node, or `span` from the last.
+    states, times : block
+        The nodes: states one after the other, `rows` numbers each, and their times.
+    nodes, lengths : block, shape (count,)
+        From which node, a whole number, and how far.
+
+    Returns
+    -------
+    status, done, iterations, residual
+    """
+    last = -1
+    length = span
+    for i in range(count):
+        node = int(nodes[i])
+        at = node * rows
+        if lengths[i] == 0.0:
+            for r in range(rows):
+                out[i * rows + r] = states[at + r]
+            continue
+        if node != last and len(table) > 0:
+            length = times[node + 1] - times[node] if node + 1 < len(times) else span
+            whole_step(
+                advance, functions, params, begun, fractions, whole, work, rows,
+                states, at, times[node], length,
+            )  # fmt: skip
+        last = node
+        status, iterations, residual = one_step(
+            advance, functions, params, coefficients, fractions, memory, work, rows,
+            write, table, whole, states, at, times[node], lengths[i], lengths[i] / length,
+        )  # fmt: skip
+        if status != OK:
+            return status, i, iterations, residual
+        for r in range(rows):
+            out[i * rows + r] = memory[r]
+    return OK, count, 0, 0.0
+
+
+@inlined
+def first_guess(x: float, begin: float, end: float, pace: float, last: float, span: float) -> float:
+    """Return how far from the node the clock shows x: by cubic Hermite interpolation of the inverse."""
+    slope, after = (end - begin) / (pace * span), (end - begin) / (last * span)
+    s = (x - begin) / (end - begin)
+    guess = s * s * (3.0 - 2.0 * s) + s * (1.0 - s) * ((1.0 - s) * slope - s * after)
+    return span * (guess if 0.0 < guess < 1.0 else s)
+
+
+@inlined
+def better_guess(powers: Any, gain: float, theta: float) -> float:
+    """Return where a polynomial without constant is `gain`, by Newton's method from near there."""
+    for _ in range(5):
+        value, slope = 0.0, 0.0
+        for k in range(len(powers) - 1, -1, -1):
+            value = (value + powers[k]) * theta
+            slope = slope * theta + (k + 1) * powers[k]
+        theta += (gain - value) / slope
+    return theta
+
+
+@helper
+def to_clock(
+    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
+    work: Any, rows: int, write: Any, table: Any, whole: Any, begun: Any, span: float,
+    polynomial: Any, powers: Any, rate: Any, states: Any, times: Any, nodes: Any, wanted: Any,
+    roundings: Any, count: int, scratch: Any, lengths: Any, out: Any,
+) -> tuple[int, int, int, float]:  # fmt: skip
+    """Write `count` states at times of the clock, their last row, and how long the steps to them are.
+
+    Newton's iteration for the length, the derivative being the clock's `rate`; the best state is kept.
+
+    Parameters
+    ----------
+    polynomial, powers : function, block
+        The whole step's polynomial, see `geomint.methods.stepper.Between`, and room for it.
+    wanted, roundings : block, shape (count,)
+        Times of the clock, and how near is near enough: implicit steps of a length in the last bits of
+        the time would only add noise.
+    """
+    last = -1
+    length, end, pace, end_pace = span, 0.0, 0.0, 0.0
+    for i in range(count):
+        node = int(nodes[i])
+        at = node * rows
+        known = part(states, at, rows)
+        row = part(out, i * rows, rows)
+        for r in range(rows):
+            row[r] = known[r]
+        smallest = abs(wanted[i] - known[rows - 1])
+        best = 0.0
+        if smallest > roundings[i]:
+            if node != last:
+                length = times[node + 1] - times[node] if node + 1 < len(times) else span
+                whole_step(
+                    advance, functions, params, begun, fractions, whole, work, rows,
+                    states, at, times[node], length,
+                )  # fmt: skip
+                end = whole[rows - 1]
+                pace = rate(params, times[node], part(known, 0, rows - 1), scratch)
+                end_pace = rate(params, times[node] + length, part(whole, 0, rows - 1), scratch)
+                polynomial(whole, table, rows, powers)
+            last = node
+            far = first_guess(wanted[i], known[rows - 1], end, pace, end_pace, length)
+            if len(table) > 0:
+                clock = part(powers, (rows - 1) * (len(powers) // rows), len(powers) // rows)
+                far = length * better_guess(clock, wanted[i] - known[rows - 1], far / length)
+            if not 0.0 < far / length <= 1.0:
+                far = (wanted[i] - known[rows - 1]) / pace
+            theta = far / length
+            for k in range(CLOCK_CAP):
+                status, iterations, residual = one_step(
+                    advance, functions, params, coefficients, fractions, memory, work, rows,
+                    write, table, whole if k == 0 else memory, states, at, times[node], far, theta,
+                )  # fmt: skip
+                if status != OK:
+                    lengths[i] = far
+                    return status, i, iterations, residual
+                missing = wanted[i] - memory[rows - 1]
+                if abs(missing) < smallest:
+                    smallest, best = abs(missing), far
+                    for r in range(rows):
+                        row[r] = memory[r]
+                elif abs(missing) <= roundings[i]:
+                    break
+                change = missing / rate(
+                    params, times[node] + far, part(memory, 0, rows - 1), scratch
+                )
+                if abs(missing) <= 0.5 * roundings[i] or far + change == far:
+                    break
+                theta = (far + change) / far  # the next one begins on this one
+                far += change
+        row[rows - 1] = wanted[i]
+        lengths[i] = best
+    return OK, count, 0, 0.0
+
+
+_WRITE = takes(coefficients=GIVEN, table=BLOCK, theta=REAL)
+POLYNOMIAL = takes(memory=MEMORY, table=BLOCK, rows=WHOLE, out=BLOCK)
+BEGUN: dict[str, Kind] = {
+    "write": _WRITE,
+    "table": BLOCK,
+    "whole": BLOCK,
+    "begun": BLOCK,
+    "span": REAL,
+}
+_NODES: dict[str, Kind] = {"states": BLOCK, "times": BLOCK, "nodes": BLOCK}
+_PARTIAL: dict[str, Kind] = {**BEGUN, **_NODES, "lengths": BLOCK, "count": WHOLE, "out": BLOCK}
+_TO_CLOCK: dict[str, Kind] = {
+    **BEGUN,
+    "polynomial": POLYNOMIAL,
+    "powers": BLOCK,
+    "rate": VALUE,
+    **_NODES,
+    "wanted": BLOCK,
+    "roundings": BLOCK,
+    "count": WHOLE,
+    "scratch": BLOCK,
+    "lengths": BLOCK,
+    "out": BLOCK,
+}
+
+
+def partial_steps(functions: tuple[Bound, ...]) -> Bound:
+    """Return `partial` for a stepper that takes such functions."""
+    return Bound(partial, of_stepper((f.signature for f in functions), **_PARTIAL))
+
+
+def steps_to_clock(functions: tuple[Bound, ...]) -> Bound:
+    """Return `to_clock` for a stepper that takes such functions."""
+    return Bound(to_clock, of_stepper((f.signature for f in functions), **_TO_CLOCK))
+
+
+def bound_write(write: Any = cold) -> Bound:
+    """Return a function that changes coefficients, with its signature."""
+    return Bound(write, _WRITE)
+
+
+def bound_polynomial(polynomial: Any = none) -> Bound:
+    """Return a function that writes a polynomial, with its signature."""
+    return Bound(polynomial, POLYNOMIAL)

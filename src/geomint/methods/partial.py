@@ -1,0 +1,185 @@
+"""Real steps of a method from states of a run to times between its steps: all at once, compiled."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Array
+from ..errors import StepError
+from ..kernels.compiling.bound import bind
+from ..kernels.compiling.call import Call
+from ..kernels.compiling.signatures import VALUE
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.partial import bound_polynomial, bound_write, partial_steps, steps_to_clock
+from ..kernels.solve.status import OK
+from ..problems.problem import Problem
+from .stepper import Advance, Stepper, filled_block
+
+__all__ = ["Found", "Nodes", "PartialSteps", "driven", "own_blocks", "polynomial_of", "rounding"]
+
+
+def rounding(time: Array | float) -> Array:
+    """Return how far apart two times may be that are meant to be the same."""
+    return np.asarray(4 * np.spacing(np.abs(time)))
+
+
+class Nodes:
+    """States of a run, one a row, with the clock's row where there is one; their times; their steps."""
+
+    def __init__(self, times: Array, states: Array, steps: npt.NDArray[np.int64]) -> None:
+        self.times, self.states, self.steps = times, np.ascontiguousarray(states), steps
+
+    @property
+    def clock(self) -> Array:
+        """Physical times, where they are integrated."""
+        return self.states[:, -1]
+
+    def with_more(self, later: Nodes) -> Nodes:
+        """Return these and what comes after."""
+        return Nodes(
+            np.concatenate((self.times, later.times)),
+            np.concatenate((self.states, later.states)),
+            np.concatenate((self.steps, later.steps)),
+        )
+
+    def before_last(self, count: int, last: int = 0) -> Nodes:
+        """Return so many of those before the last, or as many as there are; `last` 1: with it."""
+        end = len(self.times) - 1
+        which = slice(max(end - count, 0), end + last)
+        return Nodes(self.times[which], self.states[which], self.steps[which])
+
+    def up_to(self, last: int) -> Nodes:
+        """Return those up to one, and it."""
+        which = slice(last + 1)
+        return Nodes(self.times[which], self.states[which], self.steps[which])
+
+    def before(self, wanted: Array, sign: float, clock: bool) -> npt.NDArray[np.int64]:
+        """Return the last node before each time of the run, or at it."""
+        known = self.clock if clock else self.times
+        found = np.searchsorted(sign * known, sign * wanted, side="right") - 1
+        return np.asarray(np.maximum(found, 0), dtype=np.int64)
+
+
+class Found(NamedTuple):
+    """States at wanted times, one a row; their own times; the error that ended them too early."""
+
+    times: Array
+    states: Array
+    error: StepError | None
+
+
+def driven(s: Stepper) -> dict[str, Any]:
+    """Return what kernels take that drive a stepper beside its run, and how they begin."""
+    between = s.between
+    return {
+        "advance": bound_stepper(s.kernel, s.functions),
+        "functions": s.functions,
+        "params": s.params,
+        "fractions": s.fractions,
+        "rows": s.rows,
+        "write": bound_write(*([between.write] if between else [])),
+        "table": between.table if between else scalar_block(0),
+        "begun": s.coefficients,
+    }
+
+
+def own_blocks(s: Stepper) -> dict[str, Block]:
+    """Return the blocks that a kernel beside the run changes: no two calls may share them."""
+    return {
+        "coefficients": filled_block(s.coefficients.data),
+        "memory": scalar_block(len(s.memory)),
+        "work": scalar_block(len(s.work)),
+        "whole": scalar_block(len(s.memory)),
+    }
+
+
+def polynomial_of(s: Stepper) -> dict[str, Any]:
+    """Return the function that writes the whole step's polynomial, and room for it, if there is one."""
+    known = [s.between.polynomial] if s.between else []
+    powers = scalar_block(s.rows * (s.between.powers if s.between else 0))
+    return {"polynomial": bound_polynomial(*known), "powers": powers}
+
+
+class PartialSteps:
+    """Partial steps of one stepper, which they do not disturb; adaptive ones at given lengths.
+
+    Compiled code lets other threads run, so that each has calls of its own, and what these change.
+    """
+
+    def __init__(self, problem: Problem, stepper: Stepper) -> None:
+        self._problem, self._stepper = problem, stepper.fixed_step
+        self._own = threading.local()
+
+    def _call(self, clock: bool) -> Call:
+        """Return what takes the steps, compiled or found when it is asked for first."""
+        key = "to_clock" if clock else "partial"
+        calls: dict[str, Call] = self._own.__dict__
+        if key not in calls:
+            s = self._stepper
+            if key not in s.beside:
+                s.beside[key] = self._made(clock)
+            calls[key] = call = s.beside[key].copy()
+            call.set(**own_blocks(s), span=s.h)
+            if clock:
+                powers = polynomial_of(s)["powers"]
+                call.set(powers=powers, scratch=scalar_block(self._problem.work))
+        return calls[key]
+
+    def _made(self, clock: bool) -> Call:
+        """Return a call for all runs of the method: what it changes is set by each."""
+        s, problem = self._stepper, self._problem
+        if not clock:
+            return partial_steps(s.functions).call(s.compiled, **driven(s))
+        assert problem.clock is not None
+        sizes = {"params": len(problem.params), "y": problem.rows}
+        return steps_to_clock(s.functions).call(
+            s.compiled,
+            **driven(s),
+            **polynomial_of(s),
+            rate=bind(problem.clock, VALUE, **sizes),
+        )
+
+    def to_times(self, nodes: Nodes, at: npt.NDArray[np.int64], wanted: Array) -> Found:
+        """Return the states at the problem's own times, each from its node.
+
+        A length in the last bits of the time would only add noise to implicit steps: it is none.
+        """
+        gaps = wanted - nodes.times[at]
+        gaps[np.abs(gaps) <= rounding(wanted)] = 0.0
+        states, error = self._taken(False, nodes, at, gaps, lengths=Block(gaps))
+        return Found(wanted[: len(states)], states, error)
+
+    def to_clock(self, nodes: Nodes, at: npt.NDArray[np.int64], wanted: Array) -> Found:
+        """Return the problem's own times and the states at times of the clock, each from its node."""
+        gaps = np.zeros(len(wanted))
+        given = {"wanted": Block(wanted.copy()), "roundings": Block(rounding(wanted))}
+        states, error = self._taken(True, nodes, at, gaps, lengths=Block(gaps), **given)
+        return Found((nodes.times[at] + gaps)[: len(states)], states, error)
+
+    def _taken(
+        self, clock: bool, nodes: Nodes, at: npt.NDArray[np.int64], gaps: Array, **given: Block
+    ) -> tuple[Array, StepError | None]:
+        count, rows = len(at), nodes.states.shape[1]
+        out = scalar_block(count * rows)
+        asked = Advance(
+            *self._call(clock)(
+                states=Block(nodes.states.reshape(-1)),
+                times=Block(nodes.times),
+                nodes=Block(at.astype(np.float64)),
+                count=count,
+                out=out,
+                **given,
+            )
+        )
+        states = out.data.reshape(count, rows)
+        if asked.status == OK:
+            return states, None
+        i = at[asked.steps]
+        failed = self._stepper.restarted(nodes.states[i], nodes.times[i], gaps[asked.steps])
+        error = failed.error(asked._replace(steps=0), 0, int(nodes.steps[i]))
+        return states[: asked.steps], error

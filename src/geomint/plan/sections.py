@@ -1,0 +1,138 @@
+"""The Poincaré section of a scene: its event, what is integrated for it, and from which states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..errors import FormError, SceneError, quoted
+from ..kernels.compiling.sameness import Compared
+from ..run.events import Event
+from ..run.level import states_on_level
+from ..run.poincare import poincare_section
+from ..run.section import Section
+from ..scene.scene import Scene
+from .choice import Asked, Route
+from .cost import cost_of
+from .fitting import unfit
+from .representation import has
+
+__all__ = ["SectionPlan", "plan_section"]
+
+
+@dataclass(frozen=True, eq=False)
+class SectionPlan(Compared):
+    """How the section of a scene is made.
+
+    Attributes
+    ----------
+    route : Route
+        What is integrated: the scene's own representation or one that it contains, in the same time.
+    name, event : str, Event
+    states : array, shape (motions, rows)
+        Where the motions begin; the first is the scene's own.
+    """
+
+    scene: Scene
+    route: Route
+    name: str
+    event: Event
+    states: Array
+
+    @property
+    def exact(self) -> bool:
+        """Whether the exact flow is followed, in place of the method's steps."""
+        return bool(self.scene.content.integrate.exact)
+
+    def run(self, progress: bool | None = None) -> Section:
+        """Return the section; after Ctrl-C what was found by then."""
+        content, exact = self.scene.content, self.exact
+        return poincare_section(
+            self.route.problem,
+            self.states,
+            {self.name: self.event},
+            content.section.points,
+            method="exact" if exact else self.scene.method,
+            step=None if exact else content.integrate.step,
+            progress=progress,
+        )
+
+
+def plan_section(scene: Scene, **keys: Any) -> SectionPlan:
+    """Return how the section of a scene is made.
+
+    Parameters
+    ----------
+    scene : Scene
+    **keys
+        Of its ``[section]``, in place of what is there; None leaves one as it is.
+
+    Raises
+    ------
+    SceneError, FormError, DomainError
+    """
+    given = {key: value for key, value in keys.items() if value is not None}
+    scene = scene.changed(section=given) if given else scene
+    section = scene.content.section
+    name, event = _event(scene)
+    route = _route(Asked(scene, "drift"), [event.what, *(section.axes or [])])
+    problem, state = route.problem, route.state
+    states = state[None, :]
+    if section.motions > 1:
+        others = states_on_level(problem, state, section.motions - 1, section.keep, section.seed)
+        states = np.concatenate((states, others))
+    return SectionPlan(scene, route, name, event, states)
+
+
+def _event(scene: Scene) -> tuple[str, Event]:
+    """Return the event of a section: that of ``[section]``, or the only one of ``[events]``."""
+    events, section = scene.events, scene.content.section
+    name = section.event or (next(iter(events)) if len(events) == 1 else None)
+    if name is None:
+        expected = f"one of {', '.join(events)}" if events else "a component such as gamma[2]"
+        raise SceneError(f"scene {quoted(scene.name)} does not say at which event: give {expected}")
+    known = events.get(name, Event(name))
+    level = known.level if section.level is None else section.level
+    event = Event(known.what, section.direction or known.direction, level=level)
+    return name if name in events else event.name, event
+
+
+def _route(c: Asked, names: list[str]) -> Route:
+    """Return the cheapest representation that the method fits, that has what is named.
+
+    Of those in the scene's own time whose numbers are all among its own, as long as there are any.
+    """
+    asked, own = c.content.integrate.representation, c.route(c.own)
+    wanted = list(c.model.problems) if asked is None else [c.own if asked == "own" else asked]
+    obstacles: dict[str, str] = {}
+    for name in wanted:
+        problem = c.model.problems[name]
+        lacking = ", ".join(n for n in names if not has(problem, n))
+        found = unfit(problem, c.method, {})
+        if c.content.integrate.exact:
+            found = "has no exact flow" if problem.make_exact is None else ""
+        obstacles[name] = found or (f"has no {lacking}" if lacking else "")
+    fitting = [c.route(name) for name in wanted if not obstacles[name]]
+    if not fitting:
+        words = "; ".join(f"{name}: {why}" for name, why in obstacles.items())
+        raise FormError(
+            f"no representation of {c.content.system.name!r} serves for this section by "
+            f"{'the exact flow' if c.content.integrate.exact else repr(c.method.name)}: {words}"
+        )
+    within = [route for route in fitting if _within(route, own)] or fitting[:1]
+    return min(within, key=lambda route: cost_of(route.problem, c.method.needs, route.state))
+
+
+def _within(part: Route, own: Route) -> bool:
+    """Tell whether all numbers of a representation are numbers of another, by their names."""
+    mine, theirs = _numbers(part), _numbers(own)
+    return part.problem.time == own.problem.time and all(
+        name in theirs and np.array_equal(numbers, theirs[name]) for name, numbers in mine.items()
+    )
+
+
+def _numbers(route: Route) -> dict[str, Array]:
+    return {name: route.state[rows] for name, rows in route.problem.slices.items()}

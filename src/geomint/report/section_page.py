@@ -1,0 +1,105 @@
+"""The report of a Poincaré section: page, picture, the points as CSV, and JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..plan import SectionPlan
+from ..plots.style import data_uri
+from ..run.at_states import values_at
+from ..run.provenance import finite_json, json_text, method_record
+from ..run.section import Section
+from ..scene.provenance import scene_record
+from . import SECTION_FILES
+from .pages import render, write_files
+
+__all__ = ["section_record", "write_section_report"]
+
+
+def section_record(plan: SectionPlan, section: Section, command: str | None) -> dict[str, Any]:
+    """Return the content of ``section.json``; the points are in ``section.csv``.
+
+    `kept` has, for every invariant and constraint of the problem, the largest deviation at the points
+    from its value where the motion began, and the largest size there.
+    """
+    content = plan.scene.content
+    counts = np.bincount(section.motions, minlength=len(plan.states))
+    record = {
+        "event": {
+            "name": section.name,
+            "what": plan.event.what,
+            "direction": plan.event.direction,
+            "level": plan.event.level,
+        },
+        "axes": list(content.section.axes or section.axes),
+        "points": len(section),
+        "asked": content.section.points,
+        "complete": section.complete,
+        "status": section.status,
+        "representation": plan.route.name,
+        "time": section.problem.time,
+        "step": section.step,
+        "steps": section.steps,
+        **method_record(section.method),
+        "motions": [
+            {"initial": y.tolist(), "points": int(n), "end": _last(section, i)}
+            for i, (y, n) in enumerate(zip(plan.states, counts, strict=True))
+        ],
+        "kept": _kept(plan, section),
+        "provenance": {**scene_record(plan.scene, command), "seed": content.section.seed},
+    }
+    found: dict[str, Any] = finite_json(record)
+    return found
+
+
+def _last(section: Section, motion: int) -> float | None:
+    own = section.tau[section.motions == motion]
+    return float(own[-1]) if len(own) else None
+
+
+def _kept(plan: SectionPlan, section: Section) -> dict[str, dict[str, float]]:
+    problem, kept = section.problem, {}
+    for name, function in {**problem.invariants, **problem.constraints}.items():
+        begin = values_at(problem, function, plan.states)[section.motions]
+        here = values_at(problem, function, section.y, section.tau)
+        deviation = float(np.abs(here - begin).max(initial=0.0))
+        kept[name] = {"deviation": deviation, "size": float(np.abs(begin).max(initial=0.0))}
+    return kept
+
+
+def write_section_report(
+    plan: SectionPlan, section: Section, folder: Path, command: str | None = None
+) -> Path:
+    """Write the files of a section's report, all or none; return the path of the page.
+
+    Raises
+    ------
+    OutputError
+    """
+    record = section_record(plan, section, command)
+    figure = section.plot(*(plan.scene.content.section.axes or ()))
+    page = render(
+        "section.html.j2",
+        title=plan.scene.title,
+        record=record,
+        verdict=_verdict(record),
+        provenance=record["provenance"],
+        picture=data_uri(figure),
+    )
+    others = {"section.csv": section.save}
+    return write_files(folder, SECTION_FILES, page, json_text(record), {"section": figure}, others)
+
+
+def _verdict(record: dict[str, Any]) -> str:
+    """Return what was found, in a sentence."""
+    event, many = record["event"], len(record["motions"])
+    way = {"up": "rises through", "down": "falls through", "both": "passes"}[event["direction"]]
+    motions = "one motion" if many == 1 else f"{many} motions"
+    steps = f"{record['steps']} steps of {record['step']:.6g} by {record['method']}"
+    return (
+        f"{record['points']} points of {motions}, where {event['what']} {way} "
+        f"{event['level']:g}: {steps if record['steps'] else 'by the exact flow, without steps'}."
+    )

@@ -1,0 +1,79 @@
+"""What is asked of a run, and what of it makes no sense: the same for runs with steps and without."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..arguments import Array, switch, whole
+from ..errors import DomainError
+from ..problems.problem import Problem
+from .restart import Restart
+from .solution import Solution
+from .timeline import Timeline, evaluation_times
+
+__all__ = ["check_counts", "check_switches", "restart_of", "wanted_times", "wants_clock"]
+
+
+def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:
+    """Return where a solution goes on, or raise `DomainError` for what it has already."""
+    for name, value in given.items():
+        if value is not None:
+            raise DomainError(name, value, "nothing: a solution goes on as it was")
+    if solution.restart is None:
+        raise DomainError("problem", solution, "a solution that can go on: this one has no restart")
+    if clock is not None and clock != solution.restart.clock and solution.problem.time == "tau":
+        raise DomainError("clock", clock, f"{solution.restart.clock}, as before")
+    return solution.restart
+
+
+def check_switches(compiled: Any, dense: Any, **optional: Any) -> None:
+    """Raise `DomainError` for what says neither yes nor no."""
+    switch("compiled", compiled)
+    switch("dense", dense)
+    for name, value in optional.items():
+        if value is not None:
+            switch(name, value, "True, False or None")
+
+
+def wants_clock(
+    problem: Problem, timeline: Timeline, t_eval: Any, clock: bool | None
+) -> bool | None:
+    """Return whether physical time is wanted beside a problem in τ, None for where it can be had.
+
+    Raises
+    ------
+    DomainError
+        For what contradicts the times that are asked for.
+    """
+    if problem.time == "t":
+        if clock:
+            raise DomainError("clock", clock, f"False: the time of {problem.name!r} is physical")
+        return False
+    if timeline.physical_end is not None or t_eval is not None:
+        if clock is False:
+            raise DomainError("clock", clock, "True: t_end and t_eval are physical time")
+        return True
+    return clock
+
+
+def wanted_times(
+    problem: Problem, timeline: Timeline, begin: float, own: float, t_eval: Any, tau_eval: Any
+) -> Array:
+    """Return the times at which states are wanted, from physical time or own time on."""
+    if tau_eval is None:
+        return evaluation_times(t_eval, problem, timeline, begin)
+    if t_eval is not None:
+        raise DomainError("tau_eval", tau_eval, "t_eval or tau_eval, not both")
+    return evaluation_times(tau_eval, problem, timeline, own, "tau_eval")
+
+
+def check_counts(watched: Any, save_every: Any, observe_every: Any) -> None:
+    """Raise `DomainError` for numbers of steps that are none, or that nothing would follow."""
+    for name, count, optional in (
+        ("save_every", save_every, True),
+        ("observe_every", observe_every, False),
+    ):
+        if not (count is None and optional):
+            whole(name, count, 1)
+    if observe_every != 1 and not watched:
+        raise DomainError("observe_every", observe_every, "1, or something to observe")

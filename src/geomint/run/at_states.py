@@ -1,0 +1,50 @@
+"""Recorded functions at many states at once, compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..arguments import Array
+from ..kernels.compiling.bound import bind
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import FIELD
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.sample import SAMPLE
+from ..methods.stepper import filled_block
+from ..problems.problem import Problem
+from ..problems.spaces.conditions import written
+
+__all__ = ["Values", "evaluator", "values_at"]
+
+Values = Callable[[Array, Array], Array]  # of times and states, one a row
+
+
+def evaluator(problem: Problem, function: Recorded, compiled: bool = True) -> Values:
+    """Return what evaluates a function ``f(params, t, y, work)`` at times and states, one a row."""
+    sizes = {"params": len(problem.params), "y": problem.rows}
+    sample = SAMPLE.call(
+        compiled,
+        values=bind(written(function), FIELD, **sizes, out=1).entry(compiled),
+        params=filled_block(problem.params),
+        rows=problem.rows,
+        stride=problem.rows,
+        work=scalar_block(problem.work),
+        width=1,
+    )
+
+    def values(times: Array, states: Array) -> Array:
+        out = scalar_block(len(times))
+        given = {"times": Block(np.ascontiguousarray(times)), "count": len(times)}
+        sample(states=Block(np.ascontiguousarray(states).reshape(-1)), out=out, **given)
+        return np.asarray(out.data)
+
+    return values
+
+
+def values_at(
+    problem: Problem, function: Recorded, states: Array, times: Array | None = None
+) -> Array:
+    """Return a function at states, one a row, and times, by default 0."""
+    return evaluator(problem, function)(np.zeros(len(states)) if times is None else times, states)

@@ -1,0 +1,207 @@
+"""Events: functions of the state whose changes of sign a run looks for."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import FunctionType
+from typing import Any, overload
+
+from ..arguments import check_name, finite, whole
+from ..errors import DomainError, nearest
+from ..kernels.compiling.recorded import Recorded, observable
+from ..kernels.compiling.sameness import Compared
+from ..problems.problem import Problem
+
+__all__ = ["DIRECTIONS", "Event", "choose_events", "component", "event", "quantity"]
+
+DIRECTIONS = {"both": 0, "up": 1, "down": -1}
+_COMPONENT = re.compile(r"(.+?)\[(\d+)\]")
+
+
+@dataclass(frozen=True, eq=False)
+class Event(Compared):
+    """A function of the state, and which of its changes of sign are events.
+
+    Parameters
+    ----------
+    what : str or Recorded
+        A component of the state, ``"gamma[2]"`` (from 0 on); a quantity of the problem by its name; or
+        a function ``f(params, t, y, work) -> number``, which `geomint.event` makes an event.
+    direction : str or int
+        ``"up"``, ``"down"`` or ``"both"``; 1, −1 or 0: as the number changes in the order of the run.
+    terminal : bool or int
+        Whether the run ends there; a number: at the event of that number.
+    level : float
+        The value that is looked for.
+
+    Raises
+    ------
+    DomainError
+    """
+
+    what: Any
+    direction: str | int = "both"
+    terminal: bool | int = False
+    level: float = 0.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.what, FunctionType):
+            object.__setattr__(self, "what", observable(self.what))
+        if not isinstance(self.what, str | Recorded):
+            raise DomainError("what", self.what, "the name of a quantity, or a function")
+        known: dict[Any, int] = {**DIRECTIONS, **{n: n for n in DIRECTIONS.values()}}
+        try:
+            sign = known[self.direction]
+        except (KeyError, TypeError):
+            expected = f"one of {', '.join(map(repr, DIRECTIONS))}, 1, -1 or 0"
+            raise DomainError("direction", self.direction, expected) from None
+        name = next(name for name, number in DIRECTIONS.items() if number == sign)
+        object.__setattr__(self, "direction", name)
+        if not isinstance(self.terminal, bool):
+            object.__setattr__(self, "terminal", whole("terminal", self.terminal, 1))
+        object.__setattr__(self, "level", finite("level", self.level))
+
+    @property
+    def name(self) -> str:
+        """What it is called unless it is given a name."""
+        own = self.what if isinstance(self.what, str) else self.what.function.__name__
+        return own if self.level == 0.0 else f"{own} = {self.level:g}"
+
+    @property
+    def sign(self) -> int:
+        """1, −1, or 0 for both directions."""
+        return DIRECTIONS[str(self.direction)]
+
+    @property
+    def last(self) -> int:
+        """The number of the event that ends the run, from 1 on; 0 for none."""
+        return int(self.terminal)
+
+    def linear(self, problem: Problem) -> bool:
+        """Tell whether it is a component of the state."""
+        return isinstance(self.what, str) and component(problem, self.what) is not None
+
+    def function(self, problem: Problem) -> Recorded:
+        """Return what is looked at, less the level, as an observable of the problem."""
+        found = self.what if isinstance(self.what, Recorded) else quantity(problem, self.what)
+        return found if self.level == 0.0 else _less(found, self.level)
+
+
+@overload
+def event(function: Callable[..., Any], /) -> Event: ...
+@overload
+def event(
+    *, direction: str | int = ..., terminal: bool | int = ..., level: float = ...
+) -> Callable[[Callable[..., Any]], Event]: ...
+def event(function: Any = None, /, **options: Any) -> Any:
+    """Make a function ``f(params, t, y, work) -> number`` an event: where it is 0.
+
+    The rules are those of `geomint.field`; t is the problem's own time. Options are those of
+    `geomint.Event`.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> @gi.event(direction="up")
+    ... def height(params, t, y, work):
+    ...     return y[0] - 0.5
+    >>> height.direction
+    'up'
+    """
+    if function is None:
+        return lambda given: Event(observable(given), **options)
+    return Event(observable(function))
+
+
+def component(problem: Problem, name: str) -> int | None:
+    """Return the row of a component, ``"gamma[2]"`` or a piece of one number; None if it is none.
+
+    Raises
+    ------
+    DomainError
+        For a component that a piece of the problem does not have.
+    """
+    if not isinstance(name, str):
+        raise DomainError("event", name, "the name of a component or a quantity")
+    slices = problem.slices
+    match = _COMPONENT.fullmatch(name)
+    piece, index = (match[1], int(match[2])) if match else (name, 0)
+    if name in problem.diagnostics or piece not in slices:
+        return None
+    rows = slices[piece].stop - slices[piece].start
+    if index < rows and (match or rows == 1):
+        return int(slices[piece].start + index)
+    raise DomainError("event", name, f"{piece}[0] to {piece}[{rows - 1}]")
+
+
+def quantity(problem: Problem, name: str) -> Recorded:
+    """Return a component of the state or a quantity of the problem by its name."""
+    row = component(problem, name)
+    if row is not None:
+        return _component(row)
+    if name in problem.diagnostics:
+        return problem.diagnostics[name]
+    known = [*problem.diagnostics, *(f"{p}[0]" for p in problem.slices)]
+    expected = f"a component or a quantity of {problem.name!r}.{nearest(name, known)}"
+    raise DomainError("event", name, expected)
+
+
+@functools.cache
+def _component(row: int) -> Recorded:
+    def component(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return y[row]
+
+    return observable(component)
+
+
+@functools.lru_cache(maxsize=256)
+def _less(function: Recorded, level: float) -> Recorded:
+    def less(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return function(params, t, y, work) - level
+
+    return observable(less)
+
+
+def choose_events(wanted: Any) -> dict[str, Event]:
+    """Return the events that were asked for, by name.
+
+    Parameters
+    ----------
+    wanted : None, name, Event, list of them, or mapping of names to them
+
+    Raises
+    ------
+    DomainError
+    """
+    if wanted is None:
+        return {}
+    if isinstance(wanted, str | Event | Recorded | FunctionType) or callable(wanted):
+        wanted = [wanted]
+    expected = "names of components and quantities, geomint.Event, or a mapping of names to these"
+    try:
+        pairs = list(wanted.items() if isinstance(wanted, Mapping) else ((None, x) for x in wanted))
+    except Exception:  # whatever a foreign object raises there
+        raise DomainError("events", wanted, expected) from None
+    chosen: dict[str, Event] = {}
+    for given, what in pairs:
+        found = _event_of(what, expected)
+        name = found.name if given is None else given
+        check_name("events", name)
+        if name in chosen:
+            raise DomainError("events", name, "names unlike each other: give a mapping")
+        chosen[name] = found
+    return chosen
+
+
+def _event_of(what: Any, expected: str) -> Event:
+    if isinstance(what, Event):
+        return what
+    if isinstance(what, str | Recorded):
+        return Event(what)
+    if callable(what):
+        said = "an event: decorate it with @geomint.event; it is called f(params, t, y, work)"
+        raise DomainError("events", what, said)
+    raise DomainError("events", what, expected)

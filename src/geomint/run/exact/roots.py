@@ -1,0 +1,271 @@
+"""Roots of a function of time, all of them: along pieces, by Chebyshev's and Bernstein's coefficients.
+
+On every piece the function is known at nine points. The polynomial through them is taken for it if its
+Chebyshev coefficients decay, to what the last of them say is left out. Bernstein's coefficients bound
+it: all of one sign, by more than that: no root; one change of sign: one root. Else the piece is halved.
+It is the rule by which events of steps are found (`geomint.kernels.solve.events`), where only real
+steps can say what a value is; here every value is as good as any other, and many are asked for at once.
+
+The sign of 0 is that before: a root exactly where two pieces meet counts once, where the sign has
+changed, and one where the motion begins does not count.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...arguments import Array
+from .polynomials import judged, points_of, polynomial
+
+__all__ = ["MOST_IN_PIECE", "Failure", "Found", "Roots"]
+
+Values = Callable[[Array], Array]
+
+MOST_IN_PIECE = 64  # roots
+ROUNDING = 2.0**-49  # of the function's size
+TIMES = 8.0  # roundings of the time, over a piece
+TOUCH = 2.0**-40  # of the function's size: values no larger do not decide
+NARROWEST = 2.0**-22  # of a piece
+ROUGH = 2.0**-20  # of the function's size: where narrow parts are larger, it jumps
+TOGETHER = 8  # pieces that are halved at once
+LARGEST = 1e308
+
+
+class Failure(NamedTuple):
+    """Which piece cannot be told, when, how large the function is there, and why."""
+
+    piece: int
+    time: float
+    value: float
+    why: str
+
+
+class Found(NamedTuple):
+    """Times of roots in their order, 1 where the function rises and −1 where it falls."""
+
+    times: Array
+    directions: Array
+    failure: Failure | None
+
+
+class _Parts(NamedTuple):
+    """Parts of pieces: ends, of which piece; values; the first sign, and whether there is one root."""
+
+    low: Array
+    high: Array
+    piece: npt.NDArray[np.int64]
+    values: Array
+    first: Array
+    one: npt.NDArray[np.bool_]
+
+    def of(self, which: Any) -> _Parts:
+        """Return some of them."""
+        low, high, piece, values, first, one = (own[which] for own in self)
+        return _Parts(low, high, piece, values, first, one)
+
+    @property
+    def size(self) -> Array:
+        """The largest |value| of each."""
+        return np.asarray(np.abs(self.values).max(axis=1, initial=0.0))
+
+
+class Roots:
+    """The roots of one function along a motion, whose pieces come one after the other.
+
+    Parameters
+    ----------
+    span : float
+        The length of a piece, > 0; the last one may be shorter.
+    """
+
+    def __init__(self, span: float) -> None:
+        self._span = span
+        self._size = self._sign = 0.0  # largest |value| so far; the last sign that was not 0
+
+    def within(self, edges: Array, known: Array, values: Values) -> Found:
+        """Return the roots between edges.
+
+        Parameters
+        ----------
+        edges : array, shape (m + 1,)
+            Of pieces, in the order of the run.
+        known : array, shape (m, 9)
+            Values at the `points_of` the pieces.
+        values : callable
+            Of times, shape (k,) ↦ (k,).
+        """
+        low, high = edges[:-1], edges[1:]
+        largest = np.abs(known).max(axis=1)
+        sizes = np.maximum.accumulate(
+            np.maximum(np.where(largest < LARGEST, largest, 0.0), self._size)
+        )
+        noise = ROUNDING + TIMES * np.spacing(np.maximum(np.abs(low), np.abs(high))) / self._span
+        search = _Search(sizes, noise * sizes, NARROWEST * self._span)
+        # Halving is done for few pieces at once: if one of them cannot be told, later ones are not.
+        ahead = [_parts(low, high, np.arange(len(low)), known)]
+        while ahead:
+            halves = search.taken(ahead.pop())
+            if search.failure is not None:
+                ahead.clear()
+            points = points_of(halves.low, halves.high)
+            found = values(points.reshape(-1)).reshape(points.shape)
+            ahead += _in_groups(halves._replace(values=found))
+        if len(sizes):
+            self._size = float(sizes[-1])
+        parts = search.found
+        order = np.argsort(parts.low * (1.0 if edges[-1] > edges[0] else -1.0), kind="stable")
+        return self._told(parts.of(order), values, search.failure)
+
+    def _told(self, parts: _Parts, values: Values, failure: Failure | None) -> Found:
+        """Return the roots of parts in their order, each with one root or none."""
+        last = np.where(parts.one, -parts.first, parts.first)
+        before = np.concatenate([[self._sign], last[:-1]])[: len(last)]
+        # The root was where the part begins, or in what was too small to decide.
+        edges = before == -parts.first
+        inside = parts.of(parts.one)
+        times = np.concatenate([parts.low[edges], _met(inside, values)])
+        directions = np.concatenate([parts.first[edges], -inside.first])
+        which = np.concatenate([np.flatnonzero(edges), np.flatnonzero(parts.one)])
+        order = np.argsort(which, kind="stable")
+        if len(last):
+            self._sign = float(last[-1])
+        return Found(times[order], directions[order], failure)
+
+
+class _Search:
+    """What is known of pieces so far.
+
+    Parameters
+    ----------
+    sizes, roundings : array, shape (m,)
+        Of the function along each piece, the largest so far; to what its values are known.
+    narrowest : float
+        How long parts are of which nothing is decided any more.
+    """
+
+    def __init__(self, sizes: Array, roundings: Array, narrowest: float) -> None:
+        self._sizes, self._roundings, self._narrowest = sizes, roundings, narrowest
+        self._roots = np.zeros(len(sizes), dtype=np.int64)
+        self._decided: list[_Parts] = []
+        self.failure: Failure | None = None
+
+    @property
+    def found(self) -> _Parts:
+        """All parts with one root or none, up to the piece that cannot be told."""
+        return self._before(_joined(self._decided))
+
+    def taken(self, parts: _Parts) -> _Parts:
+        """Decide what can be decided of parts; return the halves of the others, without values."""
+        self._note(_not_finite(parts))
+        self._note(self._crowded(parts))
+        parts = self._before(parts)
+        parts = parts.of(parts.size > TOUCH * self._sizes[parts.piece])
+        first, one, sure = judged(parts.values, self._roundings[parts.piece])
+        parts = parts._replace(first=first, one=one)
+        self._decided.append(parts.of(sure))
+        np.add.at(self._roots, parts.piece[sure & one], 1)
+        parts = parts.of(~sure)
+        resolution = 16.0 * np.spacing(np.maximum(np.abs(parts.low), np.abs(parts.high)))
+        wide = np.abs(parts.high - parts.low) > np.maximum(self._narrowest, resolution)
+        self._note(_rough(parts.of(~wide & (parts.size > ROUGH * self._sizes[parts.piece]))))
+        return _halves(self._before(parts.of(wide)))
+
+    def _note(self, failure: Failure | None) -> None:
+        if failure is not None and (self.failure is None or failure.piece < self.failure.piece):
+            self.failure = failure
+
+    def _before(self, parts: _Parts) -> _Parts:
+        return parts if self.failure is None else parts.of(parts.piece < self.failure.piece)
+
+    def _crowded(self, parts: _Parts) -> Failure | None:
+        """Return the first piece with more roots, or parts of which nothing is known, than may be."""
+        count = self._roots + np.bincount(parts.piece, minlength=len(self._roots))
+        crowded = np.flatnonzero(count[parts.piece] > MOST_IN_PIECE)
+        if not len(crowded):
+            return None
+        i = crowded[np.argmin(parts.piece[crowded])]
+        why = f"is 0 more than {MOST_IN_PIECE} times in a quarter of a period, or may be"
+        return Failure(int(parts.piece[i]), float(parts.low[i]), 0.0, why)
+
+
+def _parts(low: Array, high: Array, piece: npt.NDArray[np.int64], values: Array) -> _Parts:
+    count = len(low)
+    return _Parts(low, high, piece, values, np.zeros(count), np.zeros(count, dtype=bool))
+
+
+def _joined(parts: list[_Parts]) -> _Parts:
+    low, high, piece, values, first, one = map(np.concatenate, zip(*parts, strict=True))
+    return _Parts(low, high, piece, values, first, one)
+
+
+def _in_groups(parts: _Parts) -> list[_Parts]:
+    """Return parts of some pieces each, the earliest last; none without parts."""
+    pieces = np.unique(parts.piece)
+    firsts = pieces[::TOGETHER]
+    group = np.searchsorted(firsts, parts.piece, side="right")
+    return [parts.of(group == k) for k in range(len(firsts), 0, -1)]
+
+
+def _halves(parts: _Parts) -> _Parts:
+    middle = parts.low + 0.5 * (parts.high - parts.low)
+    low, high = np.concatenate([parts.low, middle]), np.concatenate([middle, parts.high])
+    return _parts(low, high, np.concatenate([parts.piece, parts.piece]), np.zeros((len(low), 0)))
+
+
+def _not_finite(parts: _Parts) -> Failure | None:
+    bad = ~(np.abs(parts.values) < LARGEST)
+    rows = np.flatnonzero(bad.any(axis=1))
+    if not len(rows):
+        return None
+    i = rows[np.argmin(parts.piece[rows])]
+    times, k = points_of(parts.low[i : i + 1], parts.high[i : i + 1])[0], int(np.argmax(bad[i]))
+    why = "is not a finite number"
+    return Failure(int(parts.piece[i]), float(times[k]), float(parts.values[i, k]), why)
+
+
+def _rough(parts: _Parts) -> Failure | None:
+    if not len(parts.low):
+        return None
+    i = int(np.argmin(parts.piece))
+    why = "changes too fast to tell how often it is 0: it may jump"
+    return Failure(int(parts.piece[i]), float(parts.low[i]), float(parts.size[i]), why)
+
+
+def _met(parts: _Parts, values: Values) -> Array:
+    """Return where the function is 0, of parts with one root each.
+
+    From the root of the polynomial on by the secant method on the function, kept within the bracket.
+    """
+    low, high = np.zeros(len(parts.low)), np.ones(len(parts.low))
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        beyond = polynomial(parts.values, middle) * parts.first <= 0.0
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    span = parts.high - parts.low
+    slopes = polynomial(parts.values, low + 1e-4) - polynomial(parts.values, low - 1e-4)
+    slopes /= 2e-4 * span
+    a, b, times = parts.low.copy(), parts.high.copy(), parts.low + low * span
+    active, before, at = np.arange(len(times)), np.zeros(len(times)), np.full(len(times), np.nan)
+    for k in range(60):
+        if not len(active):
+            break
+        t, value = times[active], values(times[active])
+        change, rise = t - at[active], value - before[active]
+        with np.errstate(all="ignore"):
+            secant = rise / change
+            slope = np.where(np.isfinite(secant) & (secant != 0.0), secant, slopes[active])
+            step = -value / slope
+        slopes[active], before[active], at[active] = slope, value, t
+        beyond = value * parts.first[active] <= 0.0
+        a[active], b[active] = np.where(beyond, a[active], t), np.where(beyond, t, b[active])
+        least = np.maximum(2.0**-48 * np.abs(span[active]), 0.5 * np.spacing(np.abs(t)))
+        near = (value == 0.0) | (np.abs(step) <= least) | (np.abs(b - a)[active] <= least)
+        ahead = t + step
+        strayed = ~((ahead - a[active]) * (ahead - b[active]) < 0.0) | (k % 8 == 7)
+        times[active] = np.where(near, t, np.where(strayed, 0.5 * (a + b)[active], ahead))
+        active = active[~near]
+    return times

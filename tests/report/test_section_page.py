@@ -1,0 +1,223 @@
+"""Sections of scenes: from Python and from the command line, with what lies in the folder."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import geomint as gi
+from geomint.cli import main
+from geomint.errors import FormError, SceneError
+from geomint.plan import plan_section
+from geomint.problems.evaluate import value
+from geomint.report import SECTION_FILES
+from geomint.run import poincare
+
+SCENE: dict[str, Any] = {
+    "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
+    "initial": {"gamma": [0.48, 0.6, 0.64], "p": [3.0, -4.0, 1.5]},
+    "time": {"t_end": 2.0},
+    "integrate": {"step": 0.5},
+    "events": {"equator": {"what": "gamma[2]", "direction": "up"}},
+    "section": {"points": 12, "motions": 3},
+}
+
+
+def test_report(tmp_path: Path) -> None:
+    """Every file, and what is in it."""
+    section = gi.section_report(SCENE, tmp_path / "out")
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(SECTION_FILES)
+    record = json.loads((tmp_path / "out" / "section.json").read_text("utf-8"))
+    assert record["points"] == len(section) == 36
+    assert record["complete"]
+    assert [m["points"] for m in record["motions"]] == [12, 12, 12]
+    assert record["event"] == {
+        "name": "equator", "what": "gamma[2]", "direction": "up", "level": 0.0
+    }  # fmt: skip
+    for kept in record["kept"].values():
+        assert kept["deviation"] < 1e-13 * max(1.0, kept["size"])
+    with (tmp_path / "out" / "section.csv").open() as stream:
+        rows = list(csv.reader(stream))
+    assert len(rows) == 37
+    np.testing.assert_array_equal(np.array(rows[1:], float)[:, 3:], section.y)
+    page = (tmp_path / "out" / "section.html").read_text("utf-8")
+    for word in ("36 points of 3 motions", "gamma[2] rises through 0", "energy", "gauss-8"):
+        assert word in page
+    energies = section.values("energy")
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
+
+
+def test_the_scene_says_as_much_as_the_arguments() -> None:
+    scene = gi.Scene(**SCENE)
+    given = plan_section(scene, event="gamma[1]", direction="down", level=0.25, points=4)
+    written = plan_section(
+        scene.changed(
+            section={"event": "gamma[1]", "direction": "down", "level": 0.25, "points": 4}
+        )
+    )
+    assert given.event == written.event == gi.Event("gamma[1]", "down", level=0.25)
+    assert given.scene.content == written.scene.content
+    assert gi.Scene(**given.scene.sections).content == given.scene.content
+
+
+def test_what_is_integrated() -> None:
+    """The cheapest representation that contains what is named; in the scene's own time."""
+    ball = gi.load_scene("ball-3d")
+    assert "g" in ball.problem.slices
+    cheap = plan_section(ball, event="gamma[2]")
+    assert set(cheap.route.problem.slices) == {"k", "gamma"}
+    np.testing.assert_array_equal(cheap.states[0][3:], [0.6, 0.0, 0.8])
+    whole = plan_section(ball, event="gamma[2]", axes=["g[0]", "k[1]"])
+    assert whole.route.problem is ball.problem
+    hamiltonized = plan_section(gi.load_scene("hamiltonized-n3"), event="gamma[2]")
+    assert hamiltonized.route.problem.time == "tau"
+
+
+def test_the_exact_flow() -> None:
+    """Without steps, at the points of a run with steps; refused where there is none."""
+    scene = gi.load_scene("hamiltonized-n3").changed(section={"event": "gamma[2]", "points": 15})
+    exact = plan_section(scene.changed(integrate={"exact": True})).run()
+    steps = plan_section(scene).run()
+    assert (exact.steps, exact.method.name) == (0, "exact")
+    np.testing.assert_allclose(exact.y, steps.y, rtol=0, atol=1e-9)
+    with pytest.raises(FormError, match="no exact flow"):
+        plan_section(
+            gi.load_scene("control-momentum-n4").changed(integrate={"exact": True}),
+            event="gamma[2]",
+        )
+
+
+@pytest.mark.parametrize("name", ["sphere-n3", "ball-3d", "veselova-classical", "neumann-n3"])
+def test_other_motions_are_on_the_level(name: str) -> None:
+    """Admissible, of the same energy, each another, the same for the same seed."""
+    scene = gi.load_scene(name)
+    piece = "q" if name == "neumann-n3" else "gamma"
+    plan = plan_section(scene, event=f"{piece}[2]", motions=5, seed=3)
+    problem = plan.route.problem
+    energies = [value(problem, "energy", y) for y in plan.states]
+    np.testing.assert_allclose(energies, energies[0], rtol=1e-10)
+    for y in plan.states:
+        np.testing.assert_allclose(problem.canonical(y), y, rtol=0, atol=1e-10)
+        for constraint in problem.constraints:
+            assert abs(value(problem, constraint, y)) < 1e-9
+    assert len(np.unique(plan.states, axis=0)) == 5
+    again = plan_section(scene, event=f"{piece}[2]", motions=5, seed=3)
+    np.testing.assert_array_equal(again.states, plan.states)
+    assert (plan_section(scene, event=f"{piece}[2]", motions=5, seed=4).states != plan.states).any()
+
+
+def test_not_all_points(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motion that never crosses: what there is, and an exit code."""
+    monkeypatch.setattr(poincare, "PATIENCE", 3000)
+    scene = tmp_path / "s.toml"
+    scene.write_text(gi.Scene(**SCENE).toml(), "utf-8")
+    result = CliRunner().invoke(
+        main, ["section", str(scene), "--level", "2.0", "--out", str(tmp_path / "o"), "--quiet"]
+    )
+    assert result.exit_code == 2
+    assert "not all points" in result.stderr
+    assert "Not all points" in (tmp_path / "o" / "section.html").read_text("utf-8")
+    assert json.loads((tmp_path / "o" / "section.json").read_text("utf-8"))["points"] == 0
+
+
+@pytest.mark.parametrize(
+    ("keys", "error", "said"),
+    [
+        ({"event": "gamma[3]"}, SceneError, r"gamma\[3\].*no such component"),
+        ({"event": "nothing"}, SceneError, "no such component or quantity"),
+        ({"axes": ["gamma[0]"]}, SceneError, "axes"),
+        ({"axes": ["gamma[0]", "q"]}, SceneError, r"axes\[1\]"),
+        ({"keep": ["heat"]}, SceneError, r"keep\[0\]"),
+        ({"points": 0}, SceneError, "points"),
+        ({"direction": "left"}, SceneError, "direction"),
+        ({"colour": 1}, SceneError, "colour"),
+    ],
+)
+def test_wrong_input(keys: dict[str, Any], error: type[Exception], said: str) -> None:
+    scene = gi.Scene(**{**SCENE, "system": {**SCENE["system"], "name": "chaplygin-ball"}})
+    with pytest.raises(error, match=said):
+        plan_section(scene, **keys)
+
+
+def test_no_event(tmp_path: Path) -> None:
+    """Errors say what would be right."""
+    scene = gi.Scene(**{**SCENE, "events": {}})
+    with pytest.raises(SceneError, match="a component such as"):
+        plan_section(scene)
+    both = {"a": {"what": "gamma[0]"}, "b": {"what": "gamma[1]"}}
+    with pytest.raises(SceneError, match="one of a, b"):
+        plan_section(gi.Scene(**{**SCENE, "events": both}))
+    with pytest.raises(SceneError, match=r"\[events.a\]"):
+        gi.Scene(**{**SCENE, "events": {"a": {"what": "heat"}}})
+    with pytest.raises(FormError, match=r"classical: has no g\[0\]"):
+        plan_section(
+            gi.load_scene("ball-3d").changed(integrate={"representation": "classical"}),
+            event="gamma[2]", axes=["g[0]", "k[0]"],
+        )  # fmt: skip
+
+
+def test_events_of_a_run(tmp_path: Path) -> None:
+    """`geomint run` looks for them and says so; a drift report does not."""
+    scene = gi.Scene(**{**SCENE, "time": {"t_end": 100.0}})
+    plan = gi.make_plan(scene)
+    assert "equator" in next(c.value for c in plan.choices if c.what == "events")
+    run = gi.run_scene(scene)
+    alone = gi.solve(
+        scene.problem, scene.state, t_end=100.0, step=0.5,
+        events={"equator": gi.Event("gamma[2]", "up")},
+    )  # fmt: skip
+    assert run.events == alone.events
+    assert len(run.events["equator"]) > 10
+    assert gi.make_plan(scene.for_drift(), "drift").events is None
+    ended = gi.run_scene(scene.changed(events={"equator": {"what": "gamma[2]", "terminal": 2}}))
+    assert len(ended.events["equator"]) == 2
+    path = tmp_path / "s.toml"
+    path.write_text(scene.toml(), "utf-8")
+    told = CliRunner().invoke(main, ["run", str(path), "--out", str(tmp_path / "r.nc")])
+    assert f"events: equator {len(run.events['equator'])}" in told.stdout
+    assert len(gi.load(tmp_path / "r.nc").events["equator"]) == len(run.events["equator"])
+
+
+def test_events_keep_the_representation() -> None:
+    """States at events are those of what is asked for: no reduction takes its place."""
+    plain = gi.Scene(
+        system={"name": "chaplygin-ball", "a": [0.7, 0.9, 1.2, 1.5], "D": 4.0},
+        initial={"gamma": [0.5, -0.5, 0.5, 0.5], "p": [0.7, -0.3, 0.4, -1.4]},
+        time={"t_end": 5.0},
+        observe={"quantities": ["energy", "K"]},
+    )
+    watched = plain.changed(events={"level": {"what": "gamma[0]"}})
+    assert gi.make_plan(plain).route.lift is not None
+    assert gi.make_plan(watched).route.lift is None
+    assert gi.make_plan(watched).problem is plain.problem
+
+
+def test_events_of_the_exact_flow() -> None:
+    """Those of a run with steps; of the scene's own states, with no reduction in between."""
+    scene = gi.load_scene("hamiltonized-n3").changed(
+        observe={"quantities": []}, time={"tau_end": 12.0},
+        events={"equator": {"what": "gamma[2]"}},
+    )  # fmt: skip
+    plan = gi.make_plan(scene.changed(integrate={"exact": True}))
+    assert plan.exact is not None
+    assert plan.exact.chosen is not None
+    assert plan.events is not None
+    exact, steps = plan.solve(progress=False), gi.run_scene(scene)
+    assert exact.steps == 0
+    assert len(exact.events["equator"]) == len(steps.events["equator"]) > 5
+    np.testing.assert_allclose(
+        exact.events["equator"].table, steps.events["equator"].table, rtol=0, atol=1e-9
+    )
+
+
+def test_hash() -> None:
+    """Events decide what is computed; sections do not, nor no events."""
+    scene = gi.Scene(**SCENE)
+    assert scene.hash != gi.Scene(**{**SCENE, "events": {}}).hash
+    assert scene.hash == gi.Scene(**{**SCENE, "section": {"points": 5}}).hash
