@@ -55,6 +55,7 @@ def known_keys() -> dict[str, tuple[str, ...]]:
     keys["initial"] = tuple(dict.fromkeys(k for s in systems for k in s.initial.model_fields))
     options = ("tolerance", "max_iterations", "fused", "rtol", "atol", "max_step", "max_steps")
     keys["integrate"] = ("method", "step", "representation", *options)
+    keys["events"] = ("crossing", "speed", "first")
     return keys
 
 
@@ -133,20 +134,38 @@ def _likely(rng: Random, key: str) -> Any:
         "method": method_names,
         "methods": lambda: [rng.choice(method_names()), "gauss-4:0.1"],
         "representation": lambda: ["own", "ball", "classical", "reduced", "lr", "contact"],
+        "crossing": _likely_events,
+        "first": _likely_events,
+        "what": lambda: ["gamma[0]", "p[1]", "omega[2]", "k[9]", "energy", "K"],
+        "event": lambda: ["crossing", "gamma[0]", "energy", "first"],
+        "direction": lambda: ["up", "down", "both", "left"],
+        "axes": lambda: [["gamma[0]", "p[0]"], ["gamma[1]", "omega[0]"], ["energy"], ["K", "K"]],
+        "keep": lambda: [["energy"], ["energy", "K"], ["nothing"]],
         "quantities": lambda: [["all"], ["measure"], ["energy"], ["constraints"], ["energy"] * 2],
     }
     if key in names:
         found = names[key]()
         return found if key == "methods" else rng.choice(found)
-    if key in ("every", "repeats", "max_iterations", "max_steps", "n", "r"):
+    if key in ("every", "repeats", "points", "motions", "seed", "max_iterations", "max_steps", "n", "r"):
         return rng.choice((1, 2, 3, 1000, 2**31, 2**53, 2**63, 10**30))
-    if key in ("attitude", "multipliers", "fused"):
+    if key in ("attitude", "multipliers", "fused", "terminal"):
         return rng.random() < 0.5
     if key in ("t_eval", "steps", "a", "gamma", "p", "k", "omega", "g", "moments", "J"):
         n = rng.choice((1, 2, 3, 4, 6, 9))
         row = [rng.choice((0.0, 0.1, 0.5, 1.0, 1e-9, 1e9, 1e308)) for _ in range(n)]
         return row if rng.random() < 0.8 else [row] * n
     return rng.choice((0.1, 0.01, 1.0, 2.0, -1.0, 1e-12, 1e-300, 1e300, 3))
+
+
+def _likely_events() -> list[Content_]:
+    """Return the tables that one of ``[events]`` might be."""
+    return [
+        {"what": "gamma[0]"},
+        {"what": "gamma[1]", "direction": "up", "level": 0.2, "terminal": True},
+        {"what": "energy", "level": 1e-300, "terminal": 2},
+        {"what": "p[0]", "direction": "down", "level": -1e300},
+        {"level": 0.5},
+    ]
 
 
 def toml_text(content: Content_) -> str:

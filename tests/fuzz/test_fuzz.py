@@ -53,6 +53,11 @@ def test_scenes_are_good_before_they_are_changed() -> None:
         assert gi.load_scene(scenes.tomllib.loads(text)).problem.rows > 0, name
 
 
+def test_every_section_has_keys_to_mutate() -> None:
+    lacking = [name for name, keys in scenes.known_keys().items() if not keys]
+    assert lacking == ["title", "description"]
+
+
 def test_verdicts(tmp_path) -> None:
     def raising(error: BaseException):
         def call() -> None:

@@ -107,6 +107,9 @@ def test_what_is_given_wins() -> None:
     assert given.measure.conditions == 1
     with pytest.raises(gi.DomainError, match="those of the space"):
         dataclasses.replace(GEODESIC, pieces=(("x", 6),))
+    for pieces in (1j, 3, (1, 2), np.ones(2)):
+        with pytest.raises(gi.DomainError, match="pieces"):
+            dataclasses.replace(GEODESIC, pieces=pieces)
     with pytest.raises(gi.DomainError, match="a Space"):
         gi.Problem("none", space="sphere", field=field)
 

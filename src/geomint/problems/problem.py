@@ -131,7 +131,8 @@ class Problem(Shown, Sendable):
     def _stand_on(self, space: Space) -> None:
         """Take from the space what is not given."""
         check_types(self, {"space": Space, "constraints": Mapping})
-        if self.pieces and tuple(self.pieces) != space.pieces:
+        none = isinstance(self.pieces, tuple) and not self.pieces
+        if not none and _checked_pieces(self.pieces) != space.pieces:
             raise DomainError("pieces", self.pieces, f"none, or those of the space, {space.pieces}")
         if not np.array_equal(self.params[: len(space.params)], space.params):
             expected = f"parameters that begin with those of the space, {space.params}"
