@@ -146,7 +146,18 @@ def _likely(rng: Random, key: str) -> Any:
     if key in names:
         found = names[key]()
         return found if key == "methods" else rng.choice(found)
-    if key in ("every", "repeats", "points", "motions", "seed", "max_iterations", "max_steps", "n", "r"):
+    counts = (
+        "every",
+        "repeats",
+        "points",
+        "motions",
+        "seed",
+        "max_iterations",
+        "max_steps",
+        "n",
+        "r",
+    )
+    if key in counts:
         return rng.choice((1, 2, 3, 1000, 2**31, 2**53, 2**63, 10**30))
     if key in ("attitude", "multipliers", "fused", "terminal"):
         return rng.random() < 0.5
