@@ -297,7 +297,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Event": {"function", "linear"},
+    "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
     "Solution": {"piece", "save", "words"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.

@@ -129,7 +129,9 @@ class AdaptiveStepper(Stepper):
         """Return the same step at fixed length for eight trajectories at once."""
         return self.fixed.lanes()
 
-    def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
+    def advance(
+        self, first: int, count: int, every: int, out: Block, whole: bool = False
+    ) -> Advance:
         """Take up to `count` steps, write every `every`-th state with its time, and the end's."""
         left = self.allowed.max_steps - first
         result = super().advance(first, min(count, left), every, out)

@@ -13,7 +13,7 @@ from ..arguments import Array, switch, whole
 from ..kernels.numbers.blocks import packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
-from ..kernels.solve.gauss_between import gauss_between, gauss_polynomial
+from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_polynomial
 from ..kernels.solve.gauss_trajectories import (
     gauss_trajectories_coefficients,
     gauss_trajectories_memory,
@@ -158,7 +158,21 @@ def _between(stages: int, groups: int) -> Between:
     matrices = [spread_columns(m, at, width) for m in powers[::-1]]
     sums = [spread_vector(m.sum(axis=0), at, width) for m in powers]
     table = filled_block(*matrices, *sums)
-    return Between(gauss_between(groups), gauss_polynomial(groups), table, stages)
+    eighths = np.arange(1, 9) / 8.0
+    columns = [
+        spread_vector(row, at, width) for m in gauss_legendre(stages).inside(eighths) for row in m
+    ]
+    places = np.concatenate(
+        [np.reshape(columns[8 * k : 8 * k + 8], (8, width)).T for k in range(3)]
+    )
+    return Between(
+        gauss_between(groups),
+        gauss_polynomial(groups),
+        table,
+        stages,
+        gauss_inside(groups),
+        filled_block(places),
+    )
 
 
 def lane_positions(stages: int, width: int) -> list[int]:

@@ -15,12 +15,22 @@ from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.orbit import INSIDE, bound_inside
 from ..kernels.solve.partial import bound_polynomial, bound_write, partial_steps, steps_to_clock
 from ..kernels.solve.status import OK
 from ..problems.problem import Problem
 from .stepper import Advance, Stepper, filled_block
 
-__all__ = ["Found", "Nodes", "PartialSteps", "driven", "own_blocks", "polynomial_of", "rounding"]
+__all__ = [
+    "Found",
+    "Nodes",
+    "PartialSteps",
+    "driven",
+    "inside_of",
+    "own_blocks",
+    "polynomial_of",
+    "rounding",
+]
 
 
 def rounding(time: Array | float) -> Array:
@@ -103,6 +113,16 @@ def polynomial_of(s: Stepper) -> dict[str, Any]:
     known = [s.between.polynomial] if s.between else []
     powers = scalar_block(s.rows * (s.between.powers if s.between else 0))
     return {"polynomial": bound_polynomial(*known), "powers": powers}
+
+
+def inside_of(s: Stepper) -> dict[str, Any]:
+    """Return what tells of steps inside, and room for it, or none."""
+    between = s.between
+    return {
+        "inside": bound_inside(*([between.inside] if between else [])),
+        "places": between.places if between else scalar_block(0),
+        "known": scalar_block(INSIDE * s.rows if between else 0),
+    }
 
 
 class PartialSteps:

@@ -41,12 +41,20 @@ class Between:
         What they need; shared, read-only.
     powers : int
         Of the polynomial.
+    inside : Recorded
+        ``inside(memory, before, places, rows, first, count, out)`` writes for rows from `first` on
+        what the step has added at ⅛, ¼, … 1 of it, as well as it can and then less well, from what
+        is remembered of it and of the step before.
+    places : Block
+        What that needs.
     """
 
     write: Recorded
     polynomial: Recorded
     table: Block
     powers: int
+    inside: Recorded
+    places: Block
 
 
 class Advance(NamedTuple):
@@ -197,15 +205,23 @@ class Stepper:
         """The rounded state; a view."""
         return self.memory.data[: self.rows]
 
-    def advance(self, first: int, count: int, every: int, out: Block) -> Advance:
-        """Take `count` steps after `first`, write every `every`-th state to `out`."""
+    def advance(
+        self, first: int, count: int, every: int, out: Block, whole: bool = False
+    ) -> Advance:
+        """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory."""
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
         if self._advance.owner is not self:  # steppers made by `restarted` share the call
             self._advance.set(memory=self.memory, work=self.work, t0=self.t0, h=self.h)
             self._advance.owner = self
-        return Advance(*self._advance(first=first, count=count, every=every, out=out))
+        if not whole:
+            return Advance(*self._advance(first=first, count=count, every=every, out=out))
+        self._advance.set(rows=len(self.memory))
+        try:
+            return Advance(*self._advance(first=first, count=count, every=every, out=out))
+        finally:
+            self._advance.set(rows=self.rows)
 
     def restarted(self, y: Array, t: float, h: float, carry: Array | None = None) -> Stepper:
         """Return a stepper from another state, time and step, remembering at most the carries."""

@@ -14,11 +14,11 @@ from ..errors import EventError, StepError
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
-from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.blocks import Block, part, scalar_block
 from ..kernels.solve.events import MOST_IN_STEP, NODES, NOTE, SCRATCH, events_in
 from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, OK
-from ..methods.partial import Nodes, driven, own_blocks, polynomial_of
-from ..methods.stepper import Advance, Stepper
+from ..methods.partial import Nodes, driven, inside_of, own_blocks
+from ..methods.stepper import Advance, Stepper, filled_block
 from ..problems.problem import Problem
 from .events import Event
 from .met import Met
@@ -28,6 +28,7 @@ __all__ = ["Crossings", "Met", "Stop"]
 
 ROOM = 1 << 18  # numbers of events a call
 SEEN = 1e-9  # of a step: nearer to the end of a run one event may be what was told last
+_NOTHING = scalar_block(0)
 _FAILED = {
     EVENT_NOT_FINITE: "is not a finite number",
     EVENT_UNCLEAR: "changes too fast to tell how often it is 0: it may jump; a smaller step may do",
@@ -80,10 +81,19 @@ class Crossings:
         if before is not None and len(before.times):
             self._tail = Nodes(before.times, before.states, np.zeros(len(before.times), np.int64))
         self._begun = False
+        self._memories = _NOTHING  # of the steps that are looked at now, the first ones
+        self._past = _NOTHING  # of the step before them
+        if before is not None and before.done and self.use_memories:
+            self._past = filled_block(before.memory)
         self._late: dict[str, list[Array]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._events)
+
+    @property
+    def use_memories(self) -> bool:
+        """Whether what the method remembers of each step is of use."""
+        return bool(self._events) and self._stepper.between is not None
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
@@ -96,9 +106,9 @@ class Crossings:
         for name, event in self._events.items():
             self._calls[name] = events_in(s.functions).call(
                 s.compiled,
-                **{**common, **own_blocks(s), **polynomial_of(s)},
+                **{**common, **own_blocks(s), **inside_of(s)},
                 event=bind(event.function(problem), VALUE, **sizes),
-                linear=int(event.linear(problem)),
+                component=event.row(problem),
                 y=scalar_block(problem.rows),
                 free=scalar_block(problem.work),
                 direction=event.sign,
@@ -109,8 +119,11 @@ class Crossings:
                 out=scalar_block(room * (s.rows + 2)),
             )
 
-    def take(self, nodes: Nodes) -> Stop | None:
-        """Look between the nodes, the first of which was the last before; return what ends the run."""
+    def take(self, nodes: Nodes, memories: Array | None = None) -> Stop | None:
+        """Look between the nodes, the first of which was the last before; return what ends the run.
+
+        `memories`: what is remembered of the steps, one a row, where that is of use.
+        """
         if not self._events or len(nodes.times) < 2:
             return None
         before = self._tail
@@ -118,13 +131,18 @@ class Crossings:
         known = nodes if before is None else before.with_more(nodes)
         if not self._begun:
             self._look_back(known, first)
-        looks = {name: self._look(name, known, first) for name in self._events}
-        self._look_again(looks, nodes, known, first)
+        if memories is not None:
+            self._memories = Block(memories[: len(nodes.times) - 1].reshape(-1))
+        seen, begin = (nodes, 0) if self.use_memories else (known, first)
+        looks = {name: self._look(name, seen, begin) for name in self._events}
+        self._look_again(looks, nodes, seen, begin)
         errors = [
-            Stop(name, look.node - first, float(known.times[look.node]), None, look.error)
+            Stop(name, look.node - begin, float(seen.times[look.node]), None, look.error)
             for name, look in looks.items()
             if look.error is not None
         ]
+        if memories is not None:
+            self._past, self._memories = filled_block(memories[len(nodes.times) - 2]), _NOTHING
         stop = self._earliest([*self._ends(looks, nodes), *errors])
         for name, look in looks.items():
             self._found[name].append(look.found)
@@ -146,6 +164,8 @@ class Crossings:
             if not doubtful:
                 return
             shorter = known.up_to(at)
+            if len(self._memories):
+                self._memories = part(self._memories, 0, at * len(self._stepper.memory))
             if stop.time != known.times[at]:
                 assert stop.state is not None
                 end = Nodes(np.array([stop.time]), stop.state[None, :], known.steps[at : at + 1])
@@ -180,6 +200,7 @@ class Crossings:
         rows = self._stepper.rows + 2
         signs, late = call.given("signs").data.copy(), self._late.get(name, [])
         call.set(states=Block(known.states.reshape(-1)), times=Block(known.times))
+        call.set(memories=self._memories, before=self._past)
         while True:
             status, node, count, residual = call(first=first)
             parts.append(call.given("out").data[: count * rows].reshape(count, rows).copy())

@@ -20,7 +20,7 @@ from .integrator import Integrator
 
 __all__ = ["Account", "drive"]
 
-Consumer = Callable[[npt.NDArray[np.int64], Array], int | None]
+Consumer = Callable[[npt.NDArray[np.int64], Array, Array | None], int | None]
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64
@@ -43,6 +43,7 @@ def drive(
     account: Account,
     between: Callable[[], bool],
     left: Callable[[], float],
+    whole: bool = False,
 ) -> bool:
     """Take steps until there are `steps` since the beginning, handing out every `stride`-th state.
 
@@ -52,8 +53,9 @@ def drive(
     Parameters
     ----------
     consume : callable
-        ``consume(indices, states) -> end``: the numbers of the saved steps, the states row by row.
-        `end` is the number of the last step of the run, None if that is still to come.
+        ``consume(indices, states, memories) -> end``: the numbers of the saved steps, the states row
+        by row, with `whole` all that was remembered then. `end` is the number of the last step of
+        the run, None if that is still to come.
     between : callable
         Called after every chunk, to tell whether the run ends there.
     left : callable
@@ -66,18 +68,19 @@ def drive(
     """
     stepper = integrator.stepper
     rows = stepper.rows
-    largest = max(1, MAX_BUFFER // rows) * stride
+    width = len(stepper.memory) if whole else rows
+    largest = max(1, MAX_BUFFER // width) * stride
     chunk = FIRST_CHUNK if steps is not None else _at_most(FIRST_CHUNK, left())
     out = scalar_block(0)
     while steps is None or integrator.done < steps:
         first = integrator.done
         count = chunk if steps is None else min(chunk, steps - first)
-        needed = (count // stride + 2) * rows
+        needed = (count // stride + 2) * width
         if len(out) < needed:
             out = scalar_block(needed)
         before = integrator.bookmark
         begun = time.perf_counter()
-        asked, good = integrator.take(count, stride, out)
+        asked, good = integrator.take(count, stride, out, whole)
         elapsed = time.perf_counter() - begun
         account.seconds += elapsed
         done = integrator.done
@@ -85,11 +88,13 @@ def drive(
         if stepper.finished and done % stride:  # an end that steps are made to fit
             indices = np.append(indices, done)
         begun = time.perf_counter()
-        end = consume(indices, out.data[: len(indices) * rows].reshape(-1, rows))
+        handed = out.data[: len(indices) * width].reshape(-1, width)
+        states = np.ascontiguousarray(handed[:, :rows])
+        end = consume(indices, states, handed if whole else None)
         account.watching_seconds += time.perf_counter() - begun
         if end is not None:
             integrator.bookmark = before
-            integrator.take(end - first, stride, out)
+            integrator.take(end - first, stride, out, whole)
         elif asked.status != OK:
             raise integrator.failure(asked, good)
         over = end is not None or stepper.finished

@@ -80,9 +80,10 @@ class Event(Compared):
         """The number of the event that ends the run, from 1 on; 0 for none."""
         return int(self.terminal)
 
-    def linear(self, problem: Problem) -> bool:
-        """Tell whether it is a component of the state."""
-        return isinstance(self.what, str) and component(problem, self.what) is not None
+    def row(self, problem: Problem) -> int:
+        """Return the row of the component of the state that it is, or −1."""
+        row = component(problem, self.what) if isinstance(self.what, str) else None
+        return -1 if row is None else row
 
     def function(self, problem: Problem) -> Recorded:
         """Return what is looked at, less the level, as an observable of the problem."""

@@ -328,8 +328,12 @@ class Integrator:
         failed = asked._replace(steps=0, iterations=asked.iterations - good.iterations)
         return self.stepper.error(failed, self._done, self.steps - self._done)
 
-    def take(self, count: int, every: int, out: Block) -> tuple[Advance, Advance]:
+    def take(
+        self, count: int, every: int, out: Block, whole: bool = False
+    ) -> tuple[Advance, Advance]:
         """Take up to `count` steps, and write the state after every `every`-th since the beginning.
+
+        `whole`: all that is remembered then, of which the state is the first.
 
         Returns
         -------
@@ -339,10 +343,10 @@ class Integrator:
         stepper, done = self.stepper, self._done
         before = self.bookmark
         try:
-            asked = good = stepper.advance(done, count, every, out)
+            asked = good = stepper.advance(done, count, every, out, whole)
             if asked.status != OK:  # memory may be in the middle of a composition
                 self.bookmark = before
-                good = stepper.advance(done, asked.steps, every, out)
+                good = stepper.advance(done, asked.steps, every, out, whole)
         except BaseException:  # Ctrl-C, seen when the kernel returns; a row that is not there
             self.bookmark = before
             raise

@@ -68,6 +68,7 @@ class Recorder:
         if self._nodes is not None:
             self._nodes.append(self._reached())
         self.stride = self._stride()
+        self.whole = crossings.use_memories  # what the driver must hand out
 
     def _stride(self) -> int:
         """How often the driver must hand out a state."""
@@ -123,7 +124,9 @@ class Recorder:
         t = ahead.time if self._problem.time == "t" else physical
         return Reached(ahead.time, t, state[:rows], ahead.done - self._first_step)
 
-    def consume(self, indices: npt.NDArray[np.int64], states: Array) -> int | None:
+    def consume(
+        self, indices: npt.NDArray[np.int64], states: Array, memories: Array | None
+    ) -> int | None:
         """Take a chunk; return the number of the last step if the physical end has been reached."""
         times, states = self._stepper.timed(indices, states)
         times = self._timeline.met(times, indices)
@@ -137,7 +140,7 @@ class Recorder:
                 cut = slice(0, past[0])
                 indices, times, states = indices[cut], times[cut], states[cut]
         nodes = self._nodes_to(indices, times, states)
-        stop = self._crossings.take(nodes)
+        stop = self._crossings.take(nodes, memories)
         if stop is not None:
             last = int(nodes.steps[stop.node])
             cut = slice(0, stop.node)

@@ -243,6 +243,7 @@ def _integrate(
             account,
             between,
             recorder.left,
+            recorder.whole,
         )
         recorder.catch_up()
         if asked:

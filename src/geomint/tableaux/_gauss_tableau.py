@@ -173,6 +173,21 @@ class GaussTableau:
             ]
         return read_only(matrices)
 
+    def inside(self, ends: Array) -> tuple[Array, Array, Array]:
+        r"""Matrices of what a step has added at :math:`\theta h`, shapes (len(ends), s).
+
+        By the collocation polynomial, :math:`\sum_j U_{kj} L_j`; and, with the increments
+        :math:`L_j^-` of the step before, of the same length, by the integral of the interpolation
+        through the derivatives of both, :math:`\sum_j (A_{kj} L_j + B_{kj} L_j^-)`.
+
+        Returns
+        -------
+        A, B, U
+        """
+        own = _integrals(self.c, ends) / self.b
+        both = _integrals(np.concatenate((self.c - 1.0, self.c)), ends) / np.tile(self.b, 2)
+        return both[:, self.stages :], both[:, : self.stages], own
+
     @cached_property
     def _splits(self) -> dict[str, tuple[Array, Array]]:
         """High and low parts of all coefficients."""
@@ -182,6 +197,18 @@ class GaussTableau:
             mu = [[_halves_about_half(x) for x in e] for e in self.skew]
         pairs = {"b": np.array(b), "c": np.array(c), "mu": np.array(mu)}
         return {name: (read_only(x[..., 0]), read_only(x[..., 1])) for name, x in pairs.items()}
+
+
+def _integrals(nodes: Array, ends: Array) -> Array:
+    """Return the integrals of the Lagrange polynomials of nodes, from 0 to each of `ends`."""
+    x, weights = np.polynomial.legendre.leggauss(len(nodes))
+    places = 0.5 * np.multiply.outer(ends, x + 1.0)
+    columns = []
+    for j, node in enumerate(nodes):
+        others = np.delete(nodes, j)
+        values = np.prod((places[..., None] - others) / (node - others), axis=-1)
+        columns.append(0.5 * ends * (values @ weights))
+    return np.stack(columns, axis=1)
 
 
 def _halves(x: Decimal) -> tuple[float, float]:

@@ -5,6 +5,10 @@ memory. At θ h the polynomial is ``y + Σ_k θ^(k+1) Σ_j S^(k)_j L_j``, and th
 the same state begins with ``L_i(θ) = θ Σ_k θ^k Σ_j M^(k)_ij L_j``, where S^(k) are the sums over the
 columns of M^(k). Tables have the M^(k), the highest power first, in lanes and columns, and then the
 S^(k), the lowest first.
+
+Where the increments of the step before are known too, interpolation through the derivatives at the
+nodes of both tells what the step has added with nearly twice the order, and the difference to the
+collocation polynomial how far that is known.
 """
 
 from __future__ import annotations
@@ -15,9 +19,9 @@ from typing import Any
 from ..compiling.recorded import Recorded, helper, inlined
 from ..numbers.arithmetic import fma, lane, top
 from ..numbers.blocks import REST, as_lanes, part, section
-from .gauss import gauss_coefficients, gauss_memory
+from .gauss import combine, eight_columns, gauss_coefficients, gauss_memory
 
-__all__ = ["gauss_between", "gauss_polynomial"]
+__all__ = ["gauss_between", "gauss_inside", "gauss_polynomial"]
 
 
 @inlined
@@ -67,3 +71,36 @@ def gauss_polynomial(groups: int) -> Recorded:
                 out[r * powers + k] = (p0 + p3) + (p1 + p2)
 
     return polynomial
+
+
+@functools.cache
+def gauss_inside(groups: int) -> Recorded:
+    """Return ``inside(memory, before, table, rows, first, count, out)``.
+
+    It writes for each of `count` rows from `first` on what the step has added at ⅛, ¼, … 1 of it, by
+    interpolation and by the collocation polynomial, eight numbers each. `memory` and `before` are
+    those after the step and after the one before; the table has A, B and U
+    (`geomint.tableaux.GaussTableau.inside`) in columns, with a lane for each place.
+    """
+
+    @helper
+    def inside(
+        memory: Any, before: Any, table: Any, rows: int, first: int, count: int, out: Any
+    ) -> None:
+        columns = as_lanes(table, 0, 24 * groups)
+        layout = gauss_memory(rows, groups)
+        stages = as_lanes(section(memory, layout, "stages"), 0, rows * groups)
+        past = as_lanes(section(before, layout, "stages"), 0, rows * groups)
+        values = as_lanes(out, 0, 2 * count)
+        for r in range(first, first + count):
+            better = 0.0 * columns[0]
+            plain = better
+            for g in range(groups):
+                own, other = stages[g * rows + r], past[g * rows + r]
+                better = combine(eight_columns(columns, g, 0, 1), own, better)
+                better = combine(eight_columns(columns, groups + g, 0, 1), other, better)
+                plain = combine(eight_columns(columns, 2 * groups + g, 0, 1), own, plain)
+            values[2 * (r - first)] = better
+            values[2 * (r - first) + 1] = plain
+
+    return inside

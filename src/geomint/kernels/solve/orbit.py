@@ -1,0 +1,251 @@
+"""The orbit of a run between its nodes: real partial steps, and what is guessed of it.
+
+A function of the state, an event, is looked at along it. What changes nothing of a run is in `Orbit`.
+"""
+
+from __future__ import annotations
+
+from collections import namedtuple
+from typing import Any
+
+from ..compiling.bound import Bound
+from ..compiling.recorded import helper
+from ..compiling.signatures import BLOCK, WHOLE, takes
+from ..numbers.blocks import part
+from .partial import one_step, whole_step
+from .sign_changes import DECAYED, MARGIN, RESOLVED, UNKNOWN, quartic
+from .status import EVENT_NOT_FINITE, OK
+
+__all__ = [
+    "INSIDE",
+    "INSIDE_STEP",
+    "NINE",
+    "NOTE",
+    "Orbit",
+    "bound_inside",
+    "conditioning",
+    "real_value",
+    "root",
+    "values_inside",
+]
+
+NEAREST = 2.0**-48  # of a step: roots are met to this
+ROUGH = 2.0**-40  # of a step: no slope is taken from values nearer to each other
+GUESSED = 2.0**-30  # of a part: to this the first guess at a root is found
+NEARBY = 2.0**-6  # of a step: a partial step begins on another one so near
+# What went wrong: status, iterations, residual, θ; the node whose step is in `whole`; the node and the
+# θ of the partial step that is in `memory`; the node whose step is known inside.
+NOTE = 8
+NINE = 9  # values at 0, ⅛, … 1; there is room for their differences beside them
+INSIDE = 16  # numbers a row, see `geomint.methods.stepper.Between`
+
+# What does not change along a run: the stepper, the event, the nodes. What is remembered of the steps
+# from the nodes, of the first ones or of none, and of the step before them.
+Orbit = namedtuple(
+    "Orbit",
+    "advance functions params coefficients fractions memory work rows write table whole begun "
+    "inside places known event component y free states times memories before note nine",
+)
+
+
+INSIDE_STEP = takes(
+    memory=BLOCK, before=BLOCK, places=BLOCK, rows=WHOLE, first=WHOLE, count=WHOLE, out=BLOCK
+)
+
+
+@helper
+def conditioning(event: Any, params: Any, free: Any, t: float, y: Any) -> float:
+    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t|: the roundings of an orbit change f by ε times it."""
+    tiny, total, largest = 2.0**-26, 0.0, 0.0
+    for r in range(len(y)):
+        largest = max(largest, abs(y[r]))
+    for r in range(len(y)):
+        known = y[r]
+        y[r] = known + tiny * largest
+        more = event(params, t, y, free)
+        y[r] = known - tiny * largest
+        total += abs(more - event(params, t, y, free))
+        y[r] = known
+    more = event(params, t * (1.0 + tiny), y, free)
+    total += abs(more - event(params, t * (1.0 - tiny), y, free))
+    return 0.5 * total / tiny if total < 1e300 else 1e308
+
+
+@helper
+def begin(orbit: Any, node: int) -> None:
+    """Take the whole step from a node, on which partial ones begin, unless it is known."""
+    note, t, size = orbit.note, orbit.times[node], len(orbit.whole)
+    if note[4] == node:
+        return
+    note[4] = node
+    if (node + 1) * size <= len(orbit.memories):
+        for i in range(size):
+            orbit.whole[i] = orbit.memories[node * size + i]
+    elif len(orbit.table) > 0:
+        whole_step(
+            orbit.advance, orbit.functions, orbit.params, orbit.begun, orbit.fractions, orbit.whole,
+            orbit.work, orbit.rows, orbit.states, node * orbit.rows, t, orbit.times[node + 1] - t,
+        )  # fmt: skip
+
+
+@helper
+def real_value(orbit: Any, node: int, theta: float) -> float:
+    """Return the event's value on the orbit, θ of a step from a node; leave the state in memory."""
+    memory, rows, note = orbit.memory, orbit.rows, orbit.note
+    t, h = orbit.times[node], orbit.times[node + 1] - orbit.times[node]
+    begin(orbit, node)
+    if theta == 0.0 or theta == 1.0:
+        at = node if theta == 0.0 else node + 1
+        for r in range(rows):
+            memory[r] = orbit.states[at * rows + r]
+        note[5] = -1.0
+    else:
+        near = note[5] == node and abs(theta - note[6]) < NEARBY * note[6]
+        status, iterations, residual = one_step(
+            orbit.advance, orbit.functions, orbit.params, orbit.coefficients, orbit.fractions,
+            memory, orbit.work, rows, orbit.write, orbit.table, memory if near else orbit.whole,
+            orbit.states, node * rows, t, theta * h, theta / note[6] if near else theta,
+        )  # fmt: skip
+        note[5], note[6] = node, theta
+        if status != OK:
+            note[0], note[1], note[2], note[3] = status, iterations, residual, theta
+    value = orbit.event(orbit.params, t + theta * h, part(memory, 0, len(orbit.y)), orbit.free)
+    if not abs(value) < 1e308 and note[0] == OK:
+        note[0], note[1], note[2], note[3] = EVENT_NOT_FINITE, 0, value, theta
+    return value
+
+
+@helper
+def values_inside(orbit: Any, node: int, first: float, last: float) -> float:
+    """Write the event's values along a step from what is remembered of it; return their likely error.
+
+    `UNKNOWN` where that is not known. States that are not known to a part of `RESOLVED`, and values to
+    one of `DECAYED`, say nothing: those of a bounded function may agree by chance.
+    """
+    size, nine, inside = len(orbit.whole), orbit.nine, orbit.known
+    if (node + 1) * size > len(orbit.memories) or (node == 0 and len(orbit.before) == 0):
+        return UNKNOWN
+    step = part(orbit.memories, node * size, size)
+    past = orbit.before if node == 0 else part(orbit.memories, (node - 1) * size, size)
+    y, at = orbit.y, node * orbit.rows
+    component = orbit.component
+    rows = len(y) if component < 0 else 1
+    orbit.inside(step, past, orbit.places, orbit.rows, max(component, 0), rows, inside)
+    nine[0], nine[8] = first, last
+    largest, left = max(abs(first), abs(last)), 0.0
+    if component >= 0:
+        for k in range(7):
+            nine[k + 1] = first + inside[k]
+            left = max(left, abs(inside[k] - inside[8 + k]))
+            largest = max(largest, abs(nine[k + 1]))
+    else:
+        states, apart = 0.0, 0.0
+        for r in range(rows):
+            states = max(states, abs(orbit.states[at + r]))
+            for k in range(7):
+                apart = max(apart, abs(inside[INSIDE * r + k] - inside[INSIDE * r + 8 + k]))
+        if not apart <= RESOLVED * states:
+            return UNKNOWN
+        t, h = orbit.times[node], 0.125 * (orbit.times[node + 1] - orbit.times[node])
+        for k in range(7):
+            for r in range(rows):
+                y[r] = orbit.states[at + r] + inside[INSIDE * r + 8 + k]
+            plain = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free)
+            for r in range(rows):
+                y[r] = orbit.states[at + r] + inside[INSIDE * r + k]
+            nine[k + 1] = orbit.event(orbit.params, t + (k + 1) * h, y, orbit.free)
+            left = max(left, abs(nine[k + 1] - plain))
+            largest = max(largest, abs(nine[k + 1]))
+    if not left <= DECAYED * largest:
+        return UNKNOWN
+    orbit.note[7] = node
+    return MARGIN * left
+
+
+@helper
+def write_differences(nine: Any) -> None:
+    """Write the forward differences of nine values over their factorials, beside them."""
+    for k in range(NINE):
+        nine[NINE + k] = nine[k]
+    for order in range(1, NINE):
+        for k in range(NINE - 1, order - 1, -1):
+            nine[NINE + k] = (nine[NINE + k] - nine[NINE + k - 1]) / order
+
+
+@helper
+def interpolated(nine: Any, theta: float) -> float:
+    """Return the value at θ of the polynomial through values at 0, ⅛, … 1, from their differences."""
+    total = nine[2 * NINE - 1]
+    for k in range(NINE - 2, -1, -1):
+        total = nine[NINE + k] + (8.0 * theta - k) * total
+    return total
+
+
+@helper
+def guessed_value(orbit: Any, node: int, theta: float, x: float, f: Any) -> float:
+    """Return about the event's value: from those along the step, or else on the quartic at x."""
+    return interpolated(orbit.nine, theta) if orbit.note[7] == node else quartic(f, x)
+
+
+@helper
+def guess(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool) -> tuple[float, float]:
+    """Return about where the event is 0 between a and b, at whose ends its signs differ; its slope."""
+    low, high, x = 0.0, 1.0, 0.5
+    before, value_before, slope = 0.0, f[0], f[4] - f[0]
+    if orbit.note[7] == node:
+        write_differences(orbit.nine)
+    for k in range(30):
+        if slope != 0.0:
+            x = before - value_before / slope
+        if not low < x < high or k % 8 == 7:
+            x = 0.5 * (low + high)
+        value = guessed_value(orbit, node, a + (b - a) * x, x, f)
+        if (value > 0.0) == rising:
+            high = x
+        else:
+            low = x
+        if abs(x - before) <= GUESSED:  # too near for a slope, which rounding would decide
+            break
+        slope = (value - value_before) / (x - before)
+        before, value_before = x, value
+    return a + (b - a) * x, slope / (b - a)
+
+
+@helper
+def root(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool) -> float:
+    """Return θ where the event is 0 between a and b, at whose ends its signs differ.
+
+    By the secant method on the orbit, kept within the bracket.
+    """
+    begin(orbit, node)
+    x, slope = guess(orbit, node, a, b, f, rising)
+    before, value_before = x, 0.0
+    for k in range(60):
+        value = real_value(orbit, node, x)
+        if value == 0.0 or orbit.note[0] != OK:
+            return x
+        if (value > 0.0) == rising:
+            b = x
+        else:
+            a = x
+        if k > 0 and abs(x - before) > ROUGH:
+            slope = (value - value_before) / (x - before)
+        before, value_before = x, value
+        x = before - value / slope if slope != 0.0 else b
+        if abs(x - before) <= NEAREST or b - a <= NEAREST:
+            return before
+        if not a < x < b or k % 8 == 7:
+            x = 0.5 * (a + b)
+    return before
+
+
+@helper
+def nothing(
+    memory: Any, before: Any, places: Any, rows: int, first: int, count: int, out: Any
+) -> None:  # fmt: skip
+    """Write nothing: where nothing is remembered of a step."""
+
+
+def bound_inside(inside: Any = nothing) -> Bound:
+    """Return a function that tells of a step inside, with its signature."""
+    return Bound(inside, INSIDE_STEP)
