@@ -233,10 +233,11 @@ class Crossings:
         if not self._events:
             return restart
         sign, near = np.sign(self._stepper.h), SEEN * abs(self._stepper.h)
-        told = {name: list(self._told.get(name, [])) for name in self._events}
+        told = {}
         for name, parts in self._found.items():
-            told[name] += [[float(t), float(d)] for t, d in self._joined(parts)[:, :2]]
-        told = {name: [x for x in of if abs(x[0] - end) <= near] for name, of in told.items()}
+            before = np.array(self._told.get(name, [])).reshape(-1, 2)
+            known = np.concatenate((before, self._joined(parts)[:, :2]))
+            told[name] = known[np.abs(known[:, 0] - end) <= near].tolist()
         restart = replace(restart, seen=end, told=told)
         tail = self._tail
         if tail is None or not (known := sign * (tail.times - here) < -near).any():

@@ -24,7 +24,7 @@ Consumer = Callable[[npt.NDArray[np.int64], Array, Array | None], int | None]
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64
-MAX_BUFFER = 1 << 19  # numbers
+MAX_BUFFER = 1 << 18  # numbers
 
 
 @dataclass

@@ -53,6 +53,7 @@ ROUNDING = 2.0**-49  # of the event's size
 TOUCH = 2.0**-40  # of the event's size: values no larger do not decide
 FADED = 2.0**-20  # of the event's size: below that it is looked at anew
 SMALLEST = 1e-290  # a size: below that of a function that fades away numbers are no more dense
+BENT = 0.25  # of a second difference: twice as far as a parabola is from its chord
 NARROWEST = 2.0**-22  # of a step
 MOST_VAGUE = 4096  # of such parts of a step that cannot be told
 DEPTH = 30
@@ -108,6 +109,13 @@ def look_inside(
         return -1
     rounding = ROUNDING * signs[1]
     tail = left + rounding
+    least, bend = abs(nine[0]), 0.0
+    sign = 1.0 if nine[0] > 0.0 else -1.0
+    for k in range(1, NINE - 1):
+        least = min(least, sign * nine[k])
+        bend = max(bend, abs(nine[k - 1] - 2.0 * nine[k] + nine[k + 1]))
+    if min(least, sign * nine[8]) > tail + BENT * bend:
+        return met(orbit, node, 0.0, 1.0, f, 0, sign, direction, signs, found, out)
     for k in range(FIVE):
         f[k] = nine[2 * k]
     roots, sign = verdict(f, b, tail + of_quartic(f), rounding)
@@ -240,11 +248,10 @@ def find(
     found, even = 0, False
     from_nodes = len(places) == 0
     for node in range(max(first + 2 - NODES, 0) if from_nodes else first, len(times)):
-        for k in range(NODES - 1):
+        for k in range(0 if from_nodes else NODES - 2, NODES - 1):
             values[k] = values[k + 1]
-        for r in range(len(y)):
-            y[r] = states[node * rows + r]
-        values[NODES - 1] = event(params, times[node], y, free)
+        here = part(states, node * rows, len(y))
+        values[NODES - 1] = event(params, times[node], here, free)
         if node <= first:
             continue
         last = node - 1
@@ -256,6 +263,8 @@ def find(
             return EVENT_NOT_FINITE, last, found, 0.0
         size = max(abs(f[0]), abs(f[4]))
         if size < FADED * signs[1]:  # fading away, or what is left of larger numbers
+            for r in range(len(y)):
+                y[r] = here[r]
             made_of = conditioning(event, params, free, times[node], y)
             signs[1] = min(signs[1], max(size, max(made_of, SMALLEST)))
         signs[1] = max(signs[1], size)

@@ -11,7 +11,8 @@ from typing import Any
 from ..compiling.bound import Bound
 from ..compiling.recorded import helper
 from ..compiling.signatures import BLOCK, WHOLE, takes
-from ..numbers.blocks import part
+from ..numbers.arithmetic import top
+from ..numbers.blocks import as_lanes, part
 from .partial import one_step, whole_step
 from .sign_changes import DECAYED, MARGIN, RESOLVED, UNKNOWN, quartic
 from .status import EVENT_NOT_FINITE, OK
@@ -136,8 +137,9 @@ def values_inside(orbit: Any, node: int, first: float, last: float) -> float:
     if component >= 0:
         for k in range(7):
             nine[k + 1] = first + inside[k]
-            left = max(left, abs(inside[k] - inside[8 + k]))
-            largest = max(largest, abs(nine[k + 1]))
+        both = as_lanes(inside, 0, 2)
+        left = top(abs(both[0] - both[1]))
+        largest = max(largest, top(abs(both[0] + first)))
     else:
         states, apart = 0.0, 0.0
         for r in range(rows):
