@@ -27,6 +27,10 @@ __all__ = [
 ]
 
 CLOCK_CAP = 50  # iterations
+# Of a step: a state is moved so far along the step's polynomial instead of by another step. That far is
+# the polynomial off in the clock, so that its slope is off by about as much, and the state by less
+# than rounding.
+SHIFTED = 2.0**-29
 
 
 @helper
@@ -148,6 +152,17 @@ def better_guess(powers: Any, gain: float, theta: float) -> float:
     return theta
 
 
+@inlined
+def shift(memory: Any, powers: Any, theta: float, change: float, row: Any) -> None:
+    """Write the state in memory, at θ of a step, moved along the step's polynomial."""
+    count = len(powers) // len(row)
+    for r in range(len(row)):
+        slope = 0.0
+        for k in range(count - 1, -1, -1):
+            slope = slope * theta + (k + 1) * powers[r * count + k]
+        row[r] = memory[r] + change * slope
+
+
 @helper
 def to_clock(
     advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
@@ -157,7 +172,8 @@ def to_clock(
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write `count` states at times of the clock, their last row, and how long the steps to them are.
 
-    Newton's iteration for the length, the derivative being the clock's `rate`; the best state is kept.
+    Newton's iteration for the length, the derivative being the clock's `rate`; the best state is kept,
+    or one that is a real step but for a rounding of its length (`SHIFTED`).
 
     Parameters
     ----------
@@ -216,6 +232,10 @@ def to_clock(
                     params, times[node] + far, part(memory, 0, rows - 1), scratch
                 )
                 if abs(missing) <= 0.5 * roundings[i] or far + change == far:
+                    break
+                if len(table) > 0 and abs(change) <= SHIFTED * abs(length):
+                    shift(memory, powers, far / length, change / length, row)
+                    best = far + change
                     break
                 theta = (far + change) / far  # the next one begins on this one
                 far += change
