@@ -64,14 +64,14 @@ def judged(problem: gi.Problem, seed: int) -> dict[str, int] | None:
         for i in range(2)
     } | {"product": product, "quadratic": quadratic, "curved": curved}
     step = float(rng.uniform(0.5, 2.5)) * gi.Gauss(8).default_step(problem, y0, 1.0)
+    t = step / SAMPLES * np.arange(STEPS * SAMPLES)
     try:
         run = gi.solve(
             problem, y0, t_end=step * STEPS, step=step, events=events, dense=True, progress=False
         )
+        states = run.sol(np.minimum(t, run.t[-1]))
     except gi.ConvergenceError:
         return None
-    t = step / SAMPLES * np.arange(STEPS * SAMPLES)
-    states = run.sol(np.minimum(t, run.t[-1]))
     found = {"crossings": 0, "missed": 0, "invented": 0, "misplaced": 0, "steps with several": 0}
     for name, event in events.items():
         function = event.function(problem)

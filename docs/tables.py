@@ -192,6 +192,29 @@ def times_words() -> dict[str, str]:
     }
 
 
+def sections_table() -> str:
+    """Return points of sections a second, against heyoka."""
+    heads = ["state", "step", "geomint, points a second", "heyoka", "ratio", "error of geomint"]
+    rows = []
+    for i, row in enumerate(result("section_points")["states"]):
+        name = f"random {i}" if i else "`ball-3d`"
+        speeds = [f"{round(row[f'{code}_per_second'], -3):.0f}" for code in ("geomint", "heyoka")]
+        errors = [f"{row[f'{code}_error']:.1e}" for code in ("geomint", "heyoka")]
+        rows.append([name, str(row["geomint_step"]), *speeds, f"{row['ratio']:.2f}", *errors])
+    return _table([*heads, "of heyoka"], rows)
+
+
+def sections_words() -> dict[str, str]:
+    """Return the same beside the table."""
+    found = result("section_points")
+    return {
+        "sections": sections_table(),
+        "sections_mean": f"{found['geometric_mean']:.2f}",
+        "sections_least": f"{found['least']:.2f}",
+        "sections_machine": measured_on(found),
+    }
+
+
 def plan_scenes() -> str:
     """Return what plans of the built-in scenes leave out."""
     ways = ("plain", "run", "drift")
@@ -337,6 +360,7 @@ def substitutions() -> dict[str, str]:
         "states": states(),
         **short_runs(),
         **times_words(),
+        **sections_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),
