@@ -21,6 +21,7 @@ import geomint as gi
 from geomint.run.at_states import values_at
 from machine import describe
 
+STAGES = (8, 4, 1, 6, 2, 12, 3)
 SAMPLES = 64  # a step
 STEPS = 2000  # a run
 
@@ -63,11 +64,20 @@ def judged(problem: gi.Problem, seed: int) -> dict[str, int] | None:
         f"component {i}": gi.Event(str(rng.choice(rows)), level=float(0.5 * rng.normal()))
         for i in range(2)
     } | {"product": product, "quadratic": quadratic, "curved": curved}
+    stages = STAGES[seed % len(STAGES)]
     step = float(rng.uniform(0.5, 2.5)) * gi.Gauss(8).default_step(problem, y0, 1.0)
+    step *= 0.1 * (stages + 2)
     t = step / SAMPLES * np.arange(STEPS * SAMPLES)
     try:
         run = gi.solve(
-            problem, y0, t_end=step * STEPS, step=step, events=events, dense=True, progress=False
+            problem,
+            y0,
+            t_end=step * STEPS,
+            method=gi.Gauss(stages),
+            step=step,
+            events=events,
+            dense=True,
+            progress=False,
         )
         states = run.sol(np.minimum(t, run.t[-1]))
     except gi.ConvergenceError:
