@@ -178,15 +178,20 @@ class GaussTableau:
 
         By the collocation polynomial, :math:`\sum_j U_{kj} L_j`; and, with the increments
         :math:`L_j^-` of the step before, of the same length, by the integral of the interpolation
-        through the derivatives of both, :math:`\sum_j (A_{kj} L_j + B_{kj} L_j^-)`.
+        through the derivatives of both, :math:`\sum_j (A_{kj} L_j + B_{kj} L_j^-)`; of more than
+        eight stages only the last four of those, because rounding grows with their number.
 
         Returns
         -------
         A, B, U
         """
         own = _integrals(self.c, ends) / self.b
-        both = _integrals(np.concatenate((self.c - 1.0, self.c)), ends) / np.tile(self.b, 2)
-        return both[:, self.stages :], both[:, : self.stages], own
+        s = self.stages
+        past = s if s <= 8 else 4
+        both = _integrals(np.concatenate((self.c[s - past :] - 1.0, self.c)), ends)
+        B = np.zeros((len(ends), s))
+        B[:, s - past :] = both[:, :past] / self.b[s - past :]
+        return both[:, past:] / self.b, B, own
 
     @cached_property
     def _splits(self) -> dict[str, tuple[Array, Array]]:

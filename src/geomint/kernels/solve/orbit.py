@@ -14,10 +14,11 @@ from ..compiling.signatures import BLOCK, WHOLE, takes
 from ..numbers.arithmetic import top
 from ..numbers.blocks import as_lanes, part
 from .partial import one_step, whole_step
-from .sign_changes import DECAYED, MARGIN, RESOLVED, UNKNOWN, quartic
+from .sign_changes import DECAYED, RESOLVED, UNKNOWN, quartic
 from .status import EVENT_NOT_FINITE, OK
 
 __all__ = [
+    "DOUBT",
     "INSIDE",
     "INSIDE_STEP",
     "NINE",
@@ -38,6 +39,7 @@ NEARBY = 2.0**-6  # of a step: a partial step begins on another one so near
 # θ of the partial step that is in `memory`; the node whose step is known inside.
 NOTE = 8
 NINE = 9  # values at 0, ⅛, … 1; there is room for their differences beside them
+DOUBT = 16.0  # times the difference of two interpolations: for one number it may be small by chance
 INSIDE = 16  # numbers a row, see `geomint.methods.stepper.Between`
 
 # What does not change along a run: the stepper, the event, the nodes. What is remembered of the steps
@@ -161,7 +163,7 @@ def values_inside(orbit: Any, node: int, first: float, last: float) -> float:
     if not left <= DECAYED * largest:
         return UNKNOWN
     orbit.note[7] = node
-    return MARGIN * left
+    return DOUBT * left
 
 
 @helper
