@@ -55,7 +55,7 @@ def problems() -> list[gi.Problem]:
     return [gi.Scene(system=s, initial=i, time={"t_end": 1.0}).problem for s, i in given]
 
 
-def judged(problem: gi.Problem, seed: int) -> dict[str, int] | None:
+def judged(problem: gi.Problem, seed: int, stages: int = 8) -> dict[str, int] | None:
     """Return what one motion shows; None if the method does not converge at the step."""
     rng = np.random.default_rng(seed)
     y0 = problem.random_state(rng)
@@ -64,7 +64,6 @@ def judged(problem: gi.Problem, seed: int) -> dict[str, int] | None:
         f"component {i}": gi.Event(str(rng.choice(rows)), level=float(0.5 * rng.normal()))
         for i in range(2)
     } | {"product": product, "quadratic": quadratic, "curved": curved}
-    stages = STAGES[seed % len(STAGES)]
     step = float(rng.uniform(0.5, 2.5)) * gi.Gauss(8).default_step(problem, y0, 1.0)
     step *= 0.1 * (stages + 2)
     t = step / SAMPLES * np.arange(STEPS * SAMPLES)
@@ -120,7 +119,7 @@ def main() -> None:
     seed, motions, refused = arguments.seed, 0, 0
     while total.get("crossings", 0) < arguments.crossings:
         for problem in problems():
-            found = judged(problem, seed)
+            found = judged(problem, seed, STAGES[seed % len(STAGES)])
             refused += found is None
             motions += found is not None
             for key, count in (found or {}).items():
