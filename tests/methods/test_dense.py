@@ -167,3 +167,12 @@ def test_more_times_than_fit() -> None:
         sol.sol(many)
     with pytest.raises(gi.DomainError, match="at most"):
         gi.solve(problem, y0, t_end=1.0, t_eval=many)
+
+
+@pytest.mark.parametrize("step", [0.3, 0.5, 0.8])
+def test_times_of_the_clock_keep_the_norm(step: float) -> None:
+    """Where a state is moved along the step's polynomial, that is not seen: fast and slow stretches."""
+    scene = gi.load_scene("hamiltonized-n3")
+    run = gi.solve(scene.problem, scene.state, t_end=12.0, step=step, dense=True)
+    gamma = run.sol(np.linspace(0.0, 12.0, 1000))[:, :3]
+    assert np.abs((gamma**2).sum(axis=1) - 1.0).max() < 1.2e-15

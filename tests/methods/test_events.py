@@ -276,6 +276,28 @@ def test_directions() -> None:
             assert set(some.directions) == {sign}
 
 
+def test_names_of_events() -> None:
+    """One that is not there is told with those that are."""
+    p, y0 = PROBLEMS["sphere"] if "sphere" in PROBLEMS else next(iter(PROBLEMS.values()))
+    name = component(p, 0)
+    run = gi.solve(p, y0, t_end=1.0, events=gi.Event(name, level=0.3))
+    with pytest.raises(KeyError, match=r"the events of this run are .* = 0\.3"):
+        run.events[name]
+    assert isinstance(run.events, dict)
+    assert run.events.get(name) is None
+
+
+def test_an_end_before_the_event() -> None:
+    """A run that an event has ended goes on beyond it, whatever step it begins with."""
+    p, y0 = next(iter(PROBLEMS.values()))
+    y1 = gi.solve(p, y0, t_end=1.2, step=0.17).y[-1]
+    what = gi.Event(component(p, 0), level=float(0.5 * (y0[0] + y1[0])), terminal=True)
+    run = gi.solve(p, y0, t_end=3.0, step=0.17, events=what)
+    for end in (np.nextafter(run.t[-1], 0.0), run.t[-1], 0.0):
+        with pytest.raises(gi.DomainError, match=f"t_end = .*beyond {run.t[-1]:.9g}"):
+            gi.solve(run, t_end=end)
+
+
 @families
 def test_ends(name: str, problem: str) -> None:
     """A run ends at a terminal event, and goes on from there to all further ones, once each."""

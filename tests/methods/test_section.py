@@ -96,6 +96,19 @@ def test_fewer_points_than_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (len(never), never.complete) == (0, False)
 
 
+def test_a_motion_that_fails() -> None:
+    """Its error says which one it was, and has the points of all so far."""
+    problem = henon_heiles.problem()
+    states = [[0.0, -0.1, 0.3, 0.1], [0.0, 2.0, 1.5, 1.0], [0.0, 0.1, 0.3, 0.1]]
+    with pytest.raises(gi.StepError) as caught:
+        gi.poincare_section(problem, states, gi.Event("q[0]", "up"), 50, step=0.5)
+    assert "in motion 1 of 0 to 2" in caught.value.__notes__[0]
+    partial = caught.value.partial
+    assert (partial.status, partial.complete) == ("failed", False)
+    assert np.count_nonzero(partial.motions == 0) == 50
+    assert not (partial.motions == 2).any()
+
+
 @pytest.mark.parametrize("inside", [True, False])
 def test_interrupted(inside: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C within a piece, which `solve` returns from, and between pieces."""
@@ -164,6 +177,9 @@ def test_other_methods(method: str) -> None:
         ({"end": "x"}, "end"),
         ({"states": [[1.0, 2.0]]}, "state"),
         ({"event": "radius"}, "a component or a quantity"),
+        ({"event": "gamma[-1]"}, r"gamma\[0\] to gamma\[2\]"),
+        ({"event": "energy"}, "this is conserved"),
+        ({"event": gi.Event("norm", level=1.0)}, "this is conserved"),
         ({"step": "x"}, "step"),
         ({"step": math.nan}, "step"),
         ({"step": -1.0}, "step"),
@@ -184,7 +200,7 @@ def test_wrong_names(tmp_path: Path) -> None:
     """Typed, of what it shows and where it is written."""
     found = section_of(3, step=0.5)
     for wrong in (3, None, b"K", ["K"]):
-        with pytest.raises(gi.DomainError):
+        with pytest.raises(gi.DomainError, match="name ="):
             found.values(wrong)  # type: ignore[arg-type]
     for path in (3, None):
         with pytest.raises(gi.DomainError, match="path"):

@@ -44,7 +44,8 @@ class Exact(Method):
         if problem.make_exact is None:
             raise FormError(
                 f"method {self.name!r} needs an exact motion (make_exact), which problem "
-                f"{problem.name!r} does not have. {fitting(problem)}"
+                f"{problem.name!r} does not have in this representation; another one may "
+                f"(scene.model.problems). {fitting(problem)}"
             )
 
 

@@ -55,7 +55,7 @@ def draw_section(
     x, y = points
     if boundary is not None:
         _draw_boundary(panel, boundary)
-    size = float(np.clip(3000.0 / max(len(x), 1), 0.15, 6.0))
+    size = float(np.clip(3000.0 / max(len(x), 1), 0.5, 6.0))
     for motion in np.unique(motions):
         which = motions == motion
         colour = COLOURS[int(motion) % len(COLOURS)]

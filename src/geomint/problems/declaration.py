@@ -51,8 +51,8 @@ def check_problem(
         The one that is integrated. Where the state is small all others are checked as well.
     clock : bool
         Whether the clock is integrated.
-    watched : mapping of name to function
-        What is observed: functions of the problem, or others.
+    watched : mapping of argument to function
+        What is observed, ``observe['K']``, or looked for: functions of the problem, or others.
     """
     if problem.rows <= FEW and _is_new(problem, "all"):
         _check_all(problem, y)
@@ -64,7 +64,7 @@ def check_problem(
         if isinstance(f, Measure):
             _check_measure(problem, f, y)
         else:
-            check_value(problem, f, y, f"observe[{name!r}]")
+            check_value(problem, f, y, name)
 
 
 def check_form(problem: Problem, form: str, y: Array) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..plan import SectionPlan
-from ..plots.style import data_uri
+from ..plots.style import COLOURS, data_uri
 from ..run.at_states import values_at
 from ..run.provenance import finite_json, json_text, method_record
 from ..run.section import Section
@@ -44,6 +44,7 @@ def section_record(plan: SectionPlan, section: Section, command: str | None) -> 
         "step": section.step,
         "steps": section.steps,
         **method_record(section.method),
+        "components": section.components,
         "motions": [
             {"initial": y.tolist(), "points": int(n), "end": _last(section, i)}
             for i, (y, n) in enumerate(zip(plan.states, counts, strict=True))
@@ -88,6 +89,8 @@ def write_section_report(
         verdict=_verdict(record),
         provenance=record["provenance"],
         picture=data_uri(figure),
+        colours=COLOURS,
+        bounded=section.boundary is not None and not plan.scene.content.section.axes,
     )
     others = {"section.csv": section.save}
     return write_files(folder, SECTION_FILES, page, json_text(record), {"section": figure}, others)

@@ -18,7 +18,7 @@ from ..problems.problem import Problem
 __all__ = ["DIRECTIONS", "Event", "choose_events", "component", "event", "quantity"]
 
 DIRECTIONS = {"both": 0, "up": 1, "down": -1}
-_COMPONENT = re.compile(r"(.+?)\[(\d+)\]")
+_COMPONENT = re.compile(r"(.+?)\[(-?\d+)\]")
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +117,10 @@ def event(function: Any = None, /, **options: Any) -> Any:
     return Event(observable(function))
 
 
-def component(problem: Problem, name: str) -> int | None:
+def component(problem: Problem, name: str, argument: str = "event") -> int | None:
     """Return the row of a component, ``"gamma[2]"`` or a piece of one number; None if it is none.
+
+    `argument` is what it was given as.
 
     Raises
     ------
@@ -126,28 +128,28 @@ def component(problem: Problem, name: str) -> int | None:
         For a component that a piece of the problem does not have.
     """
     if not isinstance(name, str):
-        raise DomainError("event", name, "the name of a component or a quantity")
+        raise DomainError(argument, name, "the name of a component or a quantity")
     slices = problem.slices
     match = _COMPONENT.fullmatch(name)
     piece, index = (match[1], int(match[2])) if match else (name, 0)
     if name in problem.diagnostics or piece not in slices:
         return None
     rows = slices[piece].stop - slices[piece].start
-    if index < rows and (match or rows == 1):
+    if 0 <= index < rows and (match or rows == 1):
         return int(slices[piece].start + index)
-    raise DomainError("event", name, f"{piece}[0] to {piece}[{rows - 1}]")
+    raise DomainError(argument, name, f"{piece}[0] to {piece}[{rows - 1}]")
 
 
-def quantity(problem: Problem, name: str) -> Recorded:
+def quantity(problem: Problem, name: str, argument: str = "event") -> Recorded:
     """Return a component of the state or a quantity of the problem by its name."""
-    row = component(problem, name)
+    row = component(problem, name, argument)
     if row is not None:
         return _component(row)
     if name in problem.diagnostics:
         return problem.diagnostics[name]
     known = [*problem.diagnostics, *(f"{p}[0]" for p in problem.slices)]
     expected = f"a component or a quantity of {problem.name!r}.{nearest(name, known)}"
-    raise DomainError("event", name, expected)
+    raise DomainError(argument, name, expected)
 
 
 @functools.cache

@@ -64,7 +64,11 @@ def states_on_level(
         if moved is not None:
             found.append(moved)
         elif (failed := failed + 1) >= ATTEMPTS * (len(found) + 1):
-            expected = f"quantities with which other states of {problem.name!r} can be found"
+            expected = (
+                f"quantities with which other states of {problem.name!r} can be found: it has "
+                f"{problem.rows} numbers, constraints: {', '.join(problem.constraints) or 'none'}; "
+                "a representation of the system with fewer may have some (scene.model.problems)"
+            )
             raise DomainError("keep", list(keep), expected)
     return np.array(found).reshape(count, problem.rows)
 

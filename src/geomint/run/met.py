@@ -9,7 +9,14 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
-__all__ = ["Met"]
+__all__ = ["Events", "Met"]
+
+
+class Events(dict[str, "Met"]):
+    """The events of a run by name; one that is not there is told with those that are."""
+
+    def __missing__(self, name: str) -> Met:
+        raise KeyError(f"{name}: the events of this run are {', '.join(map(repr, self)) or 'none'}")
 
 
 @dataclass(frozen=True, eq=False)

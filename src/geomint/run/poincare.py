@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, finite, positive, switch, whole
-from ..errors import DomainError
+from ..errors import DomainError, StepError
 from ..methods import Exact, Method, find_solver
 from ..problems.problem import Problem
 from .events import Event, choose_events
@@ -65,13 +65,15 @@ def poincare_section(
     Raises
     ------
     ArgumentError, DomainError, FormError, MethodError, DeclarationError, StepError
-        As `geomint.solve`.
+        As `geomint.solve`; the last with the section as far as it goes as its `partial`.
     """
     if not isinstance(problem, Problem):
         raise DomainError("problem", problem, "a geomint.Problem")
     chosen = find_solver(method)
     kind = ExactTrail if isinstance(chosen, Exact) else _Motion
     ((name, surface),) = _only(event).items()
+    if surface.what in problem.invariants or surface.what in problem.constraints:
+        raise DomainError("event", surface.what, "what changes along motions: this is conserved")
     count, starts = whole("points", points, 1), _states(problem, states)
     end = end if isinstance(end, float) and math.isinf(end) else finite("end", end)
     options = {"method": chosen, "step": None if step is None else positive("step", step)}
@@ -85,6 +87,7 @@ def poincare_section(
     motions: list[int] = []
     steps, span = 0, 0.0
     status: SectionStatus = "success"
+    failed: StepError | None = None
     with Progress(progress, float(count * len(starts)), "points") as bar:
         bar.begin()
         for i, y0 in enumerate(starts):
@@ -94,15 +97,20 @@ def poincare_section(
                     bar.update(float(sum(map(len, parts)) + motion.points))
             except KeyboardInterrupt:
                 status = "interrupted"
+            except StepError as error:
+                status, failed = "failed", error
+                failed.add_note(
+                    f"in motion {i} of 0 to {len(starts) - 1}: `partial` has all points so far"
+                )
             parts += motion.parts
             motions += [i] * motion.points
             steps, span = steps + motion.steps, span + motion.span
-            if status == "interrupted":
+            if status in ("interrupted", "failed"):
                 break
             status = status if motion.points == count else "incomplete"
     rows = np.zeros((0, problem.rows))
     has_clock = any(met.t is not None for met in parts)
-    return Section(
+    found = Section(
         problem=problem,
         method=chosen,
         event=surface,
@@ -116,6 +124,10 @@ def poincare_section(
         step=span / steps if steps else 0.0,
         steps=steps,
     )
+    if failed is not None:
+        failed.partial = found
+        raise failed
+    return found
 
 
 class _Motion:

@@ -14,7 +14,7 @@ from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
 from .dense import Kept
-from .met import Met
+from .met import Events, Met
 from .restart import Restart
 from .stored import Found, StoredMethod, StoredProblem
 
@@ -61,6 +61,9 @@ class Result(Compared):
     events: dict[str, Met] = field(default_factory=dict, repr=False)
     route: str = ""
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.events = Events(self.events)
 
     @property
     def about(self) -> Problem | StoredProblem:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Section", "SectionStatus"]
 
 
-SectionStatus = Literal["success", "interrupted", "incomplete"]
+SectionStatus = Literal["success", "interrupted", "incomplete", "failed"]
 
 
 @dataclass(eq=False, repr=False)
@@ -50,7 +50,7 @@ class Section(Shown, Compared):
         Which of the initial states a point belongs to.
     status : str
         ``"success"``: every motion has as many points as were asked for; ``"interrupted"``;
-        ``"incomplete"``: one has ended before, or crosses no more.
+        ``"incomplete"``: one has ended before, or crosses no more; ``"failed"``: a step of one has.
     step : float
         Of the method in the problem's own time; of an adaptive one the mean.
     steps : int
@@ -80,10 +80,10 @@ class Section(Shown, Compared):
 
     def values(self, name: str) -> Array:
         """Return a component (``"gamma[0]"``) or a quantity of the problem at all points."""
-        row = component(self.problem, name)
+        row = component(self.problem, name, "name")
         if row is not None:
             return self.y[:, row].copy()
-        return values_at(self.problem, quantity(self.problem, name), self.y, self.tau)
+        return values_at(self.problem, quantity(self.problem, name, "name"), self.y, self.tau)
 
     @property
     def components(self) -> list[str]:

@@ -146,7 +146,8 @@ def solve(
     chosen.check_fits(problem, with_clock)
     watched = choose_watchers(problem, observe)
     check_counts(watched, save_every, observe_every)
-    evaluated = {name: f for name, w in watched.items() if (f := w.evaluates(problem)) is not None}
+    said = ((name, w.evaluates(problem)) for name, w in watched.items())
+    evaluated = {f"observe[{name!r}]": f for name, f in said if f is not None}
     looked_for, callback = choose_events(events), check_callback(callback)
     evaluated.update({f"events[{k!r}]": e.function(problem) for k, e in looked_for.items()})
     form = problem.forms[0] if exact else chosen.needs

@@ -127,8 +127,11 @@ def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own
     reached = start + restart.done * h
     if not own or method.adaptive:  # the clock's row, and then that of time
         reached = float(restart.memory[problem.rows + (own and restart.clock)])
+    if own and restart.seen is not None and (restart.seen - reached) * h > 0.0:
+        reached = restart.seen  # an event within the step that comes next has ended the run
     if not (end - reached) * h > 0.0:
-        raise DomainError("end", end, f"a time beyond {reached:.9g}, where the run goes on")
+        name = "t_end" if problem.time == "t" or not own else "tau_end"
+        raise DomainError(name, end, f"a time beyond {reached:.9g}, where the run goes on")
     if not own:
         return Timeline(start, h, None, 0.0, None, end)
     if method.adaptive:
