@@ -28,8 +28,8 @@ __all__ = [
 
 CLOCK_CAP = 50  # iterations
 # Of a step: a state is moved so far along the step's polynomial instead of by another step. Its slope
-# is known to a part in 10⁵ and better, so that the state is off by less than rounding (at 2⁻²⁹, measured,
-# |γ| = 1 was off by up to 1e-14: the clock may be known better than the state by chance).
+# is known to a part in 10⁵ and better, so that the state is off by less than rounding (at 2⁻²⁹,
+# measured, |γ| = 1 was off by up to 1e-14: the clock may be known better than the state by chance).
 SHIFTED = 2.0**-34
 
 
