@@ -66,6 +66,7 @@ from .plan import (
     run_methods as run_methods,
     run_scene as run_scene,
 )
+from .problems.derivatives import gradient as gradient, jacobian as jacobian
 from .problems.evaluate import derivative as derivative, value as value
 from .problems.forms import (
     Group as Group,
@@ -192,8 +193,10 @@ __all__ = [
     "find_method",
     "fma",
     "frequencies",
+    "gradient",
     "great_circle",
     "helper",
+    "jacobian",
     "load",
     "load_scene",
     "log",

@@ -45,6 +45,17 @@ def scaled(params, t, y, work):
     return params[0] * y[0] + t
 
 
+@gi.field
+def bent(params, t, y, out, work):
+    out[0] = (1.0 + t) * y[1] * y[1]
+    out[1] = -y[0] * y[0]
+
+
+@gi.observable
+def bent_size(params, t, y, work):
+    return (1.0 + t) * params[0] * y[0] * y[0] * y[1]
+
+
 @gi.observable
 def sum_of(params, t, y, work):
     return y[0] + y[1]
@@ -85,6 +96,7 @@ IN_T = gi.Problem(
     "forced", (("y", 2),), [1.5], field=forced, invariants={"size": size}, measure=gi.Measure(flat)
 )
 IN_TAU = gi.Problem("turning", (("y", 2),), field=turning, time="tau", clock=rate)
+BENT = gi.Problem("bent", (("y", 2),), [1.5], field=bent)
 BLOCK = scalar_block(4)
 BLOCK.data[:] = [0.6, 0.8, -0.8, 0.6]
 OTHER_BLOCK = scalar_block(4)
@@ -145,6 +157,14 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "derivative": (
         {"problem": IN_T, "y": [1.0, 2.0], "t": 0.0},
         {"problem": IN_TAU, "y": [1.0, 3.0], "t": 1.0},
+    ),
+    "jacobian": (
+        {"problem": BENT, "y": [1.0, 2.0], "t": 0.0},
+        {"problem": IN_T, "y": [2.0, 3.0], "t": 1.0},
+    ),
+    "gradient": (
+        {"problem": BENT, "f": bent_size, "y": [1.0, 2.0], "t": 0.0},
+        {"problem": dataclasses.replace(BENT, params=[2.5]), "f": size, "y": [2.0, 3.0], "t": 1.0},
     ),
     "value": (
         {"problem": IN_T, "f": scaled, "y": [1.0, 2.0], "t": 0.0},

@@ -283,6 +283,10 @@ def calls() -> dict[str, Call]:
             lambda y, t: gi.value(field, next(iter(field.invariants.values())), y, t),
             {"y": y0, "t": 0.0},
         ),
+        "jacobian": Call(lambda y, t: bool(len(gi.jacobian(field, y, t))), {"y": y0, "t": 0.0}),
+        "gradient": Call(
+            lambda y, t: bool(len(gi.gradient(field, "energy", y, t))), {"y": y0, "t": 0.0}
+        ),
         "derivative": Call(lambda y, t: bool(len(gi.derivative(field, y, t))), {"y": y0, "t": 0.0}),
         "so3": Call(gi.so3, {"vectors": 2}),
         "so_n pieces": Call(lambda n, piece: gi.so_n(n, piece), {"n": 4, "piece": "vector"}),

@@ -14,7 +14,15 @@ from ..kernels.numbers.blocks import Block
 from .declaration import check_form, check_value, known_rates
 from .problem import Problem
 
-__all__ = ["derivative", "rounding_scale", "scale_of", "states_around", "value", "vector"]
+__all__ = [
+    "at_state",
+    "derivative",
+    "rounding_scale",
+    "scale_of",
+    "states_around",
+    "value",
+    "vector",
+]
 
 
 @np.errstate(all="ignore")
@@ -89,6 +97,11 @@ def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -
     out, work = np.zeros(rows), Block(np.zeros(problem.work))
     f(Block(problem.params), np.float64(t), Block(y), Block(out), work)
     return out
+
+
+def at_state(problem: Problem, y: Any, t: Any) -> tuple[Array, np.float64]:
+    """Return a state as a flat array, and a time, or raise `DomainError`."""
+    return _flat(problem, y), _time(t)
 
 
 def _flat(problem: Problem, y: Array) -> Array:

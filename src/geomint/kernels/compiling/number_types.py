@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["EXTENDED", "LANE", "SCALAR", "NumberType"]
+__all__ = ["EXTENDED", "LANE", "SCALAR", "NumberType", "tangent", "tangent_lanes"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,6 +88,31 @@ def _extended() -> tuple[Any, Any, Any]:
     from ..numbers.typing_double_double import DD_BLOCK, DD_LANE_BLOCK, DD_LANE_VALUE
 
     return DD_LANE_VALUE, DD_LANE_BLOCK, DD_BLOCK
+
+
+@functools.cache
+def tangent(directions: int) -> NumberType:
+    """Return numbers with so many derivatives beside them: eight, or a multiple."""
+
+    def load() -> tuple[Any, Any, Any]:
+        from ..numbers.typing_tangent import tangent_numbers
+
+        number, block = tangent_numbers(directions)
+        return number, block, block
+
+    return NumberType(f"TANGENT{directions}", load)
+
+
+@functools.cache
+def tangent_lanes(directions: int) -> NumberType:
+    """Return eight numbers with so many derivatives each; memory holds single ones."""
+
+    def load() -> tuple[Any, Any, Any]:
+        from ..numbers import typing_tangent
+
+        return typing_tangent.tangent_lanes(directions)
+
+    return NumberType(f"TANGENT_LANES{directions}", load)
 
 
 SCALAR = NumberType("SCALAR", _scalar)

@@ -80,7 +80,8 @@ def _is_float64(*values: Any) -> bool:
 def fma(x: Any, y: Any, z: Any) -> Any:
     """Return ``x * y + z`` with one rounding (float64; other kinds of number round twice)."""
     if not _is_float64(x, y, z):
-        return x * y + z
+        own = next((v for v in (x, y, z) if hasattr(v, "fused")), None)
+        return x * y + z if own is None else own.fused(x, y, z)
     if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) or isinstance(z, np.ndarray):
         result = _fma_array(x, y, z).astype(np.float64)
         cls = next(type(v) for v in (x, y, z) if isinstance(v, np.ndarray))
@@ -140,6 +141,9 @@ def maximum(x: Any, y: Any) -> Any:
 
 def select(condition: Any, x: Any, y: Any) -> Any:
     """Return ``x`` where `condition` holds and ``y`` elsewhere, lane by lane."""
+    own = next((v for v in (x, y) if hasattr(v, "chosen")), None)
+    if own is not None:
+        return own.chosen(condition, x, y)
     if isinstance(condition, np.ndarray):
         return np.where(condition, x, y).view(type(condition))
     return x if condition else y
@@ -147,6 +151,8 @@ def select(condition: Any, x: Any, y: Any) -> Any:
 
 def like(value: Any, example: Any) -> Any:
     """Return `value` as a number of the same cls as `example`: in every lane of a lane value."""
+    if hasattr(example, "of"):
+        return example.of(value)
     if isinstance(example, np.ndarray):
         return np.full(example.shape, value, dtype=example.dtype).view(type(example))
     return type(example)(value) if isinstance(example, np.floating) else value
@@ -154,6 +160,8 @@ def like(value: Any, example: Any) -> Any:
 
 def lane(x: Any, index: int) -> Any:
     """Return one lane of a lane value; a plain number is its own only lane."""
+    if hasattr(x, "part"):
+        return x.part(lambda number: lane(number, index))
     return np.asarray(x)[index] if isinstance(x, np.ndarray) else x
 
 
@@ -167,7 +175,8 @@ def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:
 
 
 def top(x: Any) -> Any:
-    """Return the largest lane; NaN if any lane is NaN."""
+    """Return the largest lane; NaN if any lane is NaN. Of a tangent number that of its value."""
+    x = getattr(x, "value", x)
     return _fold(maximum, x) if isinstance(x, np.ndarray) else x
 
 

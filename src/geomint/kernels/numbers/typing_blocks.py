@@ -59,14 +59,23 @@ def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:
     return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
 
 
+def _parts(row: Any) -> tuple[Any, ...]:
+    """Return the types that a row is made of: float64 numbers and lane values."""
+    return getattr(row, "parts", (row,))
+
+
 def _width(row: Any) -> int:
-    """Numbers in a row: lanes times the parts of an extended number."""
-    base = getattr(row, "base", row)
-    return (LANES if base == LANE_VALUE else 1) * (1 if base is row else 2)
+    """Numbers in a row: of all its parts."""
+    return sum(LANES if part == LANE_VALUE else 1 for part in _parts(row))
+
+
+def _place(row: Any, part: int) -> Any:
+    """Return where a part is in the value of a row."""
+    return part if part == 0 or not hasattr(row, "packed") else (1, part - 1)
 
 
 def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index: Any) -> list[Any]:
-    """Return the address of a row, or of each of the two parts of an extended number."""
+    """Return the address of each part of a row."""
     block = cgutils.create_struct_proxy(typ)(context, builder, value=value)
     if config.BOUNDSCHECK:
         rows = _number_of_rows(builder, typ, block)
@@ -75,16 +84,15 @@ def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index:
             context.call_conv.return_user_exc(
                 builder, IndexError, ("row index outside of the block",)
             )
-    base = getattr(typ.row, "base", typ.row)
-    lanes = base == LANE_VALUE
     start = builder.mul(index, ir.Constant(index.type, _width(typ.row)))
-    pointers = []
-    for offset in range(0, _width(typ.row), LANES if lanes else 1):
+    pointers, offset = [], 0
+    for part in _parts(typ.row):
         at = builder.add(start, ir.Constant(index.type, offset))
         pointer = builder.gep(block.data, [at])
-        if lanes:
+        if part == LANE_VALUE:
             pointer = builder.bitcast(pointer, ir.VectorType(_F64, LANES).as_pointer())
         pointers.append(pointer)
+        offset += LANES if part == LANE_VALUE else 1
     return pointers
 
 
@@ -121,9 +129,11 @@ def _lower_get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     parts = [builder.load(pointer, align=_ALIGN) for pointer in pointers]
     if len(parts) == 1:
         return parts[0]
-    row = cgutils.create_struct_proxy(sig.args[0].row)(context, builder)
-    row.hi, row.lo = parts
-    return row._getvalue()
+    row = sig.args[0].row
+    value = cgutils.get_null_value(context.get_value_type(row))
+    for k, part in enumerate(parts):
+        value = builder.insert_value(value, part, _place(row, k))
+    return value
 
 
 @lower_builtin(operator.setitem, BlockType, types.Integer, types.Any)
@@ -133,7 +143,8 @@ def _lower_set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         builder.store(args[2], pointers[0], align=_ALIGN)
     else:
         for i, pointer in enumerate(pointers):
-            builder.store(builder.extract_value(args[2], i), pointer, align=_ALIGN)
+            part = builder.extract_value(args[2], _place(sig.args[0].row, i))
+            builder.store(part, pointer, align=_ALIGN)
     return context.get_dummy_value()
 
 

@@ -32,6 +32,11 @@ class DoubleDoubleType(types.Type):
         self.base = base
         super().__init__(name=f"double_double({base})")
 
+    @property
+    def parts(self) -> tuple[Any, Any]:
+        """The types of what a row of a block holds."""
+        return self.base, self.base
+
     def lanes(self) -> DoubleDoubleType:
         """Return the type of eight such numbers."""
         return DoubleDoubleType(LANE_VALUE)

@@ -143,7 +143,7 @@ _register_on(LANE_MASK, operator.and_, 2, lambda b, x, y: b.and_(x, y))
 _register_on(LANE_MASK, operator.or_, 2, lambda b, x, y: b.or_(x, y))
 
 
-def _call_vector_function(builder: Any, name: str, vectors: Any) -> Any:
+def call_vector_function(builder: Any, name: str, vectors: Any) -> Any:
     """Call LLVM's intrinsic function `name` of as many lane vectors as are given."""
     function_type = ir.FunctionType(_VECTOR, [_VECTOR] * len(vectors))
     function = cgutils.get_or_insert_function(builder.module, function_type, f"{name}.v{LANES}f64")
@@ -156,7 +156,7 @@ def _vector_intrinsic(name: str) -> Any:
     @intrinsic
     def call(typingctx, x):
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            return _call_vector_function(builder, name, args)
+            return call_vector_function(builder, name, args)
 
         return LANE_VALUE(LANE_VALUE), codegen
 
@@ -170,7 +170,7 @@ _vector_sqrt, _vector_abs = _vector_intrinsic("llvm.sqrt"), _vector_intrinsic("l
 def _fma(typingctx, x, y, z):
     def of_vectors(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         vectors = [_as_vector(context, builder, k, v) for k, v in zip(sig.args, args, strict=True)]
-        return _call_vector_function(builder, "llvm.fma", vectors)
+        return call_vector_function(builder, "llvm.fma", vectors)
 
     def of_numbers(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return builder.fma(*args)

@@ -1,0 +1,220 @@
+"""Tangent numbers: a number and its derivatives along some directions, through the same arithmetic.
+
+The Python half. ``x = Tangent(value, slopes)`` stands for ``value + Σ_k ε_k slopes[k]`` with
+ε_j ε_k = 0, so that a function of such numbers gives its exact derivatives beside its value. Values
+may be any numbers: float64, lane values, mpmath numbers, and tangent numbers again (second
+derivatives). Conditions look at the values alone, and what is chosen brings its own derivatives.
+`geomint.kernels.numbers.typing_tangent` makes the same sources compile for them.
+
+A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, chapter 3.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ...arguments import Array
+from . import arithmetic
+from .blocks import Block
+
+__all__ = ["Tangent", "TangentBlock", "tangent_block"]
+
+
+class Tangent:
+    """A number and its derivatives along some directions.
+
+    Parameters
+    ----------
+    value : number
+        Any; of lane values shape (lanes,).
+    slopes : array, shape (directions, …)
+        Of the same kind of number.
+    """
+
+    __slots__ = ("slopes", "value")
+    __array_ufunc__ = None  # arrays leave operators to this class
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, value: Any, slopes: Any) -> None:
+        self.value, self.slopes = value, slopes
+
+    def __repr__(self) -> str:
+        return f"Tangent({self.value!r}, {self.slopes!r})"
+
+    def _map(self, value: Any, slope: Any) -> Tangent:
+        return Tangent(value, _times(slope, self.slopes))
+
+    def __add__(self, other: Any) -> Tangent:
+        if isinstance(other, Tangent):
+            value = self.value + other.value
+            return Tangent(value, _shaped(self.slopes, value) + _shaped(other.slopes, value))
+        return Tangent(self.value + other, _shaped(self.slopes, self.value + other))
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Tangent:
+        return Tangent(-self.value, -self.slopes)
+
+    def __pos__(self) -> Tangent:
+        return self
+
+    def __sub__(self, other: Any) -> Tangent:
+        if isinstance(other, Tangent):
+            value = self.value - other.value
+            return Tangent(value, _shaped(self.slopes, value) - _shaped(other.slopes, value))
+        return Tangent(self.value - other, _shaped(self.slopes, self.value - other))
+
+    def __rsub__(self, other: Any) -> Tangent:
+        return Tangent(other - self.value, -_shaped(self.slopes, other - self.value))
+
+    def __mul__(self, other: Any) -> Tangent:
+        if isinstance(other, Tangent):
+            slopes = _times(self.value, other.slopes) + _times(other.value, self.slopes)
+            return Tangent(self.value * other.value, slopes)
+        return self._map(self.value * other, other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Tangent:
+        if isinstance(other, Tangent):
+            quotient = self.value / other.value
+            own = _shaped(self.slopes, quotient) - _times(quotient, other.slopes)
+            return Tangent(quotient, own / other.value)
+        return Tangent(self.value / other, _shaped(self.slopes, self.value / other) / other)
+
+    def __rtruediv__(self, other: Any) -> Tangent:
+        quotient = other / self.value
+        return Tangent(quotient, _times(-quotient, self.slopes) / self.value)
+
+    def __abs__(self) -> Tangent:
+        return arithmetic.select(self.value < 0.0, -self, self)
+
+    def __lt__(self, other: Any) -> Any:
+        return self.value < _value(other)
+
+    def __le__(self, other: Any) -> Any:
+        return self.value <= _value(other)
+
+    def __gt__(self, other: Any) -> Any:
+        return self.value > _value(other)
+
+    def __ge__(self, other: Any) -> Any:
+        return self.value >= _value(other)
+
+    def __eq__(self, other: Any) -> Any:
+        return self.value == _value(other)
+
+    def __ne__(self, other: Any) -> Any:
+        return self.value != _value(other)
+
+    # What `geomint.kernels.numbers.arithmetic` asks of numbers that it does not know.
+
+    @property
+    def context(self) -> type[_Functions]:
+        """The functions of such numbers."""
+        return _Functions
+
+    def fused(self, x: Any, y: Any, z: Any) -> Tangent:
+        """Return ``x * y + z``, the value with one rounding; one of them is this number."""
+        value = arithmetic.fma(_value(x), _value(y), _value(z))
+        terms = [_times(_value(x), y.slopes)] if isinstance(y, Tangent) else []
+        terms += [_times(_value(y), x.slopes)] if isinstance(x, Tangent) else []
+        terms += [z.slopes] if isinstance(z, Tangent) else []
+        shaped = [_shaped(term, value) for term in terms]
+        return Tangent(value, sum(shaped[1:], start=shaped[0]))
+
+    def chosen(self, condition: Any, x: Any, y: Any) -> Tangent:
+        """Return x where the condition holds and y elsewhere; one of them is this number."""
+        x, y = self.of(x), self.of(y)
+        if not isinstance(condition, np.ndarray):
+            return x if condition else y
+        value = arithmetic.select(condition, x.value, y.value)
+        slopes = (_shaped(x.slopes, value), _shaped(y.slopes, value))
+        return Tangent(value, np.where(condition, *slopes))
+
+    def of(self, value: Any) -> Tangent:
+        """Return a number as one of these: a constant has no derivatives."""
+        if isinstance(value, Tangent):
+            return value
+        return Tangent(arithmetic.like(value, self.value), 0.0 * self.slopes)
+
+    def part(self, take: Callable[[Any], Any]) -> Tangent:
+        """Return what is made of the value, and in the same way of the derivatives."""
+        return Tangent(take(self.value), np.array([take(slope) for slope in self.slopes]))
+
+
+def _times(number: Any, slopes: Array) -> Array:
+    """Return slopes times a number; of one number times eight there are eight."""
+    return number * _shaped(slopes, number)
+
+
+def _shaped(slopes: Array, value: Any) -> Array:
+    """Return slopes as those of such a value: of one number in every lane."""
+    if slopes.ndim == 1 and isinstance(value, np.ndarray):
+        return np.broadcast_to(slopes[:, None], (len(slopes), len(value)))
+    return slopes
+
+
+def _value(x: Any) -> Any:
+    return x.value if isinstance(x, Tangent) else x
+
+
+class _Functions:
+    """Elementary functions of tangent numbers."""
+
+    eps = 2.0**-52
+
+    @staticmethod
+    def sqrt(x: Tangent) -> Tangent:
+        root = arithmetic.sqrt(x.value)
+        return Tangent(root, x.slopes / (2.0 * root))
+
+    @staticmethod
+    def sin(x: Tangent) -> Tangent:
+        return x._map(arithmetic.sin(x.value), arithmetic.cos(x.value))
+
+    @staticmethod
+    def cos(x: Tangent) -> Tangent:
+        return x._map(arithmetic.cos(x.value), -arithmetic.sin(x.value))
+
+    @staticmethod
+    def log(x: Tangent) -> Tangent:
+        return Tangent(arithmetic.log(x.value), x.slopes / x.value)
+
+
+class TangentBlock(Block):
+    """A block of tangent numbers: `data` holds a value and its slopes, row after row.
+
+    Of `width` numbers each; subclasses have it. Uncompiled they may be numbers of any kind.
+    """
+
+    __slots__ = ()
+    width = 1
+
+    def __len__(self) -> int:
+        return len(self.data) // self.width
+
+    def __getitem__(self, row: int) -> Tangent:
+        numbers = super().part(row * self.width, self.width).data
+        return Tangent(numbers[0], numbers[1:].copy())
+
+    def __setitem__(self, row: int, value: Any) -> None:
+        numbers = super().part(row * self.width, self.width).data
+        numbers[0] = _value(value)
+        numbers[1:] = value.slopes if isinstance(value, Tangent) else 0.0
+
+    def part(self, start: int, rows: int) -> TangentBlock:
+        """Return `rows` rows from `start` on, sharing memory."""
+        inner = Block(self.data).part(start * self.width, rows * self.width)
+        return type(self)(inner.data)
+
+
+@functools.cache
+def tangent_block(directions: int) -> type[TangentBlock]:
+    """Return the class of blocks of numbers with so many directions."""
+    name = f"TangentBlock{directions}"
+    return type(name, (TangentBlock,), {"__slots__": (), "width": 1 + directions})
