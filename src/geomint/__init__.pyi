@@ -106,6 +106,7 @@ from .run.section import Section as Section
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
 from .run.storage import load as load
+from .run.tangent_flow import TangentFlow as TangentFlow, tangent_flow as tangent_flow
 from .scene.load import (
     load_scene as load_scene,
     scene_names as scene_names,
@@ -176,6 +177,7 @@ __all__ = [
     "StressCase",
     "System",
     "TangentBundle",
+    "TangentFlow",
     "TangentSphere",
     "TangentStiefel",
     "Term",
@@ -219,6 +221,7 @@ __all__ = [
     "so_n",
     "solve",
     "sqrt",
+    "tangent_flow",
     "top",
     "translations",
     "turn_coefficients",

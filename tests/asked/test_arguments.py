@@ -162,6 +162,26 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"problem": BENT, "y": [1.0, 2.0], "t": 0.0},
         {"problem": IN_T, "y": [2.0, 3.0], "t": 1.0},
     ),
+    "tangent_flow": (
+        {
+            "problem": BENT,
+            "y0": [0.5, 0.6],
+            "t_end": 0.5,
+            "method": "rk-4",
+            "step": 0.1,
+            "t0": 0.0,
+            "directions": [[1.0], [0.5]],
+        },
+        {
+            "problem": IN_T,
+            "y0": [0.4, 0.6],
+            "t_end": 0.7,
+            "method": "gauss-2",
+            "step": 0.25,
+            "t0": 0.2,
+            "directions": [[1.0, 0.0], [0.5, 1.0]],
+        },
+    ),
     "gradient": (
         {"problem": BENT, "f": bent_size, "y": [1.0, 2.0], "t": 0.0},
         {"problem": dataclasses.replace(BENT, params=[2.5]), "f": size, "y": [2.0, 3.0], "t": 1.0},
@@ -220,6 +240,10 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "solve in tau": (
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
         {"tau_end": 2.0, "clock": False, "tau_eval": [0.5]},
+    ),
+    "tangent_flow in tau": (
+        {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
+        {"tau_end": 2.0},
     ),
     "solve with observers": (
         {**RUN, **OBSERVED},

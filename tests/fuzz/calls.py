@@ -284,6 +284,13 @@ def calls() -> dict[str, Call]:
             {"y": y0, "t": 0.0},
         ),
         "jacobian": Call(lambda y, t: bool(len(gi.jacobian(field, y, t))), {"y": y0, "t": 0.0}),
+        "tangent_flow": Call(
+            gi.tangent_flow,
+            {
+                **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
+                **{"t0": 0.0, "directions": None},
+            },
+        ),
         "gradient": Call(
             lambda y, t: bool(len(gi.gradient(field, "energy", y, t))), {"y": y0, "t": 0.0}
         ),

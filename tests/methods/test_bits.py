@@ -199,9 +199,9 @@ def test_bits_do_not_depend_on_chunks(
     sizes = []
     original = Stepper.advance
 
-    def counting(self: Stepper, first: int, count: int, every: int, out: Block) -> object:
+    def counting(self: Stepper, first: int, count: int, *others: object) -> object:
         sizes.append(count)
-        return original(self, first, count, every, out)
+        return original(self, first, count, *others)
 
     monkeypatch.setattr(Stepper, "advance", counting)
     request.getfixturevalue("small_chunks")

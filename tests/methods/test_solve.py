@@ -474,9 +474,9 @@ def test_a_run_without_saving_is_interruptible(monkeypatch: pytest.MonkeyPatch) 
     sizes = []
     original = Stepper.advance
 
-    def counting(self, first, count, every, out):
+    def counting(self, first, count, *others):
         sizes.append(count)
-        return original(self, first, count, every, out)
+        return original(self, first, count, *others)
 
     monkeypatch.setattr(Stepper, "advance", counting)
     interrupted_run(t_end=1e5)

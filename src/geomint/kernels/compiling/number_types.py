@@ -18,10 +18,13 @@ class NumberType:
     ----------
     load : callable
         Returns the types of a number, of a block of them, and of a block of what `memory` holds.
+    derived : bool
+        Whether they are other numbers with their derivatives.
     """
 
     name: str
     load: Callable[[], tuple[Any, Any, Any]]
+    derived: bool = False
 
     def __repr__(self) -> str:
         return self.name
@@ -49,7 +52,8 @@ class NumberType:
     @property
     def coefficients(self) -> Any:
         """The type of a method's coefficients: float64, but for numbers with a memory of their own."""
-        return self.given if self.memory is self.block else self.memory
+        own = self.memory is not self.block and not self.derived
+        return self.memory if own else self.given
 
     @property
     def whole(self) -> Any:
@@ -100,7 +104,7 @@ def tangent(directions: int) -> NumberType:
         number, block = tangent_numbers(directions)
         return number, block, block
 
-    return NumberType(f"TANGENT{directions}", load)
+    return NumberType(f"TANGENT{directions}", load, derived=True)
 
 
 @functools.cache
@@ -112,7 +116,7 @@ def tangent_lanes(directions: int) -> NumberType:
 
         return typing_tangent.tangent_lanes(directions)
 
-    return NumberType(f"TANGENT_LANES{directions}", load)
+    return NumberType(f"TANGENT_LANES{directions}", load, derived=True)
 
 
 SCALAR = NumberType("SCALAR", _scalar)

@@ -26,6 +26,7 @@ __all__ = [
     "lane",
     "like",
     "log",
+    "magnitude",
     "maximum",
     "select",
     "sin",
@@ -137,6 +138,16 @@ def log(x: Any) -> Any:
 def maximum(x: Any, y: Any) -> Any:
     """Return the larger of two numbers, lane by lane; NaN where either is NaN."""
     return select(x > y, x, select(x >= x, y, x))
+
+
+def magnitude(x: Any) -> Any:
+    """Return |x|; of a tangent number the largest of its value and slopes, a number of their kind."""
+    if hasattr(x, "slopes"):
+        found = abs(x.value)
+        for slope in x.slopes:
+            found = maximum(abs(slope), found)
+        return found
+    return abs(x)
 
 
 def select(condition: Any, x: Any, y: Any) -> Any:

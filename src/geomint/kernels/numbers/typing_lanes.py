@@ -220,7 +220,7 @@ def _select(typingctx, condition, x, y):
 def _maximum(typingctx, x, y):
     if not (_plain(x) and _plain(y)):
         return None
-    return _common_type(x, y)(x, y), _choice(_emit_larger)
+    return _common_type(x, y)(x, y), _choice(emit_larger)
 
 
 @intrinsic
@@ -247,22 +247,27 @@ def _fold(emit: Any) -> Any:
     @intrinsic
     def call(typingctx, x):
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            vector, width = args[0], LANES
-            while width > 1:
-                half = width // 2
-                undefined = ir.Constant(vector.type, ir.Undefined)
-                mask = ir.VectorType(_I32, half)
-                low = builder.shuffle_vector(vector, undefined, mask(list(range(half))))
-                high = builder.shuffle_vector(vector, undefined, mask(list(range(half, width))))
-                vector, width = emit(builder, low, high), half
-            return builder.extract_element(vector, _I32(0))
+            return fold_lanes(builder, emit, args[0])
 
         return types.float64(LANE_VALUE), codegen
 
     return call
 
 
-def _emit_larger(builder: Any, x: Any, y: Any) -> Any:
+def fold_lanes(builder: Any, emit: Any, vector: Any) -> Any:
+    """Return the lanes combined pairwise."""
+    width = LANES
+    while width > 1:
+        half = width // 2
+        undefined = ir.Constant(vector.type, ir.Undefined)
+        mask = ir.VectorType(_I32, half)
+        low = builder.shuffle_vector(vector, undefined, mask(list(range(half))))
+        high = builder.shuffle_vector(vector, undefined, mask(list(range(half, width))))
+        vector, width = emit(builder, low, high), half
+    return builder.extract_element(vector, _I32(0))
+
+
+def emit_larger(builder: Any, x: Any, y: Any) -> Any:
     # A NaN in either operand must win: llvm.maximum would do, but is slow on x86, where the first
     # selection is one instruction and gives y where the two do not compare.
     if x.type == ir.IntType(64):
@@ -272,7 +277,7 @@ def _emit_larger(builder: Any, x: Any, y: Any) -> Any:
 
 
 _total = _fold(lambda builder, x, y: builder.fadd(x, y))
-_top = _fold(_emit_larger)
+_top = _fold(emit_larger)
 
 
 def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
@@ -336,6 +341,11 @@ def _like(typingctx, value, example):
     if not _plain(example):
         return None
     return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
+
+
+@overload(arithmetic.magnitude, inline="always")
+def _overload_magnitude(x):
+    return None if hasattr(x, "count") else (lambda x: abs(x))
 
 
 @overload(arithmetic.lane)

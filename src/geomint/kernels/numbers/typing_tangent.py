@@ -22,7 +22,15 @@ from . import arithmetic
 from .instruction import instruction
 from .tangent import tangent_block
 from .typing_blocks import BlockType
-from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, call_vector_function
+from .typing_lanes import (
+    LANE_MASK,
+    LANE_VALUE,
+    LANES,
+    broadcast,
+    call_vector_function,
+    emit_larger,
+    fold_lanes,
+)
 
 __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
 
@@ -53,7 +61,8 @@ class TangentType(types.Type):
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
         """Let plain numbers be constants."""
-        return Conversion.safe if isinstance(other, types.Float | types.Integer) else None
+        known = isinstance(other, types.Float | types.Integer) or other == self.base
+        return Conversion.safe if known else None
 
 
 def tangent_numbers(directions: int) -> tuple[TangentType, BlockType]:
@@ -228,6 +237,7 @@ for _sign, _function in (
 _register([operator.ne], _truth, lambda c, b, to, x, y: b.fcmp_unordered("!=", x.value, y.value))
 
 
+@lower_cast(LANE_VALUE, TangentType)
 @lower_cast(types.Number, TangentType)
 def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
     number = _as(context, builder, toty.base, fromty, value)
@@ -384,6 +394,27 @@ def _overload_log(x):
     if not _is_tangent(x):
         return None
     return lambda x: _over(x, arithmetic.log(_value(x)), _value(x))
+
+
+@instruction(arithmetic.magnitude)
+def _magnitude(typingctx, x):
+    if not _is_tangent(x):
+        return None
+
+    def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
+        number = _Number(context, b, x, x, args[0])
+        found = number.value if not x.packed else number.factor
+        found = _absolute(b, found)
+        for slope in number.slopes:
+            found = emit_larger(b, _absolute(b, slope), found)
+        return fold_lanes(b, emit_larger, found) if x.packed else found
+
+    return x.base(x), codegen
+
+
+def _absolute(b: Any, x: Any) -> Any:
+    negative = b.fcmp_ordered("<", x, ir.Constant(x.type, None))
+    return b.select(negative, b.fneg(x), x)
 
 
 @overload(arithmetic.top)

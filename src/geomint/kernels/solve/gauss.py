@@ -17,7 +17,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.arithmetic import fma, lane, maximum, top
+from ..numbers.arithmetic import fma, lane, magnitude, maximum, top
 from ..numbers.blocks import REST, as_lanes, part, section, sections
 from .advance import stepper
 from .compensated import add_compensated
@@ -165,11 +165,11 @@ def inverse_scales(pieces: Any, y: Any, stages: Any, groups: int, scales: Any) -
     while r < rows:
         end = r
         largest = 0.0
-        moves = 0.0 * stages[r]
+        moves = 0.0 * magnitude(stages[r])
         while end < rows and top(pieces[end]) == top(pieces[r]):
-            largest = max(largest, top(abs(y[end])))
+            largest = max(largest, top(magnitude(y[end])))
             for g in range(groups):
-                moves = maximum(abs(stages[g * rows + end]), moves)
+                moves = maximum(magnitude(stages[g * rows + end]), moves)
             end += 1
         inverse = inverse_size(max(largest, top(moves))) if top(pieces[r]) >= 0.0 else 0.0
         for i in range(r, end):
@@ -228,7 +228,7 @@ def gauss_step(
             weights = b[g] * h
             for r in range(rows):
                 new = weights * F[g * rows + r]
-                worst = maximum(abs(new - stages[g * rows + r]) * top(scales[r]), worst)
+                worst = maximum(magnitude(new - stages[g * rows + r]) * top(scales[r]), worst)
                 stages[g * rows + r] = new
         delta = top(worst)
         if not finite(delta):
