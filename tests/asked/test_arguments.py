@@ -307,6 +307,7 @@ LOOK: dict[str, Callable[..., Any]] = {
         (c.what, c.value, c.reason) for c in gi.make_plan(**given).choices
     ],
     "solve in tau": gi.solve,
+    "tangent_flow in tau": gi.tangent_flow,
     "solve with observers": gi.solve,
 }
 # What the tests below this table are about, and those of other files.
