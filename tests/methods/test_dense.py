@@ -169,10 +169,13 @@ def test_more_times_than_fit() -> None:
         gi.solve(problem, y0, t_end=1.0, t_eval=many)
 
 
+@pytest.mark.parametrize("stages", [1, 2, 3, 4, 6, 8])
 @pytest.mark.parametrize("step", [0.3, 0.4, 0.5])
-def test_times_of_the_clock_keep_the_norm(step: float) -> None:
+def test_times_of_the_clock_keep_the_norm(step: float, stages: int) -> None:
     """Where a state is moved along the step's polynomial, that is not seen: fast and slow stretches."""
     scene = gi.load_scene("hamiltonized-n3")
-    run = gi.solve(scene.problem, scene.state, t_end=12.0, step=step, dense=True)
+    method = gi.Gauss(stages)
+    step *= 0.1 * (stages + 2)
+    run = gi.solve(scene.problem, scene.state, t_end=12.0, step=step, method=method, dense=True)
     gamma = run.sol(np.linspace(0.0, 12.0, 1000))[:, :3]
     assert np.abs((gamma**2).sum(axis=1) - 1.0).max() < 1.2e-15

@@ -287,6 +287,19 @@ def test_names_of_events() -> None:
     assert run.events.get(name) is None
 
 
+@pytest.mark.parametrize("t0", [1e6, 1e8, -1e10])
+@pytest.mark.parametrize("method", ["gauss-8", "rk-4"])
+def test_told_once_far_away(t0: float, method: str) -> None:
+    """Where a step is few roundings of the time, a run that ends at an event tells it, or the next."""
+    p, y0 = PROBLEMS["henon-heiles"]
+    given = {"method": method, "step": 0.11337, "events": "q[0]"}
+    one = gi.solve(p, y0, t0=t0, t_end=t0 + 20.1234567, **given).t_events[0]
+    assert len(one) > 3
+    cut = gi.solve(p, y0, t0=t0, t_end=float(one[1]), **given)
+    rest = gi.solve(cut, t_end=t0 + 20.1234567, events="q[0]")
+    assert len(cut.t_events[0]) + len(rest.t_events[0]) == len(one)
+
+
 def test_an_end_before_the_event() -> None:
     """A run that an event has ended goes on beyond it, whatever step it begins with."""
     p, y0 = next(iter(PROBLEMS.values()))

@@ -217,6 +217,7 @@ class Crossings:
         """Tell which events the run before has told; near its end those, to rounding, that it names."""
         assert self._after is not None
         times, near = found[:, 0], SEEN * abs(self._stepper.h)
+        near = max(near, 4.0 * np.spacing(abs(self._after)))
         ahead = np.sign(self._stepper.h) * (times - self._after)
         every = [x for of in self._told.values() for x in of]  # where it has another name now
         again = np.zeros(len(found), dtype=bool)
@@ -233,6 +234,7 @@ class Crossings:
         if not self._events:
             return restart
         sign, near = np.sign(self._stepper.h), SEEN * abs(self._stepper.h)
+        near = max(near, 4.0 * np.spacing(abs(end)))
         told = {}
         for name, parts in self._found.items():
             before = np.array(self._told.get(name, [])).reshape(-1, 2)

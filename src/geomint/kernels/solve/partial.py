@@ -27,10 +27,12 @@ __all__ = [
 ]
 
 CLOCK_CAP = 50  # iterations
-# Of a step: a state is moved so far along the step's polynomial instead of by another step. Its slope
-# is known to a part in 10⁵ and better, so that the state is off by less than rounding (at 2⁻²⁹,
-# measured, |γ| = 1 was off by up to 1e-14: the clock may be known better than the state by chance).
+# Of a step: a state is moved so far along the step's polynomial instead of by another step, if it has
+# powers enough and what its slope misses, which the clock's own rate tells, is unseen then. The clock
+# may be known better than the state by chance: at 2⁻²⁹ |γ| = 1 was off by 1e-14, with two powers too.
 SHIFTED = 2.0**-34
+ENOUGH = 4
+UNSEEN = 2.0**-56
 
 
 @helper
@@ -153,14 +155,20 @@ def better_guess(powers: Any, gain: float, theta: float) -> float:
 
 
 @inlined
+def slope_of(powers: Any, first: int, count: int, theta: float) -> float:
+    """Return the derivative at θ of a polynomial without constant, whose powers begin at `first`."""
+    slope = 0.0
+    for k in range(count - 1, -1, -1):
+        slope = slope * theta + (k + 1) * powers[first + k]
+    return slope
+
+
+@inlined
 def shift(memory: Any, powers: Any, theta: float, change: float, row: Any) -> None:
     """Write the state in memory, at θ of a step, moved along the step's polynomial."""
     count = len(powers) // len(row)
     for r in range(len(row)):
-        slope = 0.0
-        for k in range(count - 1, -1, -1):
-            slope = slope * theta + (k + 1) * powers[r * count + k]
-        row[r] = memory[r] + change * slope
+        row[r] = memory[r] + change * slope_of(powers, r * count, count, theta)
 
 
 @helper
@@ -228,15 +236,17 @@ def to_clock(
                         row[r] = memory[r]
                 elif abs(missing) <= roundings[i]:
                     break
-                change = missing / rate(
-                    params, times[node] + far, part(memory, 0, rows - 1), scratch
-                )
+                now = rate(params, times[node] + far, part(memory, 0, rows - 1), scratch)
+                change = missing / now
                 if abs(missing) <= 0.5 * roundings[i] or far + change == far:
                     break
-                if len(table) > 0 and abs(change) <= SHIFTED * abs(length):
-                    shift(memory, powers, far / length, change / length, row)
-                    best = far + change
-                    break
+                count = len(powers) // rows
+                if count >= ENOUGH and abs(change) <= SHIFTED * abs(length):
+                    slope = slope_of(powers, (rows - 1) * count, count, far / length)
+                    if abs(change * (slope / (now * length) - 1.0)) <= UNSEEN * abs(length):
+                        shift(memory, powers, far / length, change / length, row)
+                        best = far + change
+                        break
                 theta = (far + change) / far  # the next one begins on this one
                 far += change
         row[rows - 1] = wanted[i]
