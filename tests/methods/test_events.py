@@ -377,6 +377,27 @@ def test_ends_that_coincide(off: float) -> None:
     assert counts == [1, 1]
 
 
+@pytest.mark.parametrize("method", ["gauss-2", "gauss-8", "rk-4"])
+@pytest.mark.parametrize("apart", [0.3, 0.03, 3e-3, 3e-4])
+def test_cut_at_close_crossings(method: str, apart: float) -> None:
+    """Of two close crossings none is lost, and each keeps its direction, where a run ends at one."""
+    y0, run = [1.0, 0.0], {"step": 0.02 if method == "rk-4" else 0.21, "method": method}
+    event = {"it": gi.Event("y", level=math.cos(0.5 * apart))}
+    known = gi.solve(CIRCLE, y0, t_end=9.0, **run, events=event).events["it"]
+    assert known.directions.tolist() == [1.0, -1.0, 1.0, -1.0]
+    for at in known.t:
+        ends = [at]
+        for _ in range(2):
+            ends = [np.nextafter(ends[0], 0.0), *ends, np.nextafter(ends[-1], 9.0)]
+        for end in ends:
+            first = gi.solve(CIRCLE, y0, t_end=float(end), **run, events=event)
+            then = gi.solve(first, t_end=9.0, events=event)
+            both = [sol.events["it"] for sol in (first, then)]
+            times = np.concatenate([met.t for met in both])
+            assert np.concatenate([met.directions for met in both]).tolist() == [1, -1, 1, -1]
+            np.testing.assert_allclose(times, known.t, rtol=0, atol=2e-14 / apart)
+
+
 def test_parts_are_the_whole() -> None:
     """A run in parts looks back at the steps before: the same events to the bit."""
     events = {"x": gi.Event("x", level=0.3), "y": "y"}

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError, FormError, nearest
+from ..errors import FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block
 from ..kernels.numbers.tangent import Tangent, TangentBlock, tangent_block
-from .declaration import check_form, check_value
-from .evaluate import at_state
+from .declaration import check_form
+from .evaluate import at_state, observable_of
 from .problem import Problem
 
 __all__ = ["gradient", "jacobian"]
@@ -87,16 +86,8 @@ def gradient(problem: Problem, f: Recorded | str, y: Any, t: float = 0.0) -> Arr
     DeclarationError
         If the function does not fit the problem.
     """
-    if isinstance(f, str):
-        known = problem.diagnostics
-        if f not in known:
-            raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
-        f = known[f]
-    if not isinstance(f, Recorded | FunctionType):
-        raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
     state, now = at_state(problem, y, t)
-    f = f if isinstance(f, Recorded) else Recorded(f)
-    check_value(problem, f, state)
+    f = observable_of(problem, f, state)
     _, given, work = _blocks(problem, state)
     found = f(Block(problem.params), given[0] * 0.0 + now, given, work)
     slopes = found.slopes if isinstance(found, Tangent) else np.zeros(problem.rows)

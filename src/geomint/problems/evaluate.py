@@ -17,12 +17,27 @@ from .problem import Problem
 __all__ = [
     "at_state",
     "derivative",
+    "observable_of",
     "rounding_scale",
     "scale_of",
     "states_around",
     "value",
     "vector",
 ]
+
+
+def observable_of(problem: Problem, f: Recorded | FunctionType | str, y: Array) -> Recorded:
+    """Return an observable of that name, or the given one, checked against the problem at a state."""
+    if isinstance(f, str):
+        known = problem.diagnostics
+        if f not in known:
+            raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
+        f = known[f]
+    if not isinstance(f, Recorded | FunctionType):
+        raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
+    f = f if isinstance(f, Recorded) else Recorded(f)
+    check_value(problem, f, y)
+    return f
 
 
 @np.errstate(all="ignore")
@@ -36,15 +51,8 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
     DeclarationError
         If the function does not fit the problem.
     """
-    if isinstance(f, str):
-        known = problem.diagnostics
-        if f not in known:
-            raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
-        f = known[f]
-    if not isinstance(f, Recorded | FunctionType):
-        raise DomainError("f", f, "a name, or a function recorded with geomint.observable")
-    y, f = _flat(problem, y), f if isinstance(f, Recorded) else Recorded(f)
-    check_value(problem, f, y)
+    y = _flat(problem, y)
+    f = observable_of(problem, f, y)
     return float(f(Block(problem.params), _time(t), Block(y), Block(np.zeros(problem.work))))
 
 

@@ -88,7 +88,7 @@ def met(
     if roots == ONE:
         sign = -sign
         if direction * sign >= 0.0:
-            theta = root(orbit, node, a, b, f, sign > 0.0)
+            theta = root(orbit, node, a, b, f, sign > 0.0, ROUNDING * signs[1])
             keep(orbit, node, theta, sign, found, out)
             found += 1
     signs[0] = sign
@@ -223,7 +223,7 @@ def find(
         step before these, or nothing.
     signs : block, shape (2,)
         The last sign that was not 0, or 0; the event's size: the largest value so far, or since it
-        faded away. Changed.
+        faded away, and what it is the difference of. Changed.
     note : block, shape (NOTE,)
         What went wrong, and what is in memory.
     room : int
@@ -265,8 +265,12 @@ def find(
         if size < FADED * signs[1]:  # fading away, or what is left of larger numbers
             for r in range(len(y)):
                 y[r] = here[r]
-            made_of = conditioning(event, params, free, times[node], y)
+            made_of = conditioning(event, params, free, times[node], y, False)
             signs[1] = min(signs[1], max(size, max(made_of, SMALLEST)))
+        elif signs[1] == 0.0:  # small differences of large numbers are known no better than these
+            for r in range(len(y)):
+                y[r] = here[r]
+            signs[1] = conditioning(event, params, free, times[node], y, True)
         signs[1] = max(signs[1], size)
         roots, sign, rounding = UNCLEAR, 0.0, ROUNDING * signs[1]
         if from_nodes and node >= NODES - 1:

@@ -34,6 +34,7 @@ __all__ = [
 NEAREST = 2.0**-48  # of a step: roots are met to this
 ROUGH = 2.0**-40  # of a step: no slope is taken from values nearer to each other
 GUESSED = 2.0**-30  # of a part: to this the first guess at a root is found
+MOST_HALVED = 30  # halvings towards an end of a part
 NEARBY = 2.0**-6  # of a step: a partial step begins on another one so near
 # What went wrong: status, iterations, residual, θ; the node whose step is in `whole`; the node and the
 # θ of the partial step that is in `memory`; the node whose step is known inside.
@@ -57,16 +58,20 @@ INSIDE_STEP = takes(
 
 
 @helper
-def conditioning(event: Any, params: Any, free: Any, t: float, y: Any) -> float:
-    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t|: the roundings of an orbit change f by ε times it."""
+def conditioning(event: Any, params: Any, free: Any, t: float, y: Any, own: bool) -> float:
+    """Return Σ |∂f/∂y_i| max |y| + |t ∂f/∂t|: the roundings of an orbit change f by ε times it.
+
+    With `own`, each number's own size in place of the largest one.
+    """
     tiny, total, largest = 2.0**-26, 0.0, 0.0
     for r in range(len(y)):
         largest = max(largest, abs(y[r]))
     for r in range(len(y)):
         known = y[r]
-        y[r] = known + tiny * largest
+        change = tiny * (abs(known) if own else largest)
+        y[r] = known + change
         more = event(params, t, y, free)
-        y[r] = known - tiny * largest
+        y[r] = known - change
         total += abs(more - event(params, t, y, free))
         y[r] = known
     more = event(params, t * (1.0 + tiny), y, free)
@@ -192,9 +197,28 @@ def guessed_value(orbit: Any, node: int, theta: float, x: float, f: Any) -> floa
 
 
 @helper
-def guess(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool) -> tuple[float, float]:
-    """Return about where the event is 0 between a and b, at whose ends its signs differ; its slope."""
-    low, high, x = 0.0, 1.0, 0.5
+def clear_of(orbit: Any, node: int, a: float, b: float, end: float, sign: float) -> float:
+    """Return a part of the way from a to b where the event's sign is known to be that beside an end.
+
+    At the end, 0 or 1, it is 0 to rounding: a search between there and the other sign may end there,
+    although the root is inside.
+    """
+    away = 0.5
+    for _ in range(MOST_HALVED):
+        x = abs(end - away)
+        value = real_value(orbit, node, a + (b - a) * x)
+        if value * sign > 0.0 or orbit.note[0] != OK:
+            return x
+        away *= 0.5
+    return end
+
+
+@helper
+def guess(
+    orbit: Any, node: int, a: float, b: float, f: Any, low: float, high: float, rising: bool
+) -> tuple[float, float]:
+    """Return about where the event is 0 on the way from a to b, between parts of it; its slope."""
+    x = 0.5
     before, value_before, slope = 0.0, f[0], f[4] - f[0]
     if orbit.note[7] == node:
         write_differences(orbit.nine)
@@ -216,13 +240,17 @@ def guess(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool) -> tu
 
 
 @helper
-def root(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool) -> float:
-    """Return θ where the event is 0 between a and b, at whose ends its signs differ.
+def root(orbit: Any, node: int, a: float, b: float, f: Any, rising: bool, rounding: float) -> float:
+    """Return θ where the event is 0 between a and b, with one sign before it and the other one after.
 
     By the secant method on the orbit, kept within the bracket.
     """
     begin(orbit, node)
-    x, slope = guess(orbit, node, a, b, f, rising)
+    sign = 1.0 if rising else -1.0
+    low = clear_of(orbit, node, a, b, 0.0, -sign) if abs(f[0]) <= rounding else 0.0
+    high = clear_of(orbit, node, a, b, 1.0, sign) if abs(f[4]) <= rounding else 1.0
+    x, slope = guess(orbit, node, a, b, f, low, high, rising)
+    a, b = a + (b - a) * low, a + (b - a) * high
     before, value_before = x, 0.0
     for k in range(60):
         value = real_value(orbit, node, x)

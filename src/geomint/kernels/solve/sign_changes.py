@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 NODES = 8  # of the interpolant
-STEEP = 6.0  # how much faster than b an error may rise from an end, where it is 0
+STEEP = 32.0  # how much faster than b an error may rise from an end, where it is 0
 DECAYED = 2.0**-6  # of the largest value
 RESOLVED = 2.0**-7  # of the state's size
 UNKNOWN = 1e300  # an error
