@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import geomint as gi
-from geomint.run.timeline import characteristic_time
+from geomint.problems.time_scale import characteristic_time
 from machine import describe
 
 RUNS = {

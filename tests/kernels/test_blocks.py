@@ -17,7 +17,7 @@ from geomint.kernels.numbers.blocks import (
     Block,
     LaneBlock,
     as_lanes,
-    as_scalars,
+    as_singles,
     fixed_rows,
     part,
     scalar_block,
@@ -93,7 +93,7 @@ def through_lanes(y, out):
     two = part(lanes, 1, 2)
     for i in range(len(two)):
         two[i] = two[i] * 2.0
-    flat = as_scalars(two)
+    flat = as_singles(two)
     for i in range(len(flat)):
         out[i] = flat[i]
     return len(flat)

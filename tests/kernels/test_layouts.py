@@ -10,7 +10,6 @@ import pytest
 from geomint.kernels.compiling.bound import Bound
 from geomint.kernels.compiling.recorded import Recorded, helper, inlined
 from geomint.kernels.compiling.signatures import BLOCK, WHOLE, takes
-from geomint.kernels.measure import memory as measure
 from geomint.kernels.numbers.arithmetic import sqrt
 from geomint.kernels.numbers.blocks import (
     REST,
@@ -26,15 +25,15 @@ from geomint.kernels.solve import (
     commutator_free,
     compensated,
     gauss,
-    gauss_trajectories,
     rattle,
     rattle_separable,
     rkmk,
     runge_kutta,
     splitting,
 )
+from geomint.kernels.tangent.layout import Sizes, kept_layout, work_layout
 
-SIZES = measure.Sizes(n=6, rows=7, m=2, memory_rows=20, work_rows=30, scratch=3)
+SIZES = Sizes(n=6, rows=7, m=2, d=4, at_once=4, memory_rows=20, stages=16, scratch=3)
 LAYOUTS = {
     "state": compensated.compensated_state(5),
     "runge-kutta": runge_kutta.runge_kutta_coefficients(4, 8),
@@ -50,9 +49,6 @@ LAYOUTS = {
     "gauss": gauss.gauss_coefficients(6, 2, 3),
     "gauss-memory": gauss.gauss_memory(7, 1),
     "gauss-work": gauss.gauss_work(7, 2, 16),
-    "trajectories": gauss_trajectories.gauss_trajectories_coefficients(6, 3, 9),
-    "trajectories-memory": gauss_trajectories.gauss_trajectories_memory(6, 9),
-    "trajectories-work": gauss_trajectories.gauss_trajectories_work(6, 2),
     "rattle": rattle.RATTLE,
     "rattle-memory": rattle.rattle_memory(3, 1, 1),
     "rattle-work": rattle.rattle_work(3, 2, 4),
@@ -61,9 +57,8 @@ LAYOUTS = {
     "splitting": splitting.SPLITTING,
     "splitting-memory": splitting.splitting_memory(4, 1),
     "splitting-work": splitting.splitting_work(4, 3),
-    "measure-memory": measure.memory_layout(SIZES),
-    "measure-lanes": measure.lane_layout(SIZES),
-    "measure-work": measure.work_layout(SIZES),
+    "directions": kept_layout(SIZES),
+    "directions-work": work_layout(SIZES),
 }
 Three = namedtuple("Three", "head matrix rest")
 

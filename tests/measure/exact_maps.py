@@ -36,26 +36,25 @@ def zeros(size: int) -> Block:
 
 
 class ExactMap:
-    """One step of a method from (t, y), over h, by its kernel for lanes."""
+    """One step of a method from (t, y), over h, by its kernel."""
 
     def __init__(self, problem: gi.Problem, name: str, h: float) -> None:
         y0 = np.full(problem.rows, 0.3)
         self.stepper = find_method(name).start(Start(problem, y0, 0.0, h, compiled=False))
-        self.lanes = self.stepper.lanes()
         self.problem, self.h = problem, mpmath.mpf(h)
 
     def __call__(self, t, y: np.ndarray) -> np.ndarray:
         """The increment Φ(y) − y."""
         rows = self.problem.rows
-        memory = zeros(self.lanes.memory_rows)
+        memory = zeros(len(self.stepper.memory))
         memory.data[:rows] = y
-        status, *_ = self.lanes.kernel(
-            tuple(f.recorded for f in self.lanes.functions),
+        status, *_ = self.stepper.kernel(
+            tuple(f.recorded for f in self.stepper.functions),
             exact(self.problem.params),
-            exact(self.lanes.coefficients.data),
+            exact(self.stepper.coefficients.data),
             exact(self.stepper.fractions.data),
             memory,
-            zeros(self.lanes.work_rows),
+            zeros(len(self.stepper.work)),
             rows,
             mpmath.mpf(t),
             self.h,
@@ -80,12 +79,11 @@ def columns(f, y: np.ndarray) -> list[np.ndarray]:
     return result
 
 
-def units(problem: gi.Problem, *states: np.ndarray) -> list:
-    """For each row the least power of two that no number of its piece exceeds."""
+def units(problem: gi.Problem, y: np.ndarray) -> list:
+    """For each row the norm of its piece."""
     result = []
     for piece in problem.slices.values():
-        largest = max(abs(float(v)) for y in states for v in y[piece])
-        result += [mpmath.mpf(2) ** int(np.ceil(np.log2(largest)))] * (piece.stop - piece.start)
+        result += [mpmath.norm(list(y[piece]))] * (piece.stop - piece.start)
     return result
 
 
@@ -117,7 +115,7 @@ def exact_defect(problem: gi.Problem, name: str, t: float, y: np.ndarray, h: flo
         J = mpmath.matrix([list(column) for column in columns(lambda x: step(t, x), start)]).T
         J += mpmath.eye(problem.rows)
         end = start + step(t, start)
-        unit = units(problem, start, end)
+        unit = units(problem, start)
         J = mpmath.diag([1 / u for u in unit]) * J * mpmath.diag(unit)
         Q0, before = bases(problem, t, start, unit)
         Q1, after = bases(problem, mpmath.mpf(t) + step.h, end, unit)

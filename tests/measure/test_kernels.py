@@ -1,85 +1,146 @@
-"""What the instrument is made of: reflections, determinants, Gauss methods for eight trajectories."""
+"""What carries directions along: products of tables, determinants near one, directions per pass."""
 
 from __future__ import annotations
 
 import mpmath
 import numpy as np
 import pytest
-from exact_maps import PROBLEMS
+from exact_maps import exact_defect
 from hypothesis import given, strategies as st
 
+import geomint as gi
 from geomint.kernels.compiling.bound import Bound
 from geomint.kernels.compiling.compile import compile_function
-from geomint.kernels.compiling.number_types import LANE, SCALAR
+from geomint.kernels.compiling.number_types import SCALAR
 from geomint.kernels.compiling.recorded import helper
-from geomint.kernels.compiling.signatures import FIELD
-from geomint.kernels.measure.reflections import (
-    log_det_near_identity,
-    reflect,
-    reflect_back,
-    reflections,
+from geomint.kernels.compiling.signatures import BLOCK, REAL, WHOLE, takes
+from geomint.kernels.numbers.blocks import Block, part, scalar_block
+from geomint.kernels.tangent.layout import lanes_for
+from geomint.kernels.tangent.near_identity import log_volume
+from geomint.kernels.tangent.products import add_product, write_overlaps
+
+
+def table(values: np.ndarray) -> Block:
+    """A block of a matrix, its columns filled up to whole lane values."""
+    block = scalar_block(len(values) * lanes_for(values.shape[1]))
+    block.data.reshape(len(values), -1)[:, : values.shape[1]] = values
+    return block
+
+
+THREE = takes(None, n=WHOLE, A=BLOCK, B=BLOCK, out=BLOCK)
+VOLUME = takes(REAL, d=WHOLE, S=BLOCK, lower=BLOCK, upper=BLOCK)
+plain_or_compiled = pytest.mark.parametrize("compiled", [False, True], ids=["plain", "compiled"])
+
+
+@plain_or_compiled
+@pytest.mark.parametrize(("n", "a", "b"), [(1, 1, 1), (6, 4, 3), (15, 8, 7), (9, 11, 17)])
+def test_products_of_tables(n: int, a: int, b: int, compiled: bool) -> None:
+    rng = np.random.default_rng(n)
+    A, B, C = rng.normal(size=(n, a)), rng.normal(size=(n, b)), rng.normal(size=(n, b))
+    overlaps = scalar_block(lanes_for(a) * lanes_for(b))
+    Bound(write_overlaps, THREE).call(compiled)(n=n, A=table(A), B=table(B), out=overlaps)
+    found = overlaps.data.reshape(lanes_for(a), lanes_for(b))
+    np.testing.assert_allclose(found[:a, :b], A.T @ B, atol=1e-13)
+    assert not found[a:].any()
+    assert not found[:, b:].any()
+    total = table(C)
+    Bound(add_product, THREE).call(compiled)(n=n, A=table(A), B=overlaps, out=total)
+    found = total.data.reshape(n, lanes_for(b))[:, :b]
+    np.testing.assert_allclose(found, C + A @ (A.T @ B), atol=1e-12)
+
+
+def volume(S: np.ndarray, compiled: bool = False) -> tuple[float, np.ndarray]:
+    """½ log det(1 + S), and the inverse factor."""
+    d = len(S)
+    upper = scalar_block(lanes_for(d) ** 2)
+    upper.data[:] = 7.0  # what was there does not count
+    call = Bound(log_volume, VOLUME).call(compiled)
+    lower = scalar_block(lanes_for(d) ** 2)
+    found = call(d=d, S=table(S), lower=lower, upper=upper)
+    return found, upper.data.reshape(lanes_for(d), -1)
+
+
+@pytest.mark.nojit
+@given(st.integers(1, 9), st.floats(-12.0, 0.0), st.integers(0, 10**6))
+def test_determinants_near_one(d: int, exponent: float, seed: int) -> None:
+    """To the rounding of S, not to that of 1; the factor makes columns orthonormal."""
+    size, rng = 10.0**exponent, np.random.default_rng(seed)
+    Q = np.linalg.qr(rng.normal(size=(d + 3, d)))[0]
+    D = size / d * rng.normal(size=(d + 3, d))
+    S = Q.T @ D + D.T @ Q + D.T @ D
+    with mpmath.workdps(40):
+        exact = mpmath.eye(d) + mpmath.matrix(S.tolist())
+        expected = float(mpmath.log(mpmath.det(exact)) / 2)
+    found, upper = volume(S)
+    assert abs(found - expected) <= 1e-13 * size
+    X = (Q + D) @ upper[:d, :d]
+    np.testing.assert_allclose(X.T @ X, np.eye(d), atol=1e-12)
+    assert not upper[d:].any()
+    assert not upper[:, d:].any()
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.1, 3.0])
+def test_determinants_compiled(size: float) -> None:
+    """The same bits."""
+    X = np.random.default_rng(3).normal(size=(9, 6))
+    S = size * X.T @ X
+    (plain, factor), (fast, compiled) = volume(S), volume(S, compiled=True)
+    assert fast == plain
+    np.testing.assert_array_equal(compiled, factor)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("S", [[[-1.0]], [[np.nan]], [[0.0, 2.0], [2.0, 0.0]]])
+def test_no_volume(S: list[list[float]]) -> None:
+    """What has no factor has no number that looks like its volume."""
+    assert np.isnan(volume(np.array(S))[0])
+
+
+# --- directions in several passes -----------------------------------------------------------------
+
+
+@gi.field
+def turning(params, t, y, out, work):
+    """Nine points on circles, each turned by how far the next one is."""
+    for i in range(9):
+        speed = 1.0 + 0.3 * y[2 * ((i + 1) % 9)] * y[2 * i]
+        out[2 * i] = -speed * y[2 * i + 1]
+        out[2 * i + 1] = speed * y[2 * i]
+
+
+@gi.field
+def on_circles(params, t, y, out, work):
+    for i in range(9):
+        out[i] = y[2 * i] * y[2 * i] + y[2 * i + 1] * y[2 * i + 1] - 1.0
+
+
+@gi.observable
+def volume_alone(params, t, y, work):
+    return 0.0 * y[0]
+
+
+CIRCLES = gi.Problem(
+    "circles", (("x", 18),), field=turning, measure=gi.Measure(volume_alone, on_circles, 9)
 )
-from geomint.kernels.numbers.blocks import Block, LaneBlock, part, scalar_block
-from geomint.kernels.numbers.lanes import LANES
-from geomint.kernels.solve.advance import bound_stepper
-from geomint.kernels.solve.gauss_trajectories import gauss_trajectories_stepper
-from geomint.methods import Start, find_method
-
-# --- linear algebra -------------------------------------------------------------------------------
+FREE = gi.Problem("free", (("x", 18),), field=turning, measure=gi.Measure(volume_alone))
+ANGLES = np.linspace(0.2, 5.0, 9)
+ROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1).ravel()
 
 
-@pytest.mark.nojit
-@given(st.integers(1, 7), st.integers(0, 5), st.integers(0, 10**6))
-def test_reflections_make_orthonormal_bases(n: int, m: int, seed: int) -> None:
-    """The first components are those along the rows, and the volume is that of the rows."""
-    m = min(m, n)
-    rows = np.random.default_rng(seed).standard_normal((m, n))
-    vectors = Block(np.zeros(m * n))
-    volume = reflections(n, m, Block(rows.copy().ravel()), vectors)
-    basis = np.eye(n)
-    for column in basis:
-        reflect_back(m, vectors, Block(column))
-    np.testing.assert_allclose(basis @ basis.T, np.eye(n), atol=1e-14)
-    np.testing.assert_allclose(basis[m:] @ rows.T, 0.0, atol=1e-13)
-    if m > 0:
-        expected = 0.5 * np.linalg.slogdet(rows @ rows.T)[1]
-        assert volume == pytest.approx(expected, abs=1e-9)
-    x = np.arange(1.0, n + 1.0)
-    there = x.copy()
-    reflect(m, vectors, Block(there))
-    np.testing.assert_allclose(there, basis @ x, atol=1e-13)
-
-
-@pytest.mark.nojit
-def test_dependent_rows_are_not_finite() -> None:
-    """Two equal conditions: no number that looks like one."""
-    vectors = Block(np.zeros(6))
-    with np.errstate(all="ignore"):
-        volume = reflections(3, 2, Block(np.array([0.0, 3.0, 4.0, 0.0, 6.0, 8.0])), vectors)
-    assert volume < -30.0
-
-
-@pytest.mark.nojit
-@pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-2, 0.1, 1.0, 30.0])
-@pytest.mark.parametrize("n", [1, 2, 5])
-def test_determinants_near_one(size: float, n: int) -> None:
-    """To the rounding of E, not to that of 1."""
-    for seed in range(5):
-        E = size * np.random.default_rng(seed).standard_normal((n, n))
-        with mpmath.workdps(40):
-            expected = float(mpmath.log(abs(mpmath.det(mpmath.eye(n) + mpmath.matrix(E.tolist())))))
-        found = log_det_near_identity(n, Block(E.copy().ravel()))
-        assert abs(found - expected) <= 2e-14 * size
-
-
-@pytest.mark.nojit
-def test_determinants_of_large_matrices() -> None:
-    """A quarter turn needs exchanges; a singular matrix is −inf."""
-    turn = Block(np.array([-1.0, -1.0, 1.0, -1.0]))
-    assert log_det_near_identity(2, turn) == 0.0
-    with np.errstate(all="ignore"):
-        assert log_det_near_identity(1, Block(np.array([-1.0]))) == -np.inf
-        assert np.isnan(log_det_near_identity(2, Block(np.full(4, np.nan))))
+@pytest.mark.parametrize("problem", [CIRCLES, FREE], ids=["circles", "free"])
+@pytest.mark.parametrize("name", ["rk-4", "gauss-1"])
+def test_many_directions(problem: gi.Problem, name: str) -> None:
+    """More than eight, and more than eight conditions; the first step and later ones."""
+    h = 0.1
+    run = {"method": name, "step": h, "observe": ["measure"]}
+    sol = gi.solve(problem, ROUND, t_end=3 * h, **run, save_every=1)
+    expected = exact_defect(problem, name, 0.0, ROUND, h)
+    assert abs(expected) > 1e-9
+    single = gi.solve(problem, ROUND, t_end=h, **run).drift["measure"]
+    assert single.final_error == pytest.approx(expected, abs=2e-15)
+    if problem is FREE:
+        parts = [exact_defect(problem, name, 0.0, y, h) for y in sol.y[:3]]
+        assert sol.drift["measure"].final_error == pytest.approx(sum(parts), abs=5e-15)
 
 
 def test_a_store_as_the_last_use_of_a_part_is_made() -> None:
@@ -95,108 +156,3 @@ def test_a_store_as_the_last_use_of_a_part_is_made() -> None:
     block = scalar_block(5)
     compile_function(store, types.void(SCALAR.block, types.int64))(block, 1)
     assert block.data.tolist() == [0.0, 0.0, 0.0, 7.0, 0.0]
-
-
-# --- Gauss methods for trajectories ---------------------------------------------------------------
-
-H = 0.1
-
-
-def gauss(name: str, problem: str, states: np.ndarray, kind, h: float = H):
-    """The entry of the kernel for trajectories, its arguments, and its memory from such states."""
-    p, y0 = PROBLEMS[problem]
-    stepper = find_method(name).start(Start(p, y0, 0.0, h))
-    lanes = stepper.lanes()
-    field = Bound(lanes.functions[0].recorded, FIELD)
-    loop = bound_stepper(lanes.kernel, (field,)).call(number_type=kind, functions=(field,))
-    shape = (LANES,) if kind is LANE else ()
-    make = LaneBlock if kind is LANE else Block
-    memory = make(np.zeros((lanes.memory_rows, *shape)))
-    memory.data[: p.rows] = states
-    work = make(np.zeros((lanes.work_rows, *shape)))
-
-    def advance(count: int) -> tuple[int, int, int, float]:
-        return loop(
-            params=stepper.params,
-            coefficients=lanes.coefficients,
-            fractions=stepper.fractions,
-            memory=memory,
-            work=work,
-            rows=p.rows,
-            t0=0.0,
-            h=h,
-            first=0,
-            count=count,
-            every=count + 1,
-            out=memory,
-        )
-
-    return advance, memory
-
-
-def eight(problem: str) -> np.ndarray:
-    _, y0 = PROBLEMS[problem]
-    return np.stack([y0 * (1.0 + 0.02 * k) for k in range(LANES)], axis=1)
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"), [("gauss-3", "lotka-volterra"), ("gauss-1-suzuki-4", "henon-heiles")]
-)
-def test_trajectories_do_not_depend_on_each_other(name: str, problem: str) -> None:
-    """Each lane has the bits of a run of its own."""
-    states = eight(problem)
-    together, memory = gauss(name, problem, states, LANE)
-    assert together(200)[:2] == (0, 200)
-    for k in range(LANES):
-        alone, single = gauss(name, problem, states[:, k], SCALAR)
-        assert alone(200)[:2] == (0, 200)
-        np.testing.assert_array_equal(memory.data[:, k], single.data)
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        ("gauss-1", "henon-heiles"),
-        ("gauss-3", "lotka-volterra"),
-        ("gauss-8", "spherical-pendulum"),
-        ("gauss-11", "lotka-volterra"),
-        ("gauss-1-suzuki-4", "henon-heiles"),
-    ],
-)
-def test_trajectories_are_those_of_gauss(name: str, problem: str) -> None:
-    """The same map, to rounding."""
-    p, y0 = PROBLEMS[problem]
-    advance, memory = gauss(name, problem, y0[:, None], LANE)
-    assert advance(100)[:2] == (0, 100)
-    stepper = find_method(name).start(Start(p, y0, 0.0, H))
-    assert stepper.advance(0, 100, 101, scalar_block(0)).status == 0
-    np.testing.assert_allclose(
-        memory.data[: p.rows], np.repeat(stepper.state[:, None], LANES, axis=1), rtol=3e-14
-    )
-
-
-def test_a_step_too_large_is_told() -> None:
-    """Neither an endless loop nor a success."""
-    advance, _ = gauss("gauss-3", "lotka-volterra", eight("lotka-volterra"), LANE, h=30.0)
-    status, steps, *_ = advance(1)
-    assert status != 0
-    assert steps == 0
-
-
-@pytest.mark.nojit
-def test_trajectories_in_plain_python() -> None:
-    """The source runs as it stands."""
-    p, y0 = PROBLEMS["lotka-volterra"]
-    stepper = find_method("gauss-3").start(Start(p, y0, 0.0, H, compiled=False))
-    lanes = stepper.lanes()
-    assert lanes.kernel is gauss_trajectories_stepper()
-    memory = LaneBlock(np.zeros((lanes.memory_rows, LANES)))
-    memory.data[: p.rows] = y0[:, None]
-    work = LaneBlock(np.zeros((lanes.work_rows, LANES)))
-    status, *_ = lanes.kernel(
-        (lanes.functions[0].recorded,), stepper.params, lanes.coefficients, stepper.fractions,
-        memory, work, p.rows, 0.0, H, 0, 3, 4, memory,
-    )  # fmt: skip
-    assert status == 0
-    stepper.advance(0, 3, 4, scalar_block(0))
-    np.testing.assert_allclose(memory.data[: p.rows, 0], stepper.state, rtol=1e-15)

@@ -24,7 +24,6 @@ from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
 from .adaptive import Adaptive
 from .bound_forms import piece_numbers
-from .lane_stepper import LaneStepper
 from .method import Start
 from .stepper import Advance, Stepper
 
@@ -124,10 +123,6 @@ class AdaptiveStepper(Stepper):
     def evaluations_in(self, steps: int, tries: int) -> int:
         """Return the evaluations in so many steps and tries; a retry keeps the first stage."""
         return round(tries * (self.evaluations - 1)) + (min(steps, 1) if self.reuses else steps)
-
-    def lanes(self) -> LaneStepper:
-        """Return the same step at fixed length for eight trajectories at once."""
-        return self.fixed.lanes()
 
     def advance(
         self, first: int, count: int, every: int, out: Block, whole: bool = False

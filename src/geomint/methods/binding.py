@@ -14,7 +14,7 @@ from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.arithmetic import lane
-from ..kernels.numbers.blocks import Block, LaneBlock, as_scalars, sections
+from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
 from ..problems.spaces.repair import warn
 
@@ -35,14 +35,13 @@ def _adapted(f: Recorded, rows: int, work_rows: int) -> Bound:
     layout = _adapter_work(rows, work_rows)
 
     def adapted(params, t, y, out, work):  # type: ignore[no-untyped-def]
-        source, target, scratch = as_scalars(y), as_scalars(out), as_scalars(work)
-        y1, out1, work1, _ = sections(scratch, layout)
+        y1, out1, work1, _ = sections(as_singles(work), layout)
         for i in range(LANES):
             for r in range(rows):
-                y1[r] = source[r * LANES + i]
+                y1[r] = lane(y[r], i)
             f(params, lane(t, i), y1, out1, work1)
             for r in range(rows):
-                target[r * LANES + i] = out1[r]
+                set_lane(out, r, i, out1[r])
 
     adapted.__name__ = adapted.__qualname__ = f.function.__name__
     return Bound(Recorded(adapted), FIELD)

@@ -14,16 +14,9 @@ from ..kernels.numbers.blocks import packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_polynomial
-from ..kernels.solve.gauss_trajectories import (
-    gauss_trajectories_coefficients,
-    gauss_trajectories_memory,
-    gauss_trajectories_stepper,
-    gauss_trajectories_work,
-)
 from ..tableaux import gauss_legendre
 from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, unrolled
-from .lane_stepper import LaneStepper
 from .method import Method, Start, iteration_tolerance
 from .stepper import Between, Stepper, filled_block
 
@@ -93,7 +86,6 @@ class Gauss(Method):
         groups = 1 if stages <= LANES else 2
         function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
         numbers = _lane_coefficients(stages, groups, s.lengths)
-        table = gauss_legendre(stages)
         given = {"rows": rows, "cap": cap, "tolerance": tolerance, "pieces": piece_numbers(s)}
         return s.stepper(
             y0,
@@ -110,20 +102,7 @@ class Gauss(Method):
             work=gauss_work(rows, groups, 8 * scratch),
             evaluations=stages,
             between=None if len(s.lengths) > 1 else _between(stages, groups),
-            lane_stepper=LaneStepper(
-                kernel=gauss_trajectories_stepper(),
-                functions=(function,),
-                coefficients=packed(
-                    gauss_trajectories_coefficients(rows, stages, stages * stages),
-                    **given,
-                    stages=stages,
-                    c=table.c,
-                    b=table.b,
-                    mu=table.mu,
-                ),
-                memory_rows=sum(gauss_trajectories_memory(rows, len(s.lengths) * stages)),
-                work_rows=sum(gauss_trajectories_work(rows, scratch)),
-            ),
+            stages_in_lanes=True,
         )
 
 

@@ -20,7 +20,6 @@ from ..problems.problem import Problem
 from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
-from .lane_stepper import LaneStepper
 from .stepper import Between, Stepper, filled_block
 
 __all__ = ["Form", "Method", "Start"]
@@ -68,7 +67,7 @@ class Start:
         work: Iterable[int],
         evaluations: float,
         between: Between | None = None,
-        lane_stepper: LaneStepper | None = None,
+        stages_in_lanes: bool = False,
     ) -> Stepper:
         """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
 
@@ -90,7 +89,7 @@ class Start:
             evaluations=evaluations,
             compiled=self.compiled,
             between=between,
-            lane_stepper=lane_stepper,
+            stages_in_lanes=stages_in_lanes,
         )
 
 

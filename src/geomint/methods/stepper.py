@@ -17,7 +17,6 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
-from .lane_stepper import LaneStepper
 
 __all__ = ["Advance", "Between", "Stepper", "filled_block"]
 
@@ -90,8 +89,8 @@ class Stepper:
     evaluations : float
         Evaluations of the problem's functions an iteration.
     between : Between, optional
-    lane_stepper : LaneStepper, optional
-        Where the kernel's own lanes are something else, such as stages: another kernel for lanes.
+    stages_in_lanes : bool
+        Whether the kernel's own lanes are stages.
     """
 
     kernel: Recorded
@@ -107,7 +106,7 @@ class Stepper:
     evaluations: float
     compiled: bool = True
     between: Between | None = None
-    lane_stepper: LaneStepper | None = None
+    stages_in_lanes: bool = False
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
@@ -124,19 +123,6 @@ class Stepper:
             coefficients=self.coefficients,
             fractions=self.fractions,
             rows=self.rows,
-        )
-
-    def lanes(self) -> LaneStepper:
-        """Return the same step for eight trajectories at once.
-
-        Kernels are written for any kind of number, so that by default it is the same kernel.
-        """
-        return self.lane_stepper or LaneStepper(
-            self.kernel,
-            tuple(f.in_lanes for f in self.functions),
-            self.coefficients,
-            len(self.memory),
-            len(self.work),
         )
 
     @property

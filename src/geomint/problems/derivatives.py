@@ -15,7 +15,7 @@ from .declaration import check_form
 from .evaluate import at_state, observable_of
 from .problem import Problem
 
-__all__ = ["gradient", "jacobian"]
+__all__ = ["gradient", "jacobian", "slopes_of"]
 
 
 @np.errstate(all="ignore")
@@ -58,10 +58,15 @@ def jacobian(problem: Problem, y: Any, t: float = 0.0) -> Array:
     if problem.field is None:
         raise FormError(f"a Jacobian needs a field, which problem {problem.name!r} does not have")
     check_form(problem, "field", state)
-    held, given, work = _blocks(problem, state)
-    out = held(np.zeros(problem.rows * held.width))
-    problem.field(Block(problem.params), given[0] * 0.0 + now, given, out, work)
-    return out.data.reshape(problem.rows, held.width)[:, 1:].copy()
+    return slopes_of(problem, problem.field, state, now, problem.rows)
+
+
+def slopes_of(problem: Problem, f: Recorded, y: Array, t: float, rows: int) -> Array:
+    """Return the derivative by the state of a function that writes so many rows, as fields do."""
+    held, given, work = _blocks(problem, y)
+    out = held(np.zeros(rows * held.width))
+    f(Block(problem.params), given[0] * 0.0 + t, given, out, work)
+    return out.data.reshape(rows, held.width)[:, 1:].copy()
 
 
 @np.errstate(all="ignore")

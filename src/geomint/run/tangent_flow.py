@@ -10,20 +10,20 @@ import numpy as np
 
 from ..arguments import Array, as_array, finite
 from ..errors import DomainError, MethodError
-from ..kernels.compiling.number_types import NumberType, tangent, tangent_lanes
+from ..kernels.compiling.number_types import NumberType
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import OK
 from ..methods import Compose, Exact, Method, find_solver
 from ..methods.method import Start
 from ..methods.stepper import Advance, Stepper
+from ..methods.tangent import AT_ONCE, tangent_type
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from .timeline import Timeline, plan_timeline
 
 __all__ = ["TangentFlow", "tangent_flow"]
 
-AT_ONCE = 8  # directions
 PIECE = 1000  # steps between which Ctrl-C is seen
 
 
@@ -130,8 +130,7 @@ def _columns(problem: Problem, directions: Any) -> Array:
 
 def _flown(stepper: Stepper, timeline: Timeline, directions: Array) -> tuple[Array, Array]:
     """Return the state at the end, and what becomes of at most eight directions."""
-    own_lanes = stepper.lane_stepper is not None
-    steps = _Steps(stepper, tangent_lanes(AT_ONCE) if own_lanes else tangent(AT_ONCE))
+    steps = _Steps(stepper, tangent_type(stepper, AT_ONCE))
     rows = stepper.rows
     memory = np.zeros((len(stepper.memory), 1 + AT_ONCE))
     memory[:, 0] = stepper.memory.data

@@ -25,19 +25,19 @@ from ..errors import DomainError
 from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD, VALUE
-from ..kernels.measure.measure import measure_sweep
-from ..kernels.measure.memory import (
-    CONDITIONS_LARGEST,
-    Sizes,
-    lane_layout,
-    measure_given,
-    measure_memory,
-    memory_layout,
-    work_layout,
-)
 from ..kernels.numbers.blocks import Block, scalar_block, section
 from ..kernels.solve.advance import bound_stepper
-from ..methods.binding import lane_field
+from ..kernels.tangent.layout import (
+    Sizes,
+    given_block,
+    kept_block,
+    kept_layout,
+    lanes_for,
+    work_layout,
+)
+from ..kernels.tangent.measure import CONDITIONS, measure_sweep
+from ..methods.tangent import directions_at_once, tangent_type
+from ..problems.derivatives import slopes_of
 from ..problems.evaluate import derivative, rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
@@ -85,53 +85,69 @@ class InvariantMeasure(Watcher):
         return problem.measure
 
     def cost(self, problem: Problem) -> float:
-        return 8.0 * problem.rows  # trajectories at once, tangent vectors
+        return 1.5 * problem.rows  # tangent vectors, eight at once
 
     def begin(self, run: Run) -> float:
         """Compile, or find in the cache, the sweep with the method's step in it."""
-        problem, y0 = run.problem, run.state
+        problem, y0, stepper = run.problem, run.state, run.stepper.fixed_step
         assert problem.measure is not None
-        self._stepper, self._measure, self._time = run.stepper, problem.measure, run.time
-        self._lanes = run.stepper.lanes()
-        functions, extra = self._lane_functions(problem, y0)
-        n, rows, m = problem.rows, len(run.stepper.state), self._measure.conditions
-        of_method = self._lanes.memory_rows, self._lanes.work_rows + extra
-        self._sizes = Sizes(n, rows, m, *of_method, problem.work)
-        start = np.append(y0, np.zeros(rows - n))
-        self._memory = measure_memory(start, _scales(problem, y0), self._sizes)
-        self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
+        self._measure, self._time = problem.measure, run.time
         sizes = {"params": len(problem.params), "y": problem.rows}
-        kernel = bound_stepper(self._lanes.kernel, functions).in_lanes
         density = bind(self._measure.log_density, VALUE, **sizes)
         manifold = Bound(no_conditions, FIELD)
         if self._measure.manifold is not None:
-            manifold = bind(self._measure.manifold, FIELD, **sizes, out=m)
-        manifold = manifold.in_lanes
-        self._sweep = measure_sweep(kernel, functions, density, manifold).call(
-            run.stepper.compiled,
+            manifold = bind(self._measure.manifold, FIELD, **sizes, out=self._measure.conditions)
+        d, m = problem.rows - self._measure.conditions, self._measure.conditions
+        at_once = directions_at_once(stepper, d)
+        numbers = tangent_type(stepper, at_once)
+        rows = len(stepper.memory)
+        stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
+        self._sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
+        passes = -(-d // at_once)
+        self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
+        self._memory = self._start(problem, y0, run.time)
+        kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(numbers)
+        functions = tuple(f.of_type(numbers) for f in stepper.functions)
+        manifold = manifold.of_type(CONDITIONS)
+        held, of_conditions = numbers.memory.held, CONDITIONS.block.held
+        memory = scalar_block(passes * rows * held.width)
+        conditions = scalar_block((problem.rows + m + problem.work) * of_conditions.width)
+        self._sweep = measure_sweep(kernel, functions, density, manifold, numbers).call(
+            stepper.compiled,
             kernel=kernel,
             functions=functions,
             density=density,
             manifold=manifold,
-            params=run.stepper.params,
-            coefficients=self._lanes.coefficients,
-            fractions=run.stepper.fractions,
-            layout=measure_given(problem.pieces, self._sizes),
+            params=stepper.params,
+            coefficients=stepper.coefficients,
+            fractions=stepper.fractions,
+            layout=given_block(problem.pieces, self._sizes),
             memory=self._memory,
-            lane_numbers=scalar_block(8 * sum(lane_layout(self._sizes))),
             work=scalar_block(sum(work_layout(self._sizes))),
+            numbers=held(memory.data),
+            plain=memory,
+            scratch=held(scalar_block(len(stepper.work) * held.width).data),
+            conditions=of_conditions(conditions.data),
+            conditions_plain=conditions,
         )
         return 0.0
 
-    def _lane_functions(self, problem: Problem, y0: Array) -> tuple[tuple[Bound, ...], int]:
-        """Return the method's functions for lanes, and how much more scratch they need."""
-        functions, stepper = self._lanes.functions, self._stepper
-        if [f.signature for f in stepper.functions] != [FIELD]:
-            return functions, 0
-        start = np.append(y0, np.zeros(len(stepper.state) - problem.rows))
-        given = problem.params, start, problem.work, stepper.compiled
-        field, work = lane_field(functions[0], *given)
-        return (field,), work - problem.work
+    def _start(self, problem: Problem, y0: Array, time: float) -> Block:
+        """Return what is kept, as it is at the start: the state, its units, directions along them."""
+        s = self._sizes
+        scales = _scales(problem, y0)
+        basis = np.zeros((s.n, lanes_for(s.d)))
+        gradients = np.zeros((0, s.n))
+        with np.errstate(all="ignore"):
+            if self._measure.manifold is not None:
+                gradients = scales * slopes_of(problem, self._measure.manifold, y0, time, s.m)
+            sizes = 1.0 / np.linalg.norm(gradients, axis=1)
+        gradients = np.where(np.isfinite(gradients), gradients, 0.0)
+        sizes = np.where(np.isfinite(sizes), sizes, 1.0)
+        basis[:, : s.d] = np.linalg.qr(gradients.T, mode="complete")[0][:, s.m :]
+        state = np.append(y0, np.zeros(s.rows - s.n))
+        given = {"state": state, "scales": scales, "condition_scales": sizes}
+        return kept_block(s, basis=basis.ravel(), **given)
 
     def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))
@@ -148,19 +164,18 @@ class InvariantMeasure(Watcher):
         self._time = float(times[-1])
         return values
 
-    def _remembered(self, name: str) -> float:
-        return float(section(self._memory, memory_layout(self._sizes), name)[0])
+    def _kept(self, name: str) -> float:
+        return float(section(self._memory, kept_layout(self._sizes), name)[0])
 
     @property
     def deviation(self) -> float:
         """The standard deviation that rounding has given to the sum so far."""
-        return float(np.sqrt(self._remembered("variance")))
+        return float(np.sqrt(self._kept("variance")))
 
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the level below which nothing can be seen."""
-        noise = DEVIATIONS * self.deviation + self._remembered("bias")
-        coarse = CONDITIONS_LARGEST / self._remembered("condition_spacing")  # 1 for polynomials
-        ends = self._density_scale + self._measure.conditions * coarse
+        noise = DEVIATIONS * self.deviation + self._kept("bias")
+        ends = self._density_scale + self._measure.conditions
         return float(ends + noise / ROUNDOFF)
 
     def noise(self, steps: int) -> float:
@@ -168,13 +183,20 @@ class InvariantMeasure(Watcher):
 
 
 def _scales(problem: Problem, y0: Array) -> Array:
-    """Return the sizes of the pieces, row by row; where one is 0, what it is after a typical time."""
+    """Return the norms of the pieces, row by row; where one is 0, what it is after a typical time."""
     sizes = np.zeros(problem.rows)
     for piece in problem.slices.values():
-        sizes[piece] = np.abs(y0[piece]).max()
+        sizes[piece] = _norm(y0[piece])
     if (sizes == 0.0).any():
         with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
-            rates = np.abs(characteristic_time(problem, y0) * derivative(problem, y0))
+            rates = characteristic_time(problem, y0) * derivative(problem, y0)
             for piece in problem.slices.values():
-                sizes[piece] = sizes[piece].max() or rates[piece].max()
+                sizes[piece] = sizes[piece].max() or _norm(rates[piece])
     return np.where((sizes > 0.0) & (sizes < np.inf), sizes, 1.0)
+
+
+def _norm(x: Array) -> float:
+    """Return ‖x‖ whatever the size of its numbers."""
+    largest = float(np.abs(x).max())
+    inside = 0.0 < largest < np.inf
+    return largest * float(np.linalg.norm(x / largest)) if inside else largest

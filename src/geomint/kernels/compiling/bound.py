@@ -28,6 +28,10 @@ class Bound:
         """The same function for eight numbers at once, whatever calls it."""
         return replace(self, signature=self.signature.in_lanes)
 
+    def of_type(self, number_type: NumberType) -> Bound:
+        """Return the same function for a type of number, whatever calls it."""
+        return replace(self, signature=replace(self.signature, own=number_type))
+
     def entry(self, compiled: bool = True, number_type: NumberType = SCALAR) -> Any:
         """Return what to call, or to hand to a kernel: compiled, or the function as it is.
 

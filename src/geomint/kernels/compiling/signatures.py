@@ -29,6 +29,7 @@ __all__ = [
     "WHOLE",
     "Functions",
     "Kind",
+    "OfType",
     "Signature",
     "advance",
     "counted",
@@ -55,11 +56,14 @@ class Signature:
     result : kind or None
     lanes : bool
         Whether numbers are eight at once whatever calls the function, as the stages of a Gauss step.
+    own : NumberType, optional
+        The type of number that it has whatever calls it.
     """
 
     arguments: tuple[tuple[str, Kind], ...]
     result: Kind | None = None
     lanes: bool = False
+    own: NumberType | None = None
 
     @property
     def in_lanes(self) -> Signature:
@@ -68,12 +72,25 @@ class Signature:
 
     def of(self, number_type: NumberType) -> Any:
         """Return numba's signature for a type of number."""
+        number_type = self.own or number_type
         return _of(self, number_type.in_lanes if self.lanes else number_type)
 
     def __call__(self, number_type: NumberType) -> Any:
         from numba.core import types
 
         return types.FunctionType(self.of(number_type))
+
+
+@dataclass(frozen=True)
+class OfType:
+    """The kind of an argument that has its own type of number, whatever that of the others is."""
+
+    kind: Kind
+    own: NumberType
+
+    def __call__(self, number_type: NumberType) -> Any:
+        """Return its numba type."""
+        return self.kind(self.own)
 
 
 @dataclass(frozen=True)

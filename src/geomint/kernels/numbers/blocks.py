@@ -20,13 +20,14 @@ __all__ = [
     "Block",
     "LaneBlock",
     "as_lanes",
-    "as_scalars",
+    "as_singles",
     "fixed_rows",
     "packed",
     "part",
     "scalar_block",
     "section",
     "sections",
+    "set_lane",
 ]
 
 _FLOAT64 = np.dtype(np.float64)
@@ -108,6 +109,14 @@ class LaneBlock(Block):
     def __getitem__(self, row: int) -> Any:
         return Lanes(self.data[_counted(row)])
 
+    def as_singles(self) -> Block:
+        """Return the numbers, lane after lane and row after row, sharing memory."""
+        return Block(self.data.reshape(-1))
+
+    def set_lane(self, row: int, index: int, value: Any) -> None:
+        """Store one of the numbers of a row."""
+        self.data[_counted(row), index] = value
+
 
 def _counted(row: int) -> int:
     """Return a row's number; a negative one is refused here as everywhere, not counted from the end."""
@@ -116,9 +125,14 @@ def _counted(row: int) -> int:
     return row
 
 
-def as_scalars(block: Block) -> Block:
-    """Return the numbers of a lane block, lane after lane and row after row, sharing memory."""
-    return Block(block.data.reshape(-1))
+def as_singles(block: Any) -> Any:
+    """Return the memory of a block of eight numbers a row as a block of single ones."""
+    return block.as_singles()
+
+
+def set_lane(block: Any, row: int, index: int, value: Any) -> None:
+    """Store one of the eight numbers of a row."""
+    block.set_lane(row, index, value)
 
 
 def scalar_block(size: int) -> Block:

@@ -20,6 +20,7 @@ import numpy as np
 from ...arguments import Array
 from . import arithmetic
 from .blocks import Block
+from .lanes import LANES, Lanes
 
 __all__ = ["Tangent", "TangentBlock", "tangent_block"]
 
@@ -73,7 +74,7 @@ class Tangent:
 
     def __mul__(self, other: Any) -> Tangent:
         if isinstance(other, Tangent):
-            slopes = _times(self.value, other.slopes) + _times(other.value, self.slopes)
+            slopes = _fused(self.value, other.slopes, _times(other.value, self.slopes))
             return Tangent(self.value * other.value, slopes)
         return self._map(self.value * other, other)
 
@@ -82,13 +83,13 @@ class Tangent:
     def __truediv__(self, other: Any) -> Tangent:
         if isinstance(other, Tangent):
             quotient = self.value / other.value
-            own = _shaped(self.slopes, quotient) - _times(quotient, other.slopes)
-            return Tangent(quotient, own / other.value)
+            own = _fused(-quotient, other.slopes, self.slopes)
+            return Tangent(quotient, _times(1.0 / other.value, own))
         return Tangent(self.value / other, _shaped(self.slopes, self.value / other) / other)
 
     def __rtruediv__(self, other: Any) -> Tangent:
         quotient = other / self.value
-        return Tangent(quotient, _times(-quotient, self.slopes) / self.value)
+        return Tangent(quotient, _times(1.0 / self.value, _times(-quotient, self.slopes)))
 
     def __abs__(self) -> Tangent:
         return arithmetic.select(self.value < 0.0, -self, self)
@@ -121,11 +122,14 @@ class Tangent:
     def fused(self, x: Any, y: Any, z: Any) -> Tangent:
         """Return ``x * y + z``, the value with one rounding; one of them is this number."""
         value = arithmetic.fma(_value(x), _value(y), _value(z))
-        terms = [_times(_value(x), y.slopes)] if isinstance(y, Tangent) else []
-        terms += [_times(_value(y), x.slopes)] if isinstance(x, Tangent) else []
-        terms += [z.slopes] if isinstance(z, Tangent) else []
-        shaped = [_shaped(term, value) for term in terms]
-        return Tangent(value, sum(shaped[1:], start=shaped[0]))
+        slopes: Any = z.slopes if isinstance(z, Tangent) else None
+        for number, other in ((y, x), (x, y)):
+            if isinstance(other, Tangent):
+                by = _value(number)
+                slopes = (
+                    _times(by, other.slopes) if slopes is None else _fused(by, other.slopes, slopes)
+                )
+        return Tangent(value, _shaped(slopes, value))
 
     def chosen(self, condition: Any, x: Any, y: Any) -> Tangent:
         """Return x where the condition holds and y elsewhere; one of them is this number."""
@@ -145,6 +149,14 @@ class Tangent:
     def part(self, take: Callable[[Any], Any]) -> Tangent:
         """Return what is made of the value, and in the same way of the derivatives."""
         return Tangent(take(self.value), np.array([take(slope) for slope in self.slopes]))
+
+
+def _fused(number: Any, slopes: Array, more: Array) -> Array:
+    """Return slopes times a number and others added, with one rounding."""
+    of = number if isinstance(number, np.ndarray) else more[0] if more.ndim == 2 else number
+    slopes, more = _shaped(slopes, of), _shaped(more, of)
+    rows = zip(slopes, more, strict=True)
+    return np.array([arithmetic.fma(number, slope, other) for slope, other in rows])
 
 
 def _times(number: Any, slopes: Array) -> Array:
@@ -211,6 +223,36 @@ class TangentBlock(Block):
         """Return `rows` rows from `start` on, sharing memory."""
         inner = Block(self.data).part(start * self.width, rows * self.width)
         return type(self)(inner.data)
+
+    def as_lanes(self, start: int, rows: int) -> TangentLaneBlock:  # type: ignore[override]
+        """Return ``rows * LANES`` rows from `start` on as `rows` rows of eight numbers each."""
+        numbers = self.part(start, rows * LANES).data
+        return TangentLaneBlock(numbers.reshape(rows, self.width, LANES))
+
+
+class TangentLaneBlock(Block):
+    """A block of eight tangent numbers a row: a lane value, and one for each of its slopes."""
+
+    __slots__ = ()
+
+    def __getitem__(self, row: int) -> Tangent:
+        numbers = super().__getitem__(row)
+        return Tangent(Lanes(numbers[0]), numbers[1:].copy())
+
+    def __setitem__(self, row: int, value: Any) -> None:
+        numbers = super().__getitem__(row)
+        numbers[0] = _value(value)
+        numbers[1:] = _shaped(value.slopes, numbers[0]) if isinstance(value, Tangent) else 0.0
+
+    def as_singles(self) -> TangentBlock:
+        """Return the memory as a block of single numbers."""
+        return tangent_block(self.data.shape[1] - 1)(self.data.reshape(-1))
+
+    def set_lane(self, row: int, index: int, value: Any) -> None:
+        """Store one of the numbers of a row."""
+        numbers = super().__getitem__(row)
+        numbers[0, index] = _value(value)
+        numbers[1:, index] = value.slopes if isinstance(value, Tangent) else 0.0
 
 
 @functools.cache

@@ -230,17 +230,40 @@ def _as_lanes(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-@instruction(blocks.as_scalars)
-def _as_scalars(typingctx, block):
+@instruction(blocks.as_singles)
+def _as_singles(typingctx, block):
+    single = block.row.singles() if hasattr(block.row, "singles") else types.float64
+    result = BlockType(single)
+
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
         rows = _number_of_rows(builder, sig.args[0], source)
-        view = cgutils.create_struct_proxy(SCALAR_BLOCK)(context, builder)
+        view = cgutils.create_struct_proxy(result)(context, builder)
         view.data = source.data
         view.rows = builder.mul(rows, ir.Constant(rows.type, LANES))
         return view._getvalue()
 
-    return SCALAR_BLOCK(block), codegen
+    return result(block), codegen
+
+
+@instruction(blocks.set_lane)
+def _set_lane(typingctx, block, row, index, value):
+    if not isinstance(block, BlockType):
+        return None
+    single = block.row.singles() if hasattr(block.row, "singles") else types.float64
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        position = context.cast(builder, args[2], sig.args[2], types.int32)
+        for i, pointer in enumerate(_row_pointers(context, builder, sig.args[0], args[0], args[1])):
+            part = args[3]
+            if hasattr(block.row, "singles"):
+                part = builder.extract_value(part, _place(block.row, i))
+            lanes = builder.load(pointer, align=_ALIGN)
+            lanes = builder.insert_element(lanes, part, position)
+            builder.store(lanes, pointer, align=_ALIGN)
+        return context.get_dummy_value()
+
+    return types.none(block, types.int64, types.int64, single), codegen
 
 
 @instruction(blocks.fixed_rows, prefer_literal=True)

@@ -32,6 +32,8 @@ from .typing_lanes import (
     fold_lanes,
 )
 
+_F64 = ir.DoubleType()
+
 __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
 
 
@@ -58,6 +60,10 @@ class TangentType(types.Type):
     def lanes(self) -> TangentType:
         """Return the type of eight such numbers."""
         return TangentType(LANE_VALUE, LANE_VALUE, self.count)
+
+    def singles(self) -> TangentType:
+        """Return the type of one of eight such numbers."""
+        return TangentType(types.float64, types.float64, self.count)
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
         """Let plain numbers be constants."""
@@ -141,6 +147,13 @@ def _pack(context: Any, builder: Any, kind: TangentType, value: Any, slopes: Seq
     return packed
 
 
+def _fused(b: Any, x: Any, y: Any, z: Any) -> Any:
+    """Return ``x y + z`` with one rounding, of numbers or lanes."""
+    if isinstance(x.type, ir.VectorType):
+        return call_vector_function(b, "llvm.fma", (x, y, z))
+    return b.fma(x, y, z)
+
+
 def _sum(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     value = b.fadd(x.value, y.value)
     if x.constant or y.constant:
@@ -165,19 +178,21 @@ def _product(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
         return value, [b.fmul(factor, s) for s in other.slopes]
     p, q = x.factor, y.factor
     pairs = zip(x.slopes, y.slopes, strict=True)
-    return value, [b.fadd(b.fmul(p, u), b.fmul(q, s)) for s, u in pairs]
+    return value, [_fused(b, p, u, b.fmul(q, s)) for s, u in pairs]
 
 
 def _quotient(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     value = b.fdiv(x.value, y.value)
-    divisor = y.factor
     if y.constant:
+        divisor = y.factor
         return value, [b.fdiv(s, divisor) for s in x.slopes]
-    times = broadcast(b, value) if y._to.packed else value
+    inverse = b.fdiv(ir.Constant(value.type, 1.0 if value.type == _F64 else [1.0] * LANES), y.value)
+    by = broadcast(b, inverse) if y._to.packed else inverse
+    times = b.fneg(broadcast(b, value) if y._to.packed else value)
     if x.constant:
-        return value, [b.fdiv(b.fmul(b.fneg(times), u), divisor) for u in y.slopes]
+        return value, [b.fmul(by, b.fmul(times, u)) for u in y.slopes]
     pairs = zip(x.slopes, y.slopes, strict=True)
-    return value, [b.fdiv(b.fsub(s, b.fmul(times, u)), divisor) for s, u in pairs]
+    return value, [b.fmul(by, _fused(b, times, u, s)) for s, u in pairs]
 
 
 def _register(functions: list[Any], result: Callable[..., Any], emit: Any) -> None:
@@ -285,18 +300,13 @@ def _fma(typingctx, x, y, z):
         values = p.value, q.value, r.value
         eight = to.base == LANE_VALUE
         value = call_vector_function(b, "llvm.fma", values) if eight else b.fma(*values)
-        terms = []
-        if q.slopes:
-            factor = p.factor
-            terms.append([b.fmul(factor, s) for s in q.slopes])
-        if p.slopes:
-            factor = q.factor
-            terms.append([b.fmul(factor, s) for s in p.slopes])
-        if r.slopes:
-            terms.append(r.slopes)
-        slopes = terms[0]
-        for more in terms[1:]:
-            slopes = [b.fadd(s, u) for s, u in zip(slopes, more, strict=True)]
+        slopes = r.slopes
+        for factor, others in ((q.factor, p.slopes), (p.factor, q.slopes)):
+            if slopes and others:
+                pairs = zip(others, slopes, strict=True)
+                slopes = [_fused(b, factor, s, more) for s, more in pairs]
+            elif others:
+                slopes = [b.fmul(factor, s) for s in others]
         return _pack(context, b, to, value, slopes)
 
     return to(x, y, z), codegen
@@ -431,7 +441,7 @@ def _overload_epsilon(x):
 def _lane(typingctx, x, index):
     if not _is_tangent(x) or x.base != LANE_VALUE:
         return None
-    one = TangentType(types.float64, types.float64, x.count)
+    one = x.singles()
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         position = context.cast(b, args[1], sig.args[1], types.int32)

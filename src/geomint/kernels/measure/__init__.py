@@ -1,1 +1,0 @@
-"""Volumes of tangent boxes carried along by a step: the drift of an invariant measure."""

@@ -1,0 +1,1 @@
+"""Directions carried along by steps: what the derivative of a numerical flow does to volumes."""

@@ -1,0 +1,183 @@
+"""Directions carried along by one step, and made orthonormal again.
+
+A step is taken in tangent numbers, some directions at once; what a method remembers of it, such as the
+stages that the next iteration begins with, is turned with the directions.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.recorded import helper, inlined
+from ..numbers.arithmetic import fma, total
+from ..numbers.blocks import as_lanes, part
+from ..solve.status import OK
+from .layout import Kept, Sizes, Work, lanes_for
+from .near_identity import log_volume
+from .products import add_product, write_overlaps
+
+__all__ = ["carry", "log_stretch", "turn_stages"]
+
+EIGHT = 8
+
+
+@helper
+def carry(
+    method: Any, t: float, h: float, s: Sizes, kept: Kept, numbers: Any, plain: Any, scratch: Any,
+    D: Any,
+) -> bool:  # fmt: skip
+    """Write what a step from the state that is kept adds to each direction; return whether it succeeds.
+
+    `method` is what takes a step: (kernel, functions, params, coefficients, fractions). `plain` are
+    the numbers that `numbers`, its memory, is made of.
+    """
+    kernel, functions, params, coefficients, fractions = method
+    state, scales, basis = kept.state, kept.scales, kept.basis
+    size, width = 1 + s.at_once, lanes_for(s.d)
+    good = True
+    for first in range(0, s.d, s.at_once):
+        here = first // s.at_once * s.memory_rows
+        count = min(s.at_once, s.d - first)
+        for i in range(here * size, (here + 2 * s.rows) * size):
+            plain[i] = 0.0
+        for r in range(s.rows):
+            plain[(here + r) * size] = state[r]
+        for r in range(s.n):
+            write_scaled(basis, r * width + first, scales[r], count, plain, (here + r) * size + 1)
+        memory = part(numbers, here, s.memory_rows)
+        status, _, _, _ = kernel(
+            functions,
+            params,
+            coefficients,
+            fractions,
+            memory,
+            scratch,
+            s.rows,
+            t,
+            h,
+            0,
+            1,
+            2,
+            memory,
+        )
+        good = good and status == OK
+        for r in range(s.n):
+            at, rest = (here + r) * size + 1, (here + r + s.rows) * size + 1
+            write_added(basis, r * width + first, scales[r], count, plain, at, rest, D)
+    if not good:
+        for i in range(len(plain)):
+            plain[i] = 0.0
+    return good
+
+
+@inlined
+def write_scaled(basis: Any, at: int, scale: float, count: int, plain: Any, to: int) -> None:
+    """Write directions of a row in units of the state; eight at once if there are as many."""
+    if count == EIGHT:
+        as_lanes(plain, to, 1)[0] = scale * as_lanes(basis, at, 1)[0]
+    else:
+        for k in range(count):
+            plain[to + k] = scale * basis[at + k]
+
+
+@inlined
+def write_added(
+    basis: Any, at: int, scale: float, count: int, plain: Any, new: int, rest: int, D: Any
+) -> None:  # fmt: skip
+    """Write what a step has added to directions of a row: state and carry, less what was there."""
+    by = 1.0 / scale
+    if count == EIGHT:
+        added = as_lanes(plain, new, 1)[0] - scale * as_lanes(basis, at, 1)[0]
+        as_lanes(D, at, 1)[0] = (added + as_lanes(plain, rest, 1)[0]) * by
+    else:
+        for k in range(count):
+            D[at + k] = ((plain[new + k] - scale * basis[at + k]) + plain[rest + k]) * by
+
+
+@helper
+def add_tables(x: Any, factor: float, y: Any, out: Any) -> None:
+    """Write ``x + factor y``."""
+    rows, others, results = as_lanes(x, 0, len(x) // 8), as_lanes(y, 0, len(x) // 8), out
+    sums = as_lanes(results, 0, len(x) // 8)
+    for i in range(len(rows)):
+        sums[i] = fma(factor, others[i], rows[i])
+
+
+@helper
+def squares(x: Any) -> float:
+    """Return the sum of the squares of a table."""
+    rows = as_lanes(x, 0, len(x) // 8)
+    even, odd = 0.0 * rows[0], 0.0 * rows[0]
+    for i in range(len(rows) // 2):
+        even, odd = fma(rows[2 * i], rows[2 * i], even), fma(rows[2 * i + 1], rows[2 * i + 1], odd)
+    if len(rows) % 2 == 1:
+        even = fma(rows[len(rows) - 1], rows[len(rows) - 1], even)
+    return total(even + odd)
+
+
+@helper
+def project(s: Sizes, kept: Kept, work: Work) -> None:
+    """Take from what is added to directions the part that leads away from the manifold."""
+    add_tables(kept.basis, 1.0, work.D, work.X)
+    write_overlaps(s.n, kept.normals, work.X, work.along)
+    rows = as_lanes(work.along, 0, len(work.along) // 8)
+    for i in range(len(rows)):
+        rows[i] = -rows[i]
+    add_product(s.n, kept.normals, work.along, work.D)
+
+
+@helper
+def stretched(s: Sizes, kept: Kept, work: Work) -> float:
+    """Write ``S = XᵀX − 1`` of X = Q + D, as ``QᵀQ − 1 + MᵀD + DᵀM`` with M = Q + ½ D.
+
+    Returns ``½ log det QᵀQ``: what rounding has left of the last step there, which is in S too.
+    """
+    width = lanes_for(s.d)
+    add_tables(kept.basis, 0.5, work.D, work.X)
+    write_overlaps(s.n, kept.basis, kept.basis, work.S)
+    write_overlaps(s.n, work.X, work.D, work.lower)
+    trace = 0.0
+    for k in range(s.d):
+        work.S[k * width + k] = work.S[k * width + k] - 1.0
+        trace += work.S[k * width + k]
+    before = 0.5 * trace - 0.25 * squares(work.S)
+    for i in range(s.d):
+        for j in range(s.d):
+            change = work.lower[i * width + j] + work.lower[j * width + i]
+            work.S[i * width + j] = work.S[i * width + j] + change
+    return before
+
+
+@helper
+def log_stretch(s: Sizes, kept: Kept, work: Work) -> tuple[float, float]:
+    """Return ``½ log det XᵀX − ½ log det QᵀQ`` of X = Q + D, and ‖D‖²; go on with ``X R⁻¹``."""
+    if s.m > 0:
+        project(s, kept, work)
+    size = squares(work.D)
+    before = stretched(s, kept, work)
+    volume = log_volume(s.d, work.S, work.lower, work.upper)
+    add_tables(kept.basis, 1.0, work.D, work.X)
+    rows = as_lanes(kept.basis, 0, len(kept.basis) // 8)
+    for i in range(len(rows)):
+        rows[i] = 0.0 * rows[i]
+    add_product(s.n, work.X, work.upper, kept.basis)
+    return volume - before, size
+
+
+@helper
+def turn_stages(s: Sizes, upper: Any, plain: Any) -> None:
+    """Turn what is remembered of stages as the directions are: the next iteration begins with it.
+
+    In lanes there is a value, and then as many slopes; each is a sum of those up to it.
+    """
+    width = lanes_for(s.d)
+    for first in range(0, s.d, s.at_once):
+        here, count = first // s.at_once * s.memory_rows, min(s.at_once, s.d - first)
+        for row in range(s.stages, s.memory_rows, EIGHT):
+            slopes = as_lanes(plain, (here + row) * (1 + s.at_once) + EIGHT, count)
+            for behind in range(count):
+                c = count - 1 - behind
+                turned = upper[(first + c) * width + first + c] * slopes[c]
+                for k in range(c):
+                    turned = fma(upper[(first + k) * width + first + c], slopes[k], turned)
+                slopes[c] = turned

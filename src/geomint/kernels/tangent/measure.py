@@ -1,0 +1,134 @@
+"""How much a numerical step stretches the measure ``μ δ(c) dy`` on {c(y) = 0}, along a run.
+
+The defect of a step Φ from y₀ to y₁ is, with orthonormal bases Q of ker Dc and C = Dc, ::
+
+    log|det(Q₁ᵀ DΦ Q₀)| + ½ log det(C₀C₀ᵀ) − ½ log det(C₁C₁ᵀ) + log μ₁ − log μ₀
+
+Only the first term has to be summed. With the tangent part X of ``DΦ Q₀``, the one that the normals
+N₁ leave of it, it is ``½ log det(XᵀX)``, and with D = X − Q₀, which the compensated sums of a step
+know to its own relative precision, ::
+
+    XᵀX = 1 + S,   S = MᵀD + DᵀM,   M = Q₀ + ½ D
+
+where S is of the size of the step, and so are its errors. The factor R of ``RᵀR = 1 + S`` gives the
+determinant and the next directions, ``X R⁻¹``: what a method remembers of a step stays of use.
+
+All is done in units of the pieces of the state. For a step that leaves the manifold they decide what
+"the tangent part" is: see `geomint.watch.measure`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.bound import Bound
+from ..compiling.number_types import NumberType, tangent
+from ..compiling.recorded import helper
+from ..compiling.signatures import BLOCK, MEMORY, Functions, OfType, takes
+from ..numbers.arithmetic import NAN
+from ..numbers.blocks import part, sections
+from ..solve.compensated import add_compensated
+from .directions import carry, log_stretch, turn_stages
+from .layout import kept_layout, lanes_for, sizes_of, work_layout
+from .normals import enlarge_scales, log_density_at
+
+__all__ = ["CONDITIONS", "measure_sweep"]
+
+EPSILON = 2.0**-52
+CONDITIONS = tangent(8)  # numbers that conditions take
+# What a relative error common to all derivatives, ε/8, may add in a step: measured are ε/50 and less.
+SYSTEMATIC = EPSILON / 8.0
+
+
+@helper
+def measure(
+    kernel: Any, functions: Any, density: Any, manifold: Any, params: Any, coefficients: Any,
+    fractions: Any, layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any,
+    conditions: Any, conditions_plain: Any, starts: Any, lengths: Any, states: Any, out: Any,
+) -> None:  # fmt: skip
+    """Write the sum of the defects after each of the steps that lead to `states`.
+
+    Parameters
+    ----------
+    kernel : function
+        A stepper's loop of `geomint.kernels.solve.advance`, in tangent numbers.
+    functions : tuple
+        What it is to be called with.
+    memory, work : block
+        What is kept from step to step, and scratch: see `geomint.kernels.tangent.layout`.
+    numbers, plain, scratch : block
+        The stepper's memory, and the numbers that it is made of; its scratch.
+    conditions, conditions_plain : block
+        Room for a state, what `manifold` writes and its scratch, and the numbers that it is made of.
+    starts, lengths : block
+        Of the steps. The first begins at the state in memory.
+    states : block
+        The states after the steps, one after the other.
+    """
+    s = sizes_of(layout)
+    method = (kernel, functions, params, coefficients, fractions)
+    kept, own = sections(memory, kept_layout(s)), sections(work, work_layout(s))
+    y, volume, origin = kept.state, kept.volume, kept.origin
+    for k in range(len(starts)):
+        t, h = starts[k], lengths[k]
+        state = part(states, k * s.rows, s.rows)
+        begins, grown = kept.begun[0] == 0.0, True
+        while grown:
+            grown = enlarge_scales(layout, state, kept, lanes_for(s.d))
+            if begins or grown:
+                before = volume[0]
+                volume[0] = log_density_at(
+                    density, manifold, params, t, y, s, kept, own, conditions, conditions_plain
+                )
+                origin[0] = volume[0] if begins else origin[0] + (volume[0] - before)
+                begins = False
+                for i in range(len(own.D)):
+                    own.D[i] = 0.0
+                log_stretch(s, kept, own)  # orthonormal in the new units
+        kept.begun[0] = 1.0
+        kept.steps[0] = kept.steps[0] + 1.0
+        volume[0] = log_density_at(
+            density, manifold, params, t + h, state, s, kept, own, conditions, conditions_plain
+        )  # fmt: skip
+        stretch, squares = NAN, 0.0
+        if carry(method, t, h, s, kept, numbers, plain, scratch, own.D):
+            stretch, squares = log_stretch(s, kept, own)
+            turn_stages(s, own.upper, plain)
+        kept.bias[0] = kept.bias[0] + SYSTEMATIC * squares
+        kept.variance[0] = kept.variance[0] + EPSILON * EPSILON * squares
+        add_compensated(kept.sum, kept.carry, 0, stretch)
+        out[k] = kept.sum[0] + (kept.carry[0] + (volume[0] - origin[0]))
+        for r in range(s.rows):
+            y[r] = state[r]
+
+
+_BLOCKS = ("params", "coefficients", "fractions", "layout", "memory", "work")
+_LAST = ("starts", "lengths", "states", "out")
+
+
+def measure_sweep(
+    kernel: Bound,
+    functions: tuple[Bound, ...],
+    density: Bound,
+    manifold: Bound,
+    numbers: NumberType,
+) -> Bound:
+    """Return `measure` for a stepper's loop and the functions that it takes, all in tangent numbers."""
+    memory = OfType(MEMORY, numbers)
+    return Bound(
+        measure,
+        takes(
+            None,
+            kernel=kernel.signature,
+            functions=Functions(tuple(f.signature for f in functions)),
+            density=density.signature,
+            manifold=manifold.signature,
+            **dict.fromkeys(_BLOCKS, BLOCK),
+            numbers=memory,
+            plain=BLOCK,
+            scratch=memory,
+            conditions=OfType(BLOCK, CONDITIONS),
+            conditions_plain=BLOCK,
+            **dict.fromkeys(_LAST, BLOCK),
+        ),
+    )

@@ -1,0 +1,101 @@
+"""Units of the pieces of a state, normals of {c(y) = 0}, and the density of a measure there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.recorded import helper
+from ..numbers.arithmetic import like
+from ..numbers.blocks import as_lanes, part
+from .layout import Kept, Sizes, Work, lanes_for, pieces_of
+from .near_identity import log_volume, small
+from .products import add_product, write_overlaps
+
+__all__ = ["enlarge_scales", "log_density_at"]
+
+GROWN = 4.0  # times its unit: what is larger than that has a larger unit
+EIGHT = 8
+
+
+@helper
+def enlarge_scales(layout: Any, y: Any, kept: Kept, width: int) -> bool:
+    """Double the unit of each piece that has outgrown it, once, and halve its rows of directions.
+
+    Returns whether one did.
+    """
+    scales, basis, pieces = kept.scales, kept.basis, pieces_of(layout)
+    n = len(scales)
+    grown = False
+    r = 0
+    while r < n:
+        end = r
+        largest = 0.0
+        while end < n and pieces[end] == pieces[r]:
+            largest = max(largest, abs(y[end]))
+            end += 1
+        if GROWN * scales[r] < largest and scales[r] < 1e300:
+            for i in range(r, end):
+                scales[i] = 2.0 * scales[i]
+                for c in range(width):
+                    basis[i * width + c] = 0.5 * basis[i * width + c]
+            grown = True
+        r = end
+    return grown
+
+
+@helper
+def write_gradients(
+    manifold: Any, params: Any, t: float, y: Any, s: Sizes, kept: Kept, C: Any, numbers: Any,
+    plain: Any,
+) -> None:  # fmt: skip
+    """Write the gradients of the conditions, a column each, in units of pieces and conditions."""
+    state, values = part(numbers, 0, s.n), part(numbers, s.n, s.m)
+    scratch = part(numbers, s.n + s.m, s.scratch)
+    scales, sizes, width = kept.scales, kept.condition_scales, lanes_for(s.m)
+    for i in range(9 * s.n):
+        plain[i] = 0.0
+    for r in range(s.n):
+        plain[9 * r] = y[r]
+    for first in range(0, s.n, EIGHT):
+        count = min(EIGHT, s.n - first)
+        for k in range(count):
+            plain[9 * (first + k) + 1 + k] = scales[first + k]
+        manifold(params, like(t, state[0]), state, values, scratch)
+        for k in range(count):
+            plain[9 * (first + k) + 1 + k] = 0.0
+            for a in range(s.m):
+                C[(first + k) * width + a] = plain[9 * (s.n + a) + 1 + k] * sizes[a]
+
+
+@helper
+def log_density_at(
+    density: Any, manifold: Any, params: Any, t: float, y: Any, s: Sizes, kept: Kept, work: Work,
+    numbers: Any, plain: Any,
+) -> float:  # fmt: skip
+    """Write unit normals at y, a column each; return ``log μ − ½ log det(C Cᵀ)`` with C = Dc.
+
+    C is in units of the pieces and of the conditions; these are the gradients where a run begins. By
+    Cholesky's factors, again where gradients are far from orthonormal; NaN for dependent conditions.
+    """
+    width = lanes_for(s.m)
+    volume = 0.0
+    if s.m > 0:
+        write_gradients(manifold, params, t, y, s, kept, work.C, numbers, plain)
+        normals, rows = (
+            as_lanes(kept.normals, 0, s.n * width // 8),
+            as_lanes(work.C, 0, s.n * width // 8),
+        )
+        again = True
+        while again:
+            write_overlaps(s.n, work.C, work.C, work.S)
+            for a in range(s.m):
+                work.S[a * width + a] = work.S[a * width + a] - 1.0
+            again = not small(s.m, work.S)
+            volume += log_volume(s.m, work.S, work.lower, work.upper)
+            for i in range(len(rows)):
+                normals[i] = 0.0 * rows[i]
+            add_product(s.n, work.C, work.upper, kept.normals)
+            again = again and abs(volume) < 1e3
+            for i in range(len(rows) if again else 0):
+                rows[i] = normals[i]
+    return density(params, t, part(y, 0, s.n), work.scratch) - volume

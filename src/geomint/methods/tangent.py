@@ -1,0 +1,26 @@
+"""Steppers in tangent numbers: which ones, and how many directions at once."""
+
+from __future__ import annotations
+
+from ..kernels.compiling.number_types import NumberType, tangent, tangent_lanes
+from .stepper import Stepper
+
+__all__ = ["AT_ONCE", "directions_at_once", "tangent_type"]
+
+AT_ONCE = 8  # directions: a lane value of slopes, or what an iteration gains little from beyond
+
+
+def directions_at_once(stepper: Stepper, directions: int) -> int:
+    """Return how many directions a step carries at once, of so many.
+
+    Slopes in a lane value cost the same however many are used; beside stages in lanes each counts.
+    """
+    if not stepper.stages_in_lanes:
+        return AT_ONCE
+    passes = max(-(-directions // AT_ONCE), 1)
+    return max(-(-directions // passes), 1)
+
+
+def tangent_type(stepper: Stepper, at_once: int) -> NumberType:
+    """Return the numbers in which a stepper takes steps with so many directions."""
+    return tangent_lanes(at_once) if stepper.stages_in_lanes else tangent(at_once)
