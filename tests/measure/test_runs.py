@@ -54,6 +54,16 @@ def test_long_runs_have_no_bias(name: str, h: float) -> None:
     assert drift.scale * 2.0**-47 < 1e-9
 
 
+def test_what_the_instrument_may_do_is_no_trend() -> None:
+    """Below the noise that it states there is one word, whatever the trend, which may be its own."""
+    scene = gi.load_scene("hamiltonized-n3")
+    run = {"method": "gauss-8", "step": 0.25, "observe": ["measure"]}
+    drift = gi.solve(scene.problem, scene.state, tau_end=5000.0, **run).drift["measure"]
+    assert drift.within_roundoff
+    assert drift.drift_class == "roundoff"
+    assert drift.slope is not None
+
+
 @pytest.mark.parametrize("problem", ["henon-heiles", "double-pendulum"])
 def test_noise_is_as_it_is_told(problem: str) -> None:
     """The end of the sum, over runs from different states, has the deviation that is told."""

@@ -16,7 +16,6 @@ from scipy.integrate import solve_ivp
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block, LaneBlock, section
 from geomint.kernels.numbers.lanes import LANES, Lanes
-from geomint.kernels.solve.advance import bound_stepper
 from geomint.kernels.solve.gauss import gauss_memory
 from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
@@ -132,45 +131,6 @@ def test_a_hundred_thousand_accepted_steps_are_solved(kind: str, stages: int) ->
     taken, failed = first_steps(kind, stages, 180, few=False)
     assert taken > 1500
     assert failed <= TOO_LONG.get(kind, 0.05) * taken
-
-
-# --- trajectories in lanes ------------------------------------------------------------------------
-
-
-def test_lanes_that_begin_at_rest_are_solved() -> None:
-    """Each lane a state of another kind, next to lanes that need more iterations, or fewer."""
-    stages = 8
-    for problem, start in problems("field", few=True):
-        h = 0.2 * default_step(problem, gi.Gauss(stages), start)
-        steps = Steps(problem, stages, h)
-        for kind in KINDS:
-            for y in states(problem, start, kind, 3, seed=3):
-                steps.take(y, h)
-        y0 = np.array([y for y, *_ in steps.accepted])
-        y0 = y0[np.random.default_rng(0).permutation(len(y0))[:LANES]]
-        lanes = gi.Gauss(stages).start(Start(problem, start, T0, h)).lanes()
-        loop = bound_stepper(lanes.kernel, lanes.functions).in_lanes
-        memory = LaneBlock(np.zeros((lanes.memory_rows, LANES)))
-        memory.data[: problem.rows] = y0.T
-        status, *_ = loop.call(functions=lanes.functions)(
-            params=Block(np.array(problem.params)),
-            coefficients=lanes.coefficients,
-            fractions=Block(np.array([1.0, 0.0])),
-            memory=memory,
-            work=LaneBlock(np.zeros((lanes.work_rows, LANES))),
-            rows=problem.rows,
-            t0=T0,
-            h=h,
-            first=0,
-            count=1,
-            every=2,
-            out=LaneBlock(np.zeros((0, LANES))),
-        )
-        assert status == OK, problem.name
-        rows = problem.rows
-        L = memory.data[2 * rows :].reshape(stages, rows, LANES).transpose(2, 0, 1)
-        y1, lengths = memory.data[:rows].T, np.full(LANES, h)
-        assert residuals(problem, stages, y0, y1, lengths, L).max() <= BOUND, problem.name
 
 
 # --- where there is nothing to do -----------------------------------------------------------------

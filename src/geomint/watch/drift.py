@@ -195,6 +195,8 @@ def drift_of_run(
         rows = windows.times, windows.means, windows.maxima
         level = ROUNDOFF * scale
         growth = growth_of(*rows, windows.last_time, windows.max_abs, level, explained)
+        if described.get("own_noise") and windows.max_abs <= level and growth.slope is not None:
+            growth = growth._replace(drift_class="roundoff")  # the trend may be the instrument's
     initial = windows.initial
     relative = windows.max_abs / abs(initial) if initial != 0.0 else np.inf
     return Drift(

@@ -4,13 +4,23 @@ The measure μ δ(c) dy on {c(y) = 0} (`geomint.Measure`) is kept by the flow. T
 map Φ, composition included, keeps it up to the defect log [μ(Φ(y)) \|det DΦ\| / μ(y)], the determinant
 between tangent spaces in bases of unit volume δ(c) dy. ``measure`` is the sum of the defects of all
 steps since the start: 0 for a flow, up to what the instrument cannot see for a symplectic method,
-and by steps of order hᵖ⁺¹ else. Derivatives are differences of eight neighbouring trajectories in
-lanes, see `geomint.kernels.measure.measure`.
+and by steps of order hᵖ⁺¹ else. Every step is taken once more in tangent numbers, see
+`geomint.kernels.tangent.measure`: DΦ is that of the map itself, of implicit methods where their
+iteration has converged in the derivatives too (to the method's tolerance, where it has one).
 
-The instrument measures its own noise: the variance that rounding gives to the sum, and a bound of
-its bias, ε/8 ‖E‖² a step with ``DΦ = 1 + E``. Both grow with the number of steps. The sum counts as
-round-off up to four standard deviations and the bias, as they are at the end of the run: the scale of
-the quantity is made so that 32 ε × scale is that (plus what rounding the end states does).
+Where a step leaves the manifold, by its error, DΦ of tangent vectors is followed by the orthogonal
+projection onto the kernel of Dc at Φ(y). Orthogonal is meant in units of the pieces of the state: a
+piece's unit is its norm where the run begins (where that is 0 what the motion makes of it in a
+characteristic time), doubled as often as the piece has outgrown four of it. So the value does not
+depend on the units in which a problem is stated, nor on rotations of a piece's coordinates. For
+methods that stay on the manifold nothing is projected.
+
+The instrument knows its own noise: rounding gives a step of ``DΦ = 1 + D`` the variance ε² ‖D‖², and
+a bias of at most ε/8 ‖D‖², and ε/128 for each condition, as states are off the manifold by a part of
+a rounding in the mean; measured are a third of that and less. Both grow with the number of steps.
+The sum counts as round-off up to four standard deviations and the bias, as they are at the end of
+the run: the scale of the quantity is made so that 32 ε × scale is that (plus what rounding the end
+states does).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""When an implicit step is solved: the one stop rule of Gauss methods (both kinds of lanes) and RATTLE.
+"""When an implicit step is solved: the one stop rule of Gauss methods and RATTLE.
 
 An iteration ``x ↦ Φ(x)`` measures its change by pieces (γ, or p), ``δ = max |Φ(x) − x| / size``, where
 the size of a piece is the largest of its numbers before the step and of the increments that the

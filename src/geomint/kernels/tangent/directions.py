@@ -38,7 +38,8 @@ def carry(
     for first in range(0, s.d, s.at_once):
         here = first // s.at_once * s.memory_rows
         count = min(s.at_once, s.d - first)
-        for i in range(here * size, (here + 2 * s.rows) * size):
+        kept_rows = s.n if count == s.at_once else 0  # they are written whole
+        for i in range((here + kept_rows) * size, (here + 2 * s.rows) * size):
             plain[i] = 0.0
         for r in range(s.rows):
             plain[(here + r) * size] = state[r]

@@ -52,10 +52,8 @@ def write_gradients(
     state, values = part(numbers, 0, s.n), part(numbers, s.n, s.m)
     scratch = part(numbers, s.n + s.m, s.scratch)
     scales, sizes, width = kept.scales, kept.condition_scales, lanes_for(s.m)
-    for i in range(9 * s.n):
-        plain[i] = 0.0
     for r in range(s.n):
-        plain[9 * r] = y[r]
+        plain[9 * r] = y[r]  # slopes are 0 as they were left
     for first in range(0, s.n, EIGHT):
         count = min(EIGHT, s.n - first)
         for k in range(count):
