@@ -101,6 +101,7 @@ from .run.files.outputs import (
     whole_folder as whole_folder,
 )
 from .run.integrator import Integrator as Integrator
+from .run.lyapunov import Lyapunov as Lyapunov, lyapunov as lyapunov
 from .run.poincare import poincare_section as poincare_section
 from .run.section import Section as Section
 from .run.solution import Solution as Solution
@@ -145,6 +146,7 @@ __all__ = [
     "GroupAction",
     "Hamiltonian",
     "Integrator",
+    "Lyapunov",
     "Measure",
     "Method",
     "MethodError",
@@ -202,6 +204,7 @@ __all__ = [
     "load",
     "load_scene",
     "log",
+    "lyapunov",
     "make_plan",
     "maximum",
     "method_names",

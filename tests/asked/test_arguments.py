@@ -241,6 +241,40 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
         {"tau_end": 2.0, "clock": False, "tau_eval": [0.5]},
     ),
+    "lyapunov": (
+        {
+            "problem": BENT,
+            "y0": [0.5, 0.6],
+            "t_end": 0.5,
+            "method": "rk-4",
+            "step": 0.1,
+            "t0": 0.0,
+            "count": 1,
+        },
+        {
+            "problem": IN_T,
+            "y0": [0.4, 0.6],
+            "t_end": 0.7,
+            "method": "gauss-2",
+            "step": 0.25,
+            "t0": 0.25,
+            "count": 2,
+        },
+    ),
+    "lyapunov along directions": (
+        {
+            "problem": BENT,
+            "y0": [0.5, 0.6],
+            "t_end": 0.5,
+            "step": 0.1,
+            "directions": [[1.0], [0.5]],
+        },
+        {"directions": [[0.3], [0.5]]},
+    ),
+    "lyapunov in tau": (
+        {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
+        {"tau_end": 2.0},
+    ),
     "tangent_flow in tau": (
         {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
         {"tau_end": 2.0},
@@ -308,6 +342,8 @@ LOOK: dict[str, Callable[..., Any]] = {
     ],
     "solve in tau": gi.solve,
     "tangent_flow in tau": gi.tangent_flow,
+    "lyapunov along directions": gi.lyapunov,
+    "lyapunov in tau": gi.lyapunov,
     "solve with observers": gi.solve,
 }
 # What the tests below this table are about, and those of other files.

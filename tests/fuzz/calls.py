@@ -291,6 +291,13 @@ def calls() -> dict[str, Call]:
                 **{"t0": 0.0, "directions": None},
             },
         ),
+        "lyapunov": Call(
+            gi.lyapunov,
+            {
+                **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
+                **{"t0": 0.0, "count": 2, "directions": None},
+            },
+        ),
         "gradient": Call(
             lambda y, t: bool(len(gi.gradient(field, "energy", y, t))), {"y": y0, "t": 0.0}
         ),

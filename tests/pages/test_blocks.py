@@ -32,6 +32,7 @@ PYTHON = [
     "states-at-my-times",
     "poincare-section",
     "stop-when",
+    "is-it-chaotic",
     "README",
 ]
 

@@ -22,7 +22,7 @@ from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from .timeline import Timeline, plan_timeline
 
-__all__ = ["TangentFlow", "tangent_flow"]
+__all__ = ["TangentFlow", "columns", "started", "tangent_flow"]
 
 PIECE = 1000  # steps between which Ctrl-C is seen
 
@@ -87,6 +87,20 @@ def tangent_flow(
     >>> found.slopes.shape
     (6, 6)
     """
+    state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
+    wanted = np.eye(problem.rows) if directions is None else columns(problem, directions)
+    y, slopes = state, [np.zeros((problem.rows, 0))]
+    for first in range(0, wanted.shape[1], AT_ONCE):
+        some = wanted[:, first : first + AT_ONCE]
+        y, found = _flown(stepper, timeline, some)
+        slopes.append(found)
+    return TangentFlow(y, np.concatenate(slopes, axis=1))
+
+
+def started(
+    problem: Any, y0: Any, t_end: Any, tau_end: Any, method: Any, step: Any, t0: float
+) -> tuple[Array, Timeline, Stepper]:
+    """Return where a run begins that is differentiated, its timeline and its stepper; check all."""
     start_time = finite("t0", t0)
     if not isinstance(problem, Problem):
         raise DomainError("problem", problem, "a geomint.Problem")
@@ -101,13 +115,7 @@ def tangent_flow(
     check_problem(problem, state, chosen.needs)
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, start_time)
     stepper = chosen.start(Start(problem, state, timeline.start, timeline.h))
-    wanted = np.eye(problem.rows) if directions is None else _columns(problem, directions)
-    y, slopes = state, [np.zeros((problem.rows, 0))]
-    for first in range(0, wanted.shape[1], AT_ONCE):
-        some = wanted[:, first : first + AT_ONCE]
-        y, found = _flown(stepper, timeline, some)
-        slopes.append(found)
-    return TangentFlow(y, np.concatenate(slopes, axis=1))
+    return state, timeline, stepper
 
 
 def _iterated_to_rounding(method: Method) -> Method:
@@ -119,7 +127,8 @@ def _iterated_to_rounding(method: Method) -> Method:
     return dataclasses.replace(method, tolerance=0.0)  # type: ignore[type-var]
 
 
-def _columns(problem: Problem, directions: Any) -> Array:
+def columns(problem: Problem, directions: Any) -> Array:
+    """Return directions that are given, one a column."""
     expected = f"finite numbers in {problem.rows} rows, a direction a column"
     found: Array = as_array("directions", directions, expected)
     fits = found.ndim == 2 and len(found) == problem.rows and found.shape[1] > 0

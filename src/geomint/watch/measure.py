@@ -25,33 +25,19 @@ states does).
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError
-from ..kernels.compiling.bound import Bound, bind
-from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD, VALUE
-from ..kernels.numbers.blocks import Block, scalar_block, section
-from ..kernels.solve.advance import bound_stepper
-from ..kernels.tangent.layout import (
-    Sizes,
-    given_block,
-    kept_block,
-    kept_layout,
-    lanes_for,
-    work_layout,
-)
-from ..kernels.tangent.measure import CONDITIONS, measure_sweep
-from ..methods.tangent import directions_at_once, tangent_type
-from ..problems.derivatives import slopes_of
-from ..problems.evaluate import derivative, rounding_scale
+from ..kernels.compiling.bound import bind
+from ..kernels.compiling.signatures import VALUE
+from ..kernels.numbers.blocks import Block
+from ..kernels.tangent.measure import measure_sweep
+from ..methods.carried import Carried
+from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
-from ..problems.time_scale import characteristic_time
 from .drift import ROUNDOFF
 from .watcher import Run, Watcher
 
@@ -62,11 +48,6 @@ NOISE = 4.0  # times the level of its noise: how large a random walk of the sum 
 BATCH = 1024  # steps of one call, between which Ctrl-C is seen
 
 
-@Recorded
-def no_conditions(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """Write nothing: an open set of states has no conditions."""
-
-
 @dataclass(eq=False, kw_only=True)
 class InvariantMeasure(Watcher):
     """The sum of the defects of all steps, or of the first `steps`: 0 at the start.
@@ -74,7 +55,7 @@ class InvariantMeasure(Watcher):
     Parameters
     ----------
     steps : int, optional
-        Each costs as much as tens of steps of the method.
+        Each costs as much as some steps of the method.
     """
 
     name = "measure"
@@ -84,7 +65,7 @@ class InvariantMeasure(Watcher):
     own_noise = True
     note = (
         "the sum of log(density ratio × Jacobian determinant) of the numerical steps, 0 if the method "
-        "keeps the invariant measure. Its scale is the noise that this instrument has measured of "
+        "keeps the invariant measure. Its scale is the noise of this instrument "
         "itself, which grows with the number of steps, divided by 32 ε."
     )
 
@@ -104,60 +85,14 @@ class InvariantMeasure(Watcher):
         self._measure, self._time = problem.measure, run.time
         sizes = {"params": len(problem.params), "y": problem.rows}
         density = bind(self._measure.log_density, VALUE, **sizes)
-        manifold = Bound(no_conditions, FIELD)
-        if self._measure.manifold is not None:
-            manifold = bind(self._measure.manifold, FIELD, **sizes, out=self._measure.conditions)
-        d, m = problem.rows - self._measure.conditions, self._measure.conditions
-        at_once = directions_at_once(stepper, d)
-        numbers = tangent_type(stepper, at_once)
-        rows = len(stepper.memory)
-        stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
-        self._sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
-        passes = -(-d // at_once)
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
-        self._memory = self._start(problem, y0, run.time)
-        kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(numbers)
-        functions = tuple(f.of_type(numbers) for f in stepper.functions)
-        manifold = manifold.of_type(CONDITIONS)
-        held, of_conditions = numbers.memory.held, CONDITIONS.block.held
-        memory = scalar_block(passes * rows * held.width)
-        conditions = scalar_block((problem.rows + m + problem.work) * of_conditions.width)
-        self._sweep = measure_sweep(kernel, functions, density, manifold, numbers).call(
-            stepper.compiled,
-            kernel=kernel,
-            functions=functions,
-            density=density,
-            manifold=manifold,
-            params=stepper.params,
-            coefficients=stepper.coefficients,
-            fractions=stepper.fractions,
-            layout=given_block(problem.pieces, self._sizes),
-            memory=self._memory,
-            work=scalar_block(sum(work_layout(self._sizes))),
-            numbers=held(memory.data),
-            plain=memory,
-            scratch=held(scalar_block(len(stepper.work) * held.width).data),
-            conditions=of_conditions(conditions.data),
-            conditions_plain=conditions,
+        carried = Carried(problem, stepper, y0, run.time)
+        self._carried = carried
+        sweep = measure_sweep(
+            carried.kernel, carried.functions, density, carried.manifold, carried.numbers
         )
+        self._sweep = sweep.call(stepper.compiled, density=density, **carried.arguments)
         return 0.0
-
-    def _start(self, problem: Problem, y0: Array, time: float) -> Block:
-        """Return what is kept, as it is at the start: the state, its units, directions along them."""
-        s = self._sizes
-        scales = _scales(problem, y0)
-        basis = np.zeros((s.n, lanes_for(s.d)))
-        gradients = np.zeros((0, s.n))
-        with np.errstate(all="ignore"):
-            if self._measure.manifold is not None:
-                gradients = scales * slopes_of(problem, self._measure.manifold, y0, time, s.m)
-            sizes = 1.0 / np.linalg.norm(gradients, axis=1)
-        gradients = np.where(np.isfinite(gradients), gradients, 0.0)
-        sizes = np.where(np.isfinite(sizes), sizes, 1.0)
-        basis[:, : s.d] = np.linalg.qr(gradients.T, mode="complete")[0][:, s.m :]
-        state = np.append(y0, np.zeros(s.rows - s.n))
-        given = {"state": state, "scales": scales, "condition_scales": sizes}
-        return kept_block(s, basis=basis.ravel(), **given)
 
     def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))
@@ -174,39 +109,16 @@ class InvariantMeasure(Watcher):
         self._time = float(times[-1])
         return values
 
-    def _kept(self, name: str) -> float:
-        return float(section(self._memory, kept_layout(self._sizes), name)[0])
-
     @property
     def deviation(self) -> float:
         """The standard deviation that rounding has given to the sum so far."""
-        return float(np.sqrt(self._kept("variance")))
+        return float(np.sqrt(self._carried.kept("variance")[0]))
 
     def scale(self) -> float:
         """Return the scale that makes 32 ε × scale the level below which nothing can be seen."""
-        noise = DEVIATIONS * self.deviation + self._kept("bias")
+        noise = DEVIATIONS * self.deviation + float(self._carried.kept("bias")[0])
         ends = self._density_scale + self._measure.conditions
         return float(ends + noise / ROUNDOFF)
 
     def noise(self, steps: int) -> float:
         return NOISE * ROUNDOFF * self.scale()
-
-
-def _scales(problem: Problem, y0: Array) -> Array:
-    """Return the norms of the pieces, row by row; where one is 0, what it is after a typical time."""
-    sizes = np.zeros(problem.rows)
-    for piece in problem.slices.values():
-        sizes[piece] = _norm(y0[piece])
-    if (sizes == 0.0).any():
-        with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
-            rates = characteristic_time(problem, y0) * derivative(problem, y0)
-            for piece in problem.slices.values():
-                sizes[piece] = sizes[piece].max() or _norm(rates[piece])
-    return np.where((sizes > 0.0) & (sizes < np.inf), sizes, 1.0)
-
-
-def _norm(x: Array) -> float:
-    """Return ‖x‖ whatever the size of its numbers."""
-    largest = float(np.abs(x).max())
-    inside = 0.0 < largest < np.inf
-    return largest * float(np.linalg.norm(x / largest)) if inside else largest

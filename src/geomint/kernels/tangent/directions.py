@@ -16,59 +16,60 @@ from .layout import Kept, Sizes, Work, lanes_for
 from .near_identity import log_volume
 from .products import add_product, write_overlaps
 
-__all__ = ["carry", "log_stretch", "turn_stages"]
+__all__ = ["begin_at", "carry", "log_stretch", "turn_stages"]
 
 EIGHT = 8
 
 
 @helper
+def begin_at(s: Sizes, state: Any, plain: Any) -> None:
+    """Let the next step begin at a state, without what was carried of its sums."""
+    size = 1 + s.at_once
+    for first in range(0, s.d, s.at_once):
+        here = first // s.at_once * s.memory_rows
+        for r in range(s.rows):
+            plain[(here + r) * size] = state[r]
+            plain[(here + s.rows + r) * size] = 0.0
+
+
+@helper
 def carry(
-    method: Any, t: float, h: float, s: Sizes, kept: Kept, numbers: Any, plain: Any, scratch: Any,
-    D: Any,
-) -> bool:  # fmt: skip
-    """Write what a step from the state that is kept adds to each direction; return whether it succeeds.
+    method: Any, t0: float, h: float, before: int, steps: int, s: Sizes, kept: Kept, numbers: Any,
+    plain: Any, scratch: Any, D: Any,
+) -> tuple[int, int, int, float]:  # fmt: skip
+    """Write what some steps add to each direction; return what the stepper returns.
 
     `method` is what takes a step: (kernel, functions, params, coefficients, fractions). `plain` are
-    the numbers that `numbers`, its memory, is made of.
+    the numbers that `numbers`, its memory, is made of. After a failure nothing is remembered.
     """
     kernel, functions, params, coefficients, fractions = method
-    state, scales, basis = kept.state, kept.scales, kept.basis
+    scales, basis = kept.scales, kept.basis
     size, width = 1 + s.at_once, lanes_for(s.d)
-    good = True
+    status, done, iterations, residual = OK, steps, 0, 0.0
     for first in range(0, s.d, s.at_once):
         here = first // s.at_once * s.memory_rows
         count = min(s.at_once, s.d - first)
-        kept_rows = s.n if count == s.at_once else 0  # they are written whole
-        for i in range((here + kept_rows) * size, (here + 2 * s.rows) * size):
-            plain[i] = 0.0
-        for r in range(s.rows):
-            plain[(here + r) * size] = state[r]
+        for r in range(
+            s.n if count == s.at_once else 0, 2 * s.rows
+        ):  # the others are written whole
+            for k in range(s.at_once):
+                plain[(here + r) * size + 1 + k] = 0.0
         for r in range(s.n):
             write_scaled(basis, r * width + first, scales[r], count, plain, (here + r) * size + 1)
         memory = part(numbers, here, s.memory_rows)
-        status, _, _, _ = kernel(
-            functions,
-            params,
-            coefficients,
-            fractions,
-            memory,
-            scratch,
-            s.rows,
-            t,
-            h,
-            0,
-            1,
-            2,
-            memory,
-        )
-        good = good and status == OK
+        found = kernel(
+            functions, params, coefficients, fractions, memory, scratch, s.rows, t0, h, before,
+            steps, before + steps + 1, memory,
+        )  # fmt: skip
+        if found[0] != OK and status == OK:
+            status, done, iterations, residual = found
         for r in range(s.n):
             at, rest = (here + r) * size + 1, (here + r + s.rows) * size + 1
             write_added(basis, r * width + first, scales[r], count, plain, at, rest, D)
-    if not good:
+    if status != OK:
         for i in range(len(plain)):
             plain[i] = 0.0
-    return good
+    return status, done, iterations, residual
 
 
 @inlined

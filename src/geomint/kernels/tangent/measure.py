@@ -22,24 +22,34 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiling.bound import Bound
-from ..compiling.number_types import NumberType, tangent
+from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
 from ..compiling.signatures import BLOCK, MEMORY, Functions, OfType, takes
 from ..numbers.arithmetic import NAN
 from ..numbers.blocks import part, sections
 from ..solve.compensated import add_compensated
-from .directions import carry, log_stretch, turn_stages
+from ..solve.status import OK
+from .directions import begin_at, carry, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
-from .normals import enlarge_scales, log_density_at
+from .normals import CONDITIONS, enlarge_scales, write_normals
 
-__all__ = ["CONDITIONS", "measure_sweep"]
+__all__ = ["measure_sweep"]
 
 EPSILON = 2.0**-52
-CONDITIONS = tangent(8)  # numbers that conditions take
 # What a step may add to the sum whatever its rounding does: a relative error common to all derivatives
 # (measured: up to 0.04 ε ‖D‖²), and for each condition what states are off the manifold in the mean
 # (measured: up to ε/400).
 SYSTEMATIC, OFF = EPSILON / 8.0, EPSILON / 128.0
+
+
+@helper
+def log_density_at(
+    density: Any, manifold: Any, params: Any, t: float, y: Any, s: Any, kept: Any, work: Any,
+    numbers: Any, plain: Any,
+) -> float:  # fmt: skip
+    """Write the normals at y; return ``log μ − ½ log det(C Cᵀ)``."""
+    volume = write_normals(manifold, params, t, y, s, kept, work, numbers, plain)
+    return density(params, t, part(y, 0, s.n), work.scratch) - volume
 
 
 @helper
@@ -93,7 +103,8 @@ def measure(
             density, manifold, params, t + h, state, s, kept, own, conditions, conditions_plain
         )  # fmt: skip
         stretch, squares = NAN, 0.0
-        if carry(method, t, h, s, kept, numbers, plain, scratch, own.D):
+        begin_at(s, y, plain)
+        if carry(method, t, h, 0, 1, s, kept, numbers, plain, scratch, own.D)[0] == OK:
             stretch, squares = log_stretch(s, kept, own)
             turn_stages(s, own.upper, plain)
         kept.bias[0] = kept.bias[0] + (SYSTEMATIC * squares + OFF * s.m)

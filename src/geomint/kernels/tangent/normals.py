@@ -1,9 +1,10 @@
-"""Units of the pieces of a state, normals of {c(y) = 0}, and the density of a measure there."""
+"""Units of the pieces of a state, and normals of {c(y) = 0}."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from ..compiling.number_types import tangent
 from ..compiling.recorded import helper
 from ..numbers.arithmetic import like
 from ..numbers.blocks import as_lanes, part
@@ -11,7 +12,9 @@ from .layout import Kept, Sizes, Work, lanes_for, pieces_of
 from .near_identity import log_volume, small
 from .products import add_product, write_overlaps
 
-__all__ = ["enlarge_scales", "log_density_at"]
+__all__ = ["CONDITIONS", "enlarge_scales", "write_normals"]
+
+CONDITIONS = tangent(8)  # the numbers that conditions take
 
 GROWN = 4.0  # times its unit: what is larger than that has a larger unit
 EIGHT = 8
@@ -66,11 +69,11 @@ def write_gradients(
 
 
 @helper
-def log_density_at(
-    density: Any, manifold: Any, params: Any, t: float, y: Any, s: Sizes, kept: Kept, work: Work,
-    numbers: Any, plain: Any,
+def write_normals(
+    manifold: Any, params: Any, t: float, y: Any, s: Sizes, kept: Kept, work: Work, numbers: Any,
+    plain: Any,
 ) -> float:  # fmt: skip
-    """Write unit normals at y, a column each; return ``log μ − ½ log det(C Cᵀ)`` with C = Dc.
+    """Write unit normals at y, a column each; return ``½ log det(C Cᵀ)`` with C = Dc.
 
     C is in units of the pieces and of the conditions; these are the gradients where a run begins. By
     Cholesky's factors, again where gradients are far from orthonormal; NaN for dependent conditions.
@@ -96,4 +99,4 @@ def log_density_at(
             again = again and abs(volume) < 1e3
             for i in range(len(rows) if again else 0):
                 rows[i] = normals[i]
-    return density(params, t, part(y, 0, s.n), work.scratch) - volume
+    return volume

@@ -1,0 +1,177 @@
+"""Directions at a state, and all that a sweep needs to carry them along a method's steps."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..errors import DomainError
+from ..kernels.compiling.bound import Bound, bind
+from ..kernels.compiling.number_types import NumberType
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import FIELD
+from ..kernels.numbers.blocks import Block, scalar_block, section
+from ..kernels.solve.advance import bound_stepper
+from ..kernels.tangent.layout import (
+    Sizes,
+    given_block,
+    kept_block,
+    kept_layout,
+    lanes_for,
+    work_layout,
+)
+from ..kernels.tangent.normals import CONDITIONS
+from ..problems.derivatives import slopes_of
+from ..problems.evaluate import derivative
+from ..problems.problem import Problem
+from ..problems.time_scale import characteristic_time
+from .stepper import Stepper
+from .tangent import directions_at_once, tangent_type
+
+__all__ = ["Carried", "sizes_of_pieces"]
+
+SMALL = 2.0**-10  # of other sizes
+
+
+@Recorded
+def no_conditions(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """Write nothing: an open set of states has no conditions."""
+
+
+class Carried:
+    """Orthonormal directions at a state, and the arguments of what carries them along.
+
+    They are tangent to the manifold that the problem's measure is on; without a measure, or with one
+    on an open set, all directions are.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        With steps of given lengths.
+    directions : array, shape (rows, k), optional
+        To be made orthonormal. Default: as many as the manifold has dimensions.
+
+    Attributes
+    ----------
+    sizes : Sizes
+    numbers : NumberType
+        In which steps are taken.
+    kernel, functions, manifold : Bound, tuple of Bound, Bound
+    arguments : dict
+        Of a sweep, by name.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        stepper: Stepper,
+        y0: Array,
+        time: float,
+        directions: Array | None = None,
+    ) -> None:
+        measure, rows = problem.measure, len(stepper.memory)
+        conditions = None if measure is None else measure.manifold
+        m = 0 if measure is None else measure.conditions
+        d = problem.rows - m if directions is None else directions.shape[1]
+        at_once = directions_at_once(stepper, d)
+        stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
+        self.sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
+        self.numbers: NumberType = tangent_type(stepper, at_once)
+        self.kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(self.numbers)
+        self.functions = tuple(f.of_type(self.numbers) for f in stepper.functions)
+        manifold = Bound(no_conditions, FIELD)
+        if conditions is not None:
+            given = {"params": len(problem.params), "y": problem.rows, "out": m}
+            manifold = bind(conditions, FIELD, **given)
+        self.manifold = manifold.of_type(CONDITIONS)
+        self._kept = self._start(problem, conditions, y0, time, directions)
+        self.arguments = self._arguments(problem, stepper)
+
+    def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
+        s = self.sizes
+        held, of_conditions = self.numbers.memory.held, CONDITIONS.block.held
+        memory = scalar_block(-(-s.d // s.at_once) * s.memory_rows * held.width)
+        conditions = scalar_block((s.n + s.m + problem.work) * of_conditions.width)
+        return {
+            "kernel": self.kernel,
+            "functions": self.functions,
+            "manifold": self.manifold,
+            "params": stepper.params,
+            "coefficients": stepper.coefficients,
+            "fractions": stepper.fractions,
+            "layout": given_block(problem.pieces, s),
+            "memory": self._kept,
+            "work": scalar_block(sum(work_layout(s))),
+            "numbers": held(memory.data),
+            "plain": memory,
+            "scratch": held(scalar_block(len(stepper.work) * held.width).data),
+            "conditions": of_conditions(conditions.data),
+            "conditions_plain": conditions,
+        }
+
+    def _start(
+        self,
+        problem: Problem,
+        conditions: Recorded | None,
+        y0: Array,
+        time: float,
+        directions: Array | None,
+    ) -> Block:
+        """Return what is kept, as it is at the start: the state, its units, directions along them."""
+        s, scales = self.sizes, sizes_of_pieces(problem, y0)
+        gradients = np.zeros((0, s.n))
+        with np.errstate(all="ignore"):
+            if conditions is not None:
+                gradients = scales * slopes_of(problem, conditions, y0, time, s.m)
+            sizes = 1.0 / np.linalg.norm(gradients, axis=1)
+        gradients = np.where(np.isfinite(gradients), gradients, 0.0)
+        sizes = np.where(np.isfinite(sizes), sizes, 1.0)
+        tangents = np.linalg.qr(gradients.T, mode="complete")[0][:, s.m :]
+        if directions is not None:
+            inside = tangents @ (tangents.T @ (directions / scales[:, None]))
+            tangents = np.linalg.qr(inside)[0]
+        basis = np.zeros((s.n, lanes_for(s.d)))
+        basis[:, : s.d] = tangents
+        state = np.append(y0, np.zeros(s.rows - s.n))
+        given = {"state": state, "scales": scales, "condition_scales": sizes}
+        return kept_block(s, basis=basis.ravel(), **given)
+
+    def kept(self, name: str) -> Array:
+        """Return what is kept under a name; a view."""
+        view: Array = section(self._kept, kept_layout(self.sizes), name).data
+        return view
+
+
+def sizes_of_pieces(problem: Problem, y0: Array) -> Array:
+    """Return the norms of the pieces, row by row; where one is 0, what it is after a typical time.
+
+    A piece that is much smaller than the others, as one that is almost at rest is, has the size that
+    it would have after that time if the others were changed by theirs: in units that are too small,
+    the derivative of a short step would be far from 1.
+    """
+    pieces, sizes = problem.slices.values(), np.zeros(problem.rows)
+    for piece in pieces:
+        sizes[piece] = _norm(y0[piece])
+    if sizes.min() > SMALL * sizes.max():
+        return np.where(sizes < np.inf, sizes, 1.0)
+    with contextlib.suppress(DomainError):  # without a finite derivative the first step fails
+        span = characteristic_time(problem, y0)
+        rates = derivative(problem, y0)
+        for piece in pieces:
+            sizes[piece] = sizes[piece].max() or span * _norm(rates[piece])
+        u = np.random.default_rng(20102).normal(size=problem.rows)
+        moved = span * (derivative(problem, y0 + sizes * u / np.sqrt(problem.rows)) - rates)
+        for piece in pieces:
+            if sizes[piece].max() < SMALL * _norm(moved[piece]):
+                sizes[piece] = _norm(moved[piece])
+    return np.where((sizes > 0.0) & (sizes < np.inf), sizes, 1.0)
+
+
+def _norm(x: Array) -> float:
+    """Return ‖x‖ whatever the size of its numbers."""
+    largest = float(np.abs(x).max())
+    inside = 0.0 < largest < np.inf
+    return largest * float(np.linalg.norm(x / largest)) if inside else largest

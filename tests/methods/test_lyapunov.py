@@ -1,0 +1,189 @@
+"""Lyapunov exponents: against the derivative of the run, against SciPy, regular and chaotic motions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from families import FAMILIES, PROBLEMS
+from scipy.integrate import solve_ivp
+
+import geomint as gi
+from geomint.methods import find_method
+from geomint.methods.carried import sizes_of_pieces
+from geomint.problems.derivatives import slopes_of
+from geomint.problems.testproblems import henon_heiles
+
+STEP = 0.05
+FIXED = [
+    pytest.param(name, problem, id=f"{name}-{problem}")
+    for name, problem in FAMILIES
+    if not find_method(name).adaptive
+]
+CHAOTIC = np.array([0.0, -0.25, 0.42081, 0.0])  # energy 0.125 and more: most motions are chaotic
+
+
+def until(p: gi.Problem, end: float) -> dict[str, float]:
+    return {"tau_end" if p.time == "tau" else "t_end": end}
+
+
+def tangents(p: gi.Problem, y: np.ndarray, scales: np.ndarray, count: int) -> np.ndarray:
+    """Some directions at y, orthonormal in those units, tangent to the manifold of the measure."""
+    v = np.random.default_rng(5).normal(size=(p.rows, count)) / scales
+    if p.measure is not None and p.measure.manifold is not None:
+        C = slopes_of(p, p.measure.manifold, y, 0.0, p.measure.conditions) * scales[:, 0]
+        v -= np.linalg.pinv(C) @ (C @ v)
+    return scales * np.linalg.qr(v)[0]
+
+
+@pytest.mark.parametrize(("name", "problem"), FIXED)
+def test_growth_is_that_of_the_derivative(name: str, problem: str) -> None:
+    """log R_kk of DΦ, a cut last step included; both vectors of the alignment index."""
+    p, y0 = PROBLEMS[problem]
+    y0, end = p.canonical(y0), 60.4 * STEP
+    scales = sizes_of_pieces(p, y0)[:, None]
+    v = tangents(p, y0, scales, 2)
+    flow = gi.tangent_flow(p, y0, **until(p, end), method=name, step=STEP, directions=v)
+    found = gi.lyapunov(p, y0, **until(p, end), method=name, step=STEP, directions=v)
+    np.testing.assert_allclose(found.y, flow.y, rtol=0, atol=1e-12 * np.abs(y0).max())
+    expected = np.log(np.abs(np.diag(np.linalg.qr(flow.slopes / scales)[1])))
+    atol = 1e-8 if p.measure is not None else 1e-9  # methods that leave the manifold are projected
+    if name in ("rk-4", "dop853"):
+        atol = 1e-4
+    np.testing.assert_allclose(found.exponents * found.t[-1], expected, rtol=0, atol=atol)
+    ends = flow.slopes / scales
+    ends /= np.linalg.norm(ends, axis=0)
+    index = min(np.linalg.norm(ends[:, 0] - s * ends[:, 1]) for s in (1, -1))
+    assert found.sali is not None
+    assert found.sali[-1] == pytest.approx(index, abs=atol)
+
+
+def test_against_scipy() -> None:
+    """The variational equations of Hénon and Heiles, written out, by another code."""
+
+    def both(t: float, z: np.ndarray) -> np.ndarray:
+        x, y, u, w = z[:4]
+        force = [-x - 2 * x * y, -y - x * x + y * y]
+        K = np.array([[-1 - 2 * y, -2 * x], [-2 * x, -1 + 2 * y]])
+        J = np.block([[np.zeros((2, 2)), np.eye(2)], [K, np.zeros((2, 2))]])
+        return np.concatenate([[u, w], force, (J @ z[4:].reshape(4, 4)).ravel()])
+
+    end, start = 30.0, np.concatenate([CHAOTIC, np.eye(4).ravel()])
+    sol = solve_ivp(both, (0.0, end), start, method="DOP853", rtol=1e-13, atol=1e-14)
+    R = np.linalg.qr(sol.y[4:, -1].reshape(4, 4))[1]
+    scales = sizes_of_pieces(henon_heiles.problem(), CHAOTIC)[:, None]
+    R = np.linalg.qr(sol.y[4:, -1].reshape(4, 4) * scales.T / scales)[1]
+    found = gi.lyapunov(
+        henon_heiles.problem(), CHAOTIC, t_end=end, method="gauss-8", step=0.1,
+        directions=np.diag(scales[:, 0]),
+    )  # fmt: skip
+    np.testing.assert_allclose(found.exponents * end, np.log(np.abs(np.diag(R))), atol=1e-6)
+
+
+def test_chaos() -> None:
+    """At energy 1/6 the largest exponent is 0.13; the spectrum is symmetric, its sum 0."""
+    y0 = CHAOTIC.copy()
+    y0[2] = np.sqrt(2.0 * (1.0 / 6.0 - 0.5 * 0.0625 - 0.25**3 / 3.0))
+    found = gi.lyapunov(henon_heiles.problem(), y0, t_end=20_000.0, method="gauss-8", step=0.4)
+    largest, error = found.exponents[0], found.errors[0]
+    assert abs(largest - 0.13) <= 3.0 * error
+    assert error < 0.01
+    assert abs(found.exponents.sum()) < 1e-12
+    np.testing.assert_allclose(found.exponents, -found.exponents[::-1], atol=1e-3)
+    assert found.sali is not None
+    assert found.sali[found.t > 1000.0].max() < 1e-20
+
+
+@pytest.mark.parametrize("end", [1000.0, -1000.0, 10_000.0])
+def test_tori(end: float) -> None:
+    """On tori exponents fall like ln t / t, and are no larger than their errors allow."""
+    scene = gi.load_scene("hamiltonized-n3")
+    found = gi.lyapunov(scene.problem, scene.state, tau_end=end, method="gauss-8", step=0.2)
+    assert found.exponents.shape == (4,)
+    t = np.abs(end)
+    assert (np.abs(found.exponents) < 3.0 * np.log(t) / t).all()
+    assert (np.abs(found.exponents) <= 3.0 * found.errors).all()
+    assert found.sali is not None
+    assert found.sali[-1] > 1e-3
+
+
+def test_some_of_them() -> None:
+    """The first directions do not know of the others."""
+    p = henon_heiles.problem()
+    run = {"t_end": 50.0, "method": "rk-4", "step": 0.05}
+    v = np.random.default_rng(0).normal(size=(4, 4))
+    every = gi.lyapunov(p, CHAOTIC, **run, directions=v)
+    first = gi.lyapunov(p, CHAOTIC, **run, directions=v[:, :1])
+    np.testing.assert_allclose(first.exponents, every.exponents[:1], rtol=1e-11)
+    assert first.sali is None
+    assert gi.lyapunov(p, CHAOTIC, **run, count=3).exponents.shape == (3,)
+    assert "0.1" in repr(first) or "exponents" in repr(first)
+
+
+def test_many_directions() -> None:
+    """Two passes of directions: as the derivative of the run has them."""
+    scene = gi.load_scene("rolling-ball-n4")
+    p, y0 = scene.problem, scene.state
+    found = gi.lyapunov(p, y0, t_end=2.0, method="gauss-4", step=0.1)
+    assert len(found.exponents) > 8
+    keys = {"t_end": 2.0, "method": "gauss-4", "step": 0.1}
+    v = np.random.default_rng(20101).normal(size=(p.rows, len(found.exponents)))
+    again = gi.lyapunov(p, y0, **keys, directions=v)
+    np.testing.assert_array_equal(again.exponents, found.exponents)
+
+
+def test_at_rest() -> None:
+    """A pendulum at its lower and at its upper equilibrium: 0, and ±1."""
+
+    @gi.field
+    def pendulum(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = y[1]
+        out[1] = -gi.sin(y[0])
+
+    p = gi.Problem("pendulum", (("q", 1), ("p", 1)), field=pendulum)
+    run = {"t_end": 200.0, "method": "gauss-8", "step": 0.25}
+    below = gi.lyapunov(p, [0.0, 0.0], **run)
+    assert (np.abs(below.exponents) < 0.02).all()
+    above = gi.lyapunov(p, [np.pi, 0.0], **{**run, "t_end": 20.0})
+    np.testing.assert_allclose(above.exponents, [1.0, -1.0], atol=0.1)
+    volume = gi.Problem("pendulum", p.pieces, field=pendulum, measure=gi.Measure())
+    for y0 in ([np.pi, 0.0], [np.pi, 1e-30], [1e-200, 1e-100], [0.0, 0.0]):
+        drift = gi.solve(volume, y0, t_end=20.0, method="gauss-8", step=0.25, observe=["measure"])
+        assert drift.drift["measure"].within_roundoff
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"count": 0}, "count"),
+        ({"count": 5}, "count"),
+        ({"count": 2, "directions": np.eye(4)}, "beside directions"),
+        ({"directions": np.ones(4)}, "directions"),
+        ({"directions": np.full((4, 1), np.nan)}, "directions"),
+        ({"directions": np.zeros((4, 5))}, "at most 4"),
+        ({"method": "dop853-adaptive"}, "method"),
+        ({"t_end": 0.0}, "t_end"),
+    ],
+)
+def test_wrong_arguments(wrong: dict[str, Any], said: str) -> None:
+    run = {"t_end": 5.0, "method": "rk-4", "step": 0.05, **wrong}
+    with pytest.raises(gi.GeomintError, match=said):
+        gi.lyapunov(henon_heiles.problem(), CHAOTIC, **run)
+
+
+def test_a_step_that_is_too_large() -> None:
+    with pytest.raises(gi.ConvergenceError, match="t = "):
+        gi.lyapunov(henon_heiles.problem(), CHAOTIC, t_end=50.0, method="gauss-2", step=12.0)
+
+
+def test_a_picture() -> None:
+    """Exponents on logarithmic axes, the index below; one direction has one panel."""
+    p = henon_heiles.problem()
+    found = gi.lyapunov(p, CHAOTIC, t_end=100.0, method="rk-4", step=0.05)
+    figure = found.plot()
+    first, second = figure.axes
+    assert (first.get_xscale(), first.get_yscale(), second.get_yscale()) == ("log",) * 3
+    assert len(first.lines) == 5
+    one = gi.lyapunov(p, CHAOTIC, t_end=100.0, method="rk-4", step=0.05, count=1).plot()
+    assert len(one.axes) == 1
