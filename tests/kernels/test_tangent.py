@@ -40,6 +40,14 @@ OPERATIONS = {
 }
 
 
+def test_what_a_number_carries() -> None:
+    """Its value alone, and how many slopes; of plain numbers none."""
+    x = Tangent(2.0, np.array([3.0, 4.0]))
+    assert (ar.plain(x), ar.slope_count(x)) == (2.0, 2)
+    assert (ar.plain(2.0), ar.slope_count(2.0)) == (2.0, 0)
+    assert ar.magnitude(x) == 4.0
+
+
 @pytest.fixture(autouse=True)
 def _precision():
     with mp.workdps(60):

@@ -28,8 +28,10 @@ __all__ = [
     "log",
     "magnitude",
     "maximum",
+    "plain",
     "select",
     "sin",
+    "slope_count",
     "sqrt",
     "top",
     "total",
@@ -138,6 +140,16 @@ def log(x: Any) -> Any:
 def maximum(x: Any, y: Any) -> Any:
     """Return the larger of two numbers, lane by lane; NaN where either is NaN."""
     return select(x > y, x, select(x >= x, y, x))
+
+
+def plain(x: Any) -> Any:
+    """Return a number without derivatives: the value of a tangent number."""
+    return x.value if hasattr(x, "slopes") else x
+
+
+def slope_count(x: Any) -> int:
+    """Return how many derivatives a number carries: 0 but for tangent numbers."""
+    return len(x.slopes) if hasattr(x, "slopes") else 0
 
 
 def magnitude(x: Any) -> Any:

@@ -343,6 +343,16 @@ def _like(typingctx, value, example):
     return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
 
 
+@overload(arithmetic.plain, inline="always")
+def _overload_plain(x):
+    return None if hasattr(x, "base") else lambda x: x
+
+
+@overload(arithmetic.slope_count, inline="always")
+def _overload_slope_count(x):
+    return None if hasattr(x, "base") else lambda x: 0
+
+
 @overload(arithmetic.magnitude, inline="always")
 def _overload_magnitude(x):
     return None if hasattr(x, "count") else (lambda x: abs(x))

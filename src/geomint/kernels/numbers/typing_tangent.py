@@ -427,6 +427,19 @@ def _absolute(b: Any, x: Any) -> Any:
     return b.select(negative, b.fneg(x), x)
 
 
+@overload(arithmetic.plain)
+def _overload_plain(x):
+    return (lambda x: _value(x)) if _is_tangent(x) else None
+
+
+@overload(arithmetic.slope_count)
+def _overload_slope_count(x):
+    if not _is_tangent(x):
+        return None
+    count = x.count * (LANES if x.packed else 1)
+    return lambda x: count
+
+
 @overload(arithmetic.top)
 def _overload_top(x):
     return (lambda x: arithmetic.top(_value(x))) if _is_tangent(x) else None

@@ -21,7 +21,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiling.recorded import helper, inlined
-from ..numbers.arithmetic import epsilon, like, maximum, select
+from ..numbers.arithmetic import epsilon, like, magnitude, maximum, select
 from .status import NOT_CONVERGED, NOT_FINITE
 
 __all__ = [
@@ -56,9 +56,9 @@ def inverse_size(size: Any) -> Any:
 @inlined
 def larger(x: Any, moves: Any, n: int) -> Any:
     """Return the size of a piece: the largest of its numbers and of their increments."""
-    size = 0.0 * x[0]
+    size = 0.0 * magnitude(x[0])
     for i in range(n):
-        size = maximum(maximum(abs(x[i]), abs(moves[i])), size)
+        size = maximum(maximum(magnitude(x[i]), magnitude(moves[i])), size)
     return size
 
 

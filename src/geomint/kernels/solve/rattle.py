@@ -8,7 +8,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.arithmetic import epsilon, like, maximum, select, top
+from ..numbers.arithmetic import epsilon, like, magnitude, maximum, plain, select, slope_count, top
 from ..numbers.blocks import REST, part, sections
 from .advance import stepper
 from .compensated import add_compensated
@@ -36,6 +36,7 @@ SHIFT = 2.0**-20  # of p along the normals, for H_pp by differences
 NEWTON = 30
 # Newton's changes are squared, or divided by 1/SHIFT: after such a one the next is less than rounding.
 CLEAN = 2.0**-30
+FOLLOW = 3.0  # iterations
 
 
 @inlined
@@ -111,14 +112,16 @@ def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
     """Set the rows of g that a rounded q and a rounded sum of n terms explain to zero.
 
     No q satisfies ``g(q) = 0`` better. To ask for it would move p by ε |q| / h along the normals, to
-    and fro, and with it H_q: next to that a small p, or one that is zero, would be lost.
+    and fro, and with it H_q: next to that a small p, or one that is zero, would be lost. What g changes
+    by with the directions of tangent numbers is no rounding, and stays.
     """
     share = (1.0 + 0.25 * math.sqrt(n)) * epsilon(q[0])
     for a in range(m):
-        size = 0.0 * q[0]
+        value = plain(g[a])
+        size = 0.0 * value
         for i in range(n):
-            size += abs(G[a * n + i] * q[i])
-        g[a] = select(abs(g[a]) > share * size, g[a], 0.0 * size)
+            size += abs(plain(G[a * n + i]) * plain(q[i]))
+        g[a] = select(abs(value) > share * size, g[a], g[a] - value)
 
 
 @helper
@@ -130,8 +133,9 @@ def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: 
     """
     q, p, dp, G, response, defect = own.Q, own.P, own.dp1, own.G1, own.response, own.g
     one = like(1.0, q[0])
-    last = like(BEGINNING, one)
-    going = one  # 0 in the lanes that have converged
+    still = 0.0 * magnitude(one)
+    last = like(BEGINNING, still)
+    going = like(1.0, still)  # 0 in the lanes that have converged
     for iteration in range(NEWTON):
         gradients(params, t, q, p, own.dp0, dp, own.scratch)
         for i in range(m * n):
@@ -141,17 +145,17 @@ def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: 
         for a in range(m):
             defect[a] = across(n, a, G, dp)
         solve_small(m, own.matrix, defect)
-        change = 0.0 * one
-        size = 0.0 * one
+        change = still
+        size = still
         for i in range(n):
             by = along(n, m, i, G, defect)
-            size = maximum(abs(p[i]), size)
-            change = maximum(abs(by), change)
+            size = maximum(magnitude(p[i]), size)
+            change = maximum(magnitude(by), change)
             p[i] = p[i] - select(going > 0.0, by, 0.0 * by)
         change = change * inverse_size(size)
         last = select(going > 0.0, change, last)
         if iteration > 0:
-            going = select(change <= CLEAN, 0.0 * one, going)
+            going = select(change <= CLEAN, still, going)
         if top(going) == 0.0 or not finite(top(change)):
             break
     return last
@@ -206,12 +210,15 @@ def rattle_step(
         response[i] = zero
     add_normal_response(gradients, params, t0, q, P, dp0, G0, half * half, own, n, m)
     add_normal_response(gradients, params, t1, Q, P, dp1, G0, half * half, own, n, m)
-    last = like(BEGINNING, q[0])
-    before = like(BEGINNING, q[0])
-    going = like(1.0, q[0])  # 0 in the lanes that have converged: they change no more
-    coarse = like(1.0, q[0])  # 1 in the lanes whose sizes are still to be found
-    q_inverse = zero
-    p_inverse = zero
+    still = 0.0 * magnitude(q[0])
+    last = like(BEGINNING, still)
+    before = like(BEGINNING, still)
+    going = like(1.0, still)  # 0 in the lanes that have converged: they change no more
+    coarse = like(1.0, still)  # 1 in the lanes whose sizes are still to be found
+    held = still  # iterations since values have converged: slopes, whose rounding is larger, follow
+    settle = like(FOLLOW if slope_count(q[0]) > 0 else 0.0, still)
+    q_inverse = still
+    p_inverse = still
     for iteration in range(cap):
         if iteration > 0:
             gradients(params, t0, q, P, dq0, dp0, scratch)
@@ -230,7 +237,7 @@ def rattle_step(
             lam[a] = select(going > 0.0, lam[a] + g[a], lam[a])
         q_inverse = select(coarse > 0.0, inverse_size(larger(q, last_q, n)), q_inverse)
         p_inverse = select(coarse > 0.0, inverse_size(larger(p, last_p, n)), p_inverse)
-        delta = zero
+        delta = still
         for i in range(n):
             by_q = free[i] - along(n, m, i, response, g)
             by_p = -half * (dq0[i] + along(n, m, i, G0, lam))
@@ -238,17 +245,18 @@ def rattle_step(
             last_p[i] = select(going > 0.0, by_p, last_p[i])
             new_q = q[i] + (carry[i] + last_q[i])
             new_p = p[i] + (carry[n + i] + last_p[i])
-            delta = maximum(abs(new_q - Q[i]) * q_inverse, delta)
-            delta = maximum(abs(new_p - P[i]) * p_inverse, delta)
+            delta = maximum(abs(plain(new_q) - plain(Q[i])) * q_inverse, delta)
+            delta = maximum(abs(plain(new_p) - plain(P[i])) * p_inverse, delta)
             Q[i] = new_q
             P[i] = new_p
         worst = top(delta)
         if not finite(worst):
             return failure(iteration), iteration + 1, worst
-        rounding = rounding_left(delta, zero)
+        rounding = rounding_left(delta, still)
         done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
-        going = select(done, zero, going)
-        coarse = select(delta > COARSE, going, zero)
+        held = select(done | (held > 0.0), held + 1.0, held)
+        going = select(held > settle, still, going)
+        coarse = select(delta > COARSE, going, still)
         if top(going) == 0.0:
             start_rate = clock(params, t0, qp, scratch) if clock_rows > 0 else zero
             gradients(params, t1, Q, P, dq1, dp1, scratch)

@@ -1,0 +1,76 @@
+"""The sum over steps against one determinant: that of the derivative of the whole run."""
+
+from __future__ import annotations
+
+from importlib import resources
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.problems.derivatives import slopes_of
+from geomint.problems.evaluate import value
+
+SCENES = sorted(
+    path.name.removesuffix(".toml")
+    for path in (resources.files("chaplygin") / "scenes").iterdir()
+    if path.name.endswith(".toml")
+)
+METHODS = ("gauss-4", "rattle-2", "verlet-2", "cf-4")
+STEPS = 25
+
+
+def frame(problem: gi.Problem, y: np.ndarray, t: float) -> tuple[np.ndarray, float]:
+    """Orthonormal tangent vectors, and the logarithm of the density of their cell."""
+    measure = problem.measure
+    assert measure is not None
+    density = value(problem, measure.log_density, y, t)
+    if measure.manifold is None:
+        return np.eye(problem.rows), density
+    C = slopes_of(problem, measure.manifold, y, t, measure.conditions)
+    Q, R = np.linalg.qr(C.T, mode="complete")
+    return Q[:, measure.conditions :], density - float(np.log(np.abs(np.diag(R))).sum())
+
+
+def off(problem: gi.Problem, y: np.ndarray) -> float:
+    """How far a state is from the manifold."""
+    return max((abs(value(problem, c, y)) for c in problem.constraints.values()), default=0.0)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_sum_is_one_determinant(name: str) -> None:
+    """For methods that stay on the manifold, in every built-in scene."""
+    scene = gi.load_scene(name)
+    p, y0 = scene.problem, scene.state
+    if p.measure is None:
+        pytest.skip("no measure")
+    compared = 0
+    for method in METHODS:
+        chosen = gi.find_method(method)
+        if chosen.needs not in p.forms:
+            continue
+        h = chosen.default_step(p, y0, 1.0)
+        end = {"tau_end" if p.time == "tau" else "t_end": STEPS * h}
+        run = {"method": method, "step": h}
+        drift = gi.solve(p, y0, **end, **run, observe=["measure"]).drift["measure"]
+        flow = gi.tangent_flow(p, y0, **end, **run)
+        if off(p, flow.y) > 1e-12:
+            continue
+        (Q0, before), (Q1, after) = frame(p, y0, 0.0), frame(p, flow.y, STEPS * h)
+        whole = np.linalg.slogdet(Q1.T @ flow.slopes @ Q0)[1] + after - before
+        assert drift.final_error == pytest.approx(whole, rel=1e-6, abs=1e-13), method
+        compared += 1
+    assert compared > 0
+
+
+@pytest.mark.parametrize("method", ["rattle-2", "rattle-4"])
+@pytest.mark.parametrize("name", ["hamiltonized-n3", "clebsch-n4"])
+@pytest.mark.parametrize("part", [1.0, 0.2], ids=["default", "small"])
+def test_implicit_rattle_has_no_bias(name: str, method: str, part: float) -> None:
+    """Where the constraint is met to rounding its derivative is not; slopes converge after values."""
+    scene = gi.load_scene(name)
+    p, y0 = scene.problem, scene.state
+    h = part * gi.find_method(method).default_step(p, y0, 1.0)
+    end = {"tau_end" if p.time == "tau" else "t_end": 3000 * h}
+    sol = gi.solve(p, y0, **end, method=method, step=h, observe=["measure"])
+    assert sol.drift["measure"].within_roundoff
