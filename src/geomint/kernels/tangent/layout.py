@@ -32,7 +32,7 @@ Sizes = namedtuple("Sizes", "n rows m d at_once memory_rows stages scratch")
 Given = namedtuple("Given", "n rows m d at_once memory_rows stages scratch pieces")
 Kept = namedtuple(
     "Kept",
-    "sum carry variance bias steps begun origin volume state scales condition_scales basis normals",
+    "sum carry variance bias begun origin volume state scales condition_scales basis normals",
 )
 Work = namedtuple("Work", "D X C along S lower upper scratch")
 
@@ -69,7 +69,6 @@ def kept_layout(s: Sizes) -> Kept:
         carry=1,
         variance=1,
         bias=1,
-        steps=1,
         begun=1,
         origin=1,
         volume=1,

@@ -98,7 +98,6 @@ def measure(
                     own.D[i] = 0.0
                 log_stretch(s, kept, own)  # orthonormal in the new units
         kept.begun[0] = 1.0
-        kept.steps[0] = kept.steps[0] + 1.0
         volume[0] = log_density_at(
             density, manifold, params, t + h, state, s, kept, own, conditions, conditions_plain
         )  # fmt: skip

@@ -18,6 +18,7 @@ CONDITIONS = tangent(8)  # the numbers that conditions take
 
 GROWN = 4.0  # times its unit: what is larger than that has a larger unit
 EIGHT = 8
+PASSES = 4  # of which one or two are enough for gradients that are not dependent
 
 
 @helper
@@ -82,12 +83,12 @@ def write_normals(
     volume = 0.0
     if s.m > 0:
         write_gradients(manifold, params, t, y, s, kept, work.C, numbers, plain)
-        normals, rows = (
-            as_lanes(kept.normals, 0, s.n * width // 8),
-            as_lanes(work.C, 0, s.n * width // 8),
-        )
+        normals = as_lanes(kept.normals, 0, len(kept.normals) // 8)
+        rows = as_lanes(work.C, 0, len(work.C) // 8)
         again = True
-        while again:
+        for _ in range(PASSES):
+            if not again:
+                break
             write_overlaps(s.n, work.C, work.C, work.S)
             for a in range(s.m):
                 work.S[a * width + a] = work.S[a * width + a] - 1.0
@@ -96,7 +97,6 @@ def write_normals(
             for i in range(len(rows)):
                 normals[i] = 0.0 * rows[i]
             add_product(s.n, work.C, work.upper, kept.normals)
-            again = again and abs(volume) < 1e3
             for i in range(len(rows) if again else 0):
                 rows[i] = normals[i]
     return volume
