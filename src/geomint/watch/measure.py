@@ -16,8 +16,8 @@ depend on the units in which a problem is stated, nor on rotations of a piece's 
 methods that stay on the manifold nothing is projected.
 
 The instrument knows its own noise: rounding gives a step of ``DΦ = 1 + D`` the variance ε² ‖D‖², and
-a bias of at most ε/8 ‖D‖², and ε/128 for each condition, as states are off the manifold by a part of
-a rounding in the mean; measured are a third of that and less. Both grow with the number of steps.
+a bias of at most ε/2 ‖D‖², and ε/128 for each condition, as states are off the manifold by a part of
+a rounding in the mean; measured are half of that and less. Both grow with the number of steps.
 The sum counts as round-off up to four standard deviations and the bias, as they are at the end of
 the run: the scale of the quantity is made so that 32 ε × scale is that (plus what rounding the end
 states does).
