@@ -398,6 +398,70 @@ def test_cut_at_close_crossings(method: str, apart: float) -> None:
             np.testing.assert_allclose(times, known.t, rtol=0, atol=2e-14 / apart)
 
 
+@gi.field
+def free_swinging(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A pendulum."""
+    out[0] = y[1]
+    out[1] = -gi.sin(y[0])
+
+
+PENDULUM = gi.Problem("pendulum", (("angle", 1), ("momentum", 1)), field=free_swinging)
+BALL = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+# Problem, state; method, step, component, level, end, which is a crossing to some bits: small
+# differences of larger numbers, and a dip at the end of a step that is far too long.
+LOST = {
+    "small differences": (
+        BALL,
+        [
+            *(-0.2693028417671992, -0.18467477034706026, -0.9451831614101953),
+            *(0.5974588115252236, 0.06724363868658273, -0.18336716775165357),
+        ],
+        ("gauss-8", 0.13741796376532014, "gamma[1]", -0.19891071447709965, -0.2902021457773462),
+    ),
+    "a level": (
+        PENDULUM,
+        [2.414072896809409, 2.1442845754583004],
+        ("gauss-1", 0.12290926635596956, "momentum[0]", 2.0224431786659807, 0.3548290399694999),
+    ),
+    "a dip at the end": (
+        BALL,
+        [
+            *(-0.7837787445725445, 0.567778066271007, 0.2516325635084654),
+            *(-0.622567523856032, -0.870349841283895, 0.02468026203500709),
+        ],
+        ("rk-4", 0.3453011645096846, "gamma[0]", -1.0572162869275588, -1.3384282044349987),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LOST)
+def test_cuts_that_lost_a_crossing(name: str) -> None:
+    """The first of two crossings, where a run ends at the second."""
+    p, y0, (method, step, component, level, end) = LOST[name]
+    event = {"it": gi.Event(component, level=level)}
+    key = "tau_end" if p.time == "tau" else "t_end"
+    first = gi.solve(p, y0, **{key: end}, method=method, step=step, events=event)
+    then = gi.solve(first, **{key: end + math.copysign(step, end)}, events=event)
+    told = [sol.events["it"].directions.tolist() for sol in (first, then)]
+    assert told == [[-1.0], [1.0]]
+
+
+@gi.observable
+def squared(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+
+
+@pytest.mark.parametrize("method", ["gauss-8", "rattle-2"])
+def test_rounding_alone_is_no_crossing(method: str) -> None:
+    """What stays at its level, to some roundings of much larger terms; from the first step on."""
+    p, y0 = PROBLEMS["spherical-pendulum"] if method == "rattle-2" else PROBLEMS["sphere-metric"]
+    y0 = p.canonical(y0)
+    event = {"length": gi.Event(squared, level=float(y0[:3] @ y0[:3]))}
+    end = {"tau_end" if p.time == "tau" else "t_end": 10.0}
+    sol = gi.solve(p, y0, **end, method=method, step=0.1, events=event)
+    assert len(sol.events["length"].t) == 0
+
+
 def test_parts_are_the_whole() -> None:
     """A run in parts looks back at the steps before: the same events to the bit."""
     events = {"x": gi.Event("x", level=0.3), "y": "y"}

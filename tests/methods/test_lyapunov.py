@@ -59,6 +59,15 @@ def test_growth_is_that_of_the_derivative(name: str, problem: str) -> None:
     assert found.sali[-1] == pytest.approx(index, abs=atol)
 
 
+@pytest.mark.parametrize("name", ["gauss-4", "gauss-8"])
+def test_stages_are_turned_with_the_directions(name: str) -> None:
+    """What a step begins its iteration with fits the directions that it carries, or it takes longer."""
+    p, y0 = henon_heiles.problem(), CHAOTIC
+    plain = gi.solve(p, y0, t_end=50.0, method=name, step=0.1)
+    found = gi.lyapunov(p, y0, t_end=50.0, method=name, step=0.1)
+    assert plain.iterations < found.iterations < 1.2 * plain.iterations
+
+
 def test_against_scipy() -> None:
     """The variational equations of Hénon and Heiles, written out, by another code."""
 

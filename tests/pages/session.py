@@ -24,6 +24,8 @@ WIDTH = "100"  # columns of the terminal that pages show
 SLOW = ("drift", "compare", "exact", "audit", "stress")
 NOT_RUN = ("pip", "python -m venv", "geomint check bad.toml")
 
+# What a command says of itself where it takes long: not on a fast machine, nor with code in a cache.
+PATIENCE = re.compile(r"geomint: (.* …|compiling .*)$")
 _TIMES = re.compile(r"in [\d.e+-]+ s \([\d.e+-]+ a second\)")
 
 
@@ -51,7 +53,7 @@ def run_command(text: str, folder: Path) -> list[str]:
     if result.exception and not isinstance(result.exception, SystemExit):
         raise result.exception
     lines = [line.rstrip() for line in result.output.splitlines()]
-    shown = [line for line in lines if not line.startswith("geomint: compiling")]
+    shown = [line for line in lines if not PATIENCE.match(line)]
     return "\n".join(shown).strip("\n").splitlines()
 
 

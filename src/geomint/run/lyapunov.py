@@ -53,6 +53,8 @@ class Lyapunov(Shown):
         all, on tori. With one direction there is none.
     y : array, shape (rows,)
         The state at the end.
+    iterations : int
+        Of all steps, where the method iterates: those that values and slopes needed.
     """
 
     exponents: Array
@@ -61,6 +63,7 @@ class Lyapunov(Shown):
     running: Array
     sali: Array | None
     y: Array
+    iterations: int
 
     def _shown(self) -> tuple[str, dict[str, Any]]:
         pairs = zip(self.exponents, self.errors, strict=True)
@@ -152,6 +155,7 @@ def lyapunov(
         grown / times[:, None],
         np.array(alignment) if grown.shape[1] > 1 else None,
         carried.kept("state")[: problem.rows].copy(),
+        growing.iterations,
     )
 
 
@@ -199,6 +203,7 @@ class _Growing:
         d = carried.sizes.d
         self._sums, self._carries, self._second = (scalar_block(n) for n in (d, d, 2))
         self._second.data[1] = 1.0
+        self.iterations = 0
         sweep = growth_sweep(carried.kernel, carried.functions, carried.manifold, carried.numbers)
         self._sweep = sweep.call(
             stepper.compiled,
@@ -217,6 +222,7 @@ class _Growing:
             if count * at_once == 0:
                 continue
             done = Advance(*self._sweep(t0=t0, h=h, first=first, times=count, steps=at_once))
+            self.iterations += done.iterations
             if done.status != OK:
                 self._stepper.move(t0, h)
                 raise self._stepper.error(done, first, before)

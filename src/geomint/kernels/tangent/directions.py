@@ -49,9 +49,8 @@ def carry(
     for first in range(0, s.d, s.at_once):
         here = first // s.at_once * s.memory_rows
         count = min(s.at_once, s.d - first)
-        for r in range(
-            s.n if count == s.at_once else 0, 2 * s.rows
-        ):  # the others are written whole
+        written = s.n if count == s.at_once else 0  # rows that are written whole below
+        for r in range(written, 2 * s.rows):
             for k in range(s.at_once):
                 plain[(here + r) * size + 1 + k] = 0.0
         for r in range(s.n):
@@ -61,6 +60,7 @@ def carry(
             functions, params, coefficients, fractions, memory, scratch, s.rows, t0, h, before,
             steps, before + steps + 1, memory,
         )  # fmt: skip
+        iterations = max(iterations, found[2])
         if found[0] != OK and status == OK:
             status, done, iterations, residual = found
         for r in range(s.n):
@@ -99,8 +99,8 @@ def write_added(
 @helper
 def add_tables(x: Any, factor: float, y: Any, out: Any) -> None:
     """Write ``x + factor y``."""
-    rows, others, results = as_lanes(x, 0, len(x) // 8), as_lanes(y, 0, len(x) // 8), out
-    sums = as_lanes(results, 0, len(x) // 8)
+    rows, others = as_lanes(x, 0, len(x) // 8), as_lanes(y, 0, len(x) // 8)
+    sums = as_lanes(out, 0, len(x) // 8)
     for i in range(len(rows)):
         sums[i] = fma(factor, others[i], rows[i])
 

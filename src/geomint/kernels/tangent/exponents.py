@@ -13,7 +13,7 @@ from typing import Any
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, MEMORY, REAL, WHOLE, Functions, OfType, counted, takes
+from ..compiling.signatures import BLOCK, REAL, WHOLE, counted
 from ..numbers.arithmetic import sqrt
 from ..numbers.blocks import sections
 from ..solve.compensated import add_compensated
@@ -21,7 +21,8 @@ from ..solve.status import NOT_FINITE, OK
 from .directions import carry, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
 from .near_identity import log_one_plus
-from .normals import CONDITIONS, write_normals
+from .normals import write_normals
+from .signature import sweep_signature
 
 __all__ = ["growth_sweep"]
 
@@ -78,34 +79,11 @@ def growth(
     return OK, times * steps, used, 0.0
 
 
-_BLOCKS = ("params", "coefficients", "fractions", "layout", "memory", "work")
-
-
 def growth_sweep(
     kernel: Bound, functions: tuple[Bound, ...], manifold: Bound, numbers: NumberType
 ) -> Bound:
     """Return `growth` for a stepper's loop and the functions that it takes, all in tangent numbers."""
-    memory = OfType(MEMORY, numbers)
-    return Bound(
-        growth,
-        takes(
-            counted,
-            kernel=kernel.signature,
-            functions=Functions(tuple(f.signature for f in functions)),
-            manifold=manifold.signature,
-            **dict.fromkeys(_BLOCKS, BLOCK),
-            numbers=memory,
-            plain=BLOCK,
-            scratch=memory,
-            conditions=OfType(BLOCK, CONDITIONS),
-            conditions_plain=BLOCK,
-            t0=REAL,
-            h=REAL,
-            first=WHOLE,
-            times=WHOLE,
-            steps=WHOLE,
-            sums=BLOCK,
-            carries=BLOCK,
-            second=BLOCK,
-        ),
-    )
+    own = {"t0": REAL, "h": REAL, "first": WHOLE, "times": WHOLE, "steps": WHOLE}
+    sums = dict.fromkeys(("sums", "carries", "second"), BLOCK)
+    taken = sweep_signature(counted, kernel, functions, manifold, numbers, **own, **sums)
+    return Bound(growth, taken)

@@ -24,14 +24,15 @@ from typing import Any
 from ..compiling.bound import Bound
 from ..compiling.number_types import NumberType
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, MEMORY, Functions, OfType, takes
+from ..compiling.signatures import BLOCK
 from ..numbers.arithmetic import NAN
 from ..numbers.blocks import part, sections
 from ..solve.compensated import add_compensated
 from ..solve.status import OK
 from .directions import begin_at, carry, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
-from .normals import CONDITIONS, enlarge_scales, write_normals
+from .normals import enlarge_scales, write_normals
+from .signature import sweep_signature
 
 __all__ = ["measure_sweep"]
 
@@ -54,9 +55,9 @@ def log_density_at(
 
 @helper
 def measure(
-    kernel: Any, functions: Any, density: Any, manifold: Any, params: Any, coefficients: Any,
-    fractions: Any, layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any,
-    conditions: Any, conditions_plain: Any, starts: Any, lengths: Any, states: Any, out: Any,
+    kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
+    layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
+    conditions_plain: Any, density: Any, starts: Any, lengths: Any, states: Any, out: Any,
 ) -> None:  # fmt: skip
     """Write the sum of the defects after each of the steps that lead to `states`.
 
@@ -114,10 +115,6 @@ def measure(
             y[r] = state[r]
 
 
-_BLOCKS = ("params", "coefficients", "fractions", "layout", "memory", "work")
-_LAST = ("starts", "lengths", "states", "out")
-
-
 def measure_sweep(
     kernel: Bound,
     functions: tuple[Bound, ...],
@@ -126,21 +123,7 @@ def measure_sweep(
     numbers: NumberType,
 ) -> Bound:
     """Return `measure` for a stepper's loop and the functions that it takes, all in tangent numbers."""
-    memory = OfType(MEMORY, numbers)
-    return Bound(
-        measure,
-        takes(
-            None,
-            kernel=kernel.signature,
-            functions=Functions(tuple(f.signature for f in functions)),
-            density=density.signature,
-            manifold=manifold.signature,
-            **dict.fromkeys(_BLOCKS, BLOCK),
-            numbers=memory,
-            plain=BLOCK,
-            scratch=memory,
-            conditions=OfType(BLOCK, CONDITIONS),
-            conditions_plain=BLOCK,
-            **dict.fromkeys(_LAST, BLOCK),
-        ),
-    )
+    own = {"density": density.signature}
+    steps = dict.fromkeys(("starts", "lengths", "states", "out"), BLOCK)
+    taken = sweep_signature(None, kernel, functions, manifold, numbers, **own, **steps)
+    return Bound(measure, taken)
