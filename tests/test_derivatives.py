@@ -23,17 +23,15 @@ def digits(numbers) -> np.ndarray:
     return np.array([mp.mpf(float(v)) for v in numbers], dtype=object)
 
 
-def field_in_digits(problem: gi.Problem, y: np.ndarray) -> np.ndarray:
+def field_in_digits(problem: gi.Problem, params: np.ndarray, y: np.ndarray) -> np.ndarray:
     out, work = digits(np.zeros(problem.rows)), digits(np.zeros(problem.work))
-    problem.field.function(
-        Block(digits(problem.params)), mp.mpf(0), Block(y), Block(out), Block(work)
-    )
+    problem.field.function(Block(params), mp.mpf(0), Block(y), Block(out), Block(work))
     return out
 
 
-def value_in_digits(problem: gi.Problem, name: str, y: np.ndarray):
+def value_in_digits(problem: gi.Problem, name: str, params: np.ndarray, y: np.ndarray):
     f, work = problem.diagnostics[name], digits(np.zeros(problem.work))
-    return f.function(Block(digits(problem.params)), mp.mpf(0), Block(y), Block(work))
+    return f.function(Block(params), mp.mpf(0), Block(y), Block(work))
 
 
 def slopes_in_digits(f, y: np.ndarray) -> list:
@@ -51,21 +49,29 @@ def slopes_in_digits(f, y: np.ndarray) -> list:
 def test_every_scene(name: str) -> None:
     """The Jacobian of the field, and the gradients of all quantities, to 1e-13 of their sizes.
 
-    Off the manifold: on it the norms of what vanishes there have no gradient.
+    By the state and by the parameters; off the manifold: on it the norms of what vanishes there have
+    no gradient.
     """
     problem = gi.load_scene(name).problem
     y = problem.random_state(1) + 0.05 * np.random.default_rng(2).normal(size=problem.rows)
-    if problem.field is not None and problem.rows <= 40:
-        columns = slopes_in_digits(lambda z: field_in_digits(problem, z), y)
-        expected = np.array(columns).T.astype(float)
-        size = np.abs(expected).max()
-        np.testing.assert_allclose(gi.jacobian(problem, y), expected, rtol=0, atol=1e-13 * size)
-    for quantity in problem.diagnostics if problem.rows <= 20 else ():
-        expected = slopes_in_digits(lambda z, q=quantity: value_in_digits(problem, q, z), y)
-        expected = np.array(expected).astype(float)
-        size = max(np.abs(expected).max(), 1e-300)
-        found = gi.gradient(problem, quantity, y)
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * size)
+    params, state = digits(problem.params), digits(y)
+    ways = (
+        ("state", y, lambda f: lambda z: f(params, z)),
+        ("parameters", problem.params, lambda f: lambda z: f(z, state)),
+    )
+    for by, numbers, of in ways:
+        if problem.field is not None and problem.rows <= 40 and len(numbers) <= 200:
+            columns = slopes_in_digits(of(lambda p, z: field_in_digits(problem, p, z)), numbers)
+            expected = np.array(columns).T.astype(float)
+            size = np.abs(expected).max()
+            found = gi.jacobian(problem, y, by=by)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * size)
+        for quantity in problem.diagnostics if problem.rows <= 20 else ():
+            f = of(lambda p, z, q=quantity: value_in_digits(problem, q, p, z))
+            expected = np.array(slopes_in_digits(f, numbers)).astype(float)
+            size = max(np.abs(expected).max(initial=0.0), 1e-300)
+            found = gi.gradient(problem, quantity, y, by=by)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * size)
 
 
 def test_at_special_states() -> None:
@@ -105,6 +111,8 @@ def test_wrong_input() -> None:
                 function(problem, *given, y)
         with pytest.raises(gi.DomainError, match="t = "):
             function(problem, *given, np.zeros(4), "x")
+        with pytest.raises(gi.DomainError, match="'state' or 'parameters'"):
+            function(problem, *given, np.zeros(4), by="y")
     with pytest.raises(gi.DomainError, match="Did you mean 'energy'"):
         gi.gradient(problem, "enrgy", np.zeros(4))
     with pytest.raises(gi.DomainError, match="recorded"):

@@ -1,13 +1,20 @@
-"""The derivative of every method's map, against differences of the map itself."""
+"""The derivative of every method's map, against differences of the map itself in many digits."""
 
 from __future__ import annotations
 
+from typing import Any
+
+import mpmath as mp
 import numpy as np
 import pytest
 from families import FAMILIES, PROBLEMS
 
 import geomint as gi
+from geomint.kernels.numbers.blocks import Block
+from geomint.kernels.solve.status import OK
 from geomint.methods import find_method
+from geomint.methods.method import Start
+from geomint.methods.stepper import Stepper
 
 STEP, STEPS = 0.05, 7
 FIXED = [
@@ -17,44 +24,65 @@ FIXED = [
 ]
 
 
-def ends(p: gi.Problem, y: np.ndarray, name: str, end: float) -> np.ndarray:
-    stop = {"tau_end" if p.time == "tau" else "t_end": end}
-    clock = {"clock": False} if p.time == "tau" else {}
-    run = gi.solve(p, y, **stop, **clock, method=name, step=STEP, progress=False)
-    return run.y[-1]
+def digits(numbers: Any) -> np.ndarray:
+    return np.array([mp.mpf(float(v)) for v in np.ravel(numbers)], dtype=object)
+
+
+def in_digits(stepper: Stepper, params: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return where the steps, and a cut one, lead in 50 digits: the same sources in plain Python."""
+    functions = tuple(f.recorded for f in stepper.functions)
+    work, kept = Block(digits(np.zeros(len(stepper.work)))), digits(np.zeros(len(stepper.memory)))
+    kept[: len(y)] = y
+    given = functions, Block(params), stepper.coefficients, stepper.fractions
+    for t, h, steps in ((0.0, STEP, STEPS), (STEPS * STEP, 0.4 * STEP, 1)):
+        kept[2 * stepper.rows :] = mp.mpf(0)
+        memory = Block(kept)
+        done = stepper.kernel.function(
+            *given, memory, work, stepper.rows, t, h, 0, steps, steps + 1, memory
+        )
+        assert done[0] == OK
+    return kept[: stepper.rows]
+
+
+SYSTEMS = [("hamiltonized-n3", "verlet-2"), ("ball-3d", "cf-4"), ("sphere-n5", "gauss-4")]
+
+
+@pytest.mark.parametrize(("scene", "name"), SYSTEMS)
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
+def test_systems_to_rounding(scene: str, name: str) -> None:
+    """Systems whose parameters are tables and which count with some of them."""
+    found = gi.load_scene(scene)
+    check(found.problem, found.problem.canonical(found.state), name)
 
 
 @pytest.mark.parametrize(("name", "problem"), FIXED)
-def test_differences_of_the_map(name: str, problem: str) -> None:
-    """Along curves on the manifold; the state is that of the run, to a rounding; a last step is cut."""
+def test_to_rounding(name: str, problem: str) -> None:
+    """Along states, off the manifold too, and parameters; the state is that of the run."""
     p, y0 = PROBLEMS[problem]
-    y0, rng = p.canonical(y0), np.random.default_rng(4)
-    end = (STEPS + 0.4) * STEP
+    check(p, p.canonical(y0), name)
+
+
+def check(p: gi.Problem, y0: np.ndarray, name: str) -> None:
+    rng, end = np.random.default_rng(4), (STEPS + 0.4) * STEP
     stop = {"tau_end" if p.time == "tau" else "t_end": end}
-    found = gi.tangent_flow(p, y0, **stop, method=name, step=STEP)
-    np.testing.assert_allclose(found.y, ends(p, y0, name, end), rtol=1e-15, atol=1e-15)
-    assert found.slopes.shape == (p.rows, p.rows)
-    for _ in range(3):
-        v = rng.normal(size=p.rows)
-        v /= np.abs(v).max() / max(np.abs(y0).max(), 1.0)
-
-        def difference(e: float, of, v=v) -> np.ndarray:
-            points = [near(p, y0, s * e * v) for s in (1, -1)]
-            return (of(points[0]) - of(points[1])) / (2 * e)
-
-        def slope(of, difference=difference) -> np.ndarray:
-            fine, coarse = difference(5e-4, of), difference(1e-3, of)
-            return (4 * fine - coarse) / 3
-
-        expected = slope(lambda y: ends(p, y, name, end))
-        direction = slope(lambda y: y)
-        size = np.abs(expected).max()
-        np.testing.assert_allclose(found.slopes @ direction, expected, rtol=0, atol=1e-8 * size)
-
-
-def near(p: gi.Problem, y: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Return a state of the manifold near y, in a direction like v."""
-    return y + v if p.space is None else p.space.retract(y, p.space.tangent(y, v))
+    clock = {"clock": False} if p.time == "tau" else {}
+    run = gi.solve(p, y0, **stop, **clock, method=name, step=STEP)
+    u, v = rng.normal(size=(p.rows, 3)), rng.normal(size=(len(p.params), 3))
+    u[:, 1] = v[:, 2] = 0.0  # parameters alone; the state alone
+    both = {"parameters": v} if len(v) else {}
+    found = gi.tangent_flow(p, y0, **stop, method=name, step=STEP, directions=u, **both)
+    np.testing.assert_allclose(found.y, run.y[-1], rtol=1e-15, atol=1e-15)
+    stepper = find_method(name).start(Start(p, y0, 0.0, STEP))
+    with mp.workdps(50):
+        e = mp.mpf(10) ** -20
+        for k in range(3):
+            ends = []
+            for s in (e, -e):
+                params, y = (digits(x) + s * digits(w[:, k]) for x, w in ((p.params, v), (y0, u)))
+                ends.append(in_digits(stepper, params, y))
+            expected = ((ends[0] - ends[1]) / (2 * e)).astype(float)
+            size = np.abs(found.slopes).max()
+            np.testing.assert_allclose(found.slopes[:, k], expected, rtol=0, atol=1e-13 * size)
 
 
 J = np.kron([[0.0, 1.0], [-1.0, 0.0]], np.eye(2))
@@ -104,6 +132,11 @@ def test_directions() -> None:
     assert np.isfinite(rest.slopes).all()
 
 
+@gi.field
+def still(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 0.0 * y[0]
+
+
 def test_wrong_input() -> None:
     p, y0 = PROBLEMS["henon-heiles"]
     tau = gi.load_scene("hamiltonized-n3").problem
@@ -122,4 +155,16 @@ def test_wrong_input() -> None:
         ({"step": 50.0, "t_end": 100.0, "method": "gauss-8"}, gi.StepError, "too large"),
     ):
         with pytest.raises(kind, match=said):
+            gi.tangent_flow(**{**usual, **given})
+    free = gi.Problem("free", (("x", 1),), field=still)
+    with pytest.raises(gi.DomainError, match="no parameters"):
+        gi.tangent_flow(free, [1.0], t_end=1.0, step=0.1, parameters=np.eye(1))
+    p, y0 = PROBLEMS["neumann"]
+    count, usual = len(p.params), {"problem": p, "y0": y0, "t_end": 1.0, "step": 0.1}
+    for given, said in (
+        ({"parameters": np.eye(count - 1)}, f"{count} rows"),
+        ({"parameters": np.ones(count)}, f"{count} rows"),
+        ({"parameters": np.ones((count, 2)), "directions": np.eye(p.rows)}, "as many as"),
+    ):
+        with pytest.raises(gi.DomainError, match=said):
             gi.tangent_flow(**{**usual, **given})

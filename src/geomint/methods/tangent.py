@@ -21,6 +21,7 @@ def directions_at_once(stepper: Stepper, directions: int) -> int:
     return max(-(-directions // passes), 1)
 
 
-def tangent_type(stepper: Stepper, at_once: int) -> NumberType:
+def tangent_type(stepper: Stepper, at_once: int, by_params: bool = False) -> NumberType:
     """Return the numbers in which a stepper takes steps with so many directions."""
-    return tangent_lanes(at_once) if stepper.stages_in_lanes else tangent(at_once)
+    made = tangent_lanes if stepper.stages_in_lanes else tangent
+    return made(at_once, by_params)

@@ -166,7 +166,7 @@ def _directions(problem: Problem, count: Any, directions: Any) -> Array:
     if directions is not None:
         if count is not None:
             raise DomainError("count", count, "nothing beside directions")
-        found = columns(problem, directions)
+        found = columns("directions", directions, problem.rows)
         if found.shape[1] > most:
             raise DomainError("directions", directions, f"at most {most}, which are independent")
         return found

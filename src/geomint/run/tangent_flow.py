@@ -53,6 +53,7 @@ def tangent_flow(
     step: Any = None,
     t0: float = 0.0,
     directions: Any = None,
+    parameters: Any = None,
 ) -> TangentFlow:
     """Integrate a problem and the derivative of its flow, as the method has it, to rounding.
 
@@ -68,7 +69,11 @@ def tangent_flow(
         As those of `geomint.solve`. The end is in the problem's own time: an end in another time
         would move with the state.
     directions : array_like, shape (rows, k), optional
-        One a column. Default: all unit vectors, so that the slopes are the matrix DΦ.
+        One a column. Default: all unit vectors, so that the slopes are the matrix DΦ; with
+        `parameters` none, so that all begin at the same state.
+    parameters : array_like, shape (len(problem.params), k), optional
+        How the problem's parameters change with each direction: the slopes are then derivatives of
+        the flow by both. A step in time stays what it is.
 
     Raises
     ------
@@ -88,13 +93,30 @@ def tangent_flow(
     (6, 6)
     """
     state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
-    wanted = np.eye(problem.rows) if directions is None else columns(problem, directions)
+    wanted, moved = _directions(problem, directions, parameters)
     y, slopes = state, [np.zeros((problem.rows, 0))]
     for first in range(0, wanted.shape[1], AT_ONCE):
-        some = wanted[:, first : first + AT_ONCE]
-        y, found = _flown(stepper, timeline, some)
+        some = slice(first, first + AT_ONCE)
+        of_params = None if moved is None else moved[:, some]
+        y, found = _flown(stepper, timeline, wanted[:, some], of_params)
         slopes.append(found)
     return TangentFlow(y, np.concatenate(slopes, axis=1))
+
+
+def _directions(problem: Problem, states: Any, parameters: Any) -> tuple[Array, Array | None]:
+    """Return directions of the state, and of the parameters if these move."""
+    rows, count = problem.rows, len(problem.params)
+    if parameters is None:
+        return np.eye(rows) if states is None else columns("directions", states, rows), None
+    if count == 0:
+        raise DomainError("parameters", parameters, f"none: {problem.name!r} has no parameters")
+    moved = columns("parameters", parameters, count)
+    if states is None:
+        return np.zeros((rows, moved.shape[1])), moved
+    wanted = columns("directions", states, rows)
+    if wanted.shape != (rows, moved.shape[1]):
+        raise DomainError("directions", states, f"as many as of parameters, {moved.shape[1]}")
+    return wanted, moved
 
 
 def started(
@@ -127,19 +149,21 @@ def _iterated_to_rounding(method: Method) -> Method:
     return dataclasses.replace(method, tolerance=0.0)  # type: ignore[type-var]
 
 
-def columns(problem: Problem, directions: Any) -> Array:
+def columns(name: str, directions: Any, rows: int) -> Array:
     """Return directions that are given, one a column."""
-    expected = f"finite numbers in {problem.rows} rows, a direction a column"
-    found: Array = as_array("directions", directions, expected)
-    fits = found.ndim == 2 and len(found) == problem.rows and found.shape[1] > 0
+    expected = f"finite numbers in {rows} rows, a direction a column"
+    found: Array = as_array(name, directions, expected)
+    fits = found.ndim == 2 and len(found) == rows and found.shape[1] > 0
     if not (fits and np.isfinite(found).all()):
-        raise DomainError("directions", directions, expected)
+        raise DomainError(name, directions, expected)
     return found
 
 
-def _flown(stepper: Stepper, timeline: Timeline, directions: Array) -> tuple[Array, Array]:
+def _flown(
+    stepper: Stepper, timeline: Timeline, directions: Array, moved: Array | None
+) -> tuple[Array, Array]:
     """Return the state at the end, and what becomes of at most eight directions."""
-    steps = _Steps(stepper, tangent_type(stepper, AT_ONCE))
+    steps = _Steps(stepper, tangent_type(stepper, AT_ONCE, moved is not None), moved)
     rows = stepper.rows
     memory = np.zeros((len(stepper.memory), 1 + AT_ONCE))
     memory[:, 0] = stepper.memory.data
@@ -156,13 +180,18 @@ def _flown(stepper: Stepper, timeline: Timeline, directions: Array) -> tuple[Arr
 class _Steps:
     """The steps of a method in another type of number."""
 
-    def __init__(self, stepper: Stepper, kind: NumberType) -> None:
+    def __init__(self, stepper: Stepper, kind: NumberType, moved: Array | None) -> None:
         self._stepper, self._held = stepper, kind.memory.held
+        params = stepper.params
+        if moved is not None:
+            params = self._block(len(params))
+            rows = params.data.reshape(len(params), -1)
+            rows[:, 0], rows[:, 1 : 1 + moved.shape[1]] = stepper.params.data, moved
         work = self._block(len(stepper.work))
         self._call = bound_stepper(stepper.kernel, stepper.functions).call(
             number_type=kind,
             functions=stepper.functions,
-            params=stepper.params,
+            params=params,
             coefficients=stepper.coefficients,
             fractions=stepper.fractions,
             work=work,

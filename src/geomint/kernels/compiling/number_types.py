@@ -20,11 +20,14 @@ class NumberType:
         Returns the types of a number, of a block of them, and of a block of what `memory` holds.
     derived : bool
         Whether they are other numbers with their derivatives.
+    by_params : bool
+        Whether a problem's parameters have derivatives too.
     """
 
     name: str
     load: Callable[[], tuple[Any, Any, Any]]
     derived: bool = False
+    by_params: bool = False
 
     def __repr__(self) -> str:
         return self.name
@@ -48,6 +51,11 @@ class NumberType:
     def given(self) -> Any:
         """The type of a block of float64 whatever the numbers are."""
         return SCALAR.block
+
+    @property
+    def params(self) -> Any:
+        """The type of a problem's parameters: float64, unless they move with the directions."""
+        return self.memory if self.by_params else self.given
 
     @property
     def coefficients(self) -> Any:
@@ -95,7 +103,7 @@ def _extended() -> tuple[Any, Any, Any]:
 
 
 @functools.cache
-def tangent(directions: int) -> NumberType:
+def tangent(directions: int, by_params: bool = False) -> NumberType:
     """Return numbers with so many derivatives beside them: eight, or a multiple."""
 
     def load() -> tuple[Any, Any, Any]:
@@ -104,11 +112,11 @@ def tangent(directions: int) -> NumberType:
         number, block = tangent_numbers(directions)
         return number, block, block
 
-    return NumberType(f"TANGENT{directions}", load, derived=True)
+    return _derived(f"TANGENT{directions}", load, by_params)
 
 
 @functools.cache
-def tangent_lanes(directions: int) -> NumberType:
+def tangent_lanes(directions: int, by_params: bool = False) -> NumberType:
     """Return eight numbers with so many derivatives each; memory holds single ones."""
 
     def load() -> tuple[Any, Any, Any]:
@@ -116,7 +124,11 @@ def tangent_lanes(directions: int) -> NumberType:
 
         return typing_tangent.tangent_lanes(directions)
 
-    return NumberType(f"TANGENT_LANES{directions}", load, derived=True)
+    return _derived(f"TANGENT_LANES{directions}", load, by_params)
+
+
+def _derived(name: str, load: Callable[[], tuple[Any, Any, Any]], by_params: bool) -> NumberType:
+    return NumberType(f"{name}{'_P' if by_params else ''}", load, True, by_params)
 
 
 SCALAR = NumberType("SCALAR", _scalar)

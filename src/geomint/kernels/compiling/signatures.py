@@ -40,6 +40,7 @@ __all__ = [
 Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type of number
 
 NUMBER, BLOCK, GIVEN = attrgetter("number"), attrgetter("block"), attrgetter("given")
+PARAMS = attrgetter("params")
 MEMORY, COEFFICIENTS = attrgetter("memory"), attrgetter("coefficients")
 WHOLE, REAL = attrgetter("whole"), attrgetter("real")
 
@@ -124,15 +125,15 @@ def takes(result: Kind | None = None, **arguments: Kind) -> Signature:
 
 
 # Vector fields; invariants, observables, clocks; generators; a group acting, or a Lie bracket.
-FIELD = takes(params=GIVEN, t=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
-VALUE = takes(NUMBER, params=GIVEN, t=NUMBER, y=BLOCK, work=BLOCK)
-GENERATOR = takes(params=GIVEN, t=NUMBER, y=BLOCK, xi=BLOCK, work=BLOCK)
+FIELD = takes(params=PARAMS, t=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
+VALUE = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, work=BLOCK)
+GENERATOR = takes(params=PARAMS, t=NUMBER, y=BLOCK, xi=BLOCK, work=BLOCK)
 ACTION = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=BLOCK, work=BLOCK)
 # Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
-GRADIENTS = takes(params=GIVEN, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)
-CONSTRAINT = takes(params=GIVEN, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
+GRADIENTS = takes(params=PARAMS, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)
+CONSTRAINT = takes(params=PARAMS, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
 # The increment of the flow of part k over h.
-FLOW = takes(k=WHOLE, params=GIVEN, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
+FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
 
 
 def counted(number_type: NumberType) -> Any:
@@ -145,7 +146,7 @@ def counted(number_type: NumberType) -> Any:
 
 _ADVANCE = takes(
     counted,
-    params=GIVEN,
+    params=PARAMS,
     coefficients=COEFFICIENTS,
     fractions=GIVEN,
     memory=MEMORY,

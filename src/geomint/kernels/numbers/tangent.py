@@ -94,6 +94,9 @@ class Tangent:
     def __abs__(self) -> Tangent:
         return arithmetic.select(self.value < 0.0, -self, self)
 
+    def __int__(self) -> int:
+        return int(self.value)
+
     def __lt__(self, other: Any) -> Any:
         return self.value < _value(other)
 

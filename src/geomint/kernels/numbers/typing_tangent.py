@@ -66,8 +66,9 @@ class TangentType(types.Type):
         return TangentType(types.float64, types.float64, self.count)
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
-        """Let plain numbers be constants."""
+        """Let plain numbers be constants, and one number be eight alike."""
         known = isinstance(other, types.Float | types.Integer) or other == self.base
+        known = known or (_is_tangent(other) and not other.packed and other.lanes() == self)
         return Conversion.safe if known else None
 
 
@@ -259,6 +260,12 @@ def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any)
     return _pack(context, builder, toty, number, [])
 
 
+@lower_cast(TangentType, TangentType)
+def _cast_one(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+    number = _Number(context, builder, toty, fromty, value)
+    return _pack(context, builder, toty, number.value, number.slopes)
+
+
 def _unary(function: Any, emit: Any) -> None:
     """Let a function take a tangent number and give one."""
 
@@ -286,6 +293,18 @@ def _size(context: Any, b: Any, kind: TangentType, x: _Number) -> Any:
 _unary(operator.neg, _negative)
 _unary(operator.pos, lambda c, b, kind, x: _pack(c, b, kind, x.value, x.slopes))
 _unary(abs, _size)
+
+
+@infer_global(int)
+class _Whole(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        one = len(args) == 1 and _is_tangent(args[0]) and args[0].base == types.float64
+        return signature(types.int64, *args) if one else None
+
+
+@lower_builtin(int, TangentType)
+def _whole(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.fptosi(builder.extract_value(args[0], 0), ir.IntType(64))
 
 
 @instruction(arithmetic.fma)
