@@ -104,6 +104,7 @@ from .run.integrator import Integrator as Integrator
 from .run.lyapunov import Lyapunov as Lyapunov, lyapunov as lyapunov
 from .run.poincare import poincare_section as poincare_section
 from .run.section import Section as Section
+from .run.sensitivities import Sensitivities as Sensitivities, sensitivities as sensitivities
 from .run.solution import Solution as Solution
 from .run.solve import solve as solve
 from .run.storage import load as load
@@ -165,6 +166,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "SendingError",
+    "Sensitivities",
     "SeveralRuns",
     "Skew",
     "Solution",
@@ -219,6 +221,7 @@ __all__ = [
     "section",
     "section_report",
     "select",
+    "sensitivities",
     "sin",
     "so3",
     "so_n",

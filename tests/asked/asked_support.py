@@ -99,4 +99,5 @@ def of_solution(solution: gi.Solution) -> Any:
     times = None if solution.physical is None else solution.physical
     said = [solution.step, solution.status, solution.message]
     beside = [solution.kept and solution.kept.times, solution.t_events, solution.y_events]
+    beside.append(solution.error_estimate)
     return seen([solution.tau, times, solution.y, drifts, numbers, *said, *beside])

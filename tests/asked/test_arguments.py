@@ -97,6 +97,12 @@ IN_T = gi.Problem(
 )
 IN_TAU = gi.Problem("turning", (("y", 2),), field=turning, time="tau", clock=rate)
 BENT = gi.Problem("bent", (("y", 2),), [1.5], field=bent)
+
+
+def bent_by(c: float) -> tuple[gi.Problem, list[float]]:
+    return dataclasses.replace(BENT, params=[c]), [0.5, 0.2 * c]
+
+
 BLOCK = scalar_block(4)
 BLOCK.data[:] = [0.6, 0.8, -0.8, 0.6]
 OTHER_BLOCK = scalar_block(4)
@@ -159,8 +165,8 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"problem": IN_TAU, "y": [1.0, 3.0], "t": 1.0},
     ),
     "jacobian": (
-        {"problem": BENT, "y": [1.0, 2.0], "t": 0.0},
-        {"problem": IN_T, "y": [2.0, 3.0], "t": 1.0},
+        {"problem": BENT, "y": [1.0, 2.0], "t": 0.0, "by": "state"},
+        {"problem": IN_T, "y": [2.0, 3.0], "t": 1.0, "by": "parameters"},
     ),
     "tangent_flow": (
         {
@@ -179,12 +185,18 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "method": "gauss-2",
             "step": 0.25,
             "t0": 0.2,
-            "directions": [[1.0, 0.0], [0.5, 1.0]],
+            "directions": [[0.3], [0.5]],
         },
     ),
     "gradient": (
-        {"problem": BENT, "f": bent_size, "y": [1.0, 2.0], "t": 0.0},
-        {"problem": dataclasses.replace(BENT, params=[2.5]), "f": size, "y": [2.0, 3.0], "t": 1.0},
+        {"problem": BENT, "f": bent_size, "y": [1.0, 2.0], "t": 0.0, "by": "state"},
+        {
+            "problem": dataclasses.replace(BENT, params=[2.5]),
+            "f": size,
+            "y": [2.0, 3.0],
+            "t": 1.0,
+            "by": "parameters",
+        },
     ),
     "value": (
         {"problem": IN_T, "f": scaled, "y": [1.0, 2.0], "t": 0.0},
@@ -235,11 +247,40 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "save_every": 2,
             "observe": "size",
             "t0": 0.25,
+            "estimate_error": True,
         },
     ),
     "solve in tau": (
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
         {"tau_end": 2.0, "clock": False, "tau_eval": [0.5]},
+    ),
+    "sensitivities": (
+        {
+            "problem": BENT,
+            "y0": [0.5, 0.6],
+            "t_end": 0.5,
+            "method": "rk-4",
+            "step": 0.1,
+            "t0": 0.0,
+            "observe": [size],
+        },
+        {
+            "problem": IN_T,
+            "y0": [0.4, 0.6],
+            "t_end": 0.7,
+            "method": "gauss-2",
+            "step": 0.25,
+            "t0": 0.25,
+            "observe": [sum_of],
+        },
+    ),
+    "sensitivities of a family": (
+        {"problem": bent_by, "parameters": {"c": 1.5}, "t_end": 0.5, "step": 0.1},
+        {"parameters": {"c": 2.5}},
+    ),
+    "sensitivities in tau": (
+        {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
+        {"tau_end": 2.0},
     ),
     "lyapunov": (
         {
@@ -274,6 +315,10 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "lyapunov in tau": (
         {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
         {"tau_end": 2.0},
+    ),
+    "tangent_flow by parameters": (
+        {"problem": IN_T, "y0": [0.5, 0.6], "t_end": 1.0, "step": 0.25, "parameters": [[1.0]]},
+        {"parameters": [[2.0]]},
     ),
     "tangent_flow in tau": (
         {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
@@ -342,6 +387,9 @@ LOOK: dict[str, Callable[..., Any]] = {
     ],
     "solve in tau": gi.solve,
     "tangent_flow in tau": gi.tangent_flow,
+    "tangent_flow by parameters": gi.tangent_flow,
+    "sensitivities of a family": gi.sensitivities,
+    "sensitivities in tau": gi.sensitivities,
     "lyapunov along directions": gi.lyapunov,
     "lyapunov in tau": gi.lyapunov,
     "solve with observers": gi.solve,

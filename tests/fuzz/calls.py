@@ -283,13 +283,29 @@ def calls() -> dict[str, Call]:
             lambda y, t: gi.value(field, next(iter(field.invariants.values())), y, t),
             {"y": y0, "t": 0.0},
         ),
-        "jacobian": Call(lambda y, t: bool(len(gi.jacobian(field, y, t))), {"y": y0, "t": 0.0}),
+        "jacobian": Call(
+            lambda y, t, by: bool(len(gi.jacobian(field, y, t, by))),
+            {"y": y0, "t": 0.0, "by": "state"},
+        ),
         "tangent_flow": Call(
             gi.tangent_flow,
             {
                 **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
-                **{"t0": 0.0, "directions": None},
+                **{"t0": 0.0, "directions": None, "parameters": None},
             },
+        ),
+        "sensitivities": Call(
+            gi.sensitivities,
+            {
+                **{"problem": field, "y0": y0, "t_end": 1.0, "method": "rk-4", "step": 0.5},
+                **{"t0": 0.0, "parameters": None, "observe": "energy"},
+            },
+        ),
+        "sensitivities of a family": Call(
+            lambda parameters: gi.sensitivities(
+                lambda **values: field, y0, parameters=parameters, t_end=1.0, step=0.5
+            ),
+            {"parameters": {"D": 1.0}},
         ),
         "lyapunov": Call(
             gi.lyapunov,

@@ -26,10 +26,11 @@ def restart_of(solution: Solution, clock: Any, **given: Any) -> Restart:
     return solution.restart
 
 
-def check_switches(compiled: Any, dense: Any, **optional: Any) -> None:
+def check_switches(compiled: Any, dense: Any, estimate_error: Any, **optional: Any) -> None:
     """Raise `DomainError` for what says neither yes nor no."""
     switch("compiled", compiled)
     switch("dense", dense)
+    switch("estimate_error", estimate_error)
     for name, value in optional.items():
         if value is not None:
             switch(name, value, "True, False or None")

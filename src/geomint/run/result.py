@@ -59,6 +59,7 @@ class Result(Compared):
     restart: Restart | None = field(default=None, repr=False)
     kept: Kept | None = field(default=None, repr=False)
     events: dict[str, Met] = field(default_factory=dict, repr=False)
+    error_estimate: Array | None = field(default=None, repr=False)
     route: str = ""
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 

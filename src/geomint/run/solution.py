@@ -62,6 +62,11 @@ class Solution(Shown, Result):
     events : dict of name to Met
         Where events happened, in the order in which they were asked for; see
         `geomint.run.met.Met`.
+    error_estimate : array, shape (m, rows), or None
+        With ``estimate_error=True`` how far the saved states are from the motion, as far as a finer
+        run tells: y less the exact state at the same `tau` (where the end was given in physical time,
+        at the same `t`), to first order, with its sign. Of a chaotic motion it is of use as long as it
+        is small.
     route : str
         What was followed in place of the problem, if a plan chose so: the name of a reduction, or
         ``"exact flow"``, which takes no steps.

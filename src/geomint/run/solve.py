@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from ..arguments import finite
@@ -20,6 +21,7 @@ from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
 from .crossings import Crossings
 from .driver import Account, drive
+from .error_estimate import check_estimate, error_estimate, label
 from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
 from .integrator import Integrator
@@ -52,6 +54,7 @@ def solve(
     observe_every: int = 1,
     clock: bool | None = None,
     callback: Callback | None = None,
+    estimate_error: bool = False,
     progress: bool | None = None,
     compiled: bool = True,
 ) -> Solution:
@@ -107,6 +110,10 @@ def solve(
     callback : callable, optional
         ``callback(reached)`` is called every some hundredths of a second with where the run has got
         to, see `geomint.run.callback.Reached`; the run ends there if it returns True.
+    estimate_error : bool
+        Estimate the error of every saved state, by a second run with half the step (of an adaptive
+        method with a sixteenth of the tolerances), which takes twice as long as the first: it is
+        ``sol.error_estimate``.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
     compiled : bool
@@ -127,7 +134,7 @@ def solve(
     WatcherError
         Likewise, where what watches a quantity fails, or the callback.
     """
-    check_switches(compiled=compiled, dense=dense, clock=clock, progress=progress)
+    check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
         former, problem = problem, problem.problem
@@ -139,6 +146,8 @@ def solve(
     if exact:
         chosen.check_fits(problem, False)
         check_no_steps(step=step, save_every=save_every, callback=callback)
+        check_no_steps(estimate_error=estimate_error or None)
+    check_estimate(estimate_error, before)
     state = problem.canonical(y0) if before is None else y0
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
@@ -212,6 +221,12 @@ def solve(
     if isinstance(status, StepError):
         status.partial = solution
         raise status
+    if estimate_error:
+        again = partial(
+            solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled
+        )
+        begin = t0 if label(solution)[0] == "t" else 0.0
+        solution.error_estimate = error_estimate(solution, again, begin)
     return solution
 
 

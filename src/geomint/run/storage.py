@@ -8,6 +8,7 @@ variable                   dimensions              content
 ``t``                      (t)                     physical times of the saved states
 ``tau``                    (t), else (tau)         their own times, of a problem in τ
 PIECE                      (t, k) or (t, i, j)     a piece of the state, such as ``gamma``
+``PIECE_error``            as that of PIECE        its estimated error, if that was asked for
 QUANTITY                   ()                      the first value; attributes are the drift's numbers
 ``QUANTITY_time``          (QUANTITY_time)         mean time of each window of steps
 ``QUANTITY_mean``          (QUANTITY_time)         mean deviation from the first value
@@ -73,7 +74,7 @@ _HEADER = 1 << 20  # bytes: the checksum, the first attribute, is found in them
 _LARGEST = 2**31 - 4  # bytes of a variable, of the format
 _OTHERWISE = (
     *("problem", "method", "tau", "y", "drift", "physical"),
-    *("restart", "kept", "events", "origin"),
+    *("restart", "kept", "events", "origin", "error_estimate"),
 )
 _RUN = tuple(f.name for f in fields(Result) if f.name not in _OTHERWISE)  # numbers and words
 _open: Any = netcdf_file
@@ -271,7 +272,7 @@ def _read(file: Any) -> Solution:
     missing, code = json.loads(words["missing"]), values["code"]
     going_on: dict[str, Any] = {**restart, **values["restart"]}
     kept: dict[str, Any] = {**json.loads(words.get("kept", "{}")), **values["kept"]}
-    y = np.hstack([x.reshape(len(x), prod(x.shape[1:])) for x in pieces.values()])
+    y = _joined(pieces)
     met = json.loads(words.get("events", "{}"))
     places = {
         of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
@@ -290,6 +291,7 @@ def _read(file: Any) -> Solution:
         y=y,
         drift={name: _drift(name, found, values) for name in found["drift"]},
         physical=physical,
+        error_estimate=_joined(values["error"]) if values["error"] else None,
         restart=Restart(**going_on) if going_on else None,
         kept=Kept(**kept) if kept else None,
         events={
@@ -299,6 +301,11 @@ def _read(file: Any) -> Solution:
         origin=origin,
         **run,
     )
+
+
+def _joined(pieces: dict[str, Array]) -> Array:
+    """Return the flat states, one a row, of their pieces."""
+    return np.hstack([x.reshape(len(x), prod(x.shape[1:])) for x in pieces.values()])
 
 
 def _drift(

@@ -122,8 +122,12 @@ def _times(solution: Result) -> Iterator[_Unnamed]:
 
 def _states(solution: Result) -> Iterator[_Unnamed]:
     for name, shape in solution.about.shapes.items():
-        values = solution.y[:, solution.about.slices[name]].reshape(-1, *shape)
-        yield _Unnamed("piece", name, name, values, name, ("time", time_of(solution)))
+        rows, along = solution.about.slices[name], ("time", time_of(solution))
+        values = solution.y[:, rows].reshape(-1, *shape)
+        yield _Unnamed("piece", name, name, values, name, along)
+        if solution.error_estimate is not None:
+            off = solution.error_estimate[:, rows].reshape(-1, *shape)
+            yield _Unnamed("error", name, f"{name}_error", off, f"estimated error of {name}", along)
 
 
 def _drift(name: str, drift: Drift) -> Iterator[_Unnamed]:

@@ -1,0 +1,83 @@
+"""How far a run is from the motion: what a second run with finer steps says of it.
+
+With half the step a method of order p errs 2⁻ᵖ times as much, so that the difference of both runs is
+1 − 2⁻ᵖ of the first one's error (L. F. Richardson), its rounding included, which is another one in the
+second run. Where a step is so long that the order is not seen yet, the second run is better still and
+the difference is the error itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..errors import DomainError, GeomintWarning, StepError
+from ..methods.adaptive import LEAST_RTOL, Adaptive
+from ..methods.method import Method
+from .restart import Restart
+from .solution import Solution
+
+__all__ = ["check_estimate", "error_estimate"]
+
+FINER = 16.0  # times smaller tolerances
+
+
+def check_estimate(asked: bool, before: Restart | None) -> None:
+    """Raise `DomainError` where only a part of the run is known."""
+    if asked and before is not None:
+        expected = "False: what goes on has errors from before, and is estimated as one run"
+        raise DomainError("estimate_error", asked, expected)
+
+
+def error_estimate(
+    solution: Solution, again: Callable[..., Solution], begin: float
+) -> Array | None:
+    """Return the estimated error of every saved state, or None and a warning where there is none.
+
+    Parameters
+    ----------
+    solution : Solution
+        A run from its beginning.
+    again : callable
+        Solves the same problem from the same state with what it is given.
+    begin : float
+        The time where the run began, as it is labelled: see `label`.
+    """
+    if solution.status not in ("success", "not finite"):
+        return None
+    name, times = label(solution)
+    if not len(times) or times[-1] == begin:
+        return np.zeros_like(solution.y)
+    options, factor = finer(solution.method, solution.step)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GeomintWarning)  # said of the run itself
+            other = again(**{f"{name}_end": times[-1], f"{name}_eval": times}, **options)
+    except StepError as error:
+        reason = f"no error estimate: the run with finer steps failed: {error}"
+        warnings.warn(reason, GeomintWarning, stacklevel=4)
+        return None
+    if len(other.y) != len(solution.y):  # interrupted
+        return None
+    return np.asarray(factor * (solution.y - other.y))
+
+
+def label(solution: Solution) -> tuple[str, Array]:
+    """Return the times at which states are compared: those that the end was given in."""
+    if solution.problem.time == "tau" and solution.drift_time == "tau":
+        return "tau", solution.tau
+    return "t", solution.t
+
+
+def finer(method: Method, step: float) -> tuple[dict[str, Any], float]:
+    """Return options of a finer run, and what its difference is multiplied with."""
+    if isinstance(method, Adaptive):
+        rtol = max(method.rtol / FINER, LEAST_RTOL)
+        chosen = dataclasses.replace(method, rtol=rtol, atol=method.atol / FINER)
+        return {"method": chosen}, 1.0 / (1.0 - 1.0 / FINER)
+    return {"method": method, "step": 0.5 * abs(step)}, 1.0 / (1.0 - 0.5**method.order)

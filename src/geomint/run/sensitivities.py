@@ -1,0 +1,251 @@
+"""How the end of a run depends on where it began and on the parameters of its problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array, finite
+from ..errors import DomainError, GeomintError, quoted
+from ..kernels.compiling.recorded import Recorded
+from ..methods import Method
+from ..problems.derivatives import gradient
+from ..problems.evaluate import derivative, observable_of, value
+from ..problems.problem import Problem
+from ..problems.shown import Shown
+from .tangent_flow import tangent_flow
+
+__all__ = ["Quantity", "Sensitivities", "sensitivities"]
+
+WIDEST, HALVINGS, TRIES = 0.1, 4, 6  # differences over a tenth of a parameter, and over less
+RELIABLE = 1e-10  # relative: a derivative by differences that is known no better is refused
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number at the end of a run, and its derivatives.
+
+    Attributes
+    ----------
+    value : float
+    by_state : array, shape (rows,)
+    by_parameters : array, shape (k,)
+    """
+
+    value: float
+    by_state: Array
+    by_parameters: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivities(Shown):
+    """The end of a run and its derivatives.
+
+    Attributes
+    ----------
+    y : array, shape (rows,)
+        The state at the end.
+    by_state : array, shape (rows, rows)
+        ∂y/∂y₀.
+    parameters : tuple of str
+        The names of the k parameters.
+    by_parameters : array, shape (rows, k)
+        dy/dθ of each of them, the initial state moving with it if it depends on it.
+    quantities : dict of name to Quantity
+        The same of what was observed.
+    """
+
+    y: Array
+    by_state: Array
+    parameters: tuple[str, ...]
+    by_parameters: Array
+    quantities: dict[str, Quantity]
+
+    def _shown(self) -> tuple[str, dict[str, Any]]:
+        facts = {
+            "parameters": ", ".join(self.parameters),
+            "largest ∂y/∂y₀": _largest(self.by_state),
+        }
+        if self.parameters:
+            facts["largest dy/dθ"] = _largest(self.by_parameters)
+        facts |= {name: f"{q.value:.6g}" for name, q in self.quantities.items()}
+        return "sensitivities", {name: fact for name, fact in facts.items() if fact}
+
+
+def _largest(x: Array) -> str:
+    return f"{np.abs(x).max():.6g}"
+
+
+def sensitivities(
+    problem: Problem | Callable[..., Any],
+    y0: Any = None,
+    *,
+    parameters: Mapping[str, float] | None = None,
+    observe: Iterable[str | Recorded] = (),
+    t_end: Any = None,
+    tau_end: Any = None,
+    method: str | Method | None = None,
+    step: Any = None,
+    t0: float = 0.0,
+) -> Sensitivities:
+    """Return how the end of a run depends on the initial state and on parameters.
+
+    The derivatives are those of the numerical map, to rounding (`geomint.tangent_flow`), so that they
+    are as near to those of the motion as the run is to the motion. Integrals along a motion are
+    numbers of the state by `geomint.with_quadrature`.
+
+    Parameters
+    ----------
+    problem : Problem, or callable
+        With `parameters` a function of them by name that returns the problem, or the problem and the
+        initial state. How the flat parameters and the state depend on them is found by differences
+        over up to a tenth of the parameter, extrapolated to about 1e-13; how the run depends on these
+        is exact.
+    y0 : array_like
+        The initial state, unless the function returns it.
+    parameters : mapping of str to float, optional
+        Values of the parameters.
+    observe : names or functions
+        Quantities at the end: the problem's own by name, or recorded with `geomint.observable`.
+    t_end, tau_end, method, step, t0
+        As those of `geomint.tangent_flow`.
+
+    Returns
+    -------
+    Sensitivities
+
+    Raises
+    ------
+    DomainError
+        For parameters on which the problem does not depend smoothly, or by other ways than its flat
+        parameters: a recorded function that uses the value itself does not change with it.
+    ArgumentError, FormError, DeclarationError, MethodError, ConvergenceError, NonFiniteError, \
+StepSizeError
+        As `geomint.tangent_flow`.
+
+    Examples
+    --------
+    >>> import chaplygin as ch, geomint as gi
+    >>> def sphere(D):
+    ...     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=D).hamiltonized()
+    ...     return problem, problem.state(gamma=[0.48, 0.6, 0.64], p=[0.8, 1.0, -1.5375])
+    >>> found = gi.sensitivities(sphere, parameters={"D": 4.0}, tau_end=2.0, step=0.1)
+    >>> found.by_parameters.shape
+    (6, 1)
+    """
+    family = _Family(problem, y0, {} if parameters is None else parameters)
+    p, start = family.problem, family.state
+    directions, moved = np.eye(p.rows), np.zeros((len(p.params), 0))
+    if family.values:
+        changes = [family.slopes(name) for name in family.values]
+        directions = np.column_stack([directions, *(of_state for _, of_state in changes)])
+        moved = np.column_stack([np.zeros((len(p.params), p.rows)), *(c for c, _ in changes)])
+    flow = tangent_flow(
+        p, start, t_end=t_end, tau_end=tau_end, method=method, step=step, t0=t0,
+        directions=directions, parameters=moved if moved.any() else None,
+    )  # fmt: skip
+    by_state, by_parameters = flow.slopes[:, : p.rows], flow.slopes[:, p.rows :]
+    end = float(t_end if tau_end is None else tau_end)
+    names = [observe] if isinstance(observe, str | Recorded) else list(observe)
+    quantities = {}
+    for each in names:
+        f = observable_of(p, each, flow.y)
+        by_y = gradient(p, f, flow.y, end)
+        direct = np.zeros(len(family.values))
+        if moved.any():
+            direct = gradient(p, f, flow.y, end, by="parameters") @ moved[:, p.rows :]
+        quantities[each if isinstance(each, str) else f.function.__name__] = Quantity(
+            value(p, f, flow.y, end), by_y @ by_state, by_y @ by_parameters + direct
+        )
+    return Sensitivities(flow.y, by_state, tuple(family.values), by_parameters, quantities)
+
+
+class _Family:
+    """A problem and its initial state as functions of parameters."""
+
+    def __init__(self, problem: Any, y0: Any, parameters: Any) -> None:
+        if not isinstance(parameters, Mapping):
+            raise DomainError("parameters", parameters, "a mapping of names to numbers")
+        self.values = {name: finite(f"parameters[{name!r}]", x) for name, x in parameters.items()}
+        self._given, self._y0 = problem, y0
+        if isinstance(problem, Problem) and self.values:
+            expected = "none of a problem: give a function of them that returns the problem"
+            raise DomainError("parameters", parameters, expected)
+        self.problem, self.state = self._made(self.values)
+
+    def _made(self, values: Mapping[str, float]) -> tuple[Problem, Array]:
+        """Return the problem and its initial state for some values."""
+        found = self._given if isinstance(self._given, Problem) else None
+        y0 = self._y0
+        if found is None:
+            if not callable(self._given):
+                raise DomainError("problem", self._given, "a geomint.Problem, or a function")
+            found = self._given(**values)
+        if isinstance(found, tuple) and len(found) == 2:
+            if y0 is not None:
+                raise DomainError("y0", y0, "None: the function returns an initial state")
+            found, y0 = found
+        if not isinstance(found, Problem):
+            expected = "a function that returns a geomint.Problem, or one and a state"
+            raise DomainError("problem", self._given, expected)
+        return found, found.canonical(y0)
+
+    def slopes(self, name: str) -> tuple[Array, Array]:
+        """Return the derivatives of the flat parameters and of the state by a parameter.
+
+        By central differences over h, h/2, … that are extrapolated to 0 (L. F. Richardson); where the
+        parameter cannot move so far, over less.
+        """
+        value = self.values[name]
+        widest, count = WIDEST * (abs(value) or 1.0), len(self.problem.params)
+        for _ in range(TRIES):
+            try:
+                table = [self._differences(name, value, widest / 2**i) for i in range(HALVINGS + 1)]
+                break
+            except GeomintError as error:
+                widest, failure = 0.25 * widest, error
+        else:
+            raise failure
+        self._check_functions(name, value + widest)
+        factor, before = 4.0, table[-1]
+        while len(table) > 1:
+            before = table[-1]
+            pairs = pairwise(table)
+            table = [fine + (fine - coarse) / (factor - 1.0) for coarse, fine in pairs]
+            factor *= 4.0
+        found = table[0]
+        size = max(float(np.abs(found).max()), *np.abs(self._flat(self.values) / widest), 1e-300)
+        if not np.abs(found - before).max() <= RELIABLE * size:
+            expected = "a value near which parameters and initial state are smooth functions of it"
+            raise DomainError(f"parameters[{name!r}]", value, expected)
+        return found[:count], found[count:]
+
+    def _flat(self, values: Mapping[str, float]) -> Array:
+        problem, state = self._made(values)
+        if len(problem.params) != len(self.problem.params) or len(state) != len(self.state):
+            raise DomainError("parameters", quoted(dict(values)), "values of one and the same form")
+        return np.concatenate([problem.params, state])
+
+    def _differences(self, name: str, value: float, h: float) -> Array:
+        ahead, behind = (self._flat({**self.values, name: value + s * h}) for s in (1.0, -1.0))
+        return (ahead - behind) / ((value + h) - (value - h))
+
+    def _check_functions(self, name: str, value: float) -> None:
+        """Raise `DomainError` where a function changes with a parameter that it does not get."""
+        other, y = self._made({**self.values, name: value})
+        expected = derivative(other, y)
+        found = derivative(_with_params(self.problem, other.params), y)
+        if not np.allclose(found, expected, rtol=1e-9, atol=1e-12 * math.hypot(*expected)):
+            said = "a parameter that functions read from params: they hold this one as a constant"
+            raise DomainError(f"parameters[{name!r}]", self.values[name], said)
+
+
+def _with_params(problem: Problem, params: Array) -> Problem:
+    """Return the problem with other flat parameters, for its functions alone."""
+    own = {"space": None, "make_state": None, "make_random": None, "make_exact": None}
+    return replace(problem, params=params, admit=None, **own)  # type: ignore[arg-type]

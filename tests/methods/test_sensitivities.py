@@ -1,0 +1,177 @@
+"""Sensitivities: against closed forms, conserved quantities, exact motions; wrong families."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chaplygin as ch
+import geomint as gi
+
+
+@gi.field
+def swinging(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -params[0] * y[0]
+
+
+@gi.observable
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * (y[1] * y[1] + params[0] * y[0] * y[0])
+
+
+@gi.observable
+def late(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return params[0] * t * y[0]
+
+
+SPRING = gi.Problem(
+    "spring", (("x", 1), ("v", 1)), [1.0], field=swinging, invariants={"energy": energy}
+)
+
+
+def spring(k: float, a: float = 0.7) -> tuple[gi.Problem, list[float]]:
+    return dataclasses.replace(SPRING, params=[k * k]), [a, k * a]
+
+
+@pytest.mark.parametrize("k", [0.3, 1.0, 20.0, 1e-3])
+def test_a_spring(k: float) -> None:
+    """x = a (cos kt + sin kt): by all that it depends on, to 1e-12."""
+    t, a = 1.7 / k, 0.7
+    found = gi.sensitivities(
+        spring, parameters={"k": k, "a": a}, t_end=t, step=0.1 / k, observe=["energy", late]
+    )
+    c, s = math.cos(k * t), math.sin(k * t)
+    phi = [[c, s / k], [-k * s, c]]
+    by_k = a * np.array([t * (c - s), (c - s) - k * t * (s + c)])
+    by_a = np.array([c + s, k * (c - s)])
+    scales = np.array([a, k * a])
+    assert found.parameters == ("k", "a")
+    np.testing.assert_allclose(found.y, [a * (c + s), k * a * (c - s)], rtol=1e-13)
+    np.testing.assert_allclose(
+        found.by_state * scales / scales[:, None],
+        phi * scales / scales[:, None],
+        rtol=0,
+        atol=1e-13,
+    )
+    expected = np.column_stack((by_k, by_a)) / scales[:, None]
+    atol = 1e-12 * np.abs(expected).max()
+    np.testing.assert_allclose(found.by_parameters / scales[:, None], expected, rtol=0, atol=atol)
+    kept = found.quantities["energy"]
+    assert kept.value == pytest.approx((k * a) ** 2, rel=1e-13)
+    np.testing.assert_allclose(kept.by_state, [k * k * a, k * a], rtol=1e-12)
+    np.testing.assert_allclose(kept.by_parameters, [2 * k * a * a, 2 * k * k * a], rtol=1e-12)
+    at_end = found.quantities["late"]
+    direct = 2 * k * t * found.y[0] + k * k * t * by_k[0]
+    assert at_end.by_parameters[0] == pytest.approx(direct, rel=1e-12)
+
+
+def test_without_parameters() -> None:
+    """That is the derivative of the flow alone."""
+    found = gi.sensitivities(SPRING, [0.3, 0.4], t_end=2.0, step=0.1, observe="energy")
+    flow = gi.tangent_flow(SPRING, [0.3, 0.4], t_end=2.0, step=0.1)
+    np.testing.assert_array_equal(found.by_state, flow.slopes)
+    assert found.by_parameters.shape == (2, 0)
+    np.testing.assert_allclose(found.quantities["energy"].by_state, [0.3, 0.4], rtol=1e-13)
+    assert "energy" in repr(found)
+
+
+def test_integrals() -> None:
+    """∫ x² dt, a number of the state: its value is (2a)² t/2 over a period, k = 1 and v₀ = a."""
+
+    @gi.observable
+    def squared(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return y[0] * y[0]
+
+    def watched(a: float) -> tuple[gi.Problem, list[float]]:
+        problem, y0 = spring(1.0, a)
+        return gi.with_quadrature(problem, "s", squared), [*y0, 0.0]
+
+    found = gi.sensitivities(watched, parameters={"a": 0.5}, t_end=2 * math.pi, step=0.1)
+    assert found.y[2] == pytest.approx(2 * math.pi * 0.25, rel=1e-13)
+    assert found.by_parameters[2, 0] == pytest.approx(2 * math.pi, rel=1e-12)
+
+
+def sphere(D: float, a1: float) -> tuple[gi.Problem, np.ndarray]:
+    problem = ch.ChaplyginSphere(a=[a1, 1.1, 1.5], D=D).hamiltonized()
+    return problem, problem.state(gamma=[0.48, 0.6, 0.64], p=[0.8, 1.0, -1.5375])
+
+
+def test_against_exact_motions() -> None:
+    """Of another system at another parameter each; its state depends on them too."""
+    values = {"D": 4.0, "a1": 0.8}
+    found = gi.sensitivities(sphere, parameters=values, tau_end=3.0, step=0.1, observe="energy")
+    for i, name in enumerate(values):
+
+        def ends(h: float, name: str = name) -> np.ndarray:
+            problem, y0 = sphere(**{**values, name: values[name] + h})
+            return np.append(problem.exact(y0).at_tau(3.0), gi.value(problem, "energy", y0))
+
+        def slope(h: float, ends: Any = ends) -> np.ndarray:
+            return (ends(h) - ends(-h)) / (2 * h)
+
+        expected = (64 * slope(0.005) - 20 * slope(0.01) + slope(0.02)) / 45
+        by = np.append(found.by_parameters[:, i], found.quantities["energy"].by_parameters[i])
+        np.testing.assert_allclose(by, expected, rtol=0, atol=1e-9)
+
+
+def test_at_the_end_of_what_is_admissible() -> None:
+    """A parameter that cannot move by a tenth moves by less; one that cannot at all says why."""
+
+    def bounded(k: float) -> gi.Problem:
+        if k > 1.02:
+            raise gi.DomainError("k", k, "at most 1.02")
+        return dataclasses.replace(SPRING, params=[k * k])
+
+    given = {"t_end": 1.0, "step": 0.1}
+    near = gi.sensitivities(bounded, [1.0, 0.0], parameters={"k": 1.0}, **given)
+    assert near.by_parameters[0, 0] == pytest.approx(-math.sin(1.0), rel=1e-11)
+    with pytest.raises(gi.DomainError, match=r"at most 1\.02"):
+        gi.sensitivities(bounded, [1.0, 0.0], parameters={"k": 1.02}, **given)
+
+
+def test_a_parameter_that_is_zero_or_does_nothing() -> None:
+    def shifted(k: float, nothing: float) -> tuple[gi.Problem, list[float]]:
+        return dataclasses.replace(SPRING, params=[1.0 + k]), [1.0, 0.0]
+
+    found = gi.sensitivities(
+        shifted, parameters={"k": 0.0, "nothing": 3.0}, t_end=1.0, step=0.1
+    )  # fmt: skip
+    np.testing.assert_allclose(found.by_parameters[0], [-0.5 * math.sin(1.0), 0.0], rtol=1e-11)
+
+
+def test_wrong_families() -> None:
+    def captured(k: float) -> gi.Problem:
+        @gi.field
+        def held(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+            out[0] = k * y[0]
+
+        return gi.Problem("held", (("x", 1),), field=held)
+
+    def broken(k: float) -> gi.Problem:
+        return dataclasses.replace(SPRING, params=[abs(k - 1.03) + 1.0])
+
+    def grows(k: float) -> gi.Problem:
+        return dataclasses.replace(SPRING, params=[1.0] * (1 if k <= 1.0 else 2))
+
+    usual = {"t_end": 1.0, "step": 0.1, "parameters": {"k": 1.0}}
+    for problem, y0, changed, said in (
+        (captured, [1.0], {}, "hold this one as a constant"),
+        (broken, [1.0, 0.0], {}, "smooth functions"),
+        (grows, [1.0, 0.0], {}, "one and the same form"),
+        (SPRING, [1.0, 0.0], {}, "a function of them"),
+        (3, [1.0, 0.0], {}, "a geomint.Problem, or a function"),
+        (lambda k: 3, [1.0, 0.0], {}, "returns a geomint.Problem"),
+        (spring, [1.0, 0.0], {}, "returns an initial state"),
+        (spring, None, {"parameters": 3}, "a mapping"),
+        (spring, None, {"parameters": {"k": "x"}}, "parameters"),
+        (spring, None, {"parameters": {"k": math.nan}}, "parameters"),
+        (spring, None, {"observe": ["enrgy"]}, "Did you mean 'energy'"),
+        (spring, None, {"method": "dop853-adaptive"}, "no steps of a given length"),
+    ):
+        with pytest.raises(gi.GeomintError, match=said):
+            gi.sensitivities(problem, y0, **{**usual, **changed})
