@@ -17,6 +17,8 @@ import numpy as np
 
 import geomint as gi
 from geomint.compare.reference import integrate_extended
+from geomint.plots.canvas import new_figure
+from geomint.plots.style import COLOURS, WIDTH
 from geomint.problems.deviation import sizes_of
 from geomint.scene.load import builtin_scenes
 from machine import describe
@@ -40,7 +42,15 @@ def compared(scene: gi.Scene, y0: Any, end: float) -> list[dict[str, Any]]:
         assert estimate is not None
         sizes = sizes_of(p, y0)
         numbers = (float(np.max(np.abs(x / sizes))) for x in (estimate[-1], error))
-        found.append(dict(zip(("method", "estimate", "error"), (name, *numbers), strict=True)))
+        found.append(
+            dict(
+                zip(
+                    ("method", "estimate", "error"),
+                    (name, *(float(f"{x:.3g}") for x in numbers)),
+                    strict=True,
+                )
+            )
+        )
     return found
 
 
@@ -56,12 +66,44 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
+def picture(result: dict[str, Any], path: Path) -> None:
+    """Draw the estimate beside the error along two runs, and against it for all."""
+    scene, times = gi.load_scene("sphere-n3"), np.geomspace(0.3, 300.0, 60)
+    p, y0 = scene.problem, scene.state
+    truth = p.exact(y0)(times)
+    with new_figure(1.6 * WIDTH, 0.68 * WIDTH, layout="constrained") as figure:
+        left, right = figure.subplots(1, 2)
+        for name, color in zip(("rk-4", "gauss-4"), COLOURS, strict=False):
+            sol = gi.solve(p, y0, t_end=300.0, method=name, t_eval=times, estimate_error=True)
+            error, estimate = (np.abs(x).max(axis=1) for x in (sol.y - truth, sol.error_estimate))
+            left.loglog(times, estimate, color=color, label=f"{name}, estimate")
+            left.loglog(
+                times, error, "o", color=color, ms=4, mfc="none", label=f"{name}, true error"
+            )
+        left.set(xlabel="t", ylabel="largest error of the state", title="sphere-n3")
+        left.legend(frameon=False)
+        ends = [key for key in result if key != "machine"]
+        for marker, end, color in zip("ox", ends, COLOURS, strict=False):
+            pairs = np.array([[row["error"], row["estimate"]] for row in result[end]["rows"]])
+            style = {"ms": 4, "mfc": "none", "color": color, "label": f"after {end}"}
+            right.loglog(*pairs.T, marker, **style)
+        limits = np.array([1e-17, 1e-2])
+        right.loglog(limits, limits, color="0.4", lw=0.8)
+        right.fill_between(limits, limits / 10, limits * 10, color="0.9", label="a factor of 10")
+        right.set(xlabel="true error, relative", ylabel="estimate", xlim=limits, ylim=limits)
+        right.set_title("every built-in scene, random states")
+        right.legend(frameon=False)
+        figure.savefig(path, dpi=130)
+
+
 def main() -> None:
     """Run the benchmark and write its results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ends", type=float, nargs="+", default=[30.0, 300.0])
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results")
+    images = Path(__file__).parents[1] / "docs" / "images"
+    parser.add_argument("--images", type=Path, default=images)
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", gi.GeomintWarning)
     result: dict[str, Any] = {}
@@ -83,6 +125,7 @@ def main() -> None:
     result["machine"] = describe(["geomint", "numba", "numpy"])
     path = arguments.out / "error_estimate.json"
     path.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    picture(result, arguments.images / "error-estimate.png")
 
 
 if __name__ == "__main__":

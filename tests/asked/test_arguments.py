@@ -358,16 +358,22 @@ CALLS["Integrator"] = (
         "compiled": False,
     },
 )
+CALLS["Integrator with directions"] = (
+    {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25, "tangents": 1},
+    {"tangents": 2},
+)
 
 
 def stepped(**given: Any) -> Any:
     motion = gi.Integrator(**given)
     motion.step(2)
-    return [motion.restart, motion.stepper.compiled]
+    carried = motion.tangents if given.get("tangents") else None
+    return [motion.restart, motion.stepper.compiled, carried]
 
 
 LOOK: dict[str, Callable[..., Any]] = {
     "Integrator": stepped,
+    "Integrator with directions": stepped,
     "natural_on_sphere": lambda **given: flow_of(gi.natural_on_sphere(**given)),
     "great_circle": increment,
     "so3": lambda vectors: group_of(gi.so3(vectors)),

@@ -144,7 +144,6 @@ def test_wrong_input() -> None:
     usual = {"problem": p, "y0": y0, "t_end": 1.0, "step": 0.1}
     for given, kind, said in (
         ({"problem": 3}, gi.DomainError, "a geomint.Problem"),
-        ({"method": "dop853-adaptive"}, gi.MethodError, "no steps of a given length"),
         ({"method": "exact"}, gi.MethodError, "no steps of a given length"),
         ({"problem": tau, "y0": tau.random_state(0)}, gi.DomainError, "moves with the state"),
         ({"directions": np.eye(3)}, gi.DomainError, "4 rows"),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, as_vector, finite, positive, switch, whole
-from ..errors import DomainError, StepError
+from ..errors import DomainError, MethodError, StepError
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.status import OK
 from ..methods import Method, Start, find_method
@@ -19,6 +19,7 @@ from ..methods.started import keep_started, started
 from ..methods.stepper import Advance
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
+from .carried_directions import CarriedDirections, columns
 from .restart import Restart
 from .timeline import MOST_STEPS, check_advance
 
@@ -51,6 +52,10 @@ class Integrator:
         Whether physical time is integrated beside a problem in τ, from 0.
     compiled : bool
         False runs the same kernels in plain Python, to the same bits.
+    tangents : int, or array_like of shape (rows, k), optional
+        Directions that are carried along, one a column: `tangents` is then the derivative of the state
+        by where it began, along them. A number k stands for the first k unit vectors. Every step is
+        taken once more with derivatives (`geomint.tangent_flow`); the bits of the state are the same.
 
     Raises
     ------
@@ -70,7 +75,7 @@ class Integrator:
     """
 
     __slots__ = (  # so that writing to a name that it does not have is an error
-        *("__weakref__", "_done", "_first", "_method", "_nothing", "_start"),
+        *("__weakref__", "_carried", "_done", "_first", "_method", "_nothing", "_start"),
         *("iterations", "stepper", "steps"),
     )
 
@@ -84,6 +89,7 @@ class Integrator:
         time: float = 0.0,
         clock: bool = False,
         compiled: bool = True,
+        tangents: Any = None,
     ) -> None:
         if not isinstance(problem, Problem):
             raise DomainError("problem", problem, "a geomint.Problem")
@@ -97,6 +103,8 @@ class Integrator:
         self._begin(chosen, Start(problem, y, start, h, clock, compiled))
         self.prepare()
         self._first = y, start
+        if tangents is not None:
+            self.tangents = tangents
 
     @classmethod
     def of(
@@ -119,6 +127,7 @@ class Integrator:
     def _begin(self, method: Method, start: Start) -> None:
         self._method, self._start, self._done = method, start, 0
         self.steps, self.iterations = 0, 0
+        self._carried: CarriedDirections | None = None
         self.stepper = started(method, start)
         self._nothing = scalar_block(self.stepper.rows)
 
@@ -191,6 +200,24 @@ class Integrator:
     def state(self, state: Any) -> None:
         self._anew(self.problem.canonical(state), self.time, self.h)
 
+    @property
+    def tangents(self) -> Array:
+        """What has become of the directions, one a column, as a copy; writing gives others."""
+        if self._carried is None:
+            raise DomainError("tangents", None, "tangents=… of the integrator: it carries none")
+        return self._carried.slopes
+
+    @tangents.setter
+    def tangents(self, tangents: Any) -> None:
+        rows = self.problem.rows
+        if self.method.adaptive:
+            raise MethodError(f"method {self.method.name!r} takes no steps of a given length")
+        if not self.stepper.compiled:
+            raise DomainError("compiled", False, "True: directions are carried by compiled code")
+        if isinstance(tangents, int | np.integer) and not isinstance(tangents, bool):
+            tangents = np.eye(rows)[:, : whole("tangents", tangents, 1, rows)]
+        self._carried = CarriedDirections(self.stepper, columns("tangents", tangents, rows))
+
     def __getitem__(self, piece: str) -> Array:
         """Return a piece of the state by its name, as a copy."""
         slices = self.problem.slices
@@ -214,6 +241,8 @@ class Integrator:
         made = Integrator.of(self.method, start, self.t if clock else 0.0)
         made.prepare()
         self._start, self.stepper, self._done = start, made.stepper, 0
+        if self._carried is not None:
+            self._carried = CarriedDirections(self.stepper, self._carried.slopes)
 
     def _anew(self, state: Array, time: float, h: float) -> None:
         """Go on from there, and remember nothing but physical time."""
@@ -225,6 +254,12 @@ class Integrator:
         else:
             self.stepper.begin(state, time, float(h))
         self._set_clock(clock)
+        self._carry_on()
+
+    def _carry_on(self) -> None:
+        """Let the directions begin where the state is now."""
+        if self._carried is not None:
+            self._carried.begin(self.stepper.memory.data[: 2 * self.stepper.rows])
 
     def _set_clock(self, t: float) -> None:
         if self._start.clock:
@@ -309,19 +344,36 @@ class Integrator:
         if abs(rest) > rounding(end):
             stepper = self.stepper
             y = stepper.single_step(stepper.state, here, rest, stepper.carry, self.steps)
+            if self._carried is not None:
+                self._carried.cut(here, rest, self.steps)
             self.steps += 1
             stepper.begin(y, end, stepper.h)
             self._done = 0
+            self._carry_on()
         elif rest != 0.0:
             self.stepper.move(end, self.h)
             self._done = 0
 
     def _some(self, count: int) -> int:
         """Take steps, or raise; return how many."""
+        mark = self.bookmark
         asked, good = self.take(count, count + self._done + 1, self._nothing)
+        if self._carried is not None:
+            self._carry(self._carried, good.steps, mark)
         if asked.status != OK:
             raise self.failure(asked, good)
         return good.steps
+
+    def _carry(self, carried: CarriedDirections, count: int, mark: Any) -> None:
+        """Take the last steps with directions too; where these fail, the state is with them."""
+        stepper, first = self.stepper, self._done - count
+        try:
+            carried.take(stepper.t0, stepper.h, count, first, self.steps - self._done)
+        except BaseException as error:
+            self.bookmark = mark
+            if isinstance(error, StepError) and error.step > self.steps:
+                self.take(error.step - self.steps, count + self._done + 1, self._nothing)
+            raise
 
     def failure(self, asked: Advance, good: Advance) -> StepError:
         """Return the typed error of a `take` that failed."""
@@ -383,7 +435,9 @@ class Integrator:
 
     def __getstate__(self) -> dict[str, Any]:
         kept = ("_start", "_first", "_method", "steps", "iterations")
-        return {**{name: getattr(self, name) for name in kept}, "restart": self.restart}
+        tangents = None if self._carried is None else self._carried.slopes
+        own = {"restart": self.restart, "tangents": tangents}
+        return {**{name: getattr(self, name) for name in kept}, **own}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restart = state["restart"]
@@ -393,3 +447,5 @@ class Integrator:
         self._start = state["_start"]
         for name in ("_first", "steps", "iterations"):
             setattr(self, name, state[name])
+        if state["tangents"] is not None:
+            self.tangents = state["tangents"]

@@ -20,7 +20,8 @@ from ..methods.stepper import Advance, Stepper
 from ..problems.problem import Problem
 from ..problems.shown import Shown
 from ..problems.time_scale import characteristic_time
-from .tangent_flow import columns, started
+from .carried_directions import columns
+from .tangent_flow import started
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

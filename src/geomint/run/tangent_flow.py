@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, as_array, finite
+from ..arguments import Array, finite
 from ..errors import DomainError, MethodError
-from ..kernels.compiling.number_types import NumberType
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.advance import bound_stepper
-from ..kernels.solve.status import OK
-from ..methods import Compose, Exact, Method, find_solver
+from ..methods import Adaptive, Compose, Exact, Method, find_solver
 from ..methods.method import Start
-from ..methods.stepper import Advance, Stepper
-from ..methods.tangent import AT_ONCE, tangent_type
+from ..methods.stepper import Stepper
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
+from .carried_directions import CarriedDirections, columns
+from .solve import solve
 from .timeline import Timeline, plan_timeline
 
-__all__ = ["TangentFlow", "columns", "started", "tangent_flow"]
-
-PIECE = 1000  # steps between which Ctrl-C is seen
+__all__ = ["TangentFlow", "started", "tangent_flow"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +55,9 @@ def tangent_flow(
 
     Every step is taken in numbers that carry their derivatives (`geomint.kernels.numbers.tangent`):
     the slopes are those of the numerical map itself, for implicit methods of its converged equations,
-    whatever their tolerance: the iteration ends where neither values nor slopes change any more.
+    whatever their tolerance: the iteration ends where neither values nor slopes change any more. An
+    adaptive method's steps are those of its run, as if they had been given: how they would change is
+    no part of the slopes.
     On a constraint manifold Φ is differentiated as a map of the numbers of the state; directions that
     are tangent to the manifold stay so if the method stays on it.
 
@@ -80,7 +78,7 @@ def tangent_flow(
     ArgumentError, DomainError, FormError, DeclarationError
         As `geomint.solve`.
     MethodError
-        For adaptive methods and the exact flow, which take no steps of a given length.
+        For the exact flow, which takes no steps.
     ConvergenceError, NonFiniteError, StepSizeError
         With t, step, residual and iterations.
 
@@ -92,15 +90,25 @@ def tangent_flow(
     >>> found.slopes.shape
     (6, 6)
     """
-    state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
-    wanted, moved = _directions(problem, directions, parameters)
-    y, slopes = state, [np.zeros((problem.rows, 0))]
-    for first in range(0, wanted.shape[1], AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        of_params = None if moved is None else moved[:, some]
-        y, found = _flown(stepper, timeline, wanted[:, some], of_params)
-        slopes.append(found)
-    return TangentFlow(y, np.concatenate(slopes, axis=1))
+    chosen = find_solver(method)
+    if isinstance(chosen, Adaptive):
+        run = solve(
+            problem, y0, t_end=t_end, tau_end=tau_end, method=chosen, step=step, t0=t0,
+            save_every=1, progress=False, clock=None if tau_end is None else False,
+        )  # fmt: skip
+        step, method = abs(run.step), chosen.base
+    _, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
+    carried = CarriedDirections(stepper, *_directions(problem, directions, parameters))
+    if isinstance(chosen, Adaptive):
+        for i, (t, after) in enumerate(pairwise(run.tau)):
+            carried.cut(t, after - t, i)
+        return TangentFlow(carried.state, carried.slopes)
+    assert timeline.steps is not None
+    carried.take(timeline.start, timeline.h, timeline.steps)
+    if timeline.remainder != 0.0:
+        last = timeline.start + timeline.h * timeline.steps
+        carried.cut(last, timeline.remainder, timeline.steps)
+    return TangentFlow(carried.state, carried.slopes)
 
 
 def _directions(problem: Problem, states: Any, parameters: Any) -> tuple[Array, Array | None]:
@@ -147,75 +155,3 @@ def _iterated_to_rounding(method: Method) -> Method:
     if not getattr(method, "tolerance", 0.0):
         return method
     return dataclasses.replace(method, tolerance=0.0)  # type: ignore[type-var]
-
-
-def columns(name: str, directions: Any, rows: int) -> Array:
-    """Return directions that are given, one a column."""
-    expected = f"finite numbers in {rows} rows, a direction a column"
-    found: Array = as_array(name, directions, expected)
-    fits = found.ndim == 2 and len(found) == rows and found.shape[1] > 0
-    if not (fits and np.isfinite(found).all()):
-        raise DomainError(name, directions, expected)
-    return found
-
-
-def _flown(
-    stepper: Stepper, timeline: Timeline, directions: Array, moved: Array | None
-) -> tuple[Array, Array]:
-    """Return the state at the end, and what becomes of at most eight directions."""
-    steps = _Steps(stepper, tangent_type(stepper, AT_ONCE, moved is not None), moved)
-    rows = stepper.rows
-    memory = np.zeros((len(stepper.memory), 1 + AT_ONCE))
-    memory[:, 0] = stepper.memory.data
-    memory[:rows, 1 : 1 + directions.shape[1]] = directions
-    assert timeline.steps is not None
-    memory = steps.take(memory, timeline.start, timeline.h, timeline.steps)
-    if timeline.remainder != 0.0:
-        memory[2 * rows :] = 0.0
-        last = timeline.start + timeline.h * timeline.steps
-        memory = steps.take(memory, last, timeline.remainder, 1, timeline.steps)
-    return memory[:rows, 0].copy(), memory[:rows, 1 : 1 + directions.shape[1]].copy()
-
-
-class _Steps:
-    """The steps of a method in another type of number."""
-
-    def __init__(self, stepper: Stepper, kind: NumberType, moved: Array | None) -> None:
-        self._stepper, self._held = stepper, kind.memory.held
-        params = stepper.params
-        if moved is not None:
-            params = self._block(len(params))
-            rows = params.data.reshape(len(params), -1)
-            rows[:, 0], rows[:, 1 : 1 + moved.shape[1]] = stepper.params.data, moved
-        work = self._block(len(stepper.work))
-        self._call = bound_stepper(stepper.kernel, stepper.functions).call(
-            number_type=kind,
-            functions=stepper.functions,
-            params=params,
-            coefficients=stepper.coefficients,
-            fractions=stepper.fractions,
-            work=work,
-            rows=stepper.rows,
-            out=self._block(0),
-        )
-
-    def _block(self, rows: int) -> Block:
-        block: Block = self._held(scalar_block(rows * self._held.width).data)
-        return block
-
-    def take(self, memory: Array, t: float, h: float, steps: int, before: int = 0) -> Array:
-        """Return what is remembered after so many steps."""
-        block = self._block(len(memory))
-        block.data[:] = memory.ravel()
-        for first in range(0, steps, PIECE):
-            count = min(PIECE, steps - first)
-            done = Advance(
-                *self._call(
-                    memory=block, t0=t, h=h, first=first, count=count, every=count + first + 1
-                )
-            )
-            if done.status != OK:
-                stepper = self._stepper
-                stepper.move(t, h)
-                raise stepper.error(done, first, before)
-        return block.data.reshape(memory.shape).copy()

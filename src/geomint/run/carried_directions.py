@@ -1,0 +1,140 @@
+"""Directions that steps carry along, eight at once: the same steps in numbers with derivatives."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array, as_array
+from ..errors import DomainError, StepError
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.status import OK
+from ..methods.stepper import Advance, Stepper
+from ..methods.tangent import AT_ONCE, tangent_type
+
+__all__ = ["CarriedDirections", "columns"]
+
+PIECE = 1000  # steps between which Ctrl-C is seen
+
+
+class CarriedDirections:
+    """The state of a stepper with directions, moved on by steps of its own.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        With steps of given lengths; the state is where it is now. It is not moved.
+    directions : array, shape (n, k)
+        Of the first n rows of its state, one a column.
+    moved : array, shape (len(params), k), optional
+        How the parameters change with them.
+    """
+
+    def __init__(self, stepper: Stepper, directions: Array, moved: Array | None = None) -> None:
+        self._stepper, self._shape = stepper, directions.shape
+        self._groups = []
+        for first in range(0, directions.shape[1], AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            self._groups.append(_Group(stepper, None if moved is None else moved[:, some]))
+        self.begin(stepper.memory.data[: 2 * stepper.rows], directions)
+
+    def begin(self, memory: Array, directions: Array | None = None) -> None:
+        """Begin at a state and its carries, with other directions or those there are now."""
+        slopes = self.slopes if directions is None else directions
+        for i, group in enumerate(self._groups):
+            own = slopes[:, i * AT_ONCE : (i + 1) * AT_ONCE]
+            group.memory[:] = 0.0
+            group.memory[: len(memory), 0] = memory
+            group.memory[: len(own), 1 : 1 + own.shape[1]] = own
+
+    @property
+    def state(self) -> Array:
+        """The state where the steps have led, as a copy."""
+        found: Array = self._groups[0].memory[: self._stepper.rows, 0].copy()
+        return found
+
+    @property
+    def slopes(self) -> Array:
+        """What has become of the directions, one a column; a copy."""
+        n, count = self._shape
+        return np.hstack([group.memory[:n, 1:] for group in self._groups])[:, :count].copy()
+
+    def take(self, t: float, h: float, steps: int, first: int = 0, before: int = 0) -> None:
+        """Take steps ``first``, … of length h from time t on; `before` others were taken before t.
+
+        Raises
+        ------
+        ConvergenceError, NonFiniteError, StepSizeError
+            After the steps before the one that failed. After Ctrl-C none has been taken.
+        """
+        kept = [group.memory.copy() for group in self._groups]
+        try:
+            for at in range(first, first + steps, PIECE):
+                count = min(PIECE, first + steps - at)
+                for group in self._groups:
+                    done = group.take(t, h, at, count)
+                    if done.status != OK:
+                        failed = copy.copy(self._stepper)
+                        failed.t0, failed.h = t, h
+                        raise failed.error(done, at, before)
+        except BaseException as error:
+            for group, memory in zip(self._groups, kept, strict=True):
+                group.memory[:] = memory
+            if isinstance(error, StepError):
+                self.take(t, h, error.step - before - first, first, before)
+            raise
+
+    def cut(self, t: float, h: float, before: int) -> None:
+        """Take one step of another length, for which nothing is remembered but the carries."""
+        for group in self._groups:
+            group.memory[2 * self._stepper.rows :] = 0.0
+        self.take(t, h, 1, before=before)
+
+
+class _Group:
+    """At most eight directions, and the call that takes steps with them."""
+
+    def __init__(self, stepper: Stepper, moved: Array | None) -> None:
+        kind = tangent_type(stepper, AT_ONCE, moved is not None)
+        self._held = kind.memory.held
+        params = stepper.params
+        if moved is not None:
+            params = self._block(len(params))
+            rows = params.data.reshape(len(params), -1)
+            rows[:, 0], rows[:, 1 : 1 + moved.shape[1]] = stepper.params.data, moved
+        memory = self._block(len(stepper.memory))
+        self.memory: Array = memory.data.reshape(
+            len(stepper.memory), -1
+        )  # a value and slopes a row
+        self._call = bound_stepper(stepper.kernel, stepper.functions).call(
+            number_type=kind,
+            functions=stepper.functions,
+            params=params,
+            coefficients=stepper.coefficients,
+            fractions=stepper.fractions,
+            memory=memory,
+            work=self._block(len(stepper.work)),
+            rows=stepper.rows,
+            out=self._block(0),
+        )
+
+    def _block(self, rows: int) -> Block:
+        block: Block = self._held(scalar_block(rows * self._held.width).data)
+        return block
+
+    def take(self, t: float, h: float, first: int, count: int) -> Advance:
+        """Take some steps after the first ones."""
+        return Advance(*self._call(t0=t, h=h, first=first, count=count, every=count + first + 1))
+
+
+def columns(name: str, directions: Any, rows: int) -> Array:
+    """Return directions that are given, one a column."""
+    expected = f"finite numbers in {rows} rows, a direction a column"
+    found: Array = as_array(name, directions, expected)
+    fits = found.ndim == 2 and len(found) == rows and found.shape[1] > 0
+    if not (fits and np.isfinite(found).all()):
+        raise DomainError(name, directions, expected)
+    return found
