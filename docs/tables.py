@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import math
 import pkgutil
 import re
 import types
@@ -327,6 +328,30 @@ def _modules(found: re.Match[str]) -> str:
     return "\n".join(f".. automodule:: {name}\n" for name in names)
 
 
+def error_words() -> dict[str, str]:
+    """Return how good estimates of errors are."""
+    record = result("error_estimate")
+    ends = [key for key in record if key != "machine"]
+    found = [record[end]["summary"] for end in ends]
+    ratios = [row["estimate"] / row["error"] for end in ends for row in record[end]["rows"]]
+    off = [
+        row["error"]
+        for end in ends
+        for row in record[end]["rows"]
+        if not 0.1 <= row["estimate"] / row["error"] <= 10.0
+    ]
+    mean = [one["geometric mean"] for one in found]
+    return {
+        "error_runs": str(sum(one["runs"] for one in found)),
+        "error_states": f"to times {' and '.join(ends)}",
+        "error_mean": f"{min(mean):.2f}",
+        "error_least": f"{min(ratios):.2f}",
+        "error_largest": f"{max(ratios):.1f}",
+        "error_beyond": str(len(off)),
+        "error_below": f"{10.0 ** math.ceil(math.log10(max(off))):.0e}",
+    }
+
+
 WORDS = {bool: "true or false", int: "whole number", float: "number", str: "string"}
 
 
@@ -361,6 +386,7 @@ def substitutions() -> dict[str, str]:
         **short_runs(),
         **times_words(),
         **sections_words(),
+        **error_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),
