@@ -1,6 +1,7 @@
 # The public names, for type checkers and for lazy_loader: what is not here is not public.
 
 from .arguments import as_vector as as_vector
+from .cli.chaos_report import chaos_report as chaos_report
 from .cli.drift_report import drift_report as drift_report
 from .cli.section_report import section_report as section_report
 from .errors import (
@@ -94,6 +95,7 @@ from .problems.spaces.tangent_bundle import (
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .run.events import Event as Event, event as event
+from .run.exponents import Lyapunov as Lyapunov
 from .run.files.outputs import (
     check_file as check_file,
     check_folder as check_folder,
@@ -101,7 +103,7 @@ from .run.files.outputs import (
     whole_folder as whole_folder,
 )
 from .run.integrator import Integrator as Integrator
-from .run.lyapunov import Lyapunov as Lyapunov, lyapunov as lyapunov
+from .run.lyapunov import lyapunov as lyapunov
 from .run.poincare import poincare_section as poincare_section
 from .run.section import Section as Section
 from .run.sensitivities import Sensitivities as Sensitivities, sensitivities as sensitivities
@@ -190,6 +192,7 @@ __all__ = [
     "Watcher",
     "WatcherError",
     "as_vector",
+    "chaos_report",
     "check_file",
     "check_folder",
     "cos",

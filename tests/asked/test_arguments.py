@@ -406,6 +406,7 @@ BELOW = {
     "select": {"y"},
     "solve": {"progress", "compiled", "callback"},  # callback: tests/methods/test_callback.py
     "drift_report": {"scene", "out", "progress", "methods"},
+    "chaos_report": {"scene", "out", "count", "progress"},  # tests/report/test_chaos_page.py
     "section_report": {"scene", "out", "progress", "keys"},  # tests/report/test_section_page.py
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -140,6 +141,84 @@ def test_many_directions() -> None:
     v = np.random.default_rng(20101).normal(size=(p.rows, len(found.exponents)))
     again = gi.lyapunov(p, y0, **keys, directions=v)
     np.testing.assert_array_equal(again.exponents, found.exponents)
+
+
+@pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
+def test_many_directions_of_a_chaotic_motion() -> None:
+    """Passes of directions stay on one motion, however far rounding would part them."""
+    scene = gi.load_scene("control-momentum-n4")
+    found = gi.lyapunov(scene.problem, scene.state, t_end=1500.0, method="gauss-8", step=0.25)
+    assert len(found.exponents) == 9
+    assert found.verdict == "chaotic"
+    assert abs(found.exponents.sum()) < 1e-3  # volumes are kept
+    assert found.exponents[0] + found.exponents[-1] == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("end", [0.003, 0.05, 0.0501, 0.1, -0.07])
+def test_short_runs(end: float) -> None:
+    """A part of a step, one step, one and a part, two, backwards."""
+    p = henon_heiles.problem()
+    found = gi.lyapunov(p, CHAOTIC, t_end=end, method="rk-4", step=0.05)
+    assert found.t[-1] == pytest.approx(abs(end))
+    flow = gi.tangent_flow(p, CHAOTIC, t_end=end, method="rk-4", step=0.05)
+    np.testing.assert_allclose(found.y, flow.y, rtol=1e-14)
+    volume = np.log(abs(np.linalg.det(flow.slopes)))
+    assert found.exponents.sum() * abs(end) == pytest.approx(volume, abs=1e-13)
+    assert np.isinf(found.errors).all()  # of so little none is known
+    assert found.verdict == "undecided"
+
+
+def test_verdicts() -> None:
+    """By how much the first direction has grown; no verdict before there is enough."""
+    p = henon_heiles.problem()
+    run = {"method": "rk-4", "step": 0.1}
+    assert gi.lyapunov(p, CHAOTIC, t_end=3000.0, **run).verdict == "chaotic"
+    assert gi.lyapunov(p, CHAOTIC, t_end=20.0, **run).verdict == "undecided"
+    regular = np.array([0.0, 0.1, 0.3, 0.0])
+    for count in (None, 1):
+        assert gi.lyapunov(p, regular, t_end=3000.0, **run, count=count).verdict == "regular"
+
+
+def test_what_there_is_after_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And after Ctrl-C: all up to there."""
+
+    @gi.field
+    def blowing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = y[0] * y[0]
+
+    p = gi.Problem("blowing up", (("x", 1),), field=blowing)
+    with pytest.raises(gi.NonFiniteError) as failed:
+        gi.lyapunov(p, [1.0], t_end=2.0, method="rk-4", step=0.01)
+    partial = failed.value.partial
+    assert partial.status == "failed"
+    assert 0.5 < partial.t[-1] < 1.1
+    early = partial.t < 0.9
+    np.testing.assert_allclose(  # x = 1/(1 − t), ∂x/∂x₀ = (1 − t)⁻²
+        partial.running[early, 0] * partial.t[early], -2 * np.log(1 - partial.t[early]), rtol=1e-4
+    )
+    counted = iter(range(100))
+
+    def interrupted(self: Any, done: float) -> None:
+        if next(counted) == 20:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("geomint.run.progress.Progress.update", interrupted)
+    found = gi.lyapunov(henon_heiles.problem(), CHAOTIC, t_end=3000.0, method="rk-4", step=0.1)
+    assert found.status == "interrupted"
+    assert 0 < len(found.t) < 60
+    assert found.exponents.shape == (4,)
+
+
+def test_in_a_file(tmp_path: Path) -> None:
+    p = henon_heiles.problem()
+    for count, names in ((2, "t,lambda_1,lambda_2,sali"), (1, "t,lambda_1")):
+        found = gi.lyapunov(p, CHAOTIC, t_end=30.0, method="rk-4", step=0.1, count=count)
+        found.save(tmp_path / "chaos.csv")
+        text = (tmp_path / "chaos.csv").read_text("utf-8").splitlines()
+        assert text[0] == names
+        rows = np.array([line.split(",") for line in text[1:]], float)
+        np.testing.assert_array_equal(rows[:, 0], found.t)
+        np.testing.assert_array_equal(rows[:, 1 : 1 + count], found.running)
 
 
 def test_at_rest() -> None:

@@ -26,6 +26,7 @@ __all__ = [
     "check_time",
     "chosen_scene",
     "debug_option",
+    "end_options",
     "exit_code",
     "folder_option",
     "list_option",
@@ -111,6 +112,11 @@ def folder_option(default: str, files: str) -> Callable[..., Any]:
 def scene_choice(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the argument SCENE, and the options that change how it is integrated."""
     return functools.reduce(lambda f, option: option(f), reversed(_CHOICE), command)
+
+
+def end_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Add the options that say where a run ends."""
+    return functools.reduce(lambda f, option: option(f), reversed(_ENDS), command)
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -5,6 +5,7 @@ that it depends on, and returns a `Choice`. A plan never changes the answer: it 
 what the scene does not need. `run_methods` plans and runs one scene by one or several methods.
 """
 
+from .chaos import ChaosPlan, plan_chaos
 from .choice import Choice, Route, Saving
 from .duration import Estimate, estimate, expected_time
 from .fitting import representation_for
@@ -20,6 +21,7 @@ from .several import (
 )
 
 __all__ = [
+    "ChaosPlan",
     "Choice",
     "Estimate",
     "MethodRun",
@@ -33,6 +35,7 @@ __all__ = [
     "expected_plans",
     "expected_time",
     "make_plan",
+    "plan_chaos",
     "plan_section",
     "representation_for",
     "run_methods",

@@ -11,4 +11,5 @@ COMPARE_FILES = (
     "compare-drift.svg",
 )
 STRESS_FILES = ("stress.html", "stress.json", "stress.png", "stress.svg")
+CHAOS_FILES = ("chaos.csv", "chaos.html", "chaos.json", "chaos.png", "chaos.svg")
 SECTION_FILES = ("section.csv", "section.html", "section.json", "section.png", "section.svg")

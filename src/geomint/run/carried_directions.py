@@ -15,9 +15,9 @@ from ..kernels.solve.status import OK
 from ..methods.stepper import Advance, Stepper
 from ..methods.tangent import AT_ONCE, tangent_type
 
-__all__ = ["CarriedDirections", "columns"]
+__all__ = ["PIECE", "CarriedDirections", "columns"]
 
-PIECE = 1000  # steps between which Ctrl-C is seen
+PIECE = 100  # steps after which all are where the first is, and Ctrl-C is seen
 
 
 class CarriedDirections:
@@ -50,6 +50,16 @@ class CarriedDirections:
             group.memory[: len(memory), 0] = memory
             group.memory[: len(own), 1 : 1 + own.shape[1]] = own
 
+    def follow(self, memory: Array) -> None:
+        """Let the state, and its carries, be those given; slopes are what they are.
+
+        Iterations that see other slopes end in other roundings, which chaos would make as large as the
+        motion.
+        """
+        rows = 2 * self._stepper.rows
+        for group in self._groups:
+            group.memory[:rows, 0] = memory[:rows]
+
     @property
     def state(self) -> Array:
         """The state where the steps have led, as a copy."""
@@ -80,6 +90,7 @@ class CarriedDirections:
                         failed = copy.copy(self._stepper)
                         failed.t0, failed.h = t, h
                         raise failed.error(done, at, before)
+                self.follow(self._groups[0].memory[:, 0])
         except BaseException as error:
             for group, memory in zip(self._groups, kept, strict=True):
                 group.memory[:] = memory

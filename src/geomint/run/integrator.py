@@ -19,7 +19,7 @@ from ..methods.started import keep_started, started
 from ..methods.stepper import Advance
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
-from .carried_directions import CarriedDirections, columns
+from .carried_directions import PIECE, CarriedDirections, columns
 from .restart import Restart
 from .timeline import MOST_STEPS, check_advance
 
@@ -356,10 +356,13 @@ class Integrator:
 
     def _some(self, count: int) -> int:
         """Take steps, or raise; return how many."""
+        if self._carried is not None:
+            count = min(count, PIECE)
         mark = self.bookmark
         asked, good = self.take(count, count + self._done + 1, self._nothing)
         if self._carried is not None:
             self._carry(self._carried, good.steps, mark)
+            self._carried.follow(self.stepper.memory.data)
         if asked.status != OK:
             raise self.failure(asked, good)
         return good.steps

@@ -16,7 +16,7 @@ from .layout import Kept, Sizes, Work, lanes_for
 from .near_identity import log_volume
 from .products import add_product, write_overlaps
 
-__all__ = ["begin_at", "carry", "log_stretch", "turn_stages"]
+__all__ = ["begin_at", "carry", "gather", "log_stretch", "turn_stages"]
 
 EIGHT = 8
 
@@ -30,6 +30,20 @@ def begin_at(s: Sizes, state: Any, plain: Any) -> None:
         for r in range(s.rows):
             plain[(here + r) * size] = state[r]
             plain[(here + s.rows + r) * size] = 0.0
+
+
+@helper
+def gather(s: Sizes, plain: Any) -> None:
+    """Let all groups of directions be where the first is.
+
+    Iterations that see other slopes end in other roundings, which chaos would make as large as the
+    motion: directions would be those of several motions.
+    """
+    size = 1 + s.at_once
+    for first in range(s.at_once, s.d, s.at_once):
+        here = first // s.at_once * s.memory_rows
+        for r in range(2 * s.rows):
+            plain[(here + r) * size] = plain[r * size]
 
 
 @helper

@@ -18,7 +18,7 @@ from ..numbers.arithmetic import sqrt
 from ..numbers.blocks import sections
 from ..solve.compensated import add_compensated
 from ..solve.status import NOT_FINITE, OK
-from .directions import carry, log_stretch, turn_stages
+from .directions import carry, gather, log_stretch, turn_stages
 from .layout import kept_layout, lanes_for, sizes_of, work_layout
 from .near_identity import log_one_plus
 from .normals import write_normals
@@ -61,6 +61,7 @@ def growth(
         used += iterations
         if status != OK:
             return status, k * steps + done, used, residual
+        gather(s, plain)
         for r in range(s.rows):
             kept.state[r] = plain[r * (1 + s.at_once)]
         t = t0 + (before + steps) * h

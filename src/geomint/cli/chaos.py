@@ -1,0 +1,73 @@
+"""``geomint chaos``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .options import (
+    chosen_scene,
+    debug_option,
+    end_options,
+    exit_code,
+    folder_option,
+    print_failure,
+    print_notes,
+    reproducing_command,
+    say,
+    scene_choice,
+)
+
+__all__ = ["command"]
+
+
+@click.command("chaos")
+@scene_choice
+@end_options
+@click.option("--count", type=click.IntRange(min=1), help="Exponents, the largest; else all.")
+@folder_option("chaos", "chaos.html, chaos.csv, chaos.json, chaos.png and chaos.svg")
+@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@debug_option
+def command(
+    scene: str,
+    method: str | None,
+    step: float | None,
+    representation: str | None,
+    t_end: float | None,
+    tau_end: float | None,
+    count: int | None,
+    out: Path,
+    quiet: bool,
+) -> int:
+    """Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.
+
+    The end is that of the scene's drift report, unless another one is given.
+    """
+    from ..errors import StepError, printable
+    from ..plan import plan_chaos
+    from ..report import CHAOS_FILES
+    from ..run.exponents import Lyapunov
+    from ..run.files.outputs import check_folder
+
+    given = {"method": method, "step": step, "representation": representation}
+    chosen = chosen_scene(scene, drift=True, **given, t_end=t_end, tau_end=tau_end)
+    plan = plan_chaos(chosen, count)
+    print_notes(chosen)
+    check_folder(out, CHAOS_FILES)
+    try:
+        found = plan.run(not quiet)
+    except StepError as error:
+        if not isinstance(error.partial, Lyapunov) or not len(error.partial.t):
+            raise
+        print_failure(error)
+        found = error.partial
+
+    from ..report.chaos_page import chaos_lines, chaos_record, write_chaos_report
+
+    page = write_chaos_report(plan, found, out, reproducing_command())
+    if not quiet:
+        for line in chaos_lines(chosen.title, chaos_record(plan, found, None)):
+            click.echo(printable(line))
+        say("report" if found.status == "success" else f"report ({found.status})", page)
+    return exit_code(found.status)

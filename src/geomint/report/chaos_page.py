@@ -1,0 +1,94 @@
+"""The report of Lyapunov exponents: page, picture, the exponents over time as CSV, and JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..plan import ChaosPlan
+from ..plots.style import data_uri
+from ..run.exponents import Lyapunov
+from ..run.provenance import finite_json, json_text, method_record
+from ..scene.provenance import scene_record
+from . import CHAOS_FILES
+from .pages import render, write_files
+from .text import number
+
+__all__ = ["chaos_lines", "chaos_record", "write_chaos_report"]
+
+SAID = {
+    "chaotic": "Chaotic: neighbouring motions part exponentially.",
+    "regular": "Regular: neighbouring motions part like a power of time, as far as this run tells.",
+    "undecided": "Undecided: a longer run may tell.",
+}
+
+
+def chaos_record(plan: ChaosPlan, found: Lyapunov, command: str | None) -> dict[str, Any]:
+    """Return the content of ``chaos.json``; the exponents over time are in ``chaos.csv``.
+
+    `reference` is ln(t/T)/t at the end, T the characteristic time `unit`: about what a regular motion
+    has; `grown` is λ₁ t, and `alignment` the smaller alignment index there.
+    """
+    end = float(found.t[-1]) if len(found.t) else 0.0
+    record = {
+        "verdict": found.verdict,
+        "exponents": found.exponents.tolist(),
+        "errors": found.errors.tolist(),
+        "sum": float(np.sum(found.exponents)),
+        "all": plan.count is None,
+        "grown": float(found.exponents[0] * end),
+        "reference": float(np.log(end / found.unit) / end) if end > found.unit else None,
+        "alignment": None if found.sali is None or not end else float(found.sali[-1]),
+        "end": end,
+        "unit": found.unit,
+        "status": found.status,
+        "representation": plan.route.name,
+        "time": plan.route.problem.time,
+        "steps": found.steps,
+        "iterations": found.iterations,
+        **method_record(plan.scene.method),
+        "initial": plan.route.state.tolist(),
+        "provenance": scene_record(plan.scene, command),
+    }
+    told: dict[str, Any] = finite_json(record)
+    return told
+
+
+def chaos_lines(title: str, record: dict[str, Any]) -> list[str]:
+    """Return what a terminal shows."""
+    rows = [
+        (f"λ{k + 1}", f"{number(value, 4):>11}", "" if error is None else f" ± {error:.1g}")
+        for k, (value, error) in enumerate(zip(record["exponents"], record["errors"], strict=True))
+    ]
+    if record["all"]:
+        rows.append(("sum", f"{number(record['sum'], 2):>11}", ""))
+    time = "τ" if record["time"] == "tau" else "t"
+    run = f"{record['steps']} steps by {record['method']} to {time} = {record['end']:.6g}"
+    lines = [title, run, *(f"  {name:4}{value}{error}" for name, value, error in rows)]
+    if record["alignment"] is not None:
+        lines.append(f"  alignment index {record['alignment']:.2g}")
+    return [*lines, SAID[record["verdict"]]]
+
+
+def write_chaos_report(
+    plan: ChaosPlan, found: Lyapunov, folder: Path, command: str | None = None
+) -> Path:
+    """Write the files of the report, all or none; return the path of the page.
+
+    Raises
+    ------
+    OutputError
+    """
+    record, figure = chaos_record(plan, found, command), found.plot()
+    page = render(
+        "chaos.html.j2",
+        title=plan.scene.title,
+        record=record,
+        verdict=SAID[record["verdict"]],
+        provenance=record["provenance"],
+        picture=data_uri(figure),
+    )
+    others = {"chaos.csv": found.save}
+    return write_files(folder, CHAOS_FILES, page, json_text(record), {"chaos": figure}, others)

@@ -1,0 +1,94 @@
+"""Lyapunov exponents of scenes: from Python and from the command line, with what is in the folder."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import geomint as gi
+from geomint.cli import main
+from geomint.errors import FormError, SceneError
+from geomint.plan import plan_chaos
+from geomint.report import CHAOS_FILES
+
+SCENE: dict[str, Any] = {
+    "system": {"name": "chaplygin-sphere-hamiltonized", "a": [0.8, 1.1, 1.5], "D": 4.0},
+    "initial": {"gamma": [0.48, 0.6, 0.64], "p": [0.8, 1.0, -1.5375]},
+    "time": {"tau_end": 400.0},
+    "integrate": {"step": 0.25},
+}
+
+
+def test_report(tmp_path: Path) -> None:
+    """Every file, and what is in it: the numbers of `geomint.lyapunov`."""
+    found = gi.chaos_report(SCENE, tmp_path / "out")
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(CHAOS_FILES)
+    scene = gi.load_scene(SCENE)
+    same = gi.lyapunov(scene.problem, scene.state, tau_end=400.0, step=0.25)
+    np.testing.assert_array_equal(found.exponents, same.exponents)
+    record = json.loads((tmp_path / "out" / "chaos.json").read_text("utf-8"))
+    assert record["exponents"] == found.exponents.tolist()
+    assert record["verdict"] == "regular"
+    assert record["grown"] == pytest.approx(found.exponents[0] * 400.0)
+    assert record["reference"] == pytest.approx(np.log(400.0 / found.unit) / 400.0)
+    assert record["steps"] == 1600
+    with (tmp_path / "out" / "chaos.csv").open() as stream:
+        rows = list(csv.reader(stream))
+    assert rows[0] == ["t", "lambda_1", "lambda_2", "lambda_3", "lambda_4", "sali"]
+    page = (tmp_path / "out" / "chaos.html").read_text("utf-8")
+    for word in ("Regular", "gauss-8", "λ<sub>4</sub>", "sum", "alignment index", "1600 steps"):
+        assert word in page
+
+
+def test_command(tmp_path: Path) -> None:
+    given = ["chaos", "hamiltonized-n3", "--tau-end", "50", "--step", "0.25", "--count", "1"]
+    out = tmp_path / "out"
+    result = CliRunner().invoke(main, [*given, "--out", str(out)])
+    assert result.exit_code == 0, result.output
+    assert "λ1" in result.output
+    assert "λ2" not in result.output
+    assert "sum" not in result.output
+    assert "alignment" not in result.output
+    page = (out / "chaos.html").read_text("utf-8")
+    assert "sum</th>" not in page
+    quiet = CliRunner().invoke(main, [*given, "--out", str(out), "--quiet"])
+    assert quiet.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "said"),
+    [
+        ({"time": {"t_end": 5.0}}, SceneError, "tau_end"),
+        ({"integrate": {"method": "dop853-adaptive"}}, FormError, "steps of one length"),
+        ({"integrate": {"exact": True}}, FormError, "the exact flow does not take"),
+        ({"integrate": {"method": "rkmk-4"}}, FormError, "choose another method"),
+    ],
+)
+def test_what_has_no_exponents(changes: dict[str, Any], kind: type, said: str) -> None:
+    with pytest.raises(kind, match=said):
+        plan_chaos(gi.load_scene({**SCENE, **changes}))
+
+
+def test_a_failure_keeps_what_there_is(tmp_path: Path) -> None:
+    """A step that is too large after a while: the report of the time before, and exit code 2."""
+    given = ["chaos", "veselova-n3", "--method", "rk-4", "--step", "0.9", "--t-end", "4000"]
+    result = CliRunner().invoke(main, [*given, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 2
+    if (tmp_path / "out").exists():
+        page = (tmp_path / "out" / "chaos.html").read_text("utf-8")
+        assert "Not all of the run: failed" in page
+        assert "report (failed)" in result.output
+
+
+def test_a_representation() -> None:
+    """A part of the state has a part of the exponents."""
+    ball = gi.load_scene("ball-3d")
+    assert "g" in plan_chaos(ball).route.problem.slices
+    part = plan_chaos(ball.changed(integrate={"representation": "classical"}))
+    assert set(part.route.problem.slices) == {"k", "gamma"}
