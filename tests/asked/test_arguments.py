@@ -405,6 +405,7 @@ BELOW = {
     "great_circle": {"out"},
     "select": {"y"},
     "solve": {"progress", "compiled", "callback"},  # callback: tests/methods/test_callback.py
+    "lyapunov": {"progress"},
     "drift_report": {"scene", "out", "progress", "methods"},
     "chaos_report": {"scene", "out", "count", "progress"},  # tests/report/test_chaos_page.py
     "section_report": {"scene", "out", "progress", "keys"},  # tests/report/test_section_page.py
@@ -435,6 +436,7 @@ METHODS_BELOW = {  # methods of classes
     "Drift": {"stretched"},
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
+    "Lyapunov": {"save"},  # tested in tests/methods/test_lyapunov.py
     "Solution": {"piece", "save", "words"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.
     "Integrator": {

@@ -54,6 +54,7 @@ OUT = {"--out": (("s.toml", "--out", "one"), ("s.toml", "--out", "two"))}
 LONG = ("s.toml", "--method", "rk-4", "--step", "0.125", "--tau-end", "1e13")
 YES = {"--yes": (LONG, (*LONG, "--yes"))}
 AT = ("s.toml", "--event", "gamma[2]", "--points", "3")
+IN_T = ("s.toml", "--representation", "reduced")
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
 # command: {option: (arguments, other arguments)}
@@ -78,6 +79,17 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--axes": (AT, (*AT, "--axes", "gamma[0],K")),
         "--out": ((*AT, "--out", "one"), (*AT, "--out", "two")),
         "--quiet": (AT, (*AT, "--quiet")),
+    },
+    "chaos": {
+        **{n: SCENE_OPTIONS[n] for n in ("scene", "--method", "--step", "--tau-end", "--debug")},
+        "--t-end": ((*IN_T, "--t-end", "1"), (*IN_T, "--t-end", "2")),
+        "--representation": (
+            ("s.toml", "--t-end", "1", "--representation", "reduced"),
+            ("s.toml", "--t-end", "1", "--representation", "classical"),
+        ),
+        "--count": (("s.toml",), ("s.toml", "--count", "2")),
+        **OUT,
+        **QUIET,
     },
     "compare": {
         "scene": SCENE_OPTIONS["scene"],
