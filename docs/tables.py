@@ -352,6 +352,55 @@ def error_words() -> dict[str, str]:
     }
 
 
+def frequency_words() -> dict[str, str]:
+    """Return how exact frequencies of runs are, and what their digits tell."""
+    record = result("frequencies")
+    exact, run = (record["errors"][source] for source in ("exact flow", "gauss-8"))
+    samples = "32000"
+    motions = [told for one in record["verdicts"].values() for told in one["motions"]]
+    pairs = [tuple(told[:2]) for told in motions]
+    against = [pair for pair in pairs if set(pair) == {"regular", "chaotic"}]
+    found = {
+        "frequency_states": str(record["states"]),
+        "frequency_periods": f"{int(samples) / 12:.0f}",
+        "verdict_motions": str(len(motions)),
+        "verdict_against": str(len(against)) if against else "none",
+        "verdict_undecided": str(sum("undecided" in pair for pair in pairs)),
+    }
+    for name, errors in (
+        ("frequency", exact[samples]["birkhoff"]),
+        ("frequency_laskar", exact[samples]["laskar"]),
+        ("frequency_run", run[samples]["birkhoff"]),
+    ):
+        found |= {f"{name}_{which}": f"{errors[which]:.0e}" for which in ("mean", "worst")}
+    return found
+
+
+def lyapunov_words() -> dict[str, str]:
+    """Return Lyapunov exponents beside those of another code, and what they cost."""
+    record = result("lyapunov")
+    rows = []
+    for energy, one in record["chaotic"].items():
+        told = one["means"]
+        cells = [
+            f"{told[code]['mean']:.4f} ± {told[code]['standard error']:.4f}"
+            for code in ("rk-4", "gauss-8", "pynamicalsys")
+        ]
+        ratios = [f"{told[f'time over that of {name}']:.0f}" for name in ("rk-4", "gauss-8")]
+        rows.append([f"1/{1 / float(energy):.0f}", *cells, *ratios])
+    heads = ["energy", "`rk-4`, step 0.02", "`gauss-8`, step 0.4", "pynamicalsys"]
+    ends = [one["along"][-1]["over ln(t/T)/t"] for one in record["integrable"].values()]
+    costs = record["million steps"]
+    return {
+        "lyapunov_table": _table([*heads, "times `rk-4`", "times `gauss-8`"], rows),
+        "lyapunov_motions": str(next(iter(record["chaotic"].values()))["means"]["motions"]),
+        "lyapunov_regular": ", ".join(f"{x:.2f}" for x in ends),
+        "lyapunov_rk": f"{costs['rk-4']:.1f}",
+        "lyapunov_gauss": f"{costs['gauss-8']:.1f}",
+        "lyapunov_machine": measured_on(record),
+    }
+
+
 WORDS = {bool: "true or false", int: "whole number", float: "number", str: "string"}
 
 
@@ -387,6 +436,8 @@ def substitutions() -> dict[str, str]:
         **times_words(),
         **sections_words(),
         **error_words(),
+        **frequency_words(),
+        **lyapunov_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),

@@ -121,6 +121,11 @@ from .stress.case import (
     StressAxis as StressAxis,
     StressCase as StressCase,
 )
+from .watch.birkhoff import (
+    Average as Average,
+    birkhoff_average as birkhoff_average,
+    rotation_number as rotation_number,
+)
 from .watch.drift import Drift as Drift
 from .watch.frequencies import Term as Term, frequencies as frequencies
 from .watch.watcher import Watcher as Watcher
@@ -132,6 +137,7 @@ __all__ = [
     "RKMK",
     "Adaptive",
     "ArgumentError",
+    "Average",
     "ClockError",
     "CommutatorFree",
     "Compose",
@@ -192,6 +198,7 @@ __all__ = [
     "Watcher",
     "WatcherError",
     "as_vector",
+    "birkhoff_average",
     "chaos_report",
     "check_file",
     "check_folder",
@@ -218,6 +225,7 @@ __all__ = [
     "packed",
     "part",
     "pointwise",
+    "rotation_number",
     "run_methods",
     "run_scene",
     "scene_names",

@@ -202,6 +202,11 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"problem": IN_T, "f": scaled, "y": [1.0, 2.0], "t": 0.0},
         {"problem": dataclasses.replace(IN_T, params=[2.5]), "f": size, "y": [2.0, 3.0], "t": 1.0},
     ),
+    "birkhoff_average": ({"values": SIGNAL.real}, {"values": SIGNAL.imag}),
+    "rotation_number": (
+        {"signal": SIGNAL, "step": 1.0},
+        {"signal": SIGNAL.conj(), "step": 2.0},
+    ),
     "frequencies": (
         {"signal": SIGNAL, "step": 1.0, "terms": 1, "order": 2},
         {"signal": SIGNAL.conj(), "step": 2.0, "terms": 2, "order": 3},

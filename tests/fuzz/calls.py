@@ -333,6 +333,10 @@ def calls() -> dict[str, Call]:
         "save": Call(_saved, {"path": "run.nc"}),
         "piece": Call(_run().piece, {"name": "q"}),
         "so_n": Call(gi.so_n, {"n": 4}),
+        "birkhoff_average": Call(gi.birkhoff_average, {"values": np.cos(np.arange(64) * 0.3)}),
+        "rotation_number": Call(
+            gi.rotation_number, {"signal": np.exp(1j * np.arange(64) * 0.3), "step": 1.0}
+        ),
         "frequencies": Call(
             gi.frequencies,
             {"signal": np.cos(np.arange(64) * 0.3), "step": 1.0, "terms": 2, "order": 2},

@@ -1,0 +1,159 @@
+"""Weighted averages and rotation numbers: known ones, regular and chaotic motions, what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+import chaplygin as ch
+import geomint as gi
+from geomint.problems.testproblems import henon_heiles
+
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+
+
+def wobbling(nu: float, count: int, step: float = 1.0, phase: float = 0.0) -> np.ndarray:
+    """A point that turns with ν, unevenly and at changing distance."""
+    t = step * np.arange(count) + phase
+    other = nu * GOLDEN
+    return (1.5 + 0.4 * np.cos(other * t)) * np.exp(
+        1j * (nu * t + 0.2 * np.sin(nu * t + other * t))
+    )
+
+
+@pytest.mark.parametrize("nu", [0.7, -1.1, 0.031, -0.5 * GOLDEN])
+@pytest.mark.parametrize("phase", [0.0, 17.3])
+def test_faster_than_any_power(nu: float, phase: float) -> None:
+    """To 1e-14 where the plain mean has 1/N; wherever the samples begin."""
+    count = int(600 / abs(nu))
+    z = wobbling(nu, count, phase=phase)
+    found = gi.rotation_number(z)
+    assert found.value == pytest.approx(nu, abs=1e-13)
+    assert found.digits > 9
+    assert found.verdict == "regular"
+    assert found.samples == count - 1
+    plain = np.diff(np.unwrap(np.angle(z))).mean()
+    assert abs(plain - nu) > 1e-9
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e12])
+def test_units(unit: float) -> None:
+    """Of time and of length; pairs of real numbers are points as complex ones are."""
+    z = wobbling(0.7, 2000)
+    one = gi.rotation_number(z)
+    assert gi.rotation_number(z, unit).value * unit == pytest.approx(one.value, rel=1e-15)
+    scaled = gi.rotation_number(np.column_stack((unit * z.real, unit * z.imag)))
+    assert scaled.value == pytest.approx(one.value, rel=1e-13)
+    rows = np.column_stack((z.real, z.imag))
+    for power in (1.0, unit):
+        average = gi.birkhoff_average(power * rows)
+        np.testing.assert_allclose(
+            average.value, power * gi.birkhoff_average(rows).value, rtol=0, atol=1e-14 * power
+        )
+
+
+@given(
+    nu=st.floats(-3.1, 3.1),
+    shift=st.complex_numbers(max_magnitude=0.2),
+    count=st.integers(17, 60),
+)
+def test_even_turns_are_exact(nu: float, shift: complex, count: int) -> None:
+    """A circle about 0, however few samples; also as a map, near half a turn a sample."""
+    z = (2.0 + shift) * np.exp(1j * nu * np.arange(count))
+    found = gi.rotation_number(z)
+    assert found.value == pytest.approx(nu, abs=1e-12)
+    assert found.digits > 12
+
+
+def test_half_a_turn_and_more() -> None:
+    """Angles between samples may be on both sides of π: they are cut where there are none."""
+    nu = 3.1
+    z = wobbling(nu, 4000)
+    found = gi.rotation_number(z)
+    turns = np.abs(np.angle(z[1:] / z[:-1]))
+    assert turns.max() > 3.13
+    assert found.value == pytest.approx(nu, abs=1e-10)
+
+
+def test_averages() -> None:
+    """Constants, zeros, columns; a mean that is small against what swings."""
+    t = np.arange(3000.0)
+    swings = 5.0 * np.cos(0.7 * t) + np.cos(0.7 * GOLDEN * t)
+    found = gi.birkhoff_average(np.column_stack((swings, swings**2, 0.0 * t, 3.0 + 0.0 * t)))
+    np.testing.assert_allclose(found.value, [0.0, 13.0, 0.0, 3.0], rtol=0, atol=1e-13)
+    assert found.digits > 10
+    alone = gi.birkhoff_average(swings)
+    assert isinstance(alone.value, float)
+    assert abs(alone.value) < 1e-13
+    assert abs(swings.mean()) > 1e-6
+    same = gi.birkhoff_average(np.full(100, 7.0))
+    assert (same.value, same.digits, same.verdict) == (7.0, 16.0, "regular")
+    assert gi.birkhoff_average(np.zeros(16)).value == 0.0
+
+
+def test_of_a_torus() -> None:
+    """From a run: a half whole combination of the exact frequencies, to 1e-12."""
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    y = problem.state(gamma=[0.48, 0.6, 0.64], p=[0.8, 1.0, -1.5375])
+    omega = problem.exact(y).frequencies
+    run = gi.solve(
+        problem, y, tau_end=4000.0, step=0.2, method="gauss-8", save_every=1, clock=False
+    )
+    found = gi.rotation_number(run.y[:, 1:3], 0.2)
+    whole = np.arange(-12, 13) / 2.0
+    lines = np.add.outer(whole * omega[0], whole * omega[1]).ravel()
+    assert np.abs(lines - found.value).min() < 3e-12
+    assert found.verdict == "regular"
+
+
+def test_regular_and_chaotic() -> None:
+    """One energy, two motions, as their exponents say; points of a section too."""
+    problem = henon_heiles.problem()
+    energy, told = 0.125, {}
+    for name, q in (("regular", 0.29), ("chaotic", -0.15)):
+        p1 = np.sqrt(2 * energy - q * q + 2 * q**3 / 3)
+        y0 = [0.0, q, p1, 0.0]
+        run = gi.solve(problem, y0, t_end=20_000.0, method="gauss-8", step=0.4, save_every=1)
+        told[name] = gi.birkhoff_average(run.y**2)
+        assert told[name].verdict == name
+        exponents = gi.lyapunov(problem, y0, t_end=20_000.0, method="gauss-8", step=0.4, count=1)
+        assert exponents.verdict == name
+    assert told["regular"].digits - told["chaotic"].digits > 5
+    assert told["chaotic"].digits < 3.5
+
+
+def test_too_short_to_tell() -> None:
+    """A regular motion over a few periods is not called chaotic."""
+    t = np.arange(200.0)
+    found = gi.birkhoff_average(np.cos(0.2 * t) + np.cos(0.2 * GOLDEN * t))
+    assert found.verdict != "chaotic"
+
+
+@pytest.mark.parametrize(
+    "signal",
+    [
+        np.ones(16),
+        np.ones((20, 3)),
+        np.r_[np.ones(19), np.nan],
+        np.r_[np.ones(19), 0.0],
+        "x",
+        np.ones((20, 2)) * 1j,
+        None,
+    ],
+)
+def test_no_signal(signal: object) -> None:
+    with pytest.raises(gi.DomainError, match="signal"):
+        gi.rotation_number(signal)
+
+
+def test_wrong_input() -> None:
+    rng = np.random.default_rng(0)
+    with pytest.raises(gi.DomainError, match="close enough"):
+        gi.rotation_number(np.exp(2j * np.pi * rng.random(500)))
+    for step in (0.0, -1.0, np.nan, "x"):
+        with pytest.raises(gi.DomainError, match="step"):
+            gi.rotation_number(wobbling(0.7, 100), step)
+    for values in (np.ones(15), np.ones((3, 3, 3)), np.full(20, np.inf), np.ones((20, 0)), "x"):
+        with pytest.raises(gi.DomainError, match="values"):
+            gi.birkhoff_average(values)
