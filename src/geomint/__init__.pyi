@@ -94,6 +94,7 @@ from .problems.spaces.tangent_bundle import (
     TangentStiefel as TangentStiefel,
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
+from .problems.two_form import SymplecticForm as SymplecticForm
 from .run.events import Event as Event, event as event
 from .run.exponents import Lyapunov as Lyapunov
 from .run.files.outputs import (
@@ -187,6 +188,7 @@ __all__ = [
     "Stiefel",
     "StressAxis",
     "StressCase",
+    "SymplecticForm",
     "System",
     "TangentBundle",
     "TangentFlow",

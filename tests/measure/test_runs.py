@@ -15,7 +15,7 @@ import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.problems.testproblems import neumann, sphere_metric
 from geomint.run import driver
-from geomint.watch import measure
+from geomint.watch import measure, steps_again
 
 NEUMANN = neumann.problem()
 
@@ -101,7 +101,7 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = run(p, y0, "rk-4", 0.05, 400).drift["measure"]
     sparse = run(p, y0, "rk-4", 0.05, 400, observe_every=7).drift["measure"]
     monkeypatch.setattr(driver, "FIRST_CHUNK", 3)
-    monkeypatch.setattr(measure, "BATCH", 5)
+    monkeypatch.setattr(steps_again, "BATCH", 5)
     clock = itertools.accumulate(10.0 ** (-2 + k % 3) for k in itertools.count())
     monkeypatch.setattr(driver.time, "perf_counter", lambda: next(clock))
     pieces = run(p, y0, "rk-4", 0.05, 400).drift["measure"]

@@ -32,6 +32,8 @@ PYTHON = [
     "states-at-my-times",
     "poincare-section",
     "stop-when",
+    "derivatives",
+    "frequencies",
     "is-it-chaotic",
     "README",
 ]

@@ -221,12 +221,19 @@ class Method(ABC):
     def structure(self, problem: Problem) -> str:
         """Return in words what holds of the method's map on that problem: symmetric, symplectic.
 
-        A field does not say whether it is Hamiltonian, and that of a flow on a manifold, extended to
-        the flat space around it, is not: no method of fields is called symplectic. Nor is a splitting
-        whose parts are not (`geomint.Splitting`).
+        A method of fields is called symplectic where the problem states a symplectic form that is the
+        same everywhere in flat space: the field of a flow on a manifold, extended to the space around
+        it, keeps none. Nor is a splitting whose parts are not (`geomint.Splitting`).
         """
-        form = getattr(problem, self.needs)
-        symplectic = self.symplectic and self.needs != "field" and getattr(form, "symplectic", True)
+        form, omega, measure = (
+            getattr(problem, self.needs),
+            problem.symplectic_form,
+            problem.measure,
+        )
+        symplectic = self.symplectic and getattr(form, "symplectic", True)
+        if self.needs == "field":
+            flat = measure is None or not measure.conditions
+            symplectic = symplectic and omega is not None and omega.constant and flat
         return " and ".join(["symmetric"] * self.symmetric + ["symplectic"] * symplectic)
 
     def check_fits(self, problem: Problem, clock: bool) -> None:

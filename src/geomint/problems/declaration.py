@@ -24,6 +24,7 @@ from ..kernels.numbers.watched import Fresh, Given
 from .forms import Group, GroupAction, Hamiltonian, Measure, Splitting
 from .groups import own_sizes
 from .problem import Problem
+from .two_form import SymplecticForm
 from .watched_call import watched_call
 
 __all__ = ["check_form", "check_problem", "check_value", "known_rates"]
@@ -41,7 +42,7 @@ def check_problem(
     y: Array,
     form: str,
     clock: bool = False,
-    watched: Mapping[str, Recorded | Measure] | None = None,
+    watched: Mapping[str, Recorded | Measure | SymplecticForm] | None = None,
 ) -> None:
     """Raise `DeclarationError` unless the functions of a problem fit what it declares.
 
@@ -63,6 +64,8 @@ def check_problem(
     for name, f in (watched or {}).items():
         if isinstance(f, Measure):
             _check_measure(problem, f, y)
+        elif isinstance(f, SymplecticForm):
+            _check_two_form(problem, f, y)
         else:
             check_value(problem, f, y, name)
 
@@ -118,6 +121,8 @@ def _check_all(problem: Problem, y: Array) -> None:
         check_value(problem, f, y)
     if problem.measure is not None:
         _check_measure(problem, problem.measure, y)
+    if problem.symplectic_form is not None:
+        _check_two_form(problem, problem.symplectic_form, y)
 
 
 def _values(problem: Problem) -> Iterator[tuple[str, Recorded]]:
@@ -159,6 +164,15 @@ def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
         out = Fresh("out", measure.conditions)
         watched_call(problem.name, "measure.manifold", f, _usual(problem, y, out))
         _remember(problem, ("manifold", f.fingerprint))
+
+
+def _check_two_form(problem: Problem, given: SymplecticForm, y: Array) -> None:
+    f = given.form
+    if _is_new(problem, ("two-form", f.fingerprint)):
+        vectors = (Given("y", y), Given("u", y), Given("v", y))
+        arguments = _arguments(problem, {"t": NOW}, *vectors)
+        watched_call(problem.name, "symplectic_form.form", f, arguments, number=True)
+        _remember(problem, ("two-form", f.fingerprint))
 
 
 def _check_action(problem: Problem, action: GroupAction, y: Array) -> None:

@@ -36,6 +36,7 @@ from .forms import (
 from .shown import Shown
 from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
+from .two_form import SymplecticForm
 
 __all__ = ["Problem", "Time"]
 
@@ -71,6 +72,9 @@ class Problem(Shown, Sendable):
         Constants of motion; functions that vanish on the manifold of states; others of interest.
     measure : Measure, optional
         An invariant measure of the flow in the problem's own time.
+    symplectic_form : SymplecticForm, optional
+        A symplectic form that the flow keeps in the problem's own time; the canonical one where there
+        is a Hamiltonian on states (q, p).
     make_state : callable
         Makes a state from keyword arguments; `Problem.state` calls it.
     make_random : callable, optional
@@ -106,6 +110,7 @@ class Problem(Shown, Sendable):
     constraints: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     observables: Mapping[str, Recorded] = dataclasses.field(default_factory=dict)
     measure: Measure | None = None
+    symplectic_form: SymplecticForm | None = None
     make_state: Callable[..., Array] | None = None
     make_random: Callable[[np.random.Generator], dict[str, Any]] | None = None
     make_exact: Callable[[Array], Any] | None = None
@@ -183,7 +188,10 @@ class Problem(Shown, Sendable):
             "hamiltonian": Hamiltonian,
             "splitting": Splitting,
             "measure": Measure,
+            "symplectic_form": SymplecticForm,
         }
+        if self.symplectic_form is None and self.hamiltonian is not None:
+            object.__setattr__(self, "symplectic_form", SymplecticForm())
         given = {name: kind for name, kind in kinds.items() if getattr(self, name) is not None}
         check_types(self, given)
         if self.hamiltonian is not None:
@@ -215,6 +223,7 @@ class Problem(Shown, Sendable):
             "parameters": ", ".join(self.parameters),
             **{group: ", ".join(getattr(self, group)) for group in _GROUPS},
             "measure": "" if self.measure is None else "stated",
+            "symplectic form": "" if self.symplectic_form is None else "stated",
         }
         return f"problem {self.name!r}", {name: fact for name, fact in facts.items() if fact}
 

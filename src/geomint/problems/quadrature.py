@@ -86,6 +86,7 @@ def with_quadrature(problem: Problem, name: str, rate: Recorded) -> Problem:
             name: observable(value),
         },
         measure=None,
+        symplectic_form=None,
         make_state=make_state,
         admit=admit,
         physical=lambda y: problem.physical_state(y[:rows]),

@@ -21,5 +21,6 @@ KINDS = {
     "integrals": Kind("other integrals", "integral"),
     "constraints": Kind("constraints", "constraint"),
     "measure": Kind("invariant measure", "measure"),
+    "symplectic": Kind("symplectic form", "symplectic form"),
     "others": Kind("not conserved", "not conserved", conserved=False),
 }

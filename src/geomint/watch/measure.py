@@ -31,25 +31,25 @@ import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.bound import bind
+from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
-from ..kernels.numbers.blocks import Block
 from ..kernels.tangent.measure import measure_sweep
 from ..methods.carried import Carried
+from ..methods.stepper import Stepper
 from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
 from .drift import ROUNDOFF
-from .watcher import Run, Watcher
+from .steps_again import StepsAgain
 
 __all__ = ["InvariantMeasure"]
 
 DEVIATIONS = 4.0  # a random walk leaves them behind in one of 8000 runs
 NOISE = 4.0  # times the level of its noise: how large a random walk of the sum may be just that
-BATCH = 1024  # steps of one call, between which Ctrl-C is seen
 
 
 @dataclass(eq=False, kw_only=True)
-class InvariantMeasure(Watcher):
+class InvariantMeasure(StepsAgain):
     """The sum of the defects of all steps, or of the first `steps`: 0 at the start.
 
     Parameters
@@ -60,9 +60,6 @@ class InvariantMeasure(Watcher):
 
     name = "measure"
     kind = "measure"
-    every_state = True
-    with_clock = True
-    own_noise = True
     note = (
         "the sum of log(density ratio × Jacobian determinant) of the numerical steps, 0 if the method "
         "keeps the invariant measure. Its scale is the noise of this instrument "
@@ -75,39 +72,16 @@ class InvariantMeasure(Watcher):
     def evaluates(self, problem: Problem) -> Measure | None:
         return problem.measure
 
-    def cost(self, problem: Problem) -> float:
-        return 1.5 * problem.rows  # tangent vectors, eight at once
-
-    def begin(self, run: Run) -> float:
-        """Compile, or find in the cache, the sweep with the method's step in it."""
-        problem, y0, stepper = run.problem, run.state, run.stepper.fixed_step
+    def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.measure is not None
-        self._measure, self._time = problem.measure, run.time
+        self._measure = problem.measure
         sizes = {"params": len(problem.params), "y": problem.rows}
         density = bind(self._measure.log_density, VALUE, **sizes)
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
-        carried = Carried(problem, stepper, y0, run.time)
-        self._carried = carried
         sweep = measure_sweep(
             carried.kernel, carried.functions, density, carried.manifold, carried.numbers
         )
-        self._sweep = sweep.call(stepper.compiled, density=density, **carried.arguments)
-        return 0.0
-
-    def values(self, times: Array, states: Array, lengths: Array) -> Array:
-        starts = np.concatenate(([self._time], times[:-1]))
-        values = np.zeros(len(times))
-        flat = np.array(states)
-        for first in range(0, len(times), BATCH):
-            here = slice(first, first + BATCH)
-            self._sweep(
-                starts=Block(starts[here]),
-                lengths=Block(lengths[here]),
-                states=Block(flat[here].reshape(-1)),
-                out=Block(values[here]),
-            )
-        self._time = float(times[-1])
-        return values
+        return sweep.call(stepper.compiled, density=density, **carried.arguments)
 
     @property
     def deviation(self) -> float:

@@ -27,7 +27,7 @@ GROUPS = ("invariants", "constraints", "observables", "all")
 
 def quantities_of(problem: Problem) -> list[str]:
     """Return the names of what a problem has of its own: what the group ``"all"`` stands for."""
-    own = [name for name, watcher in OWN.items() if not watcher.obstacle(problem)]
+    own = [name for name, w in OWN.items() if w.in_all and not w.obstacle(problem)]
     return list(dict.fromkeys([*problem.diagnostics, *own]))
 
 

@@ -14,12 +14,13 @@ from ..arguments import whole
 from ..errors import DomainError, GeomintError
 from .kinds import KINDS
 from .measure import InvariantMeasure
+from .symplectic import SymplecticDefect
 from .watcher import Watcher
 
 __all__ = ["OWN", "checked_watcher", "plugged", "registered"]
 
 # What problems have beside their functions: the group ``"all"`` means these as well.
-OWN: dict[str, Watcher] = {watcher.name: watcher for watcher in (InvariantMeasure(),)}
+OWN: dict[str, Watcher] = {w.name: w for w in (InvariantMeasure(), SymplecticDefect())}
 
 
 @functools.cache

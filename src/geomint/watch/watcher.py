@@ -19,6 +19,7 @@ from ..kernels.compiling.sending import Sendable
 from ..methods.stepper import Stepper
 from ..problems.forms import Measure
 from ..problems.problem import Problem
+from ..problems.two_form import SymplecticForm
 from .drift import Drift, drift_of_run, walk_level
 from .windows import Windows
 
@@ -115,6 +116,8 @@ class Watcher(Sendable):
         integrate a cheaper one.
     own_noise : bool
         Whether `scale` is the noise of the instrument itself, which is another one in every run.
+    in_all : bool
+        Whether the group ``"all"`` means it, of what geomint has for every problem.
     label, note : str
         What axes call its deviation; a sentence for reports.
     """
@@ -124,6 +127,7 @@ class Watcher(Sendable):
     with_clock = False
     invariant = False
     own_noise = False
+    in_all = True
     label = "v − v₀"
     note = ""
 
@@ -162,7 +166,7 @@ class Watcher(Sendable):
         """Return why a problem has no such quantity, or an empty string."""
         return ""
 
-    def evaluates(self, problem: Problem) -> Recorded | Measure | None:
+    def evaluates(self, problem: Problem) -> Recorded | Measure | SymplecticForm | None:
         """Return functions that are to be held to what the problem declares before a run."""
         return None
 

@@ -86,6 +86,16 @@ def bind(f: Recorded, signature: Signature, **rows: int) -> Bound:
             fixed_rows(e, m),
         )
 
+    def six(a, b, c, d, e, x):
+        return f(
+            fixed_rows(a, i),
+            fixed_rows(b, j),
+            fixed_rows(c, k),
+            fixed_rows(d, q),
+            fixed_rows(e, m),
+            fixed_rows(x, n),
+        )
+
     def seven(a, b, c, d, e, x, y):
         return f(
             fixed_rows(a, i),
@@ -97,6 +107,6 @@ def bind(f: Recorded, signature: Signature, **rows: int) -> Bound:
             fixed_rows(y, o),
         )
 
-    function: Any = {4: four, 5: five, 7: seven}[len(names)]
+    function: Any = {4: four, 5: five, 6: six, 7: seven}[len(names)]
     function.__name__ = function.__qualname__ = f.function.__name__
     return Bound(Recorded(function), signature)

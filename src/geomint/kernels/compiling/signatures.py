@@ -25,6 +25,7 @@ __all__ = [
     "GRADIENTS",
     "MEMORY",
     "REAL",
+    "TWO_FORM",
     "VALUE",
     "WHOLE",
     "Functions",
@@ -132,6 +133,8 @@ ACTION = takes(layout=GIVEN, x=BLOCK, y=BLOCK, out=BLOCK, work=BLOCK)
 # Both gradients of a Hamiltonian; constraints and their Jacobian, row after row.
 GRADIENTS = takes(params=PARAMS, t=NUMBER, q=BLOCK, p=BLOCK, dq=BLOCK, dp=BLOCK, work=BLOCK)
 CONSTRAINT = takes(params=PARAMS, q=BLOCK, g=BLOCK, G=BLOCK, work=BLOCK)
+# A two-form of two vectors.
+TWO_FORM = takes(NUMBER, params=PARAMS, t=NUMBER, y=BLOCK, u=BLOCK, v=BLOCK, work=BLOCK)
 # The increment of the flow of part k over h.
 FLOW = takes(k=WHOLE, params=PARAMS, t=NUMBER, h=NUMBER, y=BLOCK, out=BLOCK, work=BLOCK)
 

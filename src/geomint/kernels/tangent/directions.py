@@ -14,9 +14,10 @@ from ..numbers.blocks import as_lanes, part
 from ..solve.status import OK
 from .layout import Kept, Sizes, Work, lanes_for
 from .near_identity import log_volume
+from .normals import enlarge_scales, write_normals
 from .products import add_product, write_overlaps
 
-__all__ = ["begin_at", "carry", "gather", "log_stretch", "turn_stages"]
+__all__ = ["begin_at", "carry", "gather", "log_stretch", "settle", "turn_stages"]
 
 EIGHT = 8
 
@@ -178,6 +179,28 @@ def log_stretch(s: Sizes, kept: Kept, work: Work) -> tuple[float, float]:
         rows[i] = 0.0 * rows[i]
     add_product(s.n, work.X, work.upper, kept.basis)
     return volume - before, size
+
+
+@helper
+def settle(
+    layout: Any, manifold: Any, params: Any, t: float, ahead: Any, s: Sizes, kept: Kept, work: Work,
+    numbers: Any, plain: Any,
+) -> bool:  # fmt: skip
+    """Take units that fit the next state, and orthonormal directions in them; tell if they are others.
+
+    Where nothing has begun yet, directions are made orthonormal as well.
+    """
+    begins, grown, other = kept.begun[0] == 0.0, True, False
+    while grown:
+        grown = enlarge_scales(layout, ahead, kept, lanes_for(s.d))
+        if begins or grown:
+            write_normals(manifold, params, t, kept.state, s, kept, work, numbers, plain)
+            for i in range(len(work.D)):
+                work.D[i] = 0.0
+            log_stretch(s, kept, work)
+            begins, other = False, True
+    kept.begun[0] = 1.0
+    return other
 
 
 @helper

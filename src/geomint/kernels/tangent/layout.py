@@ -34,7 +34,7 @@ Kept = namedtuple(
     "Kept",
     "sum carry variance bias begun origin volume state scales condition_scales basis normals",
 )
-Work = namedtuple("Work", "D X C along S lower upper scratch")
+Work = namedtuple("Work", "D X C along S lower upper u v scratch")
 
 GIVEN = Given(1, 1, 1, 1, 1, 1, 1, 1, REST)
 
@@ -93,6 +93,8 @@ def work_layout(s: Sizes) -> Work:
         S=size * size,
         lower=size * size,
         upper=size * size,
+        u=s.n,
+        v=s.n,
         scratch=s.scratch,
     )
 

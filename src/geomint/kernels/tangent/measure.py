@@ -29,9 +29,9 @@ from ..numbers.arithmetic import NAN
 from ..numbers.blocks import part, sections
 from ..solve.compensated import add_compensated
 from ..solve.status import OK
-from .directions import begin_at, carry, log_stretch, turn_stages
-from .layout import kept_layout, lanes_for, sizes_of, work_layout
-from .normals import enlarge_scales, write_normals
+from .directions import begin_at, carry, log_stretch, settle, turn_stages
+from .layout import kept_layout, sizes_of, work_layout
+from .normals import write_normals
 from .signature import sweep_signature
 
 __all__ = ["measure_sweep"]
@@ -85,20 +85,12 @@ def measure(
     for k in range(len(starts)):
         t, h = starts[k], lengths[k]
         state = part(states, k * s.rows, s.rows)
-        begins, grown = kept.begun[0] == 0.0, True
-        while grown:
-            grown = enlarge_scales(layout, state, kept, lanes_for(s.d))
-            if begins or grown:
-                before = volume[0]
-                volume[0] = log_density_at(
-                    density, manifold, params, t, y, s, kept, own, conditions, conditions_plain
-                )
-                origin[0] = volume[0] if begins else origin[0] + (volume[0] - before)
-                begins = False
-                for i in range(len(own.D)):
-                    own.D[i] = 0.0
-                log_stretch(s, kept, own)  # orthonormal in the new units
-        kept.begun[0] = 1.0
+        begins, before = kept.begun[0] == 0.0, volume[0]
+        if settle(layout, manifold, params, t, state, s, kept, own, conditions, conditions_plain):
+            volume[0] = log_density_at(
+                density, manifold, params, t, y, s, kept, own, conditions, conditions_plain
+            )
+            origin[0] = volume[0] if begins else origin[0] + (volume[0] - before)
         volume[0] = log_density_at(
             density, manifold, params, t + h, state, s, kept, own, conditions, conditions_plain
         )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 from ...kernels.compiling.recorded import field
 from ..forms import Measure
 from ..problem import Problem
+from ..two_form import SymplecticForm
 
 __all__ = ["INITIAL", "problem"]
 
@@ -50,5 +51,6 @@ def problem(coupling: float = 1.0) -> Problem:
         field=motion,
         invariants={"energy": energy},
         measure=Measure(),
+        symplectic_form=SymplecticForm(),
         parameters={"coupling": coupling},
     )

@@ -1,0 +1,64 @@
+"""Watchers that take every step once more, with directions tangent to the manifold of states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arguments import Array
+from ..kernels.compiling.call import Call
+from ..kernels.numbers.blocks import Block
+from ..methods.carried import Carried
+from ..methods.stepper import Stepper
+from ..problems.problem import Problem
+from .watcher import Run, Watcher
+
+__all__ = ["StepsAgain"]
+
+BATCH = 1024  # steps of one call, between which Ctrl-C is seen
+
+
+@dataclass(eq=False, kw_only=True)
+class StepsAgain(Watcher):
+    """A number of every step that its derivative tells: 0 at the start, and up to the noise for some.
+
+    Parameters
+    ----------
+    steps : int, optional
+        Over the first so many. Each costs as much as some steps of the method.
+    """
+
+    every_state = True
+    with_clock = True
+    own_noise = True
+
+    def cost(self, problem: Problem) -> float:
+        return 1.5 * problem.rows  # tangent vectors, eight at once
+
+    def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
+        """Return what gets ``starts``, ``lengths``, ``states`` and writes ``out``, all else given."""
+        raise NotImplementedError
+
+    def begin(self, run: Run) -> float:
+        """Compile, or find in the cache, the sweep with the method's step in it."""
+        stepper = run.stepper.fixed_step
+        self._time = run.time
+        self._carried = Carried(run.problem, stepper, run.state, run.time)
+        self._sweep = self.sweep(run.problem, stepper, self._carried, run.state)
+        return 0.0
+
+    def values(self, times: Array, states: Array, lengths: Array) -> Array:
+        starts = np.concatenate(([self._time], times[:-1]))
+        values = np.zeros(len(times))
+        flat = np.array(states)
+        for first in range(0, len(times), BATCH):
+            here = slice(first, first + BATCH)
+            self._sweep(
+                starts=Block(starts[here]),
+                lengths=Block(lengths[here]),
+                states=Block(flat[here].reshape(-1)),
+                out=Block(values[here]),
+            )
+        self._time = float(times[-1])
+        return values
