@@ -401,6 +401,33 @@ def lyapunov_words() -> dict[str, str]:
     }
 
 
+def symplectic_words() -> dict[str, str]:
+    """Return what methods do to symplectic forms."""
+    record = result("symplecticity")
+    problems = record["table"]
+    rows = []
+    for name, fraction in record["fractions"].items():
+        cells = []
+        for of_problem in problems.values():
+            row = of_problem.get(name)
+            if row is None:
+                cells.append("–")
+            elif row["rounding"] == row["runs"]:
+                cells.append("rounding")
+            else:
+                order = "" if row["order"] is None else f" ({row['order']:.1f})"
+                cells.append(f"{row['mean']:.0e}{order}")
+        rows.append([f"`{name}`, {fraction} T", *cells])
+    states = max(row["runs"] for one in problems.values() for row in one.values())
+    wrong = record["not within rounding"]
+    return {
+        "symplectic_table": _table(["method, step", *problems], rows),
+        "symplectic_states": str(states),
+        "symplectic_runs": str(record["symplectic runs"]),
+        "symplectic_wrong": str(wrong) if wrong else "none",
+    }
+
+
 WORDS = {bool: "true or false", int: "whole number", float: "number", str: "string"}
 
 
@@ -438,6 +465,7 @@ def substitutions() -> dict[str, str]:
         **error_words(),
         **frequency_words(),
         **lyapunov_words(),
+        **symplectic_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),

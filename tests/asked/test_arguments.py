@@ -720,6 +720,7 @@ OTHERS: dict[str, Any] = {
     "constraints": {},
     "observables": {"size": size},
     "measure": gi.Measure(sum_of),
+    "symplectic_form": gi.SymplecticForm(),
     "make_state": lambda **components: np.array([5.0, 6.0]),
     "make_random": lambda rng: {"x": rng.uniform()},
     "make_exact": lambda y: ("another", y.tolist()),
@@ -745,7 +746,7 @@ def of_problem(**given: Any) -> Any:
     return [
         problem.name, problem.forms, problem.state(x=3.0), problem.random_state(1),
         problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
-        solution, problem.slices,
+        solution, problem.slices, problem.symplectic_form is None,
     ]  # fmt: skip
 
 

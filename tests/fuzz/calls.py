@@ -272,6 +272,7 @@ def calls() -> dict[str, Call]:
         "Hamiltonian": Call(gi.Hamiltonian, _fields_of(bound.hamiltonian)),
         "Splitting": Call(gi.Splitting, _fields_of(split.splitting)),
         "Measure": Call(gi.Measure, _fields_of(measure)),
+        "SymplecticForm": Call(gi.SymplecticForm, {"constant": True}),
         "Scene": Call(_made, scene),
         "load_scene": Call(lambda source: gi.load_scene(source), {"source": "ball-3d"}),
         "make_plan": Call(

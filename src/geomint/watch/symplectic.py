@@ -31,7 +31,7 @@ from .steps_again import StepsAgain
 __all__ = ["SymplecticDefect"]
 
 EPSILON = 2.0**-52
-NOISE, OFF, ANEW = 8.0, 4.0, 8.0  # roundings: of ‖D‖, of each condition's, of a form that varies
+NOISE, OFF, ANEW = 6.0, 2.0, 8.0  # roundings: of ‖D‖, of each condition's, of a form that varies
 
 
 @dataclass(eq=False, kw_only=True)
