@@ -151,7 +151,7 @@ def test_wrong_input() -> None:
     rng = np.random.default_rng(0)
     with pytest.raises(gi.DomainError, match="close enough"):
         gi.rotation_number(np.exp(2j * np.pi * rng.random(500)))
-    for step in (0.0, -1.0, np.nan, "x"):
+    for step in (0.0, -1.0, np.nan, "x", 5e-324):
         with pytest.raises(gi.DomainError, match="step"):
             gi.rotation_number(wobbling(0.7, 100), step)
     for values in (np.ones(15), np.ones((3, 3, 3)), np.full(20, np.inf), np.ones((20, 0)), "x"):

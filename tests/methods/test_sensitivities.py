@@ -171,6 +171,10 @@ def test_wrong_families() -> None:
         (spring, None, {"parameters": {"k": "x"}}, "parameters"),
         (spring, None, {"parameters": {"k": math.nan}}, "parameters"),
         (spring, None, {"observe": ["enrgy"]}, "Did you mean 'energy'"),
+        (spring, None, {"observe": None}, "names of quantities"),
+        (spring, None, {"observe": [3]}, "a name, or a function"),
+        (spring, None, {"parameters": {"kk": 1.0}}, "those of the function"),
+        (spring, None, {"parameters": {}}, "those of the function"),
         (spring, None, {"method": "exact"}, "no steps of a given length"),
     ):
         with pytest.raises(gi.GeomintError, match=said):

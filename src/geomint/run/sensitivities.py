@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -86,7 +88,7 @@ def sensitivities(
     y0: Any = None,
     *,
     parameters: Mapping[str, float] | None = None,
-    observe: Iterable[str | Recorded] = (),
+    observe: str | Recorded | Iterable[str | Recorded] = (),
     t_end: Any = None,
     tau_end: Any = None,
     method: str | Method | None = None,
@@ -151,7 +153,9 @@ StepSizeError
     )  # fmt: skip
     by_state, by_parameters = flow.slopes[:, : p.rows], flow.slopes[:, p.rows :]
     end = float(t_end if tau_end is None else tau_end)
-    names = [observe] if isinstance(observe, str | Recorded) else list(observe)
+    names = [observe] if isinstance(observe, str | Recorded | FunctionType) else observe
+    if not isinstance(names, Iterable):
+        raise DomainError("observe", observe, "names of quantities, or functions")
     quantities = {}
     for each in names:
         f = observable_of(p, each, flow.y)
@@ -185,6 +189,13 @@ class _Family:
         if found is None:
             if not callable(self._given):
                 raise DomainError("problem", self._given, "a geomint.Problem, or a function")
+            try:
+                inspect.signature(self._given).bind(**values)
+            except TypeError as error:
+                given = ", ".join(values) or "none"
+                raise DomainError("parameters", given, f"those of the function: {error}") from None
+            except ValueError:  # of one that does not say
+                pass
             found = self._given(**values)
         if isinstance(found, tuple) and len(found) == 2:
             if y0 is not None:

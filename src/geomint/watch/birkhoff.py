@@ -10,6 +10,7 @@ E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111). Along a chaotic motion not
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -153,8 +154,10 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     cut = around[widest] + 0.5 * gaps[widest]
     turns = cut - 2.0 * np.pi + np.mod(turns - cut, 2.0 * np.pi)
     found = birkhoff_average(turns)
-    value = np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi
-    return Average(float(value) / step, found.digits, found.gained, found.samples)
+    value = float(np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi) / step
+    if not math.isfinite(value):
+        raise DomainError("step", step, "a time whose inverse is a number")
+    return Average(value, found.digits, found.gained, found.samples)
 
 
 def _mean(rows: Array) -> Array:
