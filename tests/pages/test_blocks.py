@@ -23,7 +23,7 @@ from geomint.cli import main
 from geomint.methods import registry
 from geomint.watch.registry import plugged
 
-CONSOLES = ["tutorial", "scene-files"]
+CONSOLES = ["tutorial", "scene-files", "is-it-chaotic"]
 # The packages that pages tell how to write are installed as they say: see below.
 PYTHON = [
     "tutorial",
