@@ -135,7 +135,7 @@ def picture(result: dict[str, Any], path: Path) -> None:
                 right.hist(digits, bins, histtype="stepfilled" if filled else "step", color=color,
                            alpha=0.5 if filled else 1.0, lw=1.4,
                            label=f"energy 1/{1 / float(energy):.0f}, {verdict}")  # fmt: skip
-        right.set(xlabel="digits that both halves agree in", ylabel="motions")
+        right.set(xlabel="digits that a run and its halves agree in", ylabel="motions")
         right.legend(frameon=False, title="by exponents")
         figure.savefig(path, dpi=130)
 

@@ -123,6 +123,72 @@ def test_regular_and_chaotic() -> None:
     assert told["chaotic"].digits < 3.5
 
 
+def test_neither_an_offset_nor_another_column_makes_a_motion_regular() -> None:
+    """Digits are those of what varies; those of several columns are the worst one's."""
+    problem = henon_heiles.problem()
+    p1 = np.sqrt(0.25 - 0.15**2 + 2 * (-0.15) ** 3 / 3)
+    run = gi.solve(
+        problem, [0.0, -0.15, p1, 0.0], t_end=20_000.0, method="gauss-8", step=0.4, save_every=1
+    )
+    q = run.y[:, 0]
+    t = np.arange(len(q))
+    wave = np.cos(0.7 * t)
+    alone = gi.birkhoff_average(q)
+    for values in (
+        q + 1e5,
+        1e-5 * q + 1.0,
+        np.column_stack((q, 1e6 * wave)),
+        np.column_stack((1e6 + 0.0 * t, q)),
+        np.column_stack((wave, q, wave)),
+    ):
+        found = gi.birkhoff_average(values)
+        assert found.verdict == "chaotic"
+        assert found.digits == pytest.approx(alone.digits, abs=0.01)
+    assert gi.birkhoff_average(wave).digits > 10
+
+
+def test_whole_periods_in_the_halves() -> None:
+    """Halves that are alike are no proof: not more digits than there are."""
+    for turns in range(2, 11):
+        t = np.arange(2000) / 2000
+        found = gi.birkhoff_average(np.sin(2 * np.pi * turns * t) ** 2)
+        assert 10.0**-found.digits > 0.1 * abs(found.value - 0.5)
+
+
+def test_verdicts() -> None:
+    """From four digits more than √N on; up to one more, if they hardly grow; of enough samples."""
+    for beyond, gained, samples, verdict in (
+        (4.1, 0.0, 10_000, "regular"),
+        (3.9, 0.0, 10_000, "undecided"),
+        (1.1, 0.0, 10_000, "undecided"),
+        (0.9, 0.0, 10_000, "chaotic"),
+        (0.9, 1.4, 10_000, "chaotic"),
+        (0.9, 1.6, 10_000, "undecided"),
+        (0.9, 0.0, 900, "undecided"),
+        (4.1, 0.0, 100, "regular"),
+    ):
+        digits = 0.5 * np.log10(samples) + beyond
+        assert gi.Average(0.0, digits, gained, samples).verdict == verdict
+    values = np.cos(0.7 * np.arange(1000)) + np.cos(0.7 * GOLDEN * np.arange(1000))
+    found = gi.birkhoff_average(values)
+    quarter = gi.birkhoff_average(values[:250])
+    assert found.gained == pytest.approx(found.digits - quarter.digits, abs=0.02)
+    assert found.gained > 2
+
+
+def test_turns_far_from_half_a_turn() -> None:
+    """Few samples with a gap elsewhere: what is below 3 rad a sample is not turned around."""
+    rng = np.random.default_rng(7)
+    for _ in range(300):
+        turns = rng.uniform(-2.9, 2.9, 25)
+        z = np.exp(1j * np.cumsum(np.r_[0.0, turns]))
+        found = gi.rotation_number(z)
+        assert found.value == pytest.approx(gi.birkhoff_average(turns).value, abs=1e-12)
+    for size in (1e-310, 1e-200, 1e300):
+        found = gi.rotation_number(size * wobbling(0.7, 2000))
+        assert found.value == pytest.approx(0.7, abs=1e-7)
+
+
 def test_too_short_to_tell() -> None:
     """A regular motion over a few periods is not called chaotic."""
     t = np.arange(200.0)
