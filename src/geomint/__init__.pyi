@@ -4,12 +4,15 @@ from .arguments import as_vector as as_vector
 from .cli.chaos_report import chaos_report as chaos_report
 from .cli.drift_report import drift_report as drift_report
 from .cli.section_report import section_report as section_report
+from .ensemble.result import Ensemble as Ensemble
+from .ensemble.solve_ensemble import solve_ensemble as solve_ensemble
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
     ConvergenceError as ConvergenceError,
     DeclarationError as DeclarationError,
     DomainError as DomainError,
+    EnsembleError as EnsembleError,
     EventError as EventError,
     FormError as FormError,
     GeomintError as GeomintError,
@@ -146,6 +149,8 @@ __all__ = [
     "DeclarationError",
     "DomainError",
     "Drift",
+    "Ensemble",
+    "EnsembleError",
     "Euclidean",
     "Exact",
     "FormError",
@@ -239,6 +244,7 @@ __all__ = [
     "so3",
     "so_n",
     "solve",
+    "solve_ensemble",
     "sqrt",
     "tangent_flow",
     "top",

@@ -16,6 +16,7 @@ __all__ = [
     "ConvergenceError",
     "DeclarationError",
     "DomainError",
+    "EnsembleError",
     "EventError",
     "FormError",
     "GeomintError",
@@ -265,6 +266,20 @@ class StepError(GeomintError, ArithmeticError):
             f"{iterations} iterations){': ' + hint if hint else ''}"
         )
         self.t, self.step, self.residual, self.iterations = t, step, residual, iterations
+        self.partial: Any = None
+
+
+class EnsembleError(GeomintError, RuntimeError):
+    """Workers of an ensemble have ended before its members.
+
+    Attributes
+    ----------
+    partial : Ensemble
+        With the members that are done.
+    """
+
+    def __init__(self, what: str) -> None:
+        super().__init__(what)
         self.partial: Any = None
 
 

@@ -77,4 +77,5 @@ class CommutatorFree(Method):
             memory=compensated_state(rows),
             work=commutator_free_work(rows, m, stages, work, group.work),
             evaluations=stages,
+            lane_by_lane=group.inline,
         )

@@ -123,6 +123,7 @@ class RungeKutta(Method):
             memory=compensated_state(rows),
             work=runge_kutta_work(rows, stages, work),
             evaluations=stages,
+            lane_by_lane=True,
         )
 
     def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:

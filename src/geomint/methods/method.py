@@ -68,6 +68,7 @@ class Start:
         evaluations: float,
         between: Between | None = None,
         stages_in_lanes: bool = False,
+        lane_by_lane: bool = False,
     ) -> Stepper:
         """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
 
@@ -90,6 +91,7 @@ class Start:
             compiled=self.compiled,
             between=between,
             stages_in_lanes=stages_in_lanes,
+            lane_by_lane=lane_by_lane,
         )
 
 

@@ -143,6 +143,7 @@ class RKMK(Method):
             memory=compensated_state(rows),
             work=rkmk_work(rows, m, stages, s.problem.work, group_work),
             evaluations=stages,
+            lane_by_lane=group.inline,
         )
 
     def start_adaptive(self, s: Start, allowed: Adaptive) -> Stepper:

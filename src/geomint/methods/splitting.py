@@ -53,4 +53,5 @@ class Verlet(Method):
             memory=splitting_memory(rows, clock),
             work=splitting_work(rows, s.problem.work),
             evaluations=2 * parts - 1,
+            lane_by_lane=True,
         )

@@ -91,6 +91,8 @@ class Stepper:
     between : Between, optional
     stages_in_lanes : bool
         Whether the kernel's own lanes are stages.
+    lane_by_lane : bool
+        Whether a step of eight states at once, in lanes, is that of each alone, to the bit.
     """
 
     kernel: Recorded
@@ -107,6 +109,7 @@ class Stepper:
     compiled: bool = True
     between: Between | None = None
     stages_in_lanes: bool = False
+    lane_by_lane: bool = False
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["EXTENDED", "LANE", "SCALAR", "NumberType", "tangent", "tangent_lanes"]
+__all__ = ["EXTENDED", "LANE", "SCALAR", "NumberType", "members", "tangent", "tangent_lanes"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -21,13 +21,16 @@ class NumberType:
     derived : bool
         Whether they are other numbers with their derivatives.
     by_params : bool
-        Whether a problem's parameters have derivatives too.
+        Whether a problem's parameters are such numbers too: have derivatives, or differ by lane.
+    by_lane : bool
+        Whether each of them has a time and a step of its own.
     """
 
     name: str
     load: Callable[[], tuple[Any, Any, Any]]
     derived: bool = False
     by_params: bool = False
+    by_lane: bool = False
 
     def __repr__(self) -> str:
         return self.name
@@ -74,6 +77,11 @@ class NumberType:
     def real(self) -> Any:
         """The type of numbers that are float64 whatever the others are."""
         return SCALAR.number
+
+    @property
+    def time(self) -> Any:
+        """The type of times and steps: float64, unless each number has its own."""
+        return self.number if self.by_lane else SCALAR.number
 
     @property
     def in_lanes(self) -> NumberType:
@@ -125,6 +133,12 @@ def tangent_lanes(directions: int, by_params: bool = False) -> NumberType:
         return typing_tangent.tangent_lanes(directions)
 
     return _derived(f"TANGENT_LANES{directions}", load, by_params)
+
+
+@functools.cache
+def members(by_params: bool) -> NumberType:
+    """Return eight numbers of as many motions, each with its own time, step and perhaps parameters."""
+    return NumberType(f"MEMBERS{'_P' if by_params else ''}", _lane, False, by_params, True)
 
 
 def _derived(name: str, load: Callable[[], tuple[Any, Any, Any]], by_params: bool) -> NumberType:

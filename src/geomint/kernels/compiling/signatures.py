@@ -25,6 +25,7 @@ __all__ = [
     "GRADIENTS",
     "MEMORY",
     "REAL",
+    "TIME",
     "TWO_FORM",
     "VALUE",
     "WHOLE",
@@ -43,7 +44,7 @@ Kind = Callable[[NumberType], Any]  # of an argument: its numba type for a type 
 NUMBER, BLOCK, GIVEN = attrgetter("number"), attrgetter("block"), attrgetter("given")
 PARAMS = attrgetter("params")
 MEMORY, COEFFICIENTS = attrgetter("memory"), attrgetter("coefficients")
-WHOLE, REAL = attrgetter("whole"), attrgetter("real")
+WHOLE, REAL, TIME = attrgetter("whole"), attrgetter("real"), attrgetter("time")
 
 
 @dataclass(frozen=True)
@@ -155,8 +156,8 @@ _ADVANCE = takes(
     memory=MEMORY,
     work=MEMORY,
     rows=WHOLE,
-    t0=REAL,
-    h=REAL,
+    t0=TIME,
+    h=TIME,
     first=WHOLE,
     count=WHOLE,
     every=WHOLE,

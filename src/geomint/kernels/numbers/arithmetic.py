@@ -198,7 +198,11 @@ def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:
 
 
 def top(x: Any) -> Any:
-    """Return the largest lane; NaN if any lane is NaN. Of a tangent number that of its value."""
+    """Return the largest lane; NaN if any lane is NaN. Of a tangent number that of its value.
+
+    A problem's function may use it to leave out what no lane needs, not to compute with: lanes may be
+    those of several motions, each of which has the bits that it has alone.
+    """
     x = getattr(x, "value", x)
     return _fold(maximum, x) if isinstance(x, np.ndarray) else x
 

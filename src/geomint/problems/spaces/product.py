@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arguments import Array
 from ...errors import DomainError
@@ -104,6 +105,12 @@ class Product(Space):
     def admit(self, y: Array) -> Array:
         """Return the state, each factor by itself."""
         return np.concatenate([f.admit(y[row : row + f.rows]) for f, row in self._placed()])
+
+    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+        """Tell of which every factor says so."""
+        told = [f.settled(states[:, row : row + f.rows]) for f, row in self._placed()]
+        found: npt.NDArray[np.bool_] = np.logical_and.reduce(told)
+        return found
 
     def project(self, **components: Any) -> Array:
         """Return the state that is named, each factor by itself."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arguments import Array, as_vector
 from ...errors import DomainError
@@ -73,6 +74,13 @@ class Sphere(Orthonormal):
         defect = abs(size - 1.0) * (size + 1.0)
         said = f"|{self.name}|² − 1"
         return repaired(self.name, y, defect, said, "a unit vector", lambda: y / size)
+
+    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+        """Tell which are unit vectors, to half of what is silent."""
+        with np.errstate(all="ignore"):
+            defects = np.abs((states * states).sum(axis=1) - 1.0)
+        found: npt.NDArray[np.bool_] = defects <= 0.5 * SILENT
+        return found
 
     def leaning(self, y: Array, v: Array) -> float:
         """Return |(y, v)|/|v|."""

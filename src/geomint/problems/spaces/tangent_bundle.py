@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arguments import Array, as_vector
 from ...errors import DomainError
@@ -127,6 +128,18 @@ class TangentBundle(Space):
         said, expected = self._said(self.name), f"a vector orthogonal to {self.base.normal}"
         mended = repaired(self.name, p, defect, said, expected, lambda: self.base.tangent(q, p))
         return np.concatenate([q, mended])
+
+    def settled(self, states: Array) -> npt.NDArray[np.bool_]:
+        """Tell which are orthogonal, on spheres, to half of what is silent."""
+        n = self.base.rows
+        found: npt.NDArray[np.bool_] = np.zeros(len(states), dtype=bool)
+        if isinstance(self.base, Sphere):
+            q, p = states[:, :n], states[:, n:]
+            with np.errstate(all="ignore"):
+                along = np.abs((q * p).sum(axis=1))
+                small = along <= 0.5 * SILENT * np.sqrt((p * p).sum(axis=1))
+            found = small & (along < np.inf) & self.base.settled(q)
+        return found
 
     def _said(self, name: str) -> str:
         return f"({self.base.normal}, {name})/|{name}|"

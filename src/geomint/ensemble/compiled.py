@@ -1,0 +1,214 @@
+"""Members whose steps are of given lengths, in compiled code: in lanes where a step allows it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..arguments import Array
+from ..errors import DeclarationError, GeomintError
+from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.call import Call
+from ..kernels.compiling.number_types import SCALAR, NumberType, members
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.lanes import LANES
+from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.members import ENDED, OPEN, members_sweep
+from ..methods import Start
+from ..methods.stepper import Stepper
+from ..problems.declaration import check_problem
+from ..problems.problem import Problem
+from ..run.asked import wants_clock
+from ..run.integrator import Integrator
+from ..run.timeline import Timeline, plan_timeline
+from .given import Asked, Members
+from .outcome import Outcome, empty_outcome
+
+__all__ = ["run_compiled"]
+
+# Functions of a problem that are the same for members that share compiled code.
+_CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
+_alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
+
+
+def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
+    """Return what has become of members; `NOT_RUN` where a step failed or `stop` ended it.
+
+    None where their steps cannot be taken so: ends in another time than the problem's own, functions
+    that differ by more than parameters.
+    """
+    first, shared = given.problem(0), asked.shared
+    if not all(_same_code(first, problem) for problem in given.problems):
+        return None
+    try:
+        lines = _timelines(asked, given)
+    except GeomintError:  # of a member, which its own run will tell
+        return None
+    if lines[0].physical_end is not None:
+        return None
+    wanted = wants_clock(first, lines[0], None, shared["clock"])
+    clock = first.clock is not None and first.time == "tau" if wanted is None else wanted
+    stepper = _prepared(asked, first, given.states[0], lines[0], clock)
+    sweep = _Sweep(stepper, given, lines, shared["t0"] if clock else None, shared["save_every"])
+    sweep.run(stop)
+    return sweep.outcome(first, clock)
+
+
+def _same_code(one: Problem, other: Problem) -> bool:
+    """Tell whether two problems differ in their parameters alone, for a stepper."""
+    if one is other:
+        return True
+    same = all(getattr(one, name) == getattr(other, name) for name in _CODE)
+    return same and len(one.params) == len(other.params)
+
+
+def _timelines(asked: Asked, given: Members) -> list[Timeline]:
+    """Return the timeline of each member, or one for all."""
+    shared = asked.shared
+    count = 1 if shared["step"] is not None else len(given)
+    ends = {name: shared[name] for name in ("t_end", "tau_end", "step", "t0")}
+    return [
+        plan_timeline(given.problem(k), asked.method, given.states[k], **ends) for k in range(count)
+    ]
+
+
+def _prepared(asked: Asked, problem: Problem, state: Array, line: Timeline, clock: bool) -> Stepper:
+    """Return the stepper of the first member, compiled and checked as that of a single run."""
+    asked.method.check_fits(problem, clock)
+    check_problem(problem, state, asked.method.needs, clock)
+    start = Start(problem, state, line.start, line.h, clock, end=line.own_end)
+    integrator = Integrator.of(asked.method, start)
+    integrator.prepare()
+    return integrator.stepper
+
+
+class _Sweep:
+    """All arguments of the loop over members, in the order of their steps."""
+
+    def __init__(
+        self,
+        stepper: Stepper,
+        given: Members,
+        lines: list[Timeline],
+        clock_begins: float | None,
+        save_every: int | None,
+    ) -> None:
+        count, rows = len(given), stepper.rows
+        self._rows, self._save_every = rows, save_every
+        self._lines = lines if len(lines) == count else lines * count
+        steps = np.array([line.steps or 0 for line in self._lines])
+        self._order = np.argsort(-steps, kind="stable")
+        steps = steps[self._order]
+        ordered = [self._lines[k] for k in self._order]
+        states = np.zeros((count, rows))
+        states[:, : given.states.shape[1]] = given.states[self._order]
+        if clock_begins is not None:
+            states[:, -1] = clock_begins
+        self._begin = states.copy()
+        self._steps, self._ordered = steps, ordered
+        self._saves = int(steps[0]) // save_every if save_every else 0
+        moved = np.zeros(0)
+        if len(given.problems) > 1:
+            moved = np.array([given.problems[k].params for k in self._order], dtype=np.float64)
+        self._blocks = {
+            "starts": np.array([line.start for line in ordered]),
+            "lengths": np.array([line.h for line in ordered]),
+            "counts": steps.astype(np.float64),
+            "rests": np.array([line.remainder for line in ordered]),
+            "states": states.reshape(-1),
+            "saved": np.full(count * self._saves * rows, math.nan),
+            "found": np.full(count, OPEN),
+            "moved": moved.reshape(-1),
+        }
+        self._call = _call_of(stepper, {k: Block(v) for k, v in self._blocks.items()})
+
+    def run(self, stop: Array) -> None:
+        """Move all members."""
+        count = len(self._steps)
+        self._call(
+            stop=Block(stop), rows=self._rows, every=self._save_every or 0, saves=self._saves,
+            first=0, last=count,
+        )  # fmt: skip
+
+    def outcome(self, problem: Problem, clock: bool) -> Outcome:
+        """Return what has become of the members, in their own order."""
+        count, rows, n = len(self._steps), self._rows, problem.rows
+        every, lines = self._save_every, self._ordered
+        rests, h = self._blocks["rests"], self._blocks["lengths"]
+        ended = self._blocks["found"] == ENDED
+        ends = np.array([line.own_end for line in lines])
+        last = self._blocks["states"].reshape(count, rows)
+        samples = 1 if every is None else self._saves + 2
+        tau, full = np.full((count, samples), math.nan), np.full((count, samples, rows), math.nan)
+        counts = np.ones(count, dtype=np.int64)
+        if every is None:
+            tau[:, 0], full[:, 0] = ends, last
+        else:
+            tau[:, 0], full[:, 0] = self._blocks["starts"], self._begin
+            number = np.arange(1, self._saves + 1) * every
+            inside = number <= self._steps[:, None]
+            here = slice(1, self._saves + 1)
+            times = self._blocks["starts"][:, None] + h[:, None] * number
+            met = (number == self._steps[:, None]) & (rests == 0.0)[:, None]
+            times = np.where(met, ends[:, None], times)
+            tau[:, here] = np.where(inside, times, math.nan)
+            full[:, here] = self._blocks["saved"].reshape(count, self._saves, rows)
+            counts = 1 + inside.sum(axis=1)
+            more = ~met.any(axis=1)
+            at = np.flatnonzero(more)
+            tau[at, counts[at]], full[at, counts[at]] = ends[at], last[at]
+            counts = counts + more
+        full[~ended], tau[~ended] = math.nan, math.nan
+        found = empty_outcome(count, samples, n)
+        order = self._order
+        found.tau[order], found.y[order] = tau, full[:, :, :n]
+        if clock:
+            found.physical[order] = full[:, :, -1]
+        elif problem.time == "t":
+            found.physical[order] = tau
+        found.counts[order] = np.where(ended, counts, 0)
+        found.steps[order] = np.where(ended, self._steps, 0)
+        found.status[order[ended]] = "success"
+        return found
+
+
+def _call_of(stepper: Stepper, blocks: dict[str, Block]) -> Call:
+    """Return the loop over members for a stepper: in lanes, if it can be had so."""
+    moving = len(blocks["moved"]) > 0
+    names = stepper.kernel.fingerprint, *(f.recorded.fingerprint for f in stepper.functions)
+    key = (*names, str(moving))
+    if stepper.lane_by_lane and key not in _alone:
+        try:
+            return _call_in(members(moving), stepper, blocks)
+        except DeclarationError:  # it is compiled for single numbers already
+            _alone.add(key)
+    return _call_in(SCALAR, stepper, blocks)
+
+
+def _call_in(numbers: NumberType, stepper: Stepper, blocks: dict[str, Block]) -> Call:
+    kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(numbers)
+    functions: tuple[Bound, ...] = tuple(f.of_type(numbers) for f in stepper.functions)
+    width = 1 if numbers is SCALAR else LANES
+    held = numbers.memory.held
+
+    def room(rows: int) -> Block:
+        if width == 1:
+            return scalar_block(rows)
+        block: Block = held(scalar_block(rows * width).data.reshape(rows, width))
+        return block
+
+    params = stepper.params if not len(blocks["moved"]) else room(len(stepper.params))
+    call = members_sweep(kernel, functions, numbers).call(
+        advance=kernel,
+        functions=functions,
+        params=params,
+        coefficients=stepper.coefficients,
+        fractions=stepper.fractions,
+        memory=room(len(stepper.memory)),
+        work=room(len(stepper.work)),
+        times=room(2),
+        carries=scalar_block(stepper.rows * width),
+    )
+    call.set(**blocks)
+    return call

@@ -1,0 +1,137 @@
+"""What an ensemble is given: problems, states, and the arguments of `geomint.solve` for each."""
+
+from __future__ import annotations
+
+import copy
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import MOST_NUMBERS, Array, as_array
+from ..errors import DomainError, GeomintError, GeomintWarning
+from ..methods import Exact, Method
+from ..problems.problem import Problem
+
+__all__ = ["Asked", "Members", "canonical_members"]
+
+
+@dataclass(frozen=True, eq=False)
+class Members:
+    """Problems and the states that they begin at.
+
+    Attributes
+    ----------
+    problems : tuple of Problem
+        One for each member, or one for all.
+    states : array, shape (members, rows)
+    """
+
+    problems: tuple[Problem, ...]
+    states: Array
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def problem(self, k: int) -> Problem:
+        """Return the problem of a member."""
+        return self.problems[0 if len(self.problems) == 1 else k]
+
+    def of(self, which: npt.NDArray[np.int64]) -> Members:
+        """Return some members, with problems of their own: nothing is shared that a run changes."""
+        if len(self.problems) == 1:
+            return Members((replace(self.problems[0]),), self.states[which])
+        return Members(tuple(replace(self.problems[k]) for k in which), self.states[which])
+
+
+@dataclass(frozen=True)
+class Asked:
+    """How every member is integrated, and what is wanted of it.
+
+    Attributes
+    ----------
+    method : Method
+    shared : dict
+        Arguments of `geomint.solve` that are the same for all.
+    wanted : dict
+        What is wanted beside states after steps: states at times, events, quantities.
+    """
+
+    method: Method
+    shared: dict[str, Any]
+    wanted: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def steps_alone(self) -> bool:
+        """Whether all that is wanted are states after steps of given lengths."""
+        fixed = not (self.method.adaptive or isinstance(self.method, Exact))
+        return fixed and not self.wanted
+
+    def arguments(self) -> dict[str, Any]:
+        """Return the arguments of `geomint.solve`; what remembers runs is a copy."""
+        given = {**self.shared, **{name: copy.copy(value) for name, value in self.wanted.items()}}
+        return {**given, "method": self.method, "progress": False}
+
+
+def canonical_members(problems: Any, states: Any) -> Members:
+    """Return members with admissible states, or raise `DomainError` that names the first that is not.
+
+    Warnings of states that are projected are summed up in one.
+    """
+    chosen = _problems(problems)
+    rows = chosen[0].rows
+    expected = f"states of {rows} numbers in their order, one a row"
+    given = as_array("states", states, expected)
+    given = given[None, :] if given.ndim == 1 else given
+    if given.ndim != 2 or given.shape[1] != rows or not len(given):
+        raise DomainError("states", states, expected)
+    count = max(len(given), len(chosen))
+    if len(given) not in (1, count) or len(chosen) not in (1, count):
+        expected = f"{len(chosen)} of them, one for each problem, or one for all"
+        raise DomainError("states", states, expected)
+    if count * rows > MOST_NUMBERS:
+        raise DomainError("states", states, f"at most {MOST_NUMBERS // rows} of them")
+    found = np.broadcast_to(given, (count, rows)).copy()
+    said: list[tuple[int, str]] = []
+    for k in _unsettled(chosen, found):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            try:
+                found[k] = chosen[k if len(chosen) > 1 else 0].canonical(found[k])
+            except GeomintError as error:
+                what = f"states[{k}]"
+                raise DomainError(what, found[k], f"a state of the problem: {error}") from error
+        said += [(k, str(w.message)) for w in told]
+    if said:
+        changed, (k, text) = len({k for k, _ in said}), said[0]
+        words = f"{changed} of {count} states were changed; states[{k}]: {text}"
+        warnings.warn(words, GeomintWarning, stacklevel=3)
+    return Members(chosen, found)
+
+
+def _unsettled(problems: tuple[Problem, ...], states: Array) -> list[int]:
+    """Return the numbers of states that a problem has to look at: not those that it surely takes."""
+    problem = problems[0]
+    settled = np.zeros(len(states), dtype=bool)
+    if all(p.admit is None for p in problems):
+        settled[:] = np.isfinite(states).all(axis=1)
+    elif problem.space is not None and all(p.admit == problem.space.admit for p in problems):
+        settled = problem.space.settled(states)
+    return [int(k) for k in np.flatnonzero(~settled)]
+
+
+def _problems(problems: Any) -> tuple[Problem, ...]:
+    if isinstance(problems, Problem):
+        return (problems,)
+    expected = "a geomint.Problem, or several with the same pieces in the same time"
+    if not isinstance(problems, Sequence) or not problems:
+        raise DomainError("problems", problems, expected)
+    for problem in problems:
+        if not isinstance(problem, Problem):
+            raise DomainError("problems", problem, expected)
+        if problem.pieces != problems[0].pieces or problem.time != problems[0].time:
+            raise DomainError("problems", problem, expected)
+    return tuple(problems)

@@ -1,0 +1,91 @@
+"""What has become of some members of an ensemble."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Array
+from ..errors import GeomintError
+
+__all__ = ["NOT_RUN", "Outcome", "empty_outcome"]
+
+NOT_RUN = "not run"
+
+
+@dataclass(eq=False)
+class Outcome:
+    """Results with an axis of members; NaN where there is nothing.
+
+    Attributes
+    ----------
+    tau, physical : array, shape (members, samples)
+        Times of the saved states, the problem's own and physical.
+    y : array, shape (members, samples, rows)
+    counts, steps : array of int, shape (members,)
+        How many states were saved, and steps taken.
+    status : array of str, shape (members,)
+    errors : dict of int to GeomintError
+        What ended a member before its end.
+    drift, events : dict of int to dict
+        Of members that have some, as in `geomint.Solution`.
+    error_estimate : array, shape (members, samples, rows), or None
+    """
+
+    tau: Array
+    physical: Array
+    y: Array
+    counts: npt.NDArray[np.int64]
+    steps: npt.NDArray[np.int64]
+    status: npt.NDArray[np.object_]
+    errors: dict[int, GeomintError] = field(default_factory=dict)
+    drift: dict[int, dict[str, Any]] = field(default_factory=dict)
+    events: dict[int, dict[str, Any]] = field(default_factory=dict)
+    error_estimate: Array | None = None
+
+    @property
+    def samples(self) -> int:
+        """Room for states of each member."""
+        return len(self.tau.T)
+
+    def widened(self, samples: int) -> None:
+        """Make room for more states of each member."""
+        more = samples - self.samples
+        if more <= 0:
+            return
+        for name in ("tau", "physical", "y", "error_estimate"):
+            values = getattr(self, name)
+            if values is not None:
+                wide = [(0, 0), (0, more)] + [(0, 0)] * (values.ndim - 2)
+                setattr(self, name, np.pad(values, wide, constant_values=np.nan))
+
+    def take(self, which: npt.NDArray[np.int64], other: Outcome) -> None:
+        """Take what has become of some members from elsewhere."""
+        self.widened(other.samples)
+        here = slice(0, other.samples)
+        self.tau[which, here], self.physical[which, here] = other.tau, other.physical
+        self.y[which, here] = other.y
+        self.counts[which], self.steps[which] = other.counts, other.steps
+        if other.error_estimate is not None:
+            if self.error_estimate is None:
+                self.error_estimate = np.full_like(self.y, np.nan)
+            self.error_estimate[which, here] = other.error_estimate
+        self.status[which] = other.status
+        for name in ("errors", "drift", "events"):
+            getattr(self, name).update((int(which[i]), x) for i, x in getattr(other, name).items())
+
+
+def empty_outcome(members: int, samples: int, rows: int) -> Outcome:
+    """Return what is known of members that have not been run."""
+    whole = np.zeros(members, dtype=np.int64)
+    return Outcome(
+        tau=np.full((members, samples), np.nan),
+        physical=np.full((members, samples), np.nan),
+        y=np.full((members, samples, rows), np.nan),
+        counts=whole,
+        steps=whole.copy(),
+        status=np.full(members, NOT_RUN, dtype=object),
+    )

@@ -1,0 +1,63 @@
+"""Members one after the other, each by `geomint.solve`: what all others are held to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from ..arguments import Array
+from ..errors import GeomintError, StepError
+from ..run.solution import Solution
+from ..run.solve import solve
+from .given import Asked, Members
+from .outcome import Outcome, empty_outcome
+
+__all__ = ["run_single"]
+
+
+def run_single(
+    asked: Asked,
+    given: Members,
+    which: Iterable[int],
+    stop: Array,
+    found: Outcome,
+    strict: bool = False,
+) -> None:
+    """Run some members, and write what has become of each to `found`.
+
+    Raises
+    ------
+    GeomintError
+        If `strict`, for what is no step that failed, but that a run cannot begin.
+    """
+    for k in which:
+        if stop[0] != 0.0:
+            return
+        try:
+            solution = solve(given.problem(k), given.states[k], **asked.arguments())
+        except GeomintError as error:
+            if strict and not isinstance(error, StepError):
+                raise
+            found.errors[k], found.status[k] = error, "failed"
+            solution = getattr(error, "partial", None)
+        if solution is not None:
+            _write(found, k, solution)
+
+
+def _write(found: Outcome, k: int, solution: Solution) -> None:
+    count = len(solution.tau)
+    found.widened(count)
+    here = slice(0, count)
+    found.tau[k], found.y[k], found.physical[k] = math.nan, math.nan, math.nan
+    found.tau[k, here], found.y[k, here] = solution.tau, solution.y
+    if solution.physical is not None:
+        found.physical[k, here] = solution.physical
+    if solution.error_estimate is not None:
+        if found.error_estimate is None:
+            found.error_estimate = empty_outcome(len(found.tau), found.samples, found.y.shape[2]).y
+        found.error_estimate[k, here] = solution.error_estimate
+    found.counts[k], found.steps[k], found.status[k] = count, solution.steps, solution.status
+    if solution.drift:
+        found.drift[k] = solution.drift
+    if solution.events:
+        found.events[k] = solution.events

@@ -1,0 +1,138 @@
+"""`solve_ensemble`: integrate many members, of one problem or of several."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+
+from ..arguments import finite, whole
+from ..errors import EnsembleError
+from ..methods import Method, find_solver
+from ..run.progress import Progress
+from .given import Asked, canonical_members
+from .outcome import NOT_RUN, empty_outcome
+from .result import Ensemble
+from .spread import checked_executor, checked_workers, first_look, spread
+
+__all__ = ["solve_ensemble"]
+
+
+def solve_ensemble(
+    problems: Any,
+    states: Any,
+    *,
+    t0: float = 0.0,
+    t_end: float | None = None,
+    tau_end: float | None = None,
+    method: str | Method | None = None,
+    step: float | None = None,
+    t_eval: Any = None,
+    tau_eval: Any = None,
+    events: Any = None,
+    save_every: int | None = None,
+    observe: Any = (),
+    observe_every: int = 1,
+    clock: bool | None = None,
+    estimate_error: bool = False,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    progress: bool | None = None,
+) -> Ensemble:
+    r"""Integrate every state, or a state of every problem, as `geomint.solve` does one.
+
+    Members share nothing: the bits of each are those of its single run, whatever the lanes, threads,
+    workers, their order and what other members do. One that fails is reported with its error and hurts
+    no other.
+
+    Where states after steps of given lengths are all that is asked for, whole blocks of members are
+    moved by compiled code, eight at once in a vector if the method's step works lane by lane
+    (explicit Runge–Kutta, splittings, group methods on SO(3)): see `geomint.kernels.solve.members`.
+    What is wanted beside that (`t_eval`, `events`, `observe`, adaptive steps, ends in physical time of
+    a problem in τ) takes a run of `geomint.solve` for each member, of which the cores share the steps,
+    but not the Python between them; processes share all of it.
+
+    Parameters
+    ----------
+    problems : Problem, or sequence of Problem
+        One for all members or one for each, with the same pieces in the same time. Those that differ in
+        their parameters alone share compiled code.
+    states : array_like, shape (N, rows), or (rows,)
+        Flat states, one a row, or one for all problems.
+    t0, t_end, tau_end, method, step, t_eval, tau_eval, events, save_every, observe, observe_every
+        As those of `geomint.solve`, for every member. Without a `step` each has its own default.
+    clock, estimate_error
+        Likewise.
+    workers : int, optional
+        Threads of this process; of an executor how many it has, by which the size of blocks is
+        chosen. Default: as many as there are cores.
+    executor : concurrent.futures.Executor, optional
+        What runs blocks of members in place of threads: a ``ProcessPoolExecutor``, that of a dask
+        client (``Client.get_executor()``), of mpi4py. The problem is sent to its workers
+        (`geomint.SendingError` where that cannot be).
+    progress : bool, optional
+        Show how many members are done. Default: if standard error is a terminal.
+
+    Returns
+    -------
+    Ensemble
+        After Ctrl-C with the members that are done; others are ``"not run"``.
+
+    Raises
+    ------
+    ArgumentError, DomainError, FormError, MethodError, DeclarationError
+        Before anything is computed.
+    EnsembleError
+        If workers of the executor have died, or what they run cannot: ``partial`` is the ensemble with
+        the members that are done.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> import numpy as np
+    >>> from geomint.problems.testproblems import henon_heiles
+    >>> states = np.random.default_rng(1).uniform(-0.2, 0.2, (100, 4))
+    >>> many = gi.solve_ensemble(henon_heiles.problem(), states, t_end=10.0, method="rk-4", step=0.05)
+    >>> many.final.shape, many.success
+    ((100, 4), True)
+    """
+    chosen, begin = find_solver(method), finite("t0", t0)
+    pool = checked_executor(executor)
+    count_of_workers = checked_workers(workers)
+    if save_every is not None:
+        whole("save_every", save_every, 1)
+    given = canonical_members(problems, states)
+    shared = {
+        "t0": begin, "t_end": t_end, "tau_end": tau_end, "step": step, "save_every": save_every,
+        "clock": clock,
+    }  # fmt: skip
+    asked_for = {
+        "t_eval": t_eval, "tau_eval": tau_eval, "events": events, "observe": observe or None,
+        "observe_every": None if observe_every == 1 else observe_every,
+        "estimate_error": estimate_error or None,
+    }  # fmt: skip
+    wanted = {name: value for name, value in asked_for.items() if value is not None}
+    asked = Asked(chosen, shared, wanted)
+    count, rows = given.states.shape
+    found = empty_outcome(count, 1, rows)
+    many = Ensemble(given, asked, found)
+    with Progress(progress, count, f"{count} members") as bar:
+        known = first_look(asked, given)
+        if known is not None:
+            found.take(*known)
+        bar.begin()
+        start = time.perf_counter()
+        left = np.flatnonzero(found.status == NOT_RUN)
+        try:
+            for done in spread(asked, given, left, count_of_workers, pool, bar.update):
+                found.take(*done)
+        except KeyboardInterrupt:
+            pass  # the status of members tells
+        except EnsembleError as error:
+            error.partial = many
+            raise
+        finally:
+            many.run_seconds = time.perf_counter() - start
+    return many

@@ -1,0 +1,179 @@
+"""Members spread over threads of this process, or over the workers of an executor."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Array, whole
+from ..errors import DomainError, EnsembleError, GeomintError
+from ..kernels.numbers.lanes import LANES
+from .compiled import run_compiled
+from .given import Asked, Members
+from .outcome import NOT_RUN, Outcome, empty_outcome
+from .single import run_single
+
+__all__ = ["Block", "checked_executor", "checked_workers", "first_look", "spread"]
+
+Block = npt.NDArray[np.int64]  # numbers of members
+
+LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses
+EACH = 8  # blocks for every worker, so that none waits long for another at the end
+LOOK = 0.05  # seconds between looks at Ctrl-C
+
+
+def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
+    """Check and compile what all members share; return a member's outcome if that took a run.
+
+    Raises
+    ------
+    GeomintError
+        For what is wrong with the first member and the last alike: with what is asked of all.
+    """
+    failure: GeomintError | None = None
+    for k in (0, len(given) - 1):
+        block = np.array([k])
+        one = given.of(block)
+        try:
+            if asked.steps_alone and run_compiled(asked, one, np.ones(1)) is not None:
+                return None
+            found = empty_outcome(1, 1, given.states.shape[1])
+            run_single(asked, one, [0], np.zeros(1), found, strict=True)
+        except GeomintError as error:
+            failure = failure or error
+        else:
+            return block, found
+    assert failure is not None
+    raise failure
+
+
+def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcome:
+    """Return what has become of some members: in another thread or process as here."""
+    stop = np.zeros(1) if stop is None else stop
+    found = run_compiled(asked, given, stop) if asked.steps_alone else None
+    if found is None:
+        found = empty_outcome(len(given), 1, given.states.shape[1])
+    left = [k for k, status in enumerate(found.status) if status == NOT_RUN]
+    run_single(asked, given, left, stop, found)
+    return found
+
+
+def checked_workers(workers: Any) -> int:
+    """Return how many threads there are to be, by default as many as this process has cores."""
+    if workers is None:
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        return cores or 1
+    return whole("workers", workers, 1, 10**6)
+
+
+def checked_executor(executor: Any) -> Executor | None:
+    """Return an executor, or raise `DomainError`."""
+    if executor is None or isinstance(executor, Executor):
+        return executor
+    raise DomainError(
+        "executor", executor, "a concurrent.futures.Executor, such as Client.get_executor()"
+    )
+
+
+def blocks_of(which: Block, workers: int, least: int) -> list[Block]:
+    """Return numbers of members in blocks of equal size."""
+    size = -(-len(which) // (EACH * workers))
+    size = min(max(-(-size // LANES) * LANES, least), MOST)
+    return [which[first : first + size] for first in range(0, len(which), size)]
+
+
+def spread(
+    asked: Asked,
+    given: Members,
+    which: Block,
+    workers: int,
+    executor: Executor | None,
+    between: Callable[[int], None],
+) -> Iterator[tuple[Block, Outcome]]:
+    """Yield blocks of members and what has become of them, in the order in which they are done.
+
+    Parameters
+    ----------
+    between : callable
+        Called with the number of members that are done, some twenty times a second. It may raise
+        KeyboardInterrupt: blocks that have begun are then ended, and yielded, before that is raised.
+
+    Raises
+    ------
+    EnsembleError
+        If the workers have died, after all that is done has been yielded.
+    """
+    blocks = blocks_of(which, workers, LEAST if asked.steps_alone else 1)
+    if executor is not None:
+        yield from _collected(executor, asked, given, blocks, None, between)
+        return
+    with ThreadPoolExecutor(workers, "geomint") as pool:
+        yield from _collected(pool, asked, given, blocks, np.zeros(1), between)
+
+
+def _collected(
+    pool: Executor,
+    asked: Asked,
+    given: Members,
+    blocks: list[Block],
+    stop: Array | None,
+    between: Callable[[int], None],
+) -> Iterator[tuple[Block, Outcome]]:
+    futures: dict[Future[Outcome], Block] = {}
+    failure: BaseException | None = None
+
+    def end() -> None:
+        """Let nothing begin any more, and what has begun come to its next look."""
+        if stop is not None:
+            stop[0] = 1.0
+        for future in futures:
+            future.cancel()
+
+    done = 0
+    try:
+        try:
+            for block in blocks:
+                extra = () if stop is None else (stop,)
+                futures[pool.submit(run_block, asked, given.of(block), *extra)] = block
+        except BrokenExecutor as broken:
+            failure = broken
+        pending = set(futures)
+        while pending:
+            try:
+                ready, pending = wait(pending, LOOK, FIRST_COMPLETED)
+                between(done)
+            except KeyboardInterrupt as interrupt:
+                end()
+                failure = failure or interrupt
+                ready, pending = wait(futures)
+                ready = {future for future in ready if future in futures}
+            for future in ready:
+                block = futures.pop(future)
+                problem = None if future.cancelled() else future.exception()
+                if isinstance(problem, GeomintError):
+                    raise problem
+                if problem is not None:
+                    failure = failure or problem
+                    end()
+                elif not future.cancelled():
+                    done += len(block)
+                    yield block, future.result()
+    finally:
+        end()
+    if isinstance(failure, KeyboardInterrupt):
+        raise failure
+    if failure is not None:
+        what = f"workers have ended: {type(failure).__name__}: {failure}"
+        raise EnsembleError(what) from failure
