@@ -160,6 +160,9 @@ class _Sweep:
             tau[at, counts[at]], full[at, counts[at]] = ends[at], last[at]
             counts = counts + more
         full[~ended], tau[~ended] = math.nan, math.nan
+        counts = np.where(ended, counts, 0)
+        samples = max(int(counts.max()), 1)
+        tau, full = tau[:, :samples], full[:, :samples]
         found = empty_outcome(count, samples, n)
         order = self._order
         found.tau[order], found.y[order] = tau, full[:, :, :n]
@@ -167,7 +170,7 @@ class _Sweep:
             found.physical[order] = full[:, :, -1]
         elif problem.time == "t":
             found.physical[order] = tau
-        found.counts[order] = np.where(ended, counts, 0)
+        found.counts[order] = counts
         found.steps[order] = np.where(ended, self._steps, 0)
         found.status[order[ended]] = "success"
         return found

@@ -33,6 +33,7 @@ def run_single(
     for k in which:
         if stop[0] != 0.0:
             return
+        solution: Solution | None
         try:
             solution = solve(given.problem(k), given.states[k], **asked.arguments())
         except GeomintError as error:

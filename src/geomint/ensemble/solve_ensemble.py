@@ -119,13 +119,14 @@ def solve_ensemble(
     found = empty_outcome(count, 1, rows)
     many = Ensemble(given, asked, found)
     with Progress(progress, count, f"{count} members") as bar:
-        known = first_look(asked, given)
-        if known is not None:
-            found.take(*known)
-        bar.begin()
         start = time.perf_counter()
-        left = np.flatnonzero(found.status == NOT_RUN)
         try:
+            known = first_look(asked, given)
+            if known is not None:
+                found.take(*known)
+            bar.begin()
+            start = time.perf_counter()
+            left = np.flatnonzero(found.status == NOT_RUN)
             for done in spread(asked, given, left, count_of_workers, pool, bar.update):
                 found.take(*done)
         except KeyboardInterrupt:

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
-    BrokenExecutor,
     Executor,
     Future,
     ThreadPoolExecutor,
@@ -51,6 +50,8 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
                 return None
             found = empty_outcome(1, 1, given.states.shape[1])
             run_single(asked, one, [0], np.zeros(1), found, strict=True)
+            if found.status[0] == "interrupted":
+                raise KeyboardInterrupt
         except GeomintError as error:
             failure = failure or error
         else:
@@ -147,7 +148,7 @@ def _collected(
             for block in blocks:
                 extra = () if stop is None else (stop,)
                 futures[pool.submit(run_block, asked, given.of(block), *extra)] = block
-        except BrokenExecutor as broken:
+        except RuntimeError as broken:  # a broken executor, or one that is shut down
             failure = broken
         pending = set(futures)
         while pending:

@@ -1,0 +1,104 @@
+"""Workers of executors: other processes, dask; some of which die."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.problems.testproblems import henon_heiles
+
+HENON = henon_heiles.problem()
+STATES = np.random.default_rng(5).uniform(-0.2, 0.2, (150, 4))
+ASKED = {"t_end": 30.0, "step": 0.05, "method": "rk-4"}
+
+
+@pytest.fixture
+def processes() -> Iterator[ProcessPoolExecutor]:
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        yield pool
+
+
+def test_processes(processes: ProcessPoolExecutor) -> None:
+    here = gi.solve_ensemble(HENON, STATES, **ASKED)
+    there = gi.solve_ensemble(HENON, STATES, executor=processes, **ASKED)
+    assert np.array_equal(here.y, there.y)
+    failing = STATES.copy()
+    failing[77] = [0.0, 40.0, 0.0, 60.0]
+    told = gi.solve_ensemble(HENON, failing, executor=processes, observe=["energy"], **ASKED)
+    assert list(told.errors) == [77]
+    assert isinstance(told.errors[77], gi.NonFiniteError)
+    assert told.drift["energy"]["class"][0] != ""
+
+
+class Dying(Executor):
+    """Threads of which the pool breaks after some blocks."""
+
+    def __init__(self, good: int) -> None:
+        self._pool, self._left = ThreadPoolExecutor(1), good
+
+    def submit(self, function, /, *given, **named) -> Future:
+        def run():
+            self._left -= 1
+            if self._left < 0:
+                raise RuntimeError("worker lost")
+            return function(*given, **named)
+
+        return self._pool.submit(run)
+
+
+def test_what_is_done_when_workers_die_is_kept() -> None:
+    with pytest.raises(gi.EnsembleError, match="worker lost") as told:
+        gi.solve_ensemble(HENON, STATES, executor=Dying(1), workers=1, **ASKED)
+    many = told.value.partial
+    done = many.status == "success"
+    assert 0 < done.sum() < len(STATES)
+    assert (many.status[~done] == "not run").all()
+    alone = gi.solve_ensemble(HENON, STATES, **ASKED)
+    assert np.array_equal(many.final[done], alone.final[done])
+
+
+def test_an_executor_that_is_shut_down() -> None:
+    pool = ThreadPoolExecutor(1)
+    pool.shutdown()
+    with pytest.raises(gi.EnsembleError, match="shutdown"):
+        gi.solve_ensemble(HENON, STATES, executor=pool, **ASKED)
+
+
+@pytest.mark.slow
+def test_a_killed_process_keeps_finished_members() -> None:
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        number = pool.submit(os.getpid).result()
+        threading.Timer(8.0, os.kill, (number, signal.SIGKILL)).start()
+        with pytest.raises(gi.EnsembleError, match="BrokenProcessPool") as told:
+            gi.solve_ensemble(
+                HENON, STATES, executor=pool, t_end=300_000.0, step=0.01, method="gauss-3"
+            )
+    assert (told.value.partial.status == "not run").any()
+
+
+@pytest.mark.slow
+def test_dask_goes_on_when_a_worker_is_killed() -> None:
+    """A scheduler and two workers, processes of this machine; one is killed under way."""
+    from distributed import Client, LocalCluster
+
+    settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(**settings) as cluster, Client(cluster) as client:
+        victim = next(iter(cluster.workers.values())).pid
+        asked = {"t_end": 3000.0, "step": 0.01, "method": "rk-4"}
+        here = gi.solve_ensemble(HENON, STATES, **asked)
+        begin = time.monotonic()
+        client.run(lambda: __import__("geomint"))
+        threading.Timer(3.0, os.kill, (victim, signal.SIGKILL)).start()
+        there = gi.solve_ensemble(HENON, STATES, executor=client.get_executor(), **asked)
+        assert time.monotonic() - begin > 3.0, "it was over before the worker was killed"
+    assert there.success
+    assert np.array_equal(here.y, there.y)

@@ -1,0 +1,163 @@
+"""A member that fails is told with its error, and hurts no other; what is wrong with all is raised."""
+
+from __future__ import annotations
+
+import pickle
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.ensemble import spread
+from geomint.problems.testproblems import henon_heiles
+
+HENON = henon_heiles.problem()
+GOOD = np.random.default_rng(3).uniform(-0.2, 0.2, (19, 4))
+ESCAPES = np.array([0.0, 40.0, 0.0, 60.0])  # to infinity, in a time of less than 1
+
+
+def with_some_that_fail(which: tuple[int, ...]) -> np.ndarray:
+    states = GOOD.copy()
+    states[list(which)] = ESCAPES
+    return states
+
+
+@pytest.mark.parametrize("which", [(0,), (18,), (3, 4, 11), tuple(range(19))])
+@pytest.mark.parametrize("name", ["rk-4", "gauss-3"])
+def test_members_that_fail(name: str, which: tuple[int, ...]) -> None:
+    states = with_some_that_fail(which)
+    asked = {"t_end": 5.0, "step": 0.1, "method": name, "save_every": 2}
+    many = gi.solve_ensemble(HENON, states, **asked)
+    assert sorted(many.errors) == list(which)
+    assert not many.success
+    for k in range(len(states)):
+        if k not in which:
+            assert np.array_equal(many.final[k], gi.solve(HENON, states[k], **asked).y[-1])
+            continue
+        with pytest.raises(gi.StepError) as alone:
+            gi.solve(HENON, states[k], **asked)
+        told: Any = many.errors[k]
+        assert (type(told), str(told), told.step) == (
+            type(alone.value),
+            str(alone.value),
+            alone.value.step,
+        )
+        n = many.counts[k]
+        assert many.status[k] == "failed"
+        assert np.array_equal(many.y[k, :n], alone.value.partial.y)
+        assert np.isnan(many.y[k, n:]).all()
+
+
+def test_a_failing_last_step_that_is_cut() -> None:
+    """What fails in the last partial step of a vector has no states of its company."""
+    states = with_some_that_fail((2,))
+    many = gi.solve_ensemble(HENON, states, t_end=0.09, step=0.1, method="gauss-3")
+    assert np.isfinite(many.final[[k for k in range(19) if k != 2]]).all()
+    assert (many.status == "success").sum() == 19 - len(many.errors)
+
+
+def test_members_without_a_step_of_their_own() -> None:
+    """Where no default step can be had that is told of the member, not raised."""
+
+    @gi.field
+    def singular(params, t, y, out, work):
+        out[0] = 1.0 / y[0]
+
+    problem = gi.Problem("1/x", (("x", 1),), field=singular)
+    states = np.array([[1.0], [0.0], [2.0]])
+    for order in ([0, 1, 2], [1, 0, 2], [0, 2, 1]):
+        many = gi.solve_ensemble(problem, states[order], t_end=1.0, method="rk-4")
+        assert list(many.errors) == [order.index(1)]
+        assert (many.status == "success").sum() == 2
+
+
+WRONG = {
+    "no end": ({}, "exactly one"),
+    "a method that does not fit": ({"t_end": 1.0, "method": "cf-4"}, "needs the form"),
+    "no method": ({"t_end": 1.0, "method": "gaus-8"}, "gauss-8"),
+    "an end in another time": ({"tau_end": 1.0}, "t_end"),
+    "no step": ({"t_end": 1.0, "step": -0.1}, "step"),
+    "no workers": ({"t_end": 1.0, "workers": 0}, "workers"),
+    "workers that are no number": ({"t_end": 1.0, "workers": "two"}, "workers"),
+    "no executor": ({"t_end": 1.0, "executor": 4}, "executor"),
+    "saves of nothing": ({"t_end": 1.0, "save_every": 0}, "save_every"),
+    "an event that is none": ({"t_end": 1.0, "events": "nothing"}, "nothing"),
+    "something unknown to observe": ({"t_end": 1.0, "observe": ["entropy"]}, "entropy"),
+    "observe_every alone": ({"t_end": 1.0, "observe_every": 2}, "observe_every"),
+    "times outside": ({"t_end": 1.0, "t_eval": [2.0]}, "t_eval"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_is_wrong_with_all_is_raised(what: str) -> None:
+    asked, text = WRONG[what]
+    with pytest.raises(gi.GeomintError, match=text):
+        gi.solve_ensemble(HENON, GOOD, **asked)
+
+
+STATES = {
+    "too short": (GOOD[:, :3], "states of 4 numbers"),
+    "none": (np.zeros((0, 4)), "states of 4 numbers"),
+    "of three axes": (GOOD[None], "states of 4 numbers"),
+    "text": ("state", "states of 4 numbers"),
+    "not finite": (np.where(np.arange(19)[:, None] == 7, np.nan, GOOD), r"states\[7\]"),
+}
+
+
+@pytest.mark.parametrize("what", STATES)
+def test_states_are_checked(what: str) -> None:
+    states, text = STATES[what]
+    with pytest.raises(gi.DomainError, match=text):
+        gi.solve_ensemble(HENON, states, t_end=1.0)
+
+
+def test_problems_are_checked() -> None:
+    other = gi.load_scene("hamiltonized-n3").problem
+    for problems in ([], [HENON, other], "henon", [HENON, 3]):
+        with pytest.raises(gi.DomainError, match="problems"):
+            gi.solve_ensemble(problems, GOOD, t_end=1.0)
+    with pytest.raises(gi.DomainError, match="one for each problem"):
+        gi.solve_ensemble([HENON] * 3, GOOD, t_end=1.0)
+
+
+def test_warnings_of_states_are_one() -> None:
+    problem = gi.load_scene("hamiltonized-n3").problem
+    states = np.array([problem.random_state(k) for k in range(6)])
+    states[2:5, :3] *= 1.0 + 1e-9
+    with pytest.warns(gi.GeomintWarning, match=r"3 of 6 states were changed; states\[2\]") as told:
+        many = gi.solve_ensemble(problem, states, tau_end=1.0, method="rk-4", step=0.1)
+    assert len(told) == 1
+    assert np.abs((many.states[:, :3] ** 2).sum(axis=1) - 1.0).max() < 1e-15
+
+
+@pytest.mark.parametrize("wanted", [{}, {"observe": ["energy"]}])
+def test_ctrl_c_keeps_what_is_done(wanted: dict, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the bar has it: KeyboardInterrupt where all that was computed is at rest."""
+    seen: list[int] = []
+
+    def update(self: Any, done: float) -> None:
+        if threading.current_thread() is not threading.main_thread():
+            return
+        seen.append(int(done))
+        if len(seen) == 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("geomint.run.progress.Progress.update", update)
+    monkeypatch.setattr(spread, "LEAST", 1)
+    monkeypatch.setattr(spread, "LOOK", 0.01)
+    states = np.repeat(GOOD, 40, axis=0)
+    many = gi.solve_ensemble(HENON, states, t_end=400.0, step=0.01, method="rk-4", **wanted)
+    done, left = many.status == "success", many.status == "not run"
+    assert left.any()
+    assert (done | left | (many.status == "interrupted")).all()
+    assert np.isnan(many.y[left]).all()
+    for k in np.flatnonzero(done)[:2]:
+        alone = gi.solve(HENON, states[k], t_end=400.0, step=0.01, method="rk-4")
+        assert np.array_equal(many.final[k], alone.y[-1])
+
+
+def test_an_error_travels() -> None:
+    error = gi.EnsembleError("workers have ended")
+    assert str(pickle.loads(pickle.dumps(error))) == "workers have ended"

@@ -1,0 +1,83 @@
+"""What is wanted beside states after steps: as of single runs, with an axis of members."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import geomint as gi
+
+SCENE = gi.load_scene("hamiltonized-n3")
+PROBLEM = SCENE.problem
+STATES = np.array([PROBLEM.random_state(seed) for seed in range(5)])
+
+ASKED = {
+    "states at physical times": {"t_end": 4.0, "t_eval": [0.0, 1.0, 4.0]},
+    "states at times of its own": {"tau_end": 4.0, "tau_eval": np.linspace(0.5, 4.0, 4)},
+    "an end in physical time": {"t_end": 4.0, "save_every": 3},
+    "events": {"tau_end": 8.0, "events": {"up": gi.Event("gamma[2]", direction=1)}},
+    "quantities": {"tau_end": 8.0, "observe": ["energy", "K"], "observe_every": 2},
+    "adaptive steps": {"tau_end": 4.0, "method": "dop853-adaptive", "save_every": 1},
+    "the exact flow": {"tau_end": 4.0, "tau_eval": [1.0, 3.0], "method": "exact"},
+    "errors": {"tau_end": 4.0, "method": "rk-4", "estimate_error": True},
+    "no clock": {"tau_end": 4.0, "method": "rk-4", "clock": False},
+}
+
+
+@pytest.mark.parametrize("what", ASKED)
+def test_as_of_single_runs(what: str) -> None:
+    asked = ASKED[what]
+    many = gi.solve_ensemble(PROBLEM, STATES, **asked)
+    for k, state in enumerate(STATES):
+        alone = gi.solve(PROBLEM, state, **asked)
+        n = len(alone.tau)
+        assert many.counts[k] == n
+        assert np.array_equal(many.tau[k, :n], alone.tau)
+        assert np.array_equal(many.y[k, :n], alone.y)
+        if alone.physical is not None:
+            assert np.array_equal(many.t[k, :n], alone.t)
+        for name, drift in alone.drift.items():
+            assert many.drift[name]["max_abs_error"][k] == drift.max_abs_error
+            assert many.drift[name]["class"][k] == drift.drift_class
+        for name, met in alone.events.items():
+            assert np.array_equal(many.events[name][k].y, met.y)
+        if alone.error_estimate is not None:
+            assert many.error_estimate is not None
+            assert np.array_equal(many.error_estimate[k, :n], alone.error_estimate)
+
+
+def test_one_member_alone() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=3.0, method="rk-4", step=0.1)
+    alone = many.single(3, dense=True)
+    assert np.array_equal(alone.y[-1], many.final[3])
+    assert np.array_equal(alone.sol(tau=3.0), many.final[3])
+    with pytest.raises(gi.DomainError, match="member"):
+        many.single(5)
+
+
+def test_the_clock_is_asked_for() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, method="rk-4", step=0.1, clock=False)
+    with pytest.raises(gi.DomainError, match="clock"):
+        _ = many.t
+
+
+def test_pieces_and_names() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, method="rk-4", step=0.1, save_every=5)
+    assert many.piece("gamma").shape == (5, 3, 3)
+    assert len(many) == 5
+    assert "ensemble of 5" in repr(many)
+    with pytest.raises(gi.DomainError, match="piece"):
+        many.piece("nothing")
+
+
+def test_as_a_dataset() -> None:
+    import chaplygin as ch
+
+    chosen = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (3.0, 4.0)]
+    many = gi.solve_ensemble(chosen, STATES[0], tau_end=2.0, step=0.1, save_every=7, observe=["K"])
+    data = many.to_xarray()
+    assert dict(data.sizes) == {"member": 2, "sample": 4, "gamma_0": 3, "p_tilde_0": 3}
+    assert np.array_equal(data.gamma.values, many.piece("gamma"))
+    assert list(data.D.values) == [3.0, 4.0]
+    assert data.K_max_abs_error.dims == ("member",)
+    assert set(data.coords) == {"tau", "t"}
