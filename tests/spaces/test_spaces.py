@@ -128,6 +128,10 @@ class Circle(gi.Sphere):
         silent = self.broken == "named" and abs(size - 1.0) > 1e-12
         return value / size if silent else super().point(value)
 
+    def settled(self, states):
+        found = super().settled(states)
+        return found | (self.broken == "settled")
+
     def distance(self, y, z):
         return float(y[0] - z[0]) if self.broken == "distance" else super().distance(y, z)
 
@@ -230,6 +234,7 @@ BROKEN = {
     "named": "`project` .* without a warning",
     "distance": "the other way round",
     "long": "IndexError.* by a function of Circle",
+    "settled": "`settled` of Circle.* is not admitted so",
 }
 
 

@@ -55,6 +55,7 @@ def check_space(space: Space, states: int = 5) -> None:
         _check_point(space, y)
         _check_constraint(space, y)
         _check_repair(space, y, np.random.default_rng([seed, 1]))
+        _check_settled(space, y, np.random.default_rng([seed, 3]))
         _check_tangents(space, y, np.random.default_rng([seed, 2]).normal(size=space.rows))
         _check_elsewhere(space, seed)
     for scale in SCALES:
@@ -108,6 +109,21 @@ def _check_constraint(space: Space, y: Array) -> None:
     g, G = written(y)
     small(g, ROUNDING * max(1.0, length(y)) ** 2, f"`constraint` of {space!r} is not 0 on it")
     small(G - slopes, 1e-5 * max(1.0, length(y)), f"`constraint` of {space!r} has another Jacobian")
+
+
+def _check_settled(space: Space, y: Array, rng: np.random.Generator) -> None:
+    """Hold states that are said to be settled to be admitted as they are."""
+    sizes = np.array([0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-9, 1.0])
+    states = y + sizes[:, None] * rng.normal(size=(len(sizes), len(y)))
+    states = np.vstack([states, np.full(len(y), np.nan), np.full(len(y), np.inf)])
+    told = space.settled(states)
+    sure(told.shape == (len(states),), f"`settled` of {space!r} does not tell of each state")
+    for state in states[told]:
+        with warnings.catch_warnings(record=True) as found, contextlib.suppress(DomainError):
+            warnings.simplefilter("always")
+            if np.array_equal(space.admit(state), state) and not found:
+                continue
+        raise AssertionError(f"`settled` of {space!r} says so of {state}, which is not admitted so")
 
 
 def _check_repair(space: Space, y: Array, rng: np.random.Generator) -> None:

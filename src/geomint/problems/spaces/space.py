@@ -65,7 +65,10 @@ class Space:
     least = 2  # of n
 
     def __init_subclass__(cls) -> None:
-        for name in {"admit", "tangent", "retract", "distance"} & set(vars(cls)):
+        own = set(vars(cls))
+        if "admit" in own and "settled" not in own:  # what a base knows is of its own `admit`
+            cls.settled = Space.settled  # type: ignore[method-assign]
+        for name in {"admit", "tangent", "retract", "distance"} & own:
             setattr(cls, name, _of_states(vars(cls)[name]))
 
     def __post_init__(self) -> None:
