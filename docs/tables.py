@@ -401,6 +401,40 @@ def lyapunov_words() -> dict[str, str]:
     }
 
 
+def ensemble_words() -> dict[str, str]:
+    """Return what ensembles cost, and heyoka's beside them."""
+    record, chart = result("ensembles"), result("ensemble_chart")
+    heads = ["scene", "method", "single step (ns)", "step in company (ns)", "throughput", "cores"]
+    rows = [
+        [
+            f"`{scene}`",
+            f"`{name}`",
+            f"{one['single_ns']:.0f}",
+            f"{one['member_ns']:.0f}",
+            f"{one['throughput']:.1f}",
+            f"{one['cores']:.2f}",
+        ]
+        for scene, own in record["lanes"].items()
+        for name, one in own.items()
+    ]
+    peer = record["heyoka"]
+    ours, theirs = (peer["best"][code]["seconds"] for code in ("geomint", "heyoka"))
+    return {
+        "ensemble_table": _table(heads, rows),
+        "ensemble_overhead": " to ".join(
+            f"{x:.1f}" for x in sorted(record["overhead_us"].values())
+        ),
+        "ensemble_heyoka": (
+            f"{peer['members']} random states of the Hamiltonised sphere, n = 3, to τ = "
+            f"{peer['end']:.0f}, on both cores, errors of {peer['error']:.0e} in 95 of 100: "
+            f"{ours:.2f} s, and {theirs:.2f} s by heyoka's ensembles: {peer['ratio']:.2f} of that."
+        ),
+        "ensemble_machine": measured_on(record),
+        "chart_members": str(chart["members"]),
+        "chart_seconds": f"{chart['seconds']:.0f}",
+    }
+
+
 def symplectic_words() -> dict[str, str]:
     """Return what methods do to symplectic forms."""
     record = result("symplecticity")
@@ -465,6 +499,7 @@ def substitutions() -> dict[str, str]:
         **error_words(),
         **frequency_words(),
         **lyapunov_words(),
+        **ensemble_words(),
         **symplectic_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),

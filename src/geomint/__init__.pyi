@@ -4,8 +4,6 @@ from .arguments import as_vector as as_vector
 from .cli.chaos_report import chaos_report as chaos_report
 from .cli.drift_report import drift_report as drift_report
 from .cli.section_report import section_report as section_report
-from .ensemble.result import Ensemble as Ensemble
-from .ensemble.solve_ensemble import solve_ensemble as solve_ensemble
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,
@@ -98,6 +96,8 @@ from .problems.spaces.tangent_bundle import (
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .problems.two_form import SymplecticForm as SymplecticForm
+from .run.ensemble.result import Ensemble as Ensemble
+from .run.ensemble.solve_ensemble import solve_ensemble as solve_ensemble
 from .run.events import Event as Event, event as event
 from .run.exponents import Lyapunov as Lyapunov
 from .run.files.outputs import (

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.ensemble import spread
 from geomint.problems.testproblems import henon_heiles
+from geomint.run.ensemble import spread
 
 HENON = henon_heiles.problem()
 GOOD = np.random.default_rng(3).uniform(-0.2, 0.2, (19, 4))

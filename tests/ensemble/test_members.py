@@ -11,8 +11,8 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.ensemble import compiled
 from geomint.problems.testproblems import henon_heiles, lotka_volterra, pulsating_body
+from geomint.run.ensemble import compiled
 
 HENON = henon_heiles.problem()
 STATES = np.random.default_rng(7).uniform(-0.2, 0.2, (21, 4))

@@ -35,6 +35,7 @@ PYTHON = [
     "derivatives",
     "frequencies",
     "is-it-chaotic",
+    "many-runs",
     "README",
 ]
 

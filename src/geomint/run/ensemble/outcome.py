@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Array
-from ..errors import GeomintError
+from ...arguments import Array
+from ...errors import GeomintError
 
 __all__ = ["NOT_RUN", "Outcome", "empty_outcome"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from ..arguments import Array
-from ..errors import GeomintError, StepError
-from ..run.solution import Solution
-from ..run.solve import solve
+from ...arguments import Array
+from ...errors import GeomintError, StepError
+from ..solution import Solution
+from ..solve import solve
 from .given import Asked, Members
 from .outcome import Outcome, empty_outcome
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import MOST_NUMBERS, Array, as_array
-from ..errors import DomainError, GeomintError, GeomintWarning
-from ..methods import Exact, Method
-from ..problems.problem import Problem
+from ...arguments import MOST_NUMBERS, Array, as_array
+from ...errors import DomainError, GeomintError, GeomintWarning
+from ...methods import Exact, Method
+from ...problems.problem import Problem
 
 __all__ = ["Asked", "Members", "canonical_members"]
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Array, whole
-from ..errors import DomainError, EnsembleError, GeomintError
-from ..kernels.numbers.lanes import LANES
+from ...arguments import Array, whole
+from ...errors import DomainError, EnsembleError, GeomintError
+from ...kernels.numbers.lanes import LANES
 from .compiled import run_compiled
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, empty_outcome

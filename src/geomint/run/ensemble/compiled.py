@@ -6,22 +6,22 @@ import math
 
 import numpy as np
 
-from ..arguments import Array
-from ..errors import DeclarationError, GeomintError
-from ..kernels.compiling.bound import Bound
-from ..kernels.compiling.call import Call
-from ..kernels.compiling.number_types import SCALAR, NumberType, members
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.numbers.lanes import LANES
-from ..kernels.solve.advance import bound_stepper
-from ..kernels.solve.members import ENDED, OPEN, members_sweep
-from ..methods import Start
-from ..methods.stepper import Stepper
-from ..problems.declaration import check_problem
-from ..problems.problem import Problem
-from ..run.asked import wants_clock
-from ..run.integrator import Integrator
-from ..run.timeline import Timeline, plan_timeline
+from ...arguments import Array
+from ...errors import DeclarationError, GeomintError
+from ...kernels.compiling.bound import Bound
+from ...kernels.compiling.call import Call
+from ...kernels.compiling.number_types import SCALAR, NumberType, members
+from ...kernels.numbers.blocks import Block, scalar_block
+from ...kernels.numbers.lanes import LANES
+from ...kernels.solve.advance import bound_stepper
+from ...kernels.solve.members import ENDED, OPEN, members_sweep
+from ...methods import Start
+from ...methods.stepper import Stepper
+from ...problems.declaration import check_problem
+from ...problems.problem import Problem
+from ..asked import wants_clock
+from ..integrator import Integrator
+from ..timeline import Timeline, plan_timeline
 from .given import Asked, Members
 from .outcome import Outcome, empty_outcome
 

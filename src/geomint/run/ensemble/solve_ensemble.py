@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import finite, whole
-from ..errors import EnsembleError
-from ..methods import Method, find_solver
-from ..run.progress import Progress
+from ...arguments import finite, whole
+from ...errors import EnsembleError
+from ...methods import Method, find_solver
+from ..progress import Progress
 from .given import Asked, canonical_members
 from .outcome import NOT_RUN, empty_outcome
 from .result import Ensemble

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import Array, whole
-from ..errors import DomainError, GeomintError
-from ..problems.problem import Problem
-from ..problems.shown import Shown
-from ..run.solution import Solution
-from ..run.solve import solve
-from ..run.variables import optional
+from ...arguments import Array, whole
+from ...errors import DomainError, GeomintError
+from ...problems.problem import Problem
+from ...problems.shown import Shown
+from ..solution import Solution
+from ..solve import solve
+from ..variables import optional
 from .given import Asked, Members
 from .outcome import Outcome
 
