@@ -22,6 +22,7 @@ _ADVICE = (
         r"(mul|add|sub|truediv)\(.*lanemask8",
         "a condition is no number: gi.select(condition, 1.0, 0.0)",
     ),
+    (r"i?pow\(.*tangent\(", "`**` has no derivatives here: write products, or gi.sqrt"),
     (r"i?pow\(lanes8", "`**` takes one number at a time: write products, or gi.sqrt"),
     (r"(min|max)\(.*lanes8", "min and max take one number at a time: write gi.maximum"),
     (
@@ -78,6 +79,9 @@ def reason_of(error: BaseException, function: Recorded) -> str:
     what = f"{unknown[0]} is not known" if unknown else (plain or [repr(error)])[0]
     fits = ((re.match(form, what), text) for form, text in _ADVICE)
     advice = next((match.expand(text) for match, text in fits if match), what[:_LONGEST])
+    advice = re.sub(
+        r"^(\w+)\(.*tangent\(.*is not known", r"\1 takes no numbers with derivatives", advice
+    )
     single = re.sub(r"^(\w+)\(.*lanes8.*is not known", r"\1 takes one number at a time", advice)
     return f"{single}{_place(lines, function)}"
 
