@@ -34,6 +34,7 @@ from .tangent import directions_at_once, tangent_type
 __all__ = ["Carried", "sizes_of_pieces"]
 
 SMALL = 2.0**-10  # of other sizes
+LEAST_ANGLE = 1e-12  # between a direction and those before: less is rounding
 
 
 @Recorded
@@ -131,8 +132,7 @@ class Carried:
         sizes = np.where(np.isfinite(sizes), sizes, 1.0)
         tangents = np.linalg.qr(gradients.T, mode="complete")[0][:, s.m :]
         if directions is not None:
-            inside = tangents @ (tangents.T @ (directions / scales[:, None]))
-            tangents = np.linalg.qr(inside)[0]
+            tangents = _orthonormal(tangents, directions, scales)
         basis = np.zeros((s.n, lanes_for(s.d)))
         basis[:, : s.d] = tangents
         state = np.append(y0, np.zeros(s.rows - s.n))
@@ -143,6 +143,19 @@ class Carried:
         """Return what is kept under a name; a view."""
         view: Array = section(self._kept, kept_layout(self.sizes), name).data
         return view
+
+
+def _orthonormal(tangents: Array, directions: Array, scales: Array) -> Array:
+    """Return directions along the manifold, made orthonormal in their order; or `DomainError`."""
+    with np.errstate(all="ignore"):
+        wanted = directions / np.abs(directions).max(axis=0) / scales[:, None]
+        wanted /= np.linalg.norm(wanted, axis=0)
+    if np.isfinite(wanted).all():
+        found, upper = np.linalg.qr(tangents @ (tangents.T @ wanted))
+        if (np.abs(np.diag(upper)) > LEAST_ANGLE).all():
+            return np.asarray(found)
+    expected = "directions that are independent along the manifold of states"
+    raise DomainError("directions", directions, expected)
 
 
 def sizes_of_pieces(problem: Problem, y0: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, whole
+from ..arguments import Array, switch, whole
 from ..errors import DomainError, StepError
 from ..methods import Method
 from ..methods.carried import Carried
@@ -53,7 +53,8 @@ def lyapunov(
     count : int, optional
         How many exponents, the largest. Default: all.
     directions : array_like, shape (rows, k), optional
-        Where the directions begin, one a column; made orthonormal on the manifold in their order.
+        Where the directions begin, one a column; made orthonormal on the manifold in their order, on
+        which they must be independent.
         Default: random ones, the same in every run.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
@@ -83,6 +84,8 @@ def lyapunov(
     >>> found.exponents.shape  # T*S² has four dimensions
     (4,)
     """
+    if progress is not None:
+        switch("progress", progress, "True, False or None")
     state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
     chosen = _directions(problem, count, directions)
     carried = Carried(problem, stepper, state, timeline.start, chosen)
