@@ -223,3 +223,16 @@ def test_wrong_input() -> None:
     for values in (np.ones(15), np.ones((3, 3, 3)), np.full(20, np.inf), np.ones((20, 0)), "x"):
         with pytest.raises(gi.DomainError, match="values"):
             gi.birkhoff_average(values)
+
+
+def test_columns_and_samples_of_very_different_sizes() -> None:
+    """Each column is averaged in its own unit, and each point has an angle of its own."""
+    wave = np.cos(0.3 * np.arange(500.0))
+    alone = gi.birkhoff_average(1.0 + wave)
+    found = gi.birkhoff_average(np.column_stack((1e300 * wave, 1e-300 * (1.0 + wave))))
+    assert found.value[1] == pytest.approx(1e-300 * alone.value, rel=1e-12)
+    assert found.digits == pytest.approx(alone.digits, abs=0.1)
+    z = np.exp(0.3j * np.arange(500))
+    z[7] *= 1e-310
+    z[100:200] *= 1e300
+    assert gi.rotation_number(z).value == pytest.approx(0.3, abs=1e-12)

@@ -19,7 +19,7 @@ import numpy as np
 from ..arguments import Array, as_array, positive
 from ..errors import DomainError
 
-__all__ = ["Average", "birkhoff_average", "rotation_number"]
+__all__ = ["Average", "birkhoff_average", "rotation_number", "times_power_of_two"]
 
 FEWEST, ENOUGH = 16, 1000  # samples for an average, and to call a motion chaotic
 DIGITS = 16.0  # more than float64 has are not told
@@ -95,10 +95,10 @@ def birkhoff_average(values: Any) -> Average:
     if not (shaped and np.isfinite(samples).all()):
         raise DomainError("values", values, expected)
     columns = np.ascontiguousarray(samples.reshape(len(samples), -1).T)
-    size = float(np.abs(columns).max()) or 1.0
-    mean = _mean(columns / size)
-    digits, before = _digits(columns / size), _digits(columns[:, : len(samples) // 4] / size)
-    value = size * mean
+    size = np.abs(columns).max(axis=1, keepdims=True)  # of each: one may be a rounding of another
+    columns = columns / np.where(size > 0.0, size, 1.0)
+    digits, before = _digits(columns), _digits(columns[:, : len(samples) // 4])
+    value = size[:, 0] * _mean(columns)
     found = float(value[0]) if samples.ndim == 1 else value
     return Average(found, digits, digits - before, len(samples))
 
@@ -146,7 +146,8 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     if not good:
         raise DomainError("signal", signal, expected)
     step = positive("step", step)
-    z = z * 2.0**900 if np.abs(z).max() < 2.0**-900 else z
+    largest = np.maximum(np.abs(z.real), np.abs(z.imag))
+    z = times_power_of_two(z, -np.frexp(largest)[1])  # |z| may be no number, or lose digits
     directions = z / np.abs(z)
     turns = np.angle(directions[1:] * np.conj(directions[:-1]))
     if np.abs(turns).max() > NEAR_HALF:
@@ -168,6 +169,11 @@ def _cut(turns: Array, signal: Any) -> Array:
         raise DomainError("signal", signal, said)
     cut = around[widest] + 0.5 * gaps[widest]
     return np.asarray(cut - 2.0 * np.pi + np.mod(turns - cut, 2.0 * np.pi))
+
+
+def times_power_of_two(z: Any, powers: Any) -> Any:
+    """Return complex numbers times powers of two, which may be beyond what a number holds."""
+    return np.ldexp(z.real, powers) + 1j * np.ldexp(z.imag, powers)
 
 
 def _mean(rows: Array) -> Array:
