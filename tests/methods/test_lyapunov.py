@@ -298,6 +298,22 @@ def test_directions_that_tell_nothing() -> None:
         gi.lyapunov(scene.problem, scene.state, tau_end=1.0, step=0.1, directions=across)
 
 
+@gi.field
+def shrinking(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1] = -y[0], -2.0 * y[1]
+
+
+@pytest.mark.parametrize("sizes", [(1e-300, 1e-300), (1e300, 1e-300), (1e-300, 1.0), (0.0, 1e-300)])
+def test_units_of_states(sizes: tuple[float, float]) -> None:
+    """Pieces of any size: directions are those of numbers in their own units."""
+    problem = gi.Problem("shrinking", (("x", 1), ("v", 1)), field=shrinking)
+    run = {"t_end": 20.0, "step": 0.1, "method": "gauss-4"}
+    found = gi.lyapunov(problem, sizes, **run, directions=np.eye(2))
+    np.testing.assert_allclose(found.exponents, [-1.0, -2.0], rtol=1e-4)
+    random = gi.lyapunov(problem, sizes, **run)
+    np.testing.assert_allclose(random.exponents.sum(), -3.0, rtol=1e-4)
+
+
 @pytest.mark.parametrize("size", [1e-310, 1e-200, 1e200, 1e308])
 def test_the_length_of_a_direction_does_not_matter(size: float) -> None:
     p, run = henon_heiles.problem(), {"t_end": 20.0, "method": "rk-4", "step": 0.1}

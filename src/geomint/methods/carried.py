@@ -147,15 +147,21 @@ class Carried:
 
 def _orthonormal(tangents: Array, directions: Array, scales: Array) -> Array:
     """Return directions along the manifold, made orthonormal in their order; or `DomainError`."""
-    with np.errstate(all="ignore"):
-        wanted = directions / np.abs(directions).max(axis=0) / scales[:, None]
-        wanted /= np.linalg.norm(wanted, axis=0)
-    if np.isfinite(wanted).all():
+    for given in (directions, _near_one(directions)):  # one of them over the scales is a number
+        with np.errstate(all="ignore"):
+            wanted = _near_one(given / scales[:, None])
+        if not np.isfinite(wanted).all():
+            continue
         found, upper = np.linalg.qr(tangents @ (tangents.T @ wanted))
-        if (np.abs(np.diag(upper)) > LEAST_ANGLE).all():
+        if (np.abs(np.diag(upper)) > LEAST_ANGLE * np.linalg.norm(wanted, axis=0)).all():
             return np.asarray(found)
     expected = "directions that are independent along the manifold of states"
     raise DomainError("directions", directions, expected)
+
+
+def _near_one(columns: Array) -> Array:
+    """Return columns times powers of two, which round nothing, so that their largest is near 1."""
+    return np.asarray(np.ldexp(columns, -np.frexp(np.abs(columns).max(axis=0))[1]))
 
 
 def sizes_of_pieces(problem: Problem, y0: Array) -> Array:

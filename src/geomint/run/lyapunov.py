@@ -9,7 +9,7 @@ import numpy as np
 from ..arguments import Array, switch, whole
 from ..errors import DomainError, StepError
 from ..methods import Method
-from ..methods.carried import Carried
+from ..methods.carried import Carried, sizes_of_pieces
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from .carried_directions import columns
@@ -88,7 +88,13 @@ def lyapunov(
         switch("progress", progress, "True, False or None")
     state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
     chosen = _directions(problem, count, directions)
-    carried = Carried(problem, stepper, state, timeline.start, chosen)
+    try:
+        carried = Carried(problem, stepper, state, timeline.start, chosen)
+    except DomainError:
+        if directions is not None:
+            raise
+        chosen *= sizes_of_pieces(problem, state)[:, None]  # random ones, in units of the pieces
+        carried = Carried(problem, stepper, state, timeline.start, chosen)
     assert timeline.steps is not None
     span = characteristic_time(problem, state, timeline.h, timeline.start)
     every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))
