@@ -236,3 +236,17 @@ def test_columns_and_samples_of_very_different_sizes() -> None:
     z[7] *= 1e-310
     z[100:200] *= 1e300
     assert gi.rotation_number(z).value == pytest.approx(0.3, abs=1e-12)
+
+
+def test_what_does_not_come_back_is_undecided() -> None:
+    """An angle that grows, a place that wanders off, half of a period: few digits, and no chaos."""
+    t = np.linspace(0.0, 1.0, 20_000)
+    wave = np.cos(2000.0 * t)
+    for values in (t, t + 0.01 * wave, np.cos(np.pi * t), np.column_stack((wave, t)), -(t**2)):
+        found = gi.birkhoff_average(values)
+        assert found.verdict == "undecided"
+        assert not found.returning
+    rng = np.random.default_rng(4)
+    noise = gi.birkhoff_average(rng.normal(size=20_000))
+    assert noise.returning
+    assert noise.verdict == "chaotic"

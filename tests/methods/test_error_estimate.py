@@ -13,6 +13,7 @@ from families import FAMILIES, PROBLEMS
 import geomint as gi
 from geomint.compare.reference import integrate_extended
 from geomint.methods import find_method
+from geomint.run.error_estimate import error_estimate
 from geomint.scene.load import builtin_scenes
 
 SPHERE = gi.load_scene("sphere-n3")
@@ -70,6 +71,19 @@ def test_states_within_the_first_step(name: str, sign: float) -> None:
         np.testing.assert_allclose(told, error, rtol=0.5)
     shifted = gi.solve(CIRCLE, [1.0, 0.0], t0=2.0, t_end=2.0 + t[-1], t_eval=2.0 + t, **given)
     assert (np.abs(shifted.error_estimate).max(axis=1) > 1e-13).all()
+
+
+def test_an_interrupted_second_run() -> None:
+    """There is no estimate then, which is told."""
+    sol = gi.solve(CIRCLE, [1.0, 0.0], t_end=1.0, step=0.1)
+
+    def again(**options: Any) -> gi.Solution:
+        found = gi.solve(CIRCLE, [1.0, 0.0], **options)
+        found.status = "interrupted"
+        return found
+
+    with pytest.warns(gi.GeomintWarning, match="no error estimate: .* was interrupted"):
+        assert error_estimate(sol, again, 0.0) is None
 
 
 def test_early_states_by_a_clock() -> None:

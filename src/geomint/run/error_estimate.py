@@ -56,7 +56,7 @@ def error_estimate(
     if not len(times) or times[-1] == begin:
         return np.zeros_like(solution.y)
     options, factor = finer(solution.method, solution.step)
-    finer_states = solution.y.copy()
+    finer_states, reason = solution.y.copy(), ""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", GeomintWarning)  # said of the run itself
@@ -64,12 +64,16 @@ def error_estimate(
                 some, own = times[rows], {} if step is None else {"step": step}
                 ends = {f"{name}_end": some[-1], f"{name}_eval": some}
                 other = again(**ends, **{**options, **own})
-                if len(other.y) != len(some):  # interrupted
-                    return None
+                if other.status == "interrupted":
+                    reason = "was interrupted"
+                    break
                 finer_states[rows] = other.y
     except StepError as error:
-        reason = f"no error estimate: the run with finer steps failed: {error}"
-        warnings.warn(reason, GeomintWarning, stacklevel=4)
+        reason = f"failed: {error}"
+    if reason:
+        warnings.warn(
+            f"no error estimate: the run with finer steps {reason}", GeomintWarning, stacklevel=4
+        )
         return None
     return np.asarray(factor * (solution.y - finer_states))
 

@@ -25,6 +25,7 @@ FEWEST, ENOUGH = 16, 1000  # samples for an average, and to call a motion chaoti
 DIGITS = 16.0  # more than float64 has are not told
 # Digits beyond those of √N: from which on, up to which; those that four times as many samples bring.
 REGULAR, CHAOTIC, GAIN = 4.0, 1.0, 1.5
+RETURNS = 0.1  # of the range: less than that in both halves of a run, and it has not come back
 STEADY = 1e-9  # of its size: what varies by less is a constant, with its rounding
 # Radians: turns that may be wrapped to the other side of π; a gap between angles that is no accident.
 NEAR_HALF, CLEAR = 3.0, 0.2
@@ -46,25 +47,29 @@ class Average:
         How many of them the last three quarters of the run have brought.
     samples : int
         N.
+    returning : bool
+        Whether every column comes back: one whose halves share less than a tenth of its range, as an
+        angle that grows or less than half a period, is no function along a bounded motion.
     """
 
     value: Any
     digits: float
     gained: float
     samples: int
+    returning: bool = True
 
     @property
     def verdict(self) -> str:
         """``"regular"`` or ``"chaotic"`` by the digits, or ``"undecided"``.
 
         Chaotic motions have about ½ log₁₀ N digits, regular ones more. Four more are regular; up to one
-        more that hardly grow with the run are chaotic, of a thousand samples or more. Near resonances,
-        and in few periods, regular motions have few digits too.
+        more that hardly grow with the run are chaotic, of a thousand samples or more that come back.
+        Near resonances, and in few periods, regular motions have few digits too.
         """
         beyond = self.digits - 0.5 * float(np.log10(self.samples))
         if beyond >= REGULAR:
             return "regular"
-        few = self.samples < ENOUGH or self.gained >= GAIN
+        few = self.samples < ENOUGH or self.gained >= GAIN or not self.returning
         return "undecided" if few or beyond > CHAOTIC else "chaotic"
 
 
@@ -100,7 +105,7 @@ def birkhoff_average(values: Any) -> Average:
     digits, before = _digits(columns), _digits(columns[:, : len(samples) // 4])
     value = size[:, 0] * _mean(columns)
     found = float(value[0]) if samples.ndim == 1 else value
-    return Average(found, digits, digits - before, len(samples))
+    return Average(found, digits, digits - before, len(samples), _returns(columns))
 
 
 def rotation_number(signal: Any, step: float = 1.0) -> Average:
@@ -156,7 +161,7 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     value = float(np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi) / step
     if not math.isfinite(value):
         raise DomainError("step", step, "a time whose inverse is a number")
-    return Average(value, found.digits, found.gained, found.samples)
+    return Average(value, found.digits, found.gained, found.samples, found.returning)
 
 
 def _cut(turns: Array, signal: Any) -> Array:
@@ -185,6 +190,23 @@ def _mean(rows: Array) -> Array:
     return np.asarray(plain + (w * (rows - plain[:, None])).sum(axis=1) / w.sum())
 
 
+def _varies(rows: Array) -> tuple[Array, Array]:
+    """Return the range of each row, and whether it is more than rounding."""
+    spread = np.ptp(rows, axis=1)
+    return spread, spread > STEADY * np.abs(rows).max(axis=1)
+
+
+def _returns(rows: Array) -> bool:
+    """Tell whether both halves of every row that varies share a part of its range."""
+    half = rows.shape[1] // 2
+    parts = (rows[:, :half], rows[:, -half:])
+    shared = np.min([p.max(axis=1) for p in parts], axis=0) - np.max(
+        [p.min(axis=1) for p in parts], axis=0
+    )
+    spread, varies = _varies(rows)
+    return bool((shared >= RETURNS * spread)[varies].all())
+
+
 def _digits(rows: Array) -> float:
     """Return how many digits the whole and both halves agree in: the fewest of all rows.
 
@@ -194,8 +216,7 @@ def _digits(rows: Array) -> float:
     half = rows.shape[1] // 2
     if half < 2:
         return 0.0
-    spread = np.ptp(rows, axis=1)
-    varies = spread > STEADY * np.abs(rows).max(axis=1)
+    spread, varies = _varies(rows)
     if not varies.any():
         return DIGITS
     means = np.array([_mean(part) for part in (rows, rows[:, :half], rows[:, -half:])])
