@@ -13,7 +13,6 @@ from scipy.integrate import solve_ivp
 import geomint as gi
 from geomint.methods import find_method
 from geomint.methods.carried import sizes_of_pieces
-from geomint.plots.lyapunov_plot import lyapunov_figure
 from geomint.problems.derivatives import slopes_of
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.growing import Growing
@@ -335,13 +334,6 @@ def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     found.save(tmp_path / "none.csv")
     assert gi.chaos_report("sphere-n3", tmp_path / "report").status == "interrupted"
     assert (tmp_path / "report" / "chaos.html").exists()
-
-
-def test_a_picture_of_zeros(tmp_path: Path) -> None:
-    """Exponents may all be 0, which no logarithmic axis has."""
-    t, zeros = np.array([1.0, 2.0, 4.0]), np.zeros((3, 2))
-    for sali in (None, np.zeros(3)):
-        lyapunov_figure(t, zeros, sali).savefig(tmp_path / "zeros.png")
 
 
 def test_wrong_switches_and_folders() -> None:
