@@ -15,6 +15,7 @@ __all__ = ["compiled", "reason_of"]
 
 # What numba says of numbers of which there are eight, and what to write.
 _SELECT = "`if`, `and`, `or` and `not` do not take numbers of the state: gi.select(condition, x, y)"
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of letters: numba has them where colorama is installed
 _LONGEST = 300  # characters of what numba says
 _ADVICE = (
     (r"(bool|not_)\(lanemask8", _SELECT),
@@ -73,7 +74,7 @@ def _machinery() -> tuple[Any, Any, Any]:
 
 def reason_of(error: BaseException, function: Recorded) -> str:
     """Return what could not be compiled, or what to write, and where, out of a long message."""
-    lines = [line.strip() for line in str(error).splitlines()]
+    lines = [line.strip() for line in _COLOUR.sub("", str(error)).splitlines()]
     unknown = [line.removeprefix(">>>").strip() for line in lines if line.startswith(">>>")]
     plain = [line for line in lines if line and not line.startswith("Failed in")]
     what = f"{unknown[0]} is not known" if unknown else (plain or [repr(error)])[0]
