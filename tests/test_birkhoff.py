@@ -223,3 +223,30 @@ def test_wrong_input() -> None:
     for values in (np.ones(15), np.ones((3, 3, 3)), np.full(20, np.inf), np.ones((20, 0)), "x"):
         with pytest.raises(gi.DomainError, match="values"):
             gi.birkhoff_average(values)
+
+
+def test_columns_and_samples_of_very_different_sizes() -> None:
+    """Each column is averaged in its own unit, and each point has an angle of its own."""
+    wave = np.cos(0.3 * np.arange(500.0))
+    alone = gi.birkhoff_average(1.0 + wave)
+    found = gi.birkhoff_average(np.column_stack((1e300 * wave, 1e-300 * (1.0 + wave))))
+    assert found.value[1] == pytest.approx(1e-300 * alone.value, rel=1e-12)
+    assert found.digits == pytest.approx(alone.digits, abs=0.1)
+    z = np.exp(0.3j * np.arange(500))
+    z[7] *= 1e-310
+    z[100:200] *= 1e300
+    assert gi.rotation_number(z).value == pytest.approx(0.3, abs=1e-12)
+
+
+def test_what_does_not_come_back_is_undecided() -> None:
+    """An angle that grows, a place that wanders off, half of a period: few digits, and no chaos."""
+    t = np.linspace(0.0, 1.0, 20_000)
+    wave = np.cos(2000.0 * t)
+    for values in (t, t + 0.01 * wave, np.cos(np.pi * t), np.column_stack((wave, t)), -(t**2)):
+        found = gi.birkhoff_average(values)
+        assert found.verdict == "undecided"
+        assert not found.returning
+    rng = np.random.default_rng(4)
+    noise = gi.birkhoff_average(rng.normal(size=20_000))
+    assert noise.returning
+    assert noise.verdict == "chaotic"

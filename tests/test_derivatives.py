@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import mpmath
 import numpy as np
@@ -120,3 +121,91 @@ def test_wrong_input() -> None:
     ball = gi.load_scene("ball-3d").problem
     with pytest.raises(gi.FormError, match="needs a field"):
         gi.jacobian(dataclasses.replace(ball, field=None, clock=None), ball.random_state(0))
+
+
+def needs_derivatives(name: str) -> gi.Problem:
+    """A problem that runs, and whose field or condition does what only plain numbers can do."""
+
+    def cubed(params, t, y, out, work):
+        out[0] = -(y[0] ** 3)
+
+    def exponential(params, t, y, out, work):
+        out[0] = -math.exp(y[0])
+
+    def rest(params, t, y, out, work):
+        out[0] = -(y[0] % 2.0)
+
+    def rounded(params, t, y, out, work):
+        out[0] = -float(y[0])
+
+    f = {"**": cubed, "exp": exponential, "mod": rest, "float": rounded}[name]
+    return gi.Problem("plain", (("x", 1),), field=gi.field(f))
+
+
+@pytest.mark.parametrize("name", ["**", "exp", "mod", "float"])
+def test_functions_without_derivatives(name: str) -> None:
+    """What takes plain numbers alone runs; its derivatives are refused, and the place is told."""
+    problem = needs_derivatives(name)
+    assert gi.solve(problem, [0.7], t_end=0.1, method="rk-4").success
+    for by in ("state", "parameters"):
+        with pytest.raises(gi.DeclarationError, match=r"TypeError: .*derivatives .*test_deriv"):
+            gi.jacobian(problem, [0.7], by=by)
+    with pytest.raises(gi.DeclarationError, match=r"no (numbers with )?derivatives"):
+        gi.tangent_flow(problem, [0.7], t_end=0.1, step=0.05, method="rk-4")
+
+
+def test_conditions_without_derivatives() -> None:
+    """Those of a measure are differentiated where directions begin."""
+
+    @gi.field
+    def turning(params, t, y, out, work):
+        out[0], out[1] = y[1], -y[0]
+
+    @gi.field
+    def squares(params, t, y, out, work):
+        out[0] = y[0] ** 2 + y[1] ** 2 - 1.0
+
+    @gi.observable
+    def flat(params, t, y, work):
+        return 0.0
+
+    measure = gi.Measure(flat, squares, 1)
+    problem = gi.Problem("circle", (("x", 2),), field=turning, measure=measure)
+    run = {"t_end": 1.0, "step": 0.1, "method": "rk-4"}
+    with pytest.raises(gi.DeclarationError, match="derivatives"):
+        gi.lyapunov(problem, [1.0, 0.0], **run)
+    with pytest.raises(gi.DeclarationError, match="derivatives"):
+        gi.solve(problem, [1.0, 0.0], **run, observe=["measure"])
+
+
+def test_conditions_that_are_numbers() -> None:
+    """A number with derivatives is true where its value is."""
+
+    @gi.field
+    def off_zero(params, t, y, out, work):
+        out[0] = 1.0 if y[0] else y[0]
+
+    problem = gi.Problem("off-zero", (("x", 1),), field=off_zero)
+    assert gi.jacobian(problem, [0.0]) == [[1.0]]
+    assert gi.jacobian(problem, [0.5]) == [[0.0]]
+
+
+def test_what_is_no_problem_and_divides_by_zero() -> None:
+    problem = henon_heiles.problem()
+    for wrong in (3, None, gi.load_scene("sphere-n3")):
+        for call in (
+            lambda p: gi.jacobian(p, np.zeros(4)),
+            lambda p: gi.gradient(p, "energy", np.zeros(4)),
+            lambda p: gi.value(p, "energy", np.zeros(4)),
+        ):
+            with pytest.raises(gi.DomainError, match=r"expected a geomint\.Problem"):
+                call(wrong)
+    with pytest.raises(gi.DomainError, match="'state' or 'parameters'"):
+        gi.jacobian(problem, np.zeros(4), by=np.array([1, 2]))
+
+    def divides(params, t, y, work):
+        return 1 / 0
+
+    for function in (gi.value, gi.gradient):
+        with pytest.raises(gi.DeclarationError, match="ZeroDivisionError"):
+            function(problem, divides, np.zeros(4))

@@ -70,3 +70,19 @@ def test_frequencies_of_a_torus():
 def test_nonsense(signal, step, terms, order, match):
     with pytest.raises(gi.DomainError, match=match):
         gi.frequencies(signal, step, terms, order)
+
+
+@pytest.mark.parametrize("size", [1e-310, 1e-300, 1e300, 1.7e308])
+def test_signals_of_any_size(size):
+    """Also where |z| is no number any more, or 1/|z|; amplitudes have the signal's size."""
+    corners = np.array([1.0 + 1.0j, -1.0 + 1.0j, -1.0 - 1.0j, 1.0 - 1.0j] * 100)
+    signal = size * corners.real + 1j * (size * corners.imag)
+    (term,) = gi.frequencies(signal, 1.0)
+    assert term.frequency == pytest.approx(0.5 * np.pi, abs=1e-9)
+    assert term.amplitude.real / size == pytest.approx(1.0, rel=1e-6)
+    assert gi.rotation_number(signal).value == pytest.approx(0.5 * np.pi, abs=1e-9)
+
+
+def test_a_step_without_an_inverse():
+    with pytest.raises(gi.DomainError, match="inverse"):
+        gi.frequencies(np.exp(0.3j * np.arange(100)), 1e-320)

@@ -13,6 +13,7 @@ from families import FAMILIES, PROBLEMS
 import geomint as gi
 from geomint.compare.reference import integrate_extended
 from geomint.methods import find_method
+from geomint.run.error_estimate import error_estimate
 from geomint.scene.load import builtin_scenes
 
 SPHERE = gi.load_scene("sphere-n3")
@@ -47,6 +48,56 @@ def test_against_the_motion(name: str, end: float) -> None:
     assert np.abs(error[-1]).max() > 1e-11
     size = np.abs(error).max(axis=0)
     np.testing.assert_allclose(sol.error_estimate, error, rtol=0, atol=0.4 * size.max())
+
+
+@pytest.mark.parametrize("name", ["rk-4", "gauss-2", "dormand-prince-5-adaptive"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.filterwarnings("ignore:step = ")
+def test_states_within_the_first_step(name: str, sign: float) -> None:
+    """They are one shorter step from the beginning; so is the end of a run shorter than a step."""
+    adaptive = find_method(name).adaptive
+    chosen: Any = find_method(name)
+    if adaptive:
+        chosen = gi.Adaptive(gi.RungeKutta("dormand-prince-5"), rtol=1e-3, atol=1e-3)
+    given = {"method": chosen, "step": 0.4, "estimate_error": True}
+    t = sign * np.array([0.05, 0.11, 0.19, 0.2, 0.3, 0.9])
+    several = gi.solve(CIRCLE, [1.0, 0.0], t_end=t[-1], t_eval=t, **given)
+    one = gi.solve(CIRCLE, [1.0, 0.0], t_end=t[2], **given)
+    for sol in (several, one):
+        error = np.linalg.norm(sol.y - on_circle(sol.t), axis=1)
+        assert sol.error_estimate is not None
+        told = np.linalg.norm(sol.error_estimate, axis=1)
+        assert (error > 1e-13).all()
+        np.testing.assert_allclose(told, error, rtol=0.5)
+    shifted = gi.solve(CIRCLE, [1.0, 0.0], t0=2.0, t_end=2.0 + t[-1], t_eval=2.0 + t, **given)
+    assert (np.abs(shifted.error_estimate).max(axis=1) > 1e-13).all()
+
+
+def test_an_interrupted_second_run() -> None:
+    """There is no estimate then, which is told."""
+    sol = gi.solve(CIRCLE, [1.0, 0.0], t_end=1.0, step=0.1)
+
+    def again(**options: Any) -> gi.Solution:
+        found = gi.solve(CIRCLE, [1.0, 0.0], **options)
+        found.status = "interrupted"
+        return found
+
+    with pytest.warns(gi.GeomintWarning, match="no error estimate: .* was interrupted"):
+        assert error_estimate(sol, again, 0.0) is None
+
+
+def test_early_states_by_a_clock() -> None:
+    """States at physical times of a problem in τ, whose steps are of another length."""
+    scene = gi.load_scene("hamiltonized-n3")
+    given = {"t_end": 0.5, "t_eval": [0.05, 0.1, 0.5], "progress": False}
+    sol = gi.solve(
+        scene.problem, scene.state, method="rk-4", step=0.1, estimate_error=True, **given
+    )
+    fine = gi.solve(scene.problem, scene.state, method="gauss-8", step=0.01, **given)
+    assert sol.tau[0] < 0.05
+    assert sol.error_estimate is not None
+    size = np.abs(sol.y - fine.y).max(axis=1)
+    np.testing.assert_allclose(np.abs(sol.error_estimate).max(axis=1), size, rtol=0.3)
 
 
 @pytest.mark.parametrize(("name", "problem"), FAMILIES)

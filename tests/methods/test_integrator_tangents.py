@@ -60,7 +60,7 @@ def test_copies_and_what_is_written() -> None:
     motion.step(3)
     for other in (copy.copy(motion), pickle.loads(pickle.dumps(motion))):
         other.step(3)
-        np.testing.assert_allclose(other.tangents, whole.tangents, rtol=0, atol=1e-14)
+        np.testing.assert_array_equal(other.tangents, whole.tangents)
     before = motion.tangents
     motion.state = motion.state
     motion.time = 5.0
@@ -77,6 +77,33 @@ def test_copies_and_what_is_written() -> None:
     strong = gi.Integrator(weak.problem, y0, "verlet-2", step=0.1, tangents=1)
     strong.step()
     np.testing.assert_array_equal(weak.tangents, strong.tangents)
+
+
+@pytest.mark.parametrize("name", ["rk-4", "gauss-8", "dop853"])
+def test_a_copy_goes_on_to_the_same_bits(name: str) -> None:
+    """Carries and stages of derivatives are part of it, of more than eight directions too."""
+    v = np.random.default_rng(3).normal(size=(4, 11))
+    motion = gi.Integrator(HENON, START, name, step=0.1, tangents=v)
+    motion.step(100)
+    others = (copy.copy(motion), copy.deepcopy(motion), pickle.loads(pickle.dumps(motion)))
+    for one in (motion, *others):
+        one.step(150)
+        np.testing.assert_array_equal(one.tangents, motion.tangents)
+
+
+def test_back_to_the_beginning() -> None:
+    """The directions are those that it was made with, at another state as well."""
+    motion = gi.Integrator(HENON, START, "gauss-4", step=0.1, tangents=4)
+    motion.step(5)
+    once = motion.tangents
+    motion.reset()
+    np.testing.assert_array_equal(motion.tangents, np.eye(4))
+    motion.step(5)
+    np.testing.assert_array_equal(motion.tangents, once)
+    motion.tangents = np.ones((4, 1))
+    pickle.loads(pickle.dumps(motion)).reset()
+    motion.reset(0.5 * np.asarray(START), 3.0)
+    np.testing.assert_array_equal(motion.tangents, np.eye(4))
 
 
 @gi.field

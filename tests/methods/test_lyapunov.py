@@ -15,6 +15,7 @@ from geomint.methods import find_method
 from geomint.methods.carried import sizes_of_pieces
 from geomint.problems.derivatives import slopes_of
 from geomint.problems.testproblems import henon_heiles
+from geomint.run.growing import Growing
 
 STEP = 0.05
 FIXED = [
@@ -275,3 +276,70 @@ def test_a_picture() -> None:
     assert len(first.lines) == 5
     one = gi.lyapunov(p, CHAOTIC, t_end=100.0, method="rk-4", step=0.05, count=1).plot()
     assert len(one.axes) == 1
+
+
+def test_directions_that_tell_nothing() -> None:
+    """Zero, dependent, across the manifold: none is replaced by one that nobody gave."""
+    p, run = henon_heiles.problem(), {"t_end": 20.0, "method": "rk-4", "step": 0.1}
+    e = np.eye(4)
+    for wrong in (
+        np.zeros((4, 1)),
+        np.ones((4, 2)),
+        np.column_stack((e[0], np.zeros(4))),
+        np.column_stack((e[0], e[1], e[0] - 3.0 * e[1])),
+    ):
+        with pytest.raises(gi.DomainError, match="independent along the manifold"):
+            gi.lyapunov(p, CHAOTIC, **run, directions=wrong)
+    scene = gi.load_scene("hamiltonized-n3")
+    gamma = scene.problem.canonical(scene.state)[:3]
+    across = np.append(gamma, np.zeros(3))[:, None]
+    with pytest.raises(gi.DomainError, match="independent along the manifold"):
+        gi.lyapunov(scene.problem, scene.state, tau_end=1.0, step=0.1, directions=across)
+
+
+@gi.field
+def shrinking(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1] = -y[0], -2.0 * y[1]
+
+
+@pytest.mark.parametrize("sizes", [(1e-300, 1e-300), (1e300, 1e-300), (1e-300, 1.0), (0.0, 1e-300)])
+def test_units_of_states(sizes: tuple[float, float]) -> None:
+    """Pieces of any size: directions are those of numbers in their own units."""
+    problem = gi.Problem("shrinking", (("x", 1), ("v", 1)), field=shrinking)
+    run = {"t_end": 20.0, "step": 0.1, "method": "gauss-4"}
+    found = gi.lyapunov(problem, sizes, **run, directions=np.eye(2))
+    np.testing.assert_allclose(found.exponents, [-1.0, -2.0], rtol=1e-4)
+    random = gi.lyapunov(problem, sizes, **run)
+    np.testing.assert_allclose(random.exponents.sum(), -3.0, rtol=1e-4)
+
+
+@pytest.mark.parametrize("size", [1e-310, 1e-200, 1e200, 1e308])
+def test_the_length_of_a_direction_does_not_matter(size: float) -> None:
+    p, run = henon_heiles.problem(), {"t_end": 20.0, "method": "rk-4", "step": 0.1}
+    found = gi.lyapunov(p, CHAOTIC, **run, directions=size * np.eye(4)[:, :2])
+    expected = gi.lyapunov(p, CHAOTIC, **run, directions=np.eye(4)[:, :2])
+    np.testing.assert_allclose(found.exponents, expected.exponents, rtol=1e-12)
+
+
+def test_interrupted_at_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Nothing has been found, and that can be shown, drawn, saved and reported."""
+
+    def pressed(self: Growing, steps: int) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Growing, "take", pressed)
+    found = gi.lyapunov(henon_heiles.problem(), CHAOTIC, t_end=10.0, step=0.1)
+    assert (found.status, found.verdict, len(found.t)) == ("interrupted", "undecided", 0)
+    found.plot()
+    found.save(tmp_path / "none.csv")
+    assert gi.chaos_report("sphere-n3", tmp_path / "report").status == "interrupted"
+    assert (tmp_path / "report" / "chaos.html").exists()
+
+
+def test_wrong_switches_and_folders() -> None:
+    with pytest.raises(gi.DomainError, match="progress"):
+        gi.lyapunov(henon_heiles.problem(), CHAOTIC, t_end=1.0, step=0.1, progress="x")
+    for report in (gi.chaos_report, gi.drift_report):
+        for out in (None, 3, b"x", ""):
+            with pytest.raises(gi.GeomintError, match="the path of a file or folder"):
+                report("sphere-n3", out)

@@ -144,6 +144,97 @@ def test_a_parameter_that_is_zero_or_does_nothing() -> None:
     np.testing.assert_allclose(found.by_parameters[0], [-0.5 * math.sin(1.0), 0.0], rtol=1e-11)
 
 
+def scaled(f: Any) -> Any:
+    """Another function of the same name."""
+
+    def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return 2.0 * f(params, t, y, work)
+
+    return gi.observable(energy)
+
+
+def swung(k: float) -> gi.Problem:
+    """Where x = 0 nothing is seen of a k that is held."""
+
+    @gi.field
+    def held(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0], out[1] = y[1], -k * y[0]
+
+    return dataclasses.replace(SPRING, field=held)
+
+
+def driven(k: float) -> gi.Problem:
+    """At time 0 nothing is seen of it."""
+
+    @gi.field
+    def held(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0], out[1] = y[1], -k * t * y[0]
+
+    return dataclasses.replace(SPRING, field=held)
+
+
+def stopped(k: float) -> gi.Problem:
+    """Nothing is seen of it until the motion is beyond 1.1."""
+
+    @gi.field
+    def held(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0], out[1] = 1.0, gi.select(y[0] > 1.6, -k * y[0], 0.0 * y[1])
+
+    return dataclasses.replace(SPRING, field=held)
+
+
+def measured(k: float) -> gi.Problem:
+    """A quantity holds it."""
+
+    @gi.observable
+    def held(params: Any, t: Any, y: Any, work: Any) -> Any:
+        return k * y[0]
+
+    return dataclasses.replace(SPRING, params=[k], invariants={"energy": held})
+
+
+@pytest.mark.parametrize(
+    ("family", "y0"),
+    [
+        (swung, [0.0, 1.0]),
+        (swung, [0.0, 0.0]),
+        (driven, [1.0, 0.0]),
+        (stopped, [1.0, 0.0]),
+        (measured, [1.0, 0.0]),
+    ],
+)
+def test_constants_that_functions_hold(family: Any, y0: list[float]) -> None:
+    """They are found wherever the run leads, at rest too, and in what is observed."""
+    run = {"parameters": {"k": 1.3}, "t_end": 1.0, "step": 0.1, "observe": "energy"}
+    with pytest.raises(gi.DomainError, match="hold this one as a constant"):
+        gi.sensitivities(family, y0, **run)
+
+
+@pytest.mark.parametrize("place", ["parameters", "state"])
+def test_kinks_are_refused_and_what_is_fast_is_not(place: str) -> None:
+    """At a kink differences of both sides have a limit that is no derivative."""
+
+    def ends(f: Any) -> np.ndarray:
+        def family(k: float) -> tuple[gi.Problem, list[float]]:
+            if place == "state":
+                return SPRING, [f(k), 0.0]
+            return dataclasses.replace(SPRING, params=[1.0 + f(k)]), [1.0, 0.0]
+
+        run = {"parameters": {"k": 1.0}, "t_end": 1.0, "step": 0.1}
+        return gi.sensitivities(family, **run).by_parameters[0, 0]
+
+    for kinked in (
+        lambda k: abs(k - 1.0),
+        lambda k: max(k, 1.0),
+        lambda k: 1.0 + 1e-3 * abs(k - 1.0),
+    ):
+        with pytest.raises(gi.DomainError, match="smooth functions"):
+            ends(kinked)
+    of_one = ends(lambda k: k - 1.0)
+    for f, slope in ((lambda k: math.sin(200.0 * (k - 1.0)), 200.0), (lambda k: k**50 - 1.0, 50.0)):
+        assert ends(f) == pytest.approx(slope * of_one, rel=1e-9)
+
+
 def test_wrong_families() -> None:
     def captured(k: float) -> gi.Problem:
         @gi.field
@@ -153,10 +244,16 @@ def test_wrong_families() -> None:
         return gi.Problem("held", (("x", 1),), field=held)
 
     def broken(k: float) -> gi.Problem:
-        return dataclasses.replace(SPRING, params=[abs(k - 1.03) + 1.0])
+        return dataclasses.replace(SPRING, params=[abs(k - 1.0) + 1.0])
 
     def grows(k: float) -> gi.Problem:
         return dataclasses.replace(SPRING, params=[1.0] * (1 if k <= 1.0 else 2))
+
+    def divides(k: float) -> gi.Problem:
+        return dataclasses.replace(SPRING, params=[1 / 0])
+
+    def ends(k: float) -> gi.Problem:
+        return dataclasses.replace(SPRING, params=[math.sqrt(k - 1.0)])
 
     usual = {"t_end": 1.0, "step": 0.1, "parameters": {"k": 1.0}}
     for problem, y0, changed, said in (
@@ -175,6 +272,10 @@ def test_wrong_families() -> None:
         (spring, None, {"observe": [3]}, "a name, or a function"),
         (spring, None, {"parameters": {"kk": 1.0}}, "those of the function"),
         (spring, None, {"parameters": {}}, "those of the function"),
+        (spring, None, {"parameters": {3: 1.0}}, "names to numbers"),
+        (spring, None, {"observe": [energy, scaled(energy)]}, "two are 'energy'"),
+        (divides, [1.0, 0.0], {}, "ZeroDivisionError"),
+        (ends, [1.0, 0.0], {}, "ValueError: math domain"),
         (spring, None, {"method": "exact"}, "no steps of a given length"),
     ):
         with pytest.raises(gi.GeomintError, match=said):

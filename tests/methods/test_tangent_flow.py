@@ -168,3 +168,23 @@ def test_wrong_input() -> None:
     ):
         with pytest.raises(gi.DomainError, match=said):
             gi.tangent_flow(**{**usual, **given})
+
+
+@gi.field
+def growing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = params[0] * y[0]
+
+
+@pytest.mark.parametrize("name", ["rk-4", "gauss-4"])
+def test_derivatives_that_overflow(name: str) -> None:
+    """A state at rest stays a number when what is next to it does not: no run succeeds with NaN."""
+    problem = gi.Problem("growing", (("x", 1),), [1.0], field=growing)
+    with pytest.raises(gi.NonFiniteError) as failed:
+        gi.tangent_flow(problem, [0.0], t_end=1000.0, method=name, step=0.5)
+    assert failed.value.t == pytest.approx(709.0, abs=10.0)
+    motion = gi.Integrator(problem, [0.0], name, step=0.5, tangents=1)
+    with pytest.raises(gi.NonFiniteError) as stopped:
+        motion.step(2000)
+    assert motion.steps == stopped.value.step == failed.value.step
+    assert np.isfinite(motion.tangents).all()
+    assert motion.tangents > 1e300

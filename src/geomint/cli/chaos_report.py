@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from ..plan import plan_chaos
+from ..report import CHAOS_FILES
 from ..report.chaos_page import write_chaos_report
 from ..run.exponents import Lyapunov
+from ..run.files.outputs import check_folder
 from ..scene import Scene, load_scene
 
 __all__ = ["chaos_report"]
@@ -41,12 +43,13 @@ def chaos_report(
 
     Raises
     ------
-    SceneError, FormError, DomainError
+    SceneError, FormError, DomainError, OutputError
         Before anything is computed.
     StepError
         If the method fails on the way.
     """
     plan = plan_chaos(load_scene(scene), count)
+    check_folder(out, CHAOS_FILES)
     found = plan.run(progress)
     write_chaos_report(plan, found, Path(out))
     return found

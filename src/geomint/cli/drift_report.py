@@ -10,7 +10,9 @@ from typing import Any
 
 from ..errors import DomainError, GeomintWarning
 from ..plan import SeveralRuns, common_notes, run_methods
+from ..report import DRIFT_FILES
 from ..report.drift_page import write_drift_report
+from ..run.files.outputs import check_folder
 from ..scene import Scene, load_scene
 
 __all__ = ["drift_report"]
@@ -44,7 +46,7 @@ def drift_report(
 
     Raises
     ------
-    SceneError, MethodError, DomainError
+    SceneError, MethodError, DomainError, OutputError
         Before anything is computed.
     FormError
         Or another error, that of the first, if every method fails before its first step.
@@ -54,6 +56,7 @@ def drift_report(
         raise DomainError("methods", methods, "a list of names")
     if methods is None:
         methods = chosen.content.drift.methods or [chosen.content.integrate.method]
+    check_folder(out, DRIFT_FILES)
     result = run_methods(chosen, methods, progress)
     for note in common_notes(run.plan for run in result):
         warnings.warn(note, GeomintWarning, stacklevel=2)

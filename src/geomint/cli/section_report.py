@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ..plan import plan_section
+from ..report import SECTION_FILES
 from ..report.section_page import write_section_report
+from ..run.files.outputs import check_folder
 from ..run.section import Section
 from ..scene import Scene, load_scene
 
@@ -41,12 +43,13 @@ def section_report(
 
     Raises
     ------
-    SceneError, FormError, DomainError
+    SceneError, FormError, DomainError, OutputError
         Before anything is computed.
     StepError
         If a method fails on a motion.
     """
     plan = plan_section(load_scene(scene), **keys)
+    check_folder(out, SECTION_FILES)
     section = plan.run(progress)
     write_section_report(plan, section, Path(out))
     return section

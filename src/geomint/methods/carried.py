@@ -34,6 +34,7 @@ from .tangent import directions_at_once, tangent_type
 __all__ = ["Carried", "sizes_of_pieces"]
 
 SMALL = 2.0**-10  # of other sizes
+LEAST_ANGLE = 1e-12  # between a direction and those before: less is rounding
 
 
 @Recorded
@@ -131,8 +132,7 @@ class Carried:
         sizes = np.where(np.isfinite(sizes), sizes, 1.0)
         tangents = np.linalg.qr(gradients.T, mode="complete")[0][:, s.m :]
         if directions is not None:
-            inside = tangents @ (tangents.T @ (directions / scales[:, None]))
-            tangents = np.linalg.qr(inside)[0]
+            tangents = _orthonormal(tangents, directions, scales)
         basis = np.zeros((s.n, lanes_for(s.d)))
         basis[:, : s.d] = tangents
         state = np.append(y0, np.zeros(s.rows - s.n))
@@ -143,6 +143,25 @@ class Carried:
         """Return what is kept under a name; a view."""
         view: Array = section(self._kept, kept_layout(self.sizes), name).data
         return view
+
+
+def _orthonormal(tangents: Array, directions: Array, scales: Array) -> Array:
+    """Return directions along the manifold, made orthonormal in their order; or `DomainError`."""
+    for given in (directions, _near_one(directions)):  # one of them over the scales is a number
+        with np.errstate(all="ignore"):
+            wanted = _near_one(given / scales[:, None])
+        if not np.isfinite(wanted).all():
+            continue
+        found, upper = np.linalg.qr(tangents @ (tangents.T @ wanted))
+        if (np.abs(np.diag(upper)) > LEAST_ANGLE * np.linalg.norm(wanted, axis=0)).all():
+            return np.asarray(found)
+    expected = "directions that are independent along the manifold of states"
+    raise DomainError("directions", directions, expected)
+
+
+def _near_one(columns: Array) -> Array:
+    """Return columns times powers of two, which round nothing, so that their largest is near 1."""
+    return np.asarray(np.ldexp(columns, -np.frexp(np.abs(columns).max(axis=0))[1]))
 
 
 def sizes_of_pieces(problem: Problem, y0: Array) -> Array:

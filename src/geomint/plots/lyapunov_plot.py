@@ -31,15 +31,16 @@ def lyapunov_figure(t: Array, running: Array, sali: Array | None) -> Figure:
                 t, np.abs(running[:, k]), style, color=colour, label=f"$|\\lambda_{{{k + 1}}}|$"
             )
         late = t > np.e
-        scale = np.abs(running[-1]).min() if not late.any() else 1.0
-        first.plot(
-            t[late], scale * np.log(t[late]) / t[late], ":", color=REFERENCE, label="ln t / t"
-        )
-        first.set(xscale="log", yscale="log", ylabel="exponents, per unit of time")
+        first.plot(t[late], np.log(t[late]) / t[late], ":", color=REFERENCE, label="ln t / t")
+        first.set(ylabel="exponents, per unit of time")
+        if len(t):  # logarithmic axes want something above 0
+            first.set(xscale="log", yscale="log" if running.any() else "linear")
         first.legend(ncols=3)
         if sali is not None:
             rows[1].plot(t, np.maximum(sali, 1e-300), color=COLOURS[0])
-            rows[1].set(yscale="log", ylabel="alignment index")
-            rows[1].set_ylim(max(float(sali.min()) * 0.3, 1e-20), 3.0)  # it is at most √2
+            rows[1].set(yscale="log" if len(t) else "linear", ylabel="alignment index")
+            rows[1].set_ylim(
+                max(float(sali.min(initial=2.0)) * 0.3, 1e-20), 3.0
+            )  # it is at most √2
         rows[-1].set_xlabel("time since the beginning")
         return figure

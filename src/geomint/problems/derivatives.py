@@ -14,6 +14,7 @@ from ..kernels.numbers.tangent import Tangent, TangentBlock, tangent_block
 from .declaration import check_form
 from .evaluate import at_state, observable_of
 from .problem import Problem
+from .watched_call import unwatched_call
 
 __all__ = ["gradient", "jacobian", "slopes_of"]
 
@@ -48,7 +49,7 @@ def jacobian(problem: Problem, y: Any, t: float = 0.0, by: By = "state") -> Arra
     DomainError
         For a state of other length, or another `by`.
     DeclarationError
-        If the field does not fit the problem.
+        If the field does not fit the problem, or takes no numbers with derivatives, as ``**`` does not.
 
     Examples
     --------
@@ -71,7 +72,7 @@ def slopes_of(
     """Return the derivative of a function that writes so many rows, as fields do."""
     held, params, given, work = _blocks(problem, y, by)
     out = held(np.zeros(rows * held.width))
-    f(params, given[0] * 0.0 + t, given, out, work)
+    unwatched_call(problem.name, f, params, given[0] * 0.0 + t, given, out, work)
     return out.data.reshape(rows, held.width)[:, 1:].copy()
 
 
@@ -97,12 +98,12 @@ def gradient(
     DomainError
         For a name that the problem does not have, a state of other length, or another `by`.
     DeclarationError
-        If the function does not fit the problem.
+        If the function does not fit the problem, or takes no numbers with derivatives.
     """
     state, now = at_state(problem, y, t)
     f = observable_of(problem, f, state)
     held, params, given, work = _blocks(problem, state, by)
-    found = f(params, given[0] * 0.0 + now, given, work)
+    found = unwatched_call(problem.name, f, params, given[0] * 0.0 + now, given, work)
     slopes = found.slopes if isinstance(found, Tangent) else np.zeros(held.width - 1)
     return np.asarray(slopes, dtype=np.float64).copy()
 
@@ -111,7 +112,7 @@ def _blocks(
     problem: Problem, y: Array, by: By
 ) -> tuple[type[TangentBlock], Block, TangentBlock, TangentBlock]:
     """Return blocks of parameters, the state and scratch: a direction for each of their numbers."""
-    if by not in ("state", "parameters"):
+    if not (isinstance(by, str) and by in ("state", "parameters")):
         raise DomainError("by", by, "'state' or 'parameters'")
     moving = problem.params if by == "parameters" else y
     held, slopes = tangent_block(len(moving)), np.eye(len(moving))

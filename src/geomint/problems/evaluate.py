@@ -13,6 +13,7 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block
 from .declaration import check_form, check_value, known_rates
 from .problem import Problem
+from .watched_call import unwatched_call
 
 __all__ = [
     "at_state",
@@ -53,7 +54,8 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
     """
     y = _flat(problem, y)
     f = observable_of(problem, f, y)
-    return float(f(Block(problem.params), _time(t), Block(y), Block(np.zeros(problem.work))))
+    work = Block(np.zeros(problem.work))
+    return float(unwatched_call(problem.name, f, Block(problem.params), _time(t), Block(y), work))
 
 
 @np.errstate(all="ignore")
@@ -114,6 +116,8 @@ def at_state(problem: Problem, y: Any, t: Any) -> tuple[Array, np.float64]:
 
 def _flat(problem: Problem, y: Array) -> Array:
     """Return a state, finite or not, as an array of the problem's length."""
+    if not isinstance(problem, Problem):
+        raise DomainError("problem", problem, "a geomint.Problem")
     if type(y) is not np.ndarray or y.dtype != np.float64:
         y = as_array("y", y, f"a state of {problem.rows} numbers")
     if y.shape != (problem.rows,):

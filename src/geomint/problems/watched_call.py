@@ -12,7 +12,7 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.watched import AccessError, Fresh, Given
 from .habits import habit_of
 
-__all__ = ["watched_call"]
+__all__ = ["unwatched_call", "watched_call"]
 
 
 def watched_call(
@@ -66,6 +66,23 @@ def watched_call(
             )
             raise DeclarationError(problem, role, what, name, row, block.size)
     return True
+
+
+def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
+    """Call a function that fits what it declares on other numbers, such as those with derivatives.
+
+    Raises
+    ------
+    DeclarationError
+        Where it does something that these numbers cannot do, or that Python cannot.
+    """
+    try:
+        return f(*arguments)
+    except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
+        said = str(error).replace("'Tangent'", "a number with derivatives")
+        said = said.replace("Tangent", "a number with derivatives")
+        what = f"raises {type(error).__name__}: {said} {_place(f, error)}; see geomint.field"
+        raise DeclarationError(problem, f.function.__name__, what) from error
 
 
 def _takes(f: Recorded, count: int) -> bool:

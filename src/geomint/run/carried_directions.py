@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import copy
+import math
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array, as_array
-from ..errors import DomainError, StepError
+from ..errors import DomainError, NonFiniteError, StepError
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import OK
@@ -80,23 +81,49 @@ class CarriedDirections:
         ConvergenceError, NonFiniteError, StepSizeError
             After the steps before the one that failed. After Ctrl-C none has been taken.
         """
-        kept = [group.memory.copy() for group in self._groups]
+        kept = self.memories
         try:
             for at in range(first, first + steps, PIECE):
-                count = min(PIECE, first + steps - at)
-                for group in self._groups:
-                    done = group.take(t, h, at, count)
-                    if done.status != OK:
-                        failed = copy.copy(self._stepper)
-                        failed.t0, failed.h = t, h
-                        raise failed.error(done, at, before)
-                self.follow(self._groups[0].memory[:, 0])
+                begun = self.memories
+                self._some(t, h, at, min(PIECE, first + steps - at), before)
+                if not self._finite:
+                    self.restore(begun)
+                    for one in range(at, first + steps):
+                        self._some(t, h, one, 1, before)
+                        if not self._finite:
+                            numbers = (t + one * h, before + one, math.inf, 0)
+                            raise NonFiniteError(*numbers, "a derivative is too large for a number")
         except BaseException as error:
-            for group, memory in zip(self._groups, kept, strict=True):
-                group.memory[:] = memory
+            self.restore(kept)
             if isinstance(error, StepError):
                 self.take(t, h, error.step - before - first, first, before)
             raise
+
+    def _some(self, t: float, h: float, first: int, count: int, before: int) -> None:
+        """Take a few steps with all groups, after which all are where the first is."""
+        for group in self._groups:
+            done = group.take(t, h, first, count)
+            if done.status != OK:
+                failed = copy.copy(self._stepper)
+                failed.t0, failed.h = t, h
+                raise failed.error(done, first, before)
+        self.follow(self._groups[0].memory[:, 0])
+
+    @property
+    def _finite(self) -> bool:
+        """Whether all slopes are numbers: steps look at the state alone."""
+        rows = self._stepper.rows
+        return all(bool(np.isfinite(group.memory[:rows]).all()) for group in self._groups)
+
+    @property
+    def memories(self) -> list[Array]:
+        """All that the next step depends on, as copies; to be set again by `restore`."""
+        return [group.memory.copy() for group in self._groups]
+
+    def restore(self, memories: list[Array]) -> None:
+        """Be where they were taken."""
+        for group, memory in zip(self._groups, memories, strict=True):
+            group.memory[:] = memory
 
     def cut(self, t: float, h: float, before: int) -> None:
         """Take one step of another length, for which nothing is remembered but the carries."""

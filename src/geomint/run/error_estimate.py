@@ -3,17 +3,19 @@
 With half the step a method of order p errs 2⁻ᵖ times as much, so that the difference of both runs is
 1 − 2⁻ᵖ of the first one's error (L. F. Richardson), its rounding included, which is another one in the
 second run. Where a step is so long that the order is not seen yet, the second run is better still and
-the difference is the error itself.
+the difference is the error itself. A state within the first step has been reached by one shorter step,
+and is compared with one that more, still shorter ones lead to.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arguments import Array
 from ..errors import DomainError, GeomintWarning, StepError
@@ -54,17 +56,42 @@ def error_estimate(
     if not len(times) or times[-1] == begin:
         return np.zeros_like(solution.y)
     options, factor = finer(solution.method, solution.step)
+    finer_states, reason = solution.y.copy(), ""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", GeomintWarning)  # said of the run itself
-            other = again(**{f"{name}_end": times[-1], f"{name}_eval": times}, **options)
+            for rows, step in _parts(solution, begin if solution.problem.time == "t" else 0.0):
+                some, own = times[rows], {} if step is None else {"step": step}
+                ends = {f"{name}_end": some[-1], f"{name}_eval": some}
+                other = again(**ends, **{**options, **own})
+                if other.status == "interrupted":
+                    reason = "was interrupted"
+                    break
+                finer_states[rows] = other.y
     except StepError as error:
-        reason = f"no error estimate: the run with finer steps failed: {error}"
-        warnings.warn(reason, GeomintWarning, stacklevel=4)
+        reason = f"failed: {error}"
+    if reason:
+        warnings.warn(
+            f"no error estimate: the run with finer steps {reason}", GeomintWarning, stacklevel=4
+        )
         return None
-    if len(other.y) != len(solution.y):  # interrupted
-        return None
-    return np.asarray(factor * (solution.y - other.y))
+    return np.asarray(factor * (solution.y - finer_states))
+
+
+def _parts(solution: Solution, start: float) -> Iterator[tuple[NDArray[np.bool_], float | None]]:
+    """Yield which states are compared with one finer run, and its step if that is an own one.
+
+    States within the first step have runs of their own, each for those within a factor of 2 in time.
+    """
+    spans = np.abs(solution.tau - start)
+    first = float(solution.step_sizes.max) * (1.0 - 1e-9)
+    early = (spans > 0.0) & (spans < first)
+    powers = np.where(early, np.frexp(spans)[1], 0)
+    for power in np.unique(powers[early]):
+        rows = early & (powers == power)
+        yield rows, 0.5 * float(spans[rows].min())
+    if not early.all():
+        yield ~early, None
 
 
 def label(solution: Solution) -> tuple[str, Array]:

@@ -102,9 +102,9 @@ class Integrator:
         h = h or chosen.default_step(problem, y, math.inf, start)
         self._begin(chosen, Start(problem, y, start, h, clock, compiled))
         self.prepare()
-        self._first = y, start
         if tangents is not None:
             self.tangents = tangents
+        self._first = y, start, None if tangents is None else self.tangents
 
     @classmethod
     def of(
@@ -117,7 +117,7 @@ class Integrator:
         made = cls.__new__(cls)
         made._begin(method, start)
         made._set_clock(float(t0))
-        made._first = start.y0, start.t0
+        made._first = start.y0, start.t0, None
         if restart is not None:
             made._restore(restart)
         if method.adaptive:  # whose limit of steps is that of a run
@@ -266,12 +266,17 @@ class Integrator:
             self.stepper.state[-1] = t
 
     def reset(self, state: Any = None, time: float | None = None) -> None:
-        """Go back to where it was made, or to another state, and another time."""
-        y, start = self._first
+        """Go back to where it was made, or to another state, and another time.
+
+        Directions that it was made with are there again.
+        """
+        y, start, tangents = self._first
         y = y if state is None else self.problem.canonical(state)
         time = start if time is None else finite("time", time)
         self._anew(y, time, abs(self._start.h))
         self._set_clock(0.0)
+        if tangents is not None:
+            self.tangents = tangents
         self.steps = self.iterations = 0
 
     # --- steps ------------------------------------------------------------------------------------
@@ -438,7 +443,8 @@ class Integrator:
 
     def __getstate__(self) -> dict[str, Any]:
         kept = ("_start", "_first", "_method", "steps", "iterations")
-        tangents = None if self._carried is None else self._carried.slopes
+        carried = self._carried
+        tangents = None if carried is None else (carried.slopes, carried.memories)
         own = {"restart": self.restart, "tangents": tangents}
         return {**{name: getattr(self, name) for name in kept}, **own}
 
@@ -451,4 +457,6 @@ class Integrator:
         for name in ("_first", "steps", "iterations"):
             setattr(self, name, state[name])
         if state["tangents"] is not None:
-            self.tangents = state["tangents"]
+            self.tangents, memories = state["tangents"]
+            assert self._carried is not None
+            self._carried.restore(memories)

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array, whole
+from ..arguments import Array, switch, whole
 from ..errors import DomainError, StepError
 from ..methods import Method
-from ..methods.carried import Carried
+from ..methods.carried import Carried, sizes_of_pieces
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from .carried_directions import columns
@@ -53,7 +53,8 @@ def lyapunov(
     count : int, optional
         How many exponents, the largest. Default: all.
     directions : array_like, shape (rows, k), optional
-        Where the directions begin, one a column; made orthonormal on the manifold in their order.
+        Where the directions begin, one a column; made orthonormal on the manifold in their order, on
+        which they must be independent.
         Default: random ones, the same in every run.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
@@ -83,9 +84,17 @@ def lyapunov(
     >>> found.exponents.shape  # T*S² has four dimensions
     (4,)
     """
+    if progress is not None:
+        switch("progress", progress, "True, False or None")
     state, timeline, stepper = started(problem, y0, t_end, tau_end, method, step, t0)
     chosen = _directions(problem, count, directions)
-    carried = Carried(problem, stepper, state, timeline.start, chosen)
+    try:
+        carried = Carried(problem, stepper, state, timeline.start, chosen)
+    except DomainError:
+        if directions is not None:
+            raise
+        chosen *= sizes_of_pieces(problem, state)[:, None]  # random ones, in units of the pieces
+        carried = Carried(problem, stepper, state, timeline.start, chosen)
     assert timeline.steps is not None
     span = characteristic_time(problem, state, timeline.h, timeline.start)
     every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))

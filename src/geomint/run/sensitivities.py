@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -15,8 +14,10 @@ import numpy as np
 from ..arguments import Array, finite
 from ..errors import DomainError, GeomintError, quoted
 from ..kernels.compiling.recorded import Recorded
+from ..kernels.numbers.blocks import Block
 from ..methods import Method
 from ..problems.derivatives import gradient
+from ..problems.deviation import sizes_of
 from ..problems.evaluate import derivative, observable_of, value
 from ..problems.problem import Problem
 from ..problems.shown import Shown
@@ -26,6 +27,8 @@ __all__ = ["Quantity", "Sensitivities", "sensitivities"]
 
 WIDEST, HALVINGS, TRIES = 0.1, 4, 6  # differences over a tenth of a parameter, and over less
 RELIABLE = 1e-10  # relative: a derivative by differences that is known no better is refused
+LEAST_KINK = 1e-2  # rounding makes of differences of both sides up to so much less of a kink
+APART = 0.1  # of the size of a piece: where functions are compared beside the run
 
 
 @dataclass(frozen=True)
@@ -125,7 +128,8 @@ def sensitivities(
     ------
     DomainError
         For parameters on which the problem does not depend smoothly, or by other ways than its flat
-        parameters: a recorded function that uses the value itself does not change with it.
+        parameters: a recorded function that uses the value itself does not change with it. That is
+        looked for where the run begins and ends, and beside.
     ArgumentError, FormError, DeclarationError, MethodError, ConvergenceError, NonFiniteError, \
 StepSizeError
         As `geomint.tangent_flow`.
@@ -156,16 +160,22 @@ StepSizeError
     names = [observe] if isinstance(observe, str | Recorded | FunctionType) else observe
     if not isinstance(names, Iterable):
         raise DomainError("observe", observe, "names of quantities, or functions")
-    quantities = {}
+    quantities: dict[str, Quantity] = {}
+    functions: dict[str, Recorded] = {}
     for each in names:
         f = observable_of(p, each, flow.y)
+        name = each if isinstance(each, str) else f.function.__name__
+        if functions.setdefault(name, f).function is not f.function:
+            raise DomainError("observe", observe, f"functions of different names: two are {name!r}")
         by_y = gradient(p, f, flow.y, end)
         direct = np.zeros(len(family.values))
         if moved.any():
             direct = gradient(p, f, flow.y, end, by="parameters") @ moved[:, p.rows :]
-        quantities[each if isinstance(each, str) else f.function.__name__] = Quantity(
+        quantities[name] = Quantity(
             value(p, f, flow.y, end), by_y @ by_state, by_y @ by_parameters + direct
         )
+    own = [name for name in functions if name in p.diagnostics]
+    family.check(own, [(start, float(t0)), (flow.y, end)])
     return Sensitivities(flow.y, by_state, tuple(family.values), by_parameters, quantities)
 
 
@@ -175,6 +185,9 @@ class _Family:
     def __init__(self, problem: Any, y0: Any, parameters: Any) -> None:
         if not isinstance(parameters, Mapping):
             raise DomainError("parameters", parameters, "a mapping of names to numbers")
+        if not all(isinstance(name, str) for name in parameters):
+            raise DomainError("parameters", parameters, "a mapping of names to numbers")
+        self._moved: dict[str, float] = {}
         self.values = {name: finite(f"parameters[{name!r}]", x) for name, x in parameters.items()}
         self._given, self._y0 = problem, y0
         if isinstance(problem, Problem) and self.values:
@@ -196,7 +209,14 @@ class _Family:
                 raise DomainError("parameters", given, f"those of the function: {error}") from None
             except ValueError:  # of one that does not say
                 pass
-            found = self._given(**values)
+            try:
+                found = self._given(**values)
+            except GeomintError:
+                raise
+            except Exception as error:
+                said = f"a function that returns a problem for {quoted(dict(values))}"
+                reason = f"{said}: {type(error).__name__}: {error}"
+                raise DomainError("problem", self._given, reason) from error
         if isinstance(found, tuple) and len(found) == 2:
             if y0 is not None:
                 raise DomainError("y0", y0, "None: the function returns an initial state")
@@ -210,31 +230,45 @@ class _Family:
         """Return the derivatives of the flat parameters and of the state by a parameter.
 
         By central differences over h, h/2, … that are extrapolated to 0 (L. F. Richardson); where the
-        parameter cannot move so far, over less.
+        parameter cannot move so far, or they do not settle, over less.
         """
-        value = self.values[name]
-        widest, count = WIDEST * (abs(value) or 1.0), len(self.problem.params)
+        value, count = self.values[name], len(self.problem.params)
+        width = WIDEST * (abs(value) or 1.0)
+        here = self._flat(self.values)
+        scale = float(np.abs(here / width).max(initial=1e-300))
+        failure: GeomintError
         for _ in range(TRIES):
             try:
-                table = [self._differences(name, value, widest / 2**i) for i in range(HALVINGS + 1)]
-                break
+                found, off = self._extrapolated(name, value, width, here)
             except GeomintError as error:
-                widest, failure = 0.25 * widest, error
-        else:
-            raise failure
-        self._check_functions(name, value + widest)
-        factor, before = 4.0, table[-1]
-        while len(table) > 1:
-            before = table[-1]
-            pairs = pairwise(table)
-            table = [fine + (fine - coarse) / (factor - 1.0) for coarse, fine in pairs]
-            factor *= 4.0
-        found = table[0]
-        size = max(float(np.abs(found).max()), *np.abs(self._flat(self.values) / widest), 1e-300)
-        if not np.abs(found - before).max() <= RELIABLE * size:
-            expected = "a value near which parameters and initial state are smooth functions of it"
-            raise DomainError(f"parameters[{name!r}]", value, expected)
-        return found[:count], found[count:]
+                failure = error
+            else:
+                size = max(float(np.abs(found).max()), scale)
+                if (off <= RELIABLE * size).all():
+                    self._moved[name] = value + width
+                    return found[:count], found[count:]
+                expected = (
+                    "a value near which parameters and initial state are smooth functions of it"
+                )
+                failure = DomainError(f"parameters[{name!r}]", value, expected)
+            width *= 0.25
+        raise failure
+
+    def _extrapolated(
+        self, name: str, value: float, widest: float, here: Array
+    ) -> tuple[Array, Array]:
+        """Return derivatives, and how far off they are: by the last differences, and by a kink.
+
+        At a kink differences of both sides have a limit too, but it is not that of one side.
+        """
+        slopes, kinks = [], []
+        for h in (widest / 2**i for i in range(HALVINGS + 1)):
+            ahead, behind = (self._flat({**self.values, name: value + s * h}) for s in (1.0, -1.0))
+            slopes.append((ahead - behind) / ((value + h) - (value - h)))
+            kinks.append((ahead - here) / ((value + h) - value) - (here - behind) / h)
+        found, before = _limit(slopes, 4.0)
+        kink, _ = _limit(kinks, 2.0)
+        return found, np.maximum(np.abs(found - before), LEAST_KINK * np.abs(kink))
 
     def _flat(self, values: Mapping[str, float]) -> Array:
         problem, state = self._made(values)
@@ -242,18 +276,61 @@ class _Family:
             raise DomainError("parameters", quoted(dict(values)), "values of one and the same form")
         return np.concatenate([problem.params, state])
 
-    def _differences(self, name: str, value: float, h: float) -> Array:
-        ahead, behind = (self._flat({**self.values, name: value + s * h}) for s in (1.0, -1.0))
-        return (ahead - behind) / ((value + h) - (value - h))
+    def check(self, names: Iterable[str], ends: Iterable[tuple[Array, float]]) -> None:
+        """Raise `DomainError` where a function changes with a parameter that it does not get.
 
-    def _check_functions(self, name: str, value: float) -> None:
-        """Raise `DomainError` where a function changes with a parameter that it does not get."""
-        other, y = self._made({**self.values, name: value})
-        expected = derivative(other, y)
-        found = derivative(_with_params(self.problem, other.params), y)
-        if not np.allclose(found, expected, rtol=1e-9, atol=1e-12 * math.hypot(*expected)):
-            said = "a parameter that functions read from params: they hold this one as a constant"
-            raise DomainError(f"parameters[{name!r}]", self.values[name], said)
+        Functions are compared where the run begins and ends, and beside: what a function holds may not
+        be seen at a state at rest, or at time 0.
+        """
+        rng = np.random.default_rng(20103)
+        places = []
+        for y, t in ends:
+            shifts = APART * sizes_of(self.problem, y) * rng.normal(size=(2, len(y)))
+            places += [(y, t), *((y + shift, t) for shift in shifts)]
+        for name, moved in self._moved.items():
+            other, _ = self._made({**self.values, name: moved})
+            own = _with_params(self.problem, other.params)
+            for y, t in places:
+                expected, found = (_numbers(problem, names, y, t) for problem in (other, own))
+                for x, z in zip(found, expected, strict=True):
+                    size = float(np.abs(z[np.isfinite(z)]).max(initial=0.0))
+                    if not np.allclose(x, z, rtol=1e-9, atol=1e-12 * size, equal_nan=True):
+                        said = (
+                            "a parameter that functions read from params: they hold this one as a "
+                            "constant"
+                        )
+                        raise DomainError(f"parameters[{name!r}]", self.values[name], said)
+
+
+def _limit(table: list[Array], factor: float) -> tuple[Array, Array]:
+    """Return what differences over h, h/2, … tend to, and what all but the last step say of it.
+
+    Their errors are of two orders of h more each time, the first one halved by the root of `factor`.
+    """
+    before = table[-1]
+    while len(table) > 1:
+        before = table[-1]
+        pairs = pairwise(table)
+        table = [fine + (fine - coarse) / (factor - 1.0) for coarse, fine in pairs]
+        factor *= 4.0
+    return table[0], before
+
+
+@np.errstate(all="ignore")
+def _numbers(problem: Problem, names: Iterable[str], y: Array, t: float) -> list[Array]:
+    """Return what the functions of a problem give: all its forms, and quantities by name."""
+    forms = problem.forms
+    found = []
+    for form in forms:
+        others = dict.fromkeys((name for name in forms if name != form), None)
+        found.append(derivative(replace(problem, **others, clock=None), y, t))  # type: ignore[arg-type]
+    if problem.hamiltonian is not None:
+        n, m = problem.rows // 2, problem.hamiltonian.constraints
+        g, slopes = Block(np.zeros(m)), Block(np.zeros(m * n))
+        work = Block(np.zeros(problem.work))
+        problem.hamiltonian.constraint(Block(problem.params), Block(y[:n]), g, slopes, work)
+        found += [g.data, slopes.data]
+    return found + [np.array([value(problem, name, y, t)]) for name in names]
 
 
 def _with_params(problem: Problem, params: Array) -> Problem:

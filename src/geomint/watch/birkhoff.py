@@ -19,12 +19,13 @@ import numpy as np
 from ..arguments import Array, as_array, positive
 from ..errors import DomainError
 
-__all__ = ["Average", "birkhoff_average", "rotation_number"]
+__all__ = ["Average", "birkhoff_average", "rotation_number", "times_power_of_two"]
 
 FEWEST, ENOUGH = 16, 1000  # samples for an average, and to call a motion chaotic
 DIGITS = 16.0  # more than float64 has are not told
 # Digits beyond those of √N: from which on, up to which; those that four times as many samples bring.
 REGULAR, CHAOTIC, GAIN = 4.0, 1.0, 1.5
+RETURNS = 0.1  # of the range: less than that in both halves of a run, and it has not come back
 STEADY = 1e-9  # of its size: what varies by less is a constant, with its rounding
 # Radians: turns that may be wrapped to the other side of π; a gap between angles that is no accident.
 NEAR_HALF, CLEAR = 3.0, 0.2
@@ -46,25 +47,29 @@ class Average:
         How many of them the last three quarters of the run have brought.
     samples : int
         N.
+    returning : bool
+        Whether every column comes back: one whose halves share less than a tenth of its range, as an
+        angle that grows or less than half a period, is no function along a bounded motion.
     """
 
     value: Any
     digits: float
     gained: float
     samples: int
+    returning: bool = True
 
     @property
     def verdict(self) -> str:
         """``"regular"`` or ``"chaotic"`` by the digits, or ``"undecided"``.
 
         Chaotic motions have about ½ log₁₀ N digits, regular ones more. Four more are regular; up to one
-        more that hardly grow with the run are chaotic, of a thousand samples or more. Near resonances,
-        and in few periods, regular motions have few digits too.
+        more that hardly grow with the run are chaotic, of a thousand samples or more that come back.
+        Near resonances, and in few periods, regular motions have few digits too.
         """
         beyond = self.digits - 0.5 * float(np.log10(self.samples))
         if beyond >= REGULAR:
             return "regular"
-        few = self.samples < ENOUGH or self.gained >= GAIN
+        few = self.samples < ENOUGH or self.gained >= GAIN or not self.returning
         return "undecided" if few or beyond > CHAOTIC else "chaotic"
 
 
@@ -95,12 +100,12 @@ def birkhoff_average(values: Any) -> Average:
     if not (shaped and np.isfinite(samples).all()):
         raise DomainError("values", values, expected)
     columns = np.ascontiguousarray(samples.reshape(len(samples), -1).T)
-    size = float(np.abs(columns).max()) or 1.0
-    mean = _mean(columns / size)
-    digits, before = _digits(columns / size), _digits(columns[:, : len(samples) // 4] / size)
-    value = size * mean
+    size = np.abs(columns).max(axis=1, keepdims=True)  # of each: one may be a rounding of another
+    columns = columns / np.where(size > 0.0, size, 1.0)
+    digits, before = _digits(columns), _digits(columns[:, : len(samples) // 4])
+    value = size[:, 0] * _mean(columns)
     found = float(value[0]) if samples.ndim == 1 else value
-    return Average(found, digits, digits - before, len(samples))
+    return Average(found, digits, digits - before, len(samples), _returns(columns))
 
 
 def rotation_number(signal: Any, step: float = 1.0) -> Average:
@@ -146,7 +151,8 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     if not good:
         raise DomainError("signal", signal, expected)
     step = positive("step", step)
-    z = z * 2.0**900 if np.abs(z).max() < 2.0**-900 else z
+    largest = np.maximum(np.abs(z.real), np.abs(z.imag))
+    z = times_power_of_two(z, -np.frexp(largest)[1])  # |z| may be no number, or lose digits
     directions = z / np.abs(z)
     turns = np.angle(directions[1:] * np.conj(directions[:-1]))
     if np.abs(turns).max() > NEAR_HALF:
@@ -155,7 +161,7 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     value = float(np.mod(found.value + np.pi, 2.0 * np.pi) - np.pi) / step
     if not math.isfinite(value):
         raise DomainError("step", step, "a time whose inverse is a number")
-    return Average(value, found.digits, found.gained, found.samples)
+    return Average(value, found.digits, found.gained, found.samples, found.returning)
 
 
 def _cut(turns: Array, signal: Any) -> Array:
@@ -170,6 +176,11 @@ def _cut(turns: Array, signal: Any) -> Array:
     return np.asarray(cut - 2.0 * np.pi + np.mod(turns - cut, 2.0 * np.pi))
 
 
+def times_power_of_two(z: Any, powers: Any) -> Any:
+    """Return complex numbers times powers of two, which may be beyond what a number holds."""
+    return np.ldexp(z.real, powers) + 1j * np.ldexp(z.imag, powers)
+
+
 def _mean(rows: Array) -> Array:
     """Return weighted means; of what is left by the plain ones, so that the weights round little."""
     count = rows.shape[1]
@@ -177,6 +188,23 @@ def _mean(rows: Array) -> Array:
     w = np.exp(4.0 - 1.0 / (s * (1.0 - s)))  # 1 in the middle
     plain = rows.mean(axis=1)
     return np.asarray(plain + (w * (rows - plain[:, None])).sum(axis=1) / w.sum())
+
+
+def _varies(rows: Array) -> tuple[Array, Array]:
+    """Return the range of each row, and whether it is more than rounding."""
+    spread = np.ptp(rows, axis=1)
+    return spread, spread > STEADY * np.abs(rows).max(axis=1)
+
+
+def _returns(rows: Array) -> bool:
+    """Tell whether both halves of every row that varies share a part of its range."""
+    half = rows.shape[1] // 2
+    parts = (rows[:, :half], rows[:, -half:])
+    shared = np.min([p.max(axis=1) for p in parts], axis=0) - np.max(
+        [p.min(axis=1) for p in parts], axis=0
+    )
+    spread, varies = _varies(rows)
+    return bool((shared >= RETURNS * spread)[varies].all())
 
 
 def _digits(rows: Array) -> float:
@@ -188,8 +216,7 @@ def _digits(rows: Array) -> float:
     half = rows.shape[1] // 2
     if half < 2:
         return 0.0
-    spread = np.ptp(rows, axis=1)
-    varies = spread > STEADY * np.abs(rows).max(axis=1)
+    spread, varies = _varies(rows)
     if not varies.any():
         return DIGITS
     means = np.array([_mean(part) for part in (rows, rows[:, :half], rows[:, -half:])])

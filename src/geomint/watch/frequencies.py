@@ -11,6 +11,7 @@ Source: J. Laskar, *Frequency analysis for multi-dimensional systems* (1993), Ph
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +21,7 @@ from scipy.optimize import brentq
 
 from ..arguments import as_array, positive, whole
 from ..errors import DomainError
+from .birkhoff import times_power_of_two
 
 __all__ = ["Term", "frequencies"]
 
@@ -69,7 +71,11 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
     if z.ndim != 1 or len(z) < FEWEST or not np.isfinite(z).all():
         raise DomainError("signal", signal, expected)
     step, order = positive("step", step), whole("order", order, 0, LARGEST_ORDER)
+    if not math.isfinite(math.pi / step):
+        raise DomainError("step", step, "a time whose inverse is a number")
     terms = whole("terms", terms, 1, len(z))
+    power = int(np.frexp(np.maximum(np.abs(z.real), np.abs(z.imag)).max())[1])
+    z = times_power_of_two(z, -power)
     size = float(np.max(np.abs(z))) or 1.0
     z = z / size
     times = np.arange(len(z)) - 0.5 * (len(z) - 1)  # symmetric, in steps
@@ -85,10 +91,9 @@ def frequencies(signal: Any, step: float, terms: int = 1, order: int = 2) -> lis
         weights = np.sqrt(window)[:, None]
         amplitudes, *_ = np.linalg.lstsq(weights * basis, weights[:, 0] * z, rcond=None)
         rest = z - basis @ amplitudes
-    return [
-        Term(nu / step, complex(size * c * np.exp(1j * nu * times[0])))
-        for nu, c in zip(found, amplitudes, strict=True)
-    ]
+    turned = size * amplitudes * np.exp(1j * np.array(found) * times[0])
+    told = times_power_of_two(turned, power)
+    return [Term(nu / step, complex(c)) for nu, c in zip(found, told, strict=True)]
 
 
 def _window(count: int, order: int) -> Array:

@@ -15,6 +15,7 @@ __all__ = ["compiled", "reason_of"]
 
 # What numba says of numbers of which there are eight, and what to write.
 _SELECT = "`if`, `and`, `or` and `not` do not take numbers of the state: gi.select(condition, x, y)"
+_COLOUR = re.compile(r"\x1b\[[0-9;]*m")  # of letters: numba has them where colorama is installed
 _LONGEST = 300  # characters of what numba says
 _ADVICE = (
     (r"(bool|not_)\(lanemask8", _SELECT),
@@ -22,6 +23,7 @@ _ADVICE = (
         r"(mul|add|sub|truediv)\(.*lanemask8",
         "a condition is no number: gi.select(condition, 1.0, 0.0)",
     ),
+    (r"i?pow\(.*tangent\(", "`**` has no derivatives here: write products, or gi.sqrt"),
     (r"i?pow\(lanes8", "`**` takes one number at a time: write products, or gi.sqrt"),
     (r"(min|max)\(.*lanes8", "min and max take one number at a time: write gi.maximum"),
     (
@@ -72,12 +74,15 @@ def _machinery() -> tuple[Any, Any, Any]:
 
 def reason_of(error: BaseException, function: Recorded) -> str:
     """Return what could not be compiled, or what to write, and where, out of a long message."""
-    lines = [line.strip() for line in str(error).splitlines()]
+    lines = [line.strip() for line in _COLOUR.sub("", str(error)).splitlines()]
     unknown = [line.removeprefix(">>>").strip() for line in lines if line.startswith(">>>")]
     plain = [line for line in lines if line and not line.startswith("Failed in")]
     what = f"{unknown[0]} is not known" if unknown else (plain or [repr(error)])[0]
     fits = ((re.match(form, what), text) for form, text in _ADVICE)
     advice = next((match.expand(text) for match, text in fits if match), what[:_LONGEST])
+    advice = re.sub(
+        r"^(\w+)\(.*tangent\(.*is not known", r"\1 takes no numbers with derivatives", advice
+    )
     single = re.sub(r"^(\w+)\(.*lanes8.*is not known", r"\1 takes one number at a time", advice)
     return f"{single}{_place(lines, function)}"
 

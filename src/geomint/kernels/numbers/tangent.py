@@ -94,6 +94,9 @@ class Tangent:
     def __abs__(self) -> Tangent:
         return arithmetic.select(self.value < 0.0, -self, self)
 
+    def __bool__(self) -> bool:
+        return bool(self.value)
+
     def __int__(self) -> int:
         return int(self.value)
 
