@@ -28,6 +28,7 @@ from ..numbers import typing_blocks  # noqa: F401 - blocks and lanes, for numba
 from .cache import UnkeptCache, make_cache, sources_edited
 from .call import Code
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
+from .linked import linked
 from .recorded import Recorded
 
 __all__ = ["compile_function", "listen", "make_dispatcher"]
@@ -188,7 +189,7 @@ def _compile(dispatcher: Any, name: str, signature: Any) -> None:
         return
     misses = sum(dispatcher.stats.cache_misses.values())
     start = time.perf_counter()
-    with _ctrl_c_later():
+    with _ctrl_c_later(), linked():
         dispatcher.disable_compile(False)
         dispatcher.compile(signature)
         dispatcher.disable_compile()  # a call with other types is an error, no compilation
