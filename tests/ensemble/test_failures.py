@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import threading
+import time
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.ensemble import spread
+from geomint.run.ensemble.given import Asked, canonical_members
 
 HENON = henon_heiles.problem()
 GOOD = np.random.default_rng(3).uniform(-0.2, 0.2, (19, 4))
@@ -73,6 +75,39 @@ def test_members_without_a_step_of_their_own() -> None:
         assert (many.status == "success").sum() == 2
 
 
+@gi.field
+def out_of_bounds_beyond_10(params, t, y, out, work):
+    if y[0] > 10.0:
+        out[3] = 0.0
+    out[0] = -y[0]
+
+
+@pytest.mark.parametrize("which", [0, 64, 128])
+def test_a_member_that_does_not_fit_hurts_no_other(which: int) -> None:
+    """The first of a block, by which its code is prepared."""
+    problem = gi.Problem("some fit", (("x", 1),), field=out_of_bounds_beyond_10)
+    states = np.linspace(0.1, 1.0, 150)[:, None].copy()
+    states[which] = 20.0
+    many = gi.solve_ensemble(problem, states, t_end=1.0, step=0.1, method="rk-4", workers=1)
+    assert list(many.errors) == [which]
+    assert isinstance(many.errors[which], gi.DeclarationError)
+    assert (many.status == "success").sum() == 149
+
+
+@pytest.mark.parametrize("method", ["rk-4", "dop853-adaptive"])
+def test_the_first_and_the_last_may_both_fail_to_begin(method: str) -> None:
+    @gi.field
+    def singular(params, t, y, out, work):
+        out[0] = 1.0 / y[0]
+
+    problem = gi.Problem("1/x", (("x", 1),), field=singular)
+    states = np.array([[0.0], [1.0], [2.0], [0.0]])
+    many = gi.solve_ensemble(problem, states, t_end=1.0, method=method)
+    assert sorted(many.errors) == [0, 3]
+    with pytest.raises(gi.DomainError, match="finite derivative"):
+        gi.solve_ensemble(problem, np.zeros((40, 1)), t_end=1.0, method="rk-4")
+
+
 WRONG = {
     "no end": ({}, "exactly one"),
     "a method that does not fit": ({"t_end": 1.0, "method": "cf-4"}, "needs the form"),
@@ -87,6 +122,19 @@ WRONG = {
     "something unknown to observe": ({"t_end": 1.0, "observe": ["entropy"]}, "entropy"),
     "observe_every alone": ({"t_end": 1.0, "observe_every": 2}, "observe_every"),
     "times outside": ({"t_end": 1.0, "t_eval": [2.0]}, "t_eval"),
+    "an argument of other solvers": ({"t_end": 1.0, "dt": 0.1}, "step=…"),
+    "a clock that is no switch": ({"t_end": 1.0, "clock": "yes"}, "clock"),
+    "a clock that is several": ({"t_end": 1.0, "clock": np.array([1, 0])}, "clock"),
+    "progress that is no switch": ({"t_end": 1.0, "progress": "yes"}, "progress"),
+    "an estimate that is no switch": ({"t_end": 1.0, "estimate_error": 0}, "estimate_error"),
+    "estimates that are several": ({"t_end": 1.0, "estimate_error": np.ones(2)}, "estimate_error"),
+    "half a step": ({"t_end": 1.0, "observe_every": 1.0}, "observe_every"),
+    "steps that are several": ({"t_end": 1.0, "observe_every": np.ones(2)}, "observe_every"),
+    "a number to observe": ({"t_end": 1.0, "observe": 0}, "observe"),
+    "more states than there is room for": (
+        {"t_end": 1e9, "step": 1e-3, "save_every": 1, "method": "rk-4"},
+        "saved states",
+    ),
 }
 
 
@@ -95,6 +143,12 @@ def test_what_is_wrong_with_all_is_raised(what: str) -> None:
     asked, text = WRONG[what]
     with pytest.raises(gi.GeomintError, match=text):
         gi.solve_ensemble(HENON, GOOD, **asked)
+
+
+def test_calls_are_explained() -> None:
+    for given in ((), (HENON,), (HENON, GOOD, 1.0), (lambda t, y: y, GOOD)):
+        with pytest.raises(gi.ArgumentError, match=r"geomint.solve_ensemble.*(state|Problem)"):
+            gi.solve_ensemble(*given, **({"t_end": 1.0} if len(given) != 3 else {}))
 
 
 STATES = {
@@ -156,6 +210,24 @@ def test_ctrl_c_keeps_what_is_done(wanted: dict, monkeypatch: pytest.MonkeyPatch
     for k in np.flatnonzero(done)[:2]:
         alone = gi.solve(HENON, states[k], t_end=400.0, step=0.01, method="rk-4")
         assert np.array_equal(many.final[k], alone.y[-1])
+
+
+def test_ctrl_c_ends_a_member_that_takes_long() -> None:
+    """One that is watched: nothing of it is kept, and nobody waits for its end."""
+    states = GOOD.copy()
+    asked = {"step": 0.01, "method": "rk-4", "observe": ["energy"]}
+    gi.solve(HENON, states[0], t_end=1.0, **asked)  # compiled
+    given = canonical_members(HENON, states)
+    shared = {"t0": 0.0, "t_end": 1e7, "step": 0.01}
+    long = Asked(gi.find_method("rk-4"), shared, len(states), {"observe": ["energy"]})
+    stop, begin = np.zeros(1), time.monotonic()
+    timer = threading.Timer(0.5, lambda: stop.fill(1.0))
+    timer.start()
+    found = spread.run_block(long, given, stop)
+    assert time.monotonic() - begin < 10.0
+    assert (found.status == "not run").all()
+    assert np.isnan(found.y).all()
+    assert not found.counts.any()
 
 
 def test_an_error_travels() -> None:

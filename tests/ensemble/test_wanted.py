@@ -81,3 +81,41 @@ def test_as_a_dataset() -> None:
     assert list(data.D.values) == [3.0, 4.0]
     assert data.K_max_abs_error.dims == ("member",)
     assert set(data.coords) == {"tau", "t"}
+
+
+@gi.field
+def turning(params, t, y, out, work):
+    out[0], out[1] = -y[1], y[0]
+
+
+@pytest.mark.parametrize("name", ["steps", "status", "member", "sample", "tau", "t"])
+def test_names_of_a_dataset_are_not_those_of_others(name: str) -> None:
+    problem = gi.Problem("turning", ((name, 2),), field=turning)
+    many = gi.solve_ensemble(problem, np.ones((3, 2)), t_end=1.0, step=0.1, method="rk-4")
+    data = many.to_xarray()
+    assert np.array_equal(data[f"{name}_"].values, many.piece(name))
+    assert list(data.steps.values) == [10] * 3
+    assert list(data.status.values) == ["success"] * 3
+
+
+def test_names_of_dimensions_are_not_those_of_pieces() -> None:
+    problem = gi.Problem("turning", (("x", 1), ("x_0", 1)), field=turning)
+    many = gi.solve_ensemble(problem, np.ones((3, 2)), t_end=1.0, step=0.1, method="rk-4")
+    assert set(many.to_xarray().data_vars) == {"x", "x_0_", "steps", "status"}
+
+
+def test_names_that_can_be_read_once() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, observe=iter(["energy"]))
+    assert np.isfinite(many.drift["energy"]["max_abs_error"]).all()
+    names = np.array(["energy", "K"])
+    many = gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, observe=names)
+    assert set(many.drift) == {"energy", "K"}
+
+
+def test_what_cannot_be_copied_is_an_error_of_its_own() -> None:
+    class Stuck:
+        def __copy__(self):
+            raise TypeError("never")
+
+    with pytest.raises(gi.DomainError, match="observe"):
+        gi.solve_ensemble(PROBLEM, STATES, tau_end=1.0, observe=Stuck())

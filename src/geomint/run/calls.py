@@ -38,7 +38,10 @@ _FUNCTION = (
 
 
 def explained(function: Callable[P, R]) -> Callable[P, R]:
-    """Return the function, whose wrong arguments are an `ArgumentError` that says what is right."""
+    """Return the function, whose wrong arguments are an `ArgumentError` that says what is right.
+
+    It takes a problem, or problems, and where they begin; all further arguments by name.
+    """
     parameters = inspect.signature(function).parameters.values()
     by_name = {p.name for p in parameters if p.kind is p.KEYWORD_ONLY}
 
@@ -55,26 +58,28 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 def _check(function: Callable[..., Any], args: tuple[Any, ...], options: Mapping[str, Any]) -> None:
     """Raise `ArgumentError` unless a call has the arguments that the function takes."""
     name = f"geomint.{function.__name__}"
-    problem = args[0] if args else options.get("problem")
+    known = list(inspect.signature(function).parameters)
+    what, where = known[:2]
+    several = what != "problem"
+    both = "problems and states" if several else "a problem and an initial state"
+    problem = args[0] if args else options.get(what)
     if callable(problem) and not isinstance(problem, Problem):
         raise ArgumentError(f"{name} takes {_FUNCTION}")
-    known = list(inspect.signature(function).parameters)
     unknown = [option for option in options if option not in known]
     if unknown:
         each = [f"no {o!r}{_instead(o, known)}" for o in unknown]
         raise ArgumentError(f"{name} has {'; '.join(each)}", tuple(unknown))
     if len(args) > 2:
         expected = "give all further ones by name, such as t_end=20.0"
-        what = f"a problem and an initial state, not {len(args)} arguments: {expected}"
-        raise ArgumentError(f"{name} takes {what}")
+        raise ArgumentError(f"{name} takes {both}, not {len(args)} arguments: {expected}")
     try:
         inspect.signature(function).bind(*args, **options)
     except TypeError as error:
-        raise ArgumentError(f"{name}: {error}: expected a problem and an initial state") from None
-    y0 = args[1] if len(args) > 1 else options.get("y0")
+        raise ArgumentError(f"{name}: {error}: expected {both}") from None
+    y0 = args[1] if len(args) > 1 else options.get(where)
     if y0 is None and isinstance(problem, Problem):
-        raise ArgumentError(f"{name}: missing y0: expected a problem and an initial state")
-    if not isinstance(problem, Problem | Solution):
+        raise ArgumentError(f"{name}: missing {where}: expected {both}")
+    if not (several or isinstance(problem, Problem | Solution)):
         raise ArgumentError(
             f"problem = {quoted(problem)}: expected a geomint.Problem, or a Solution to go on"
         )

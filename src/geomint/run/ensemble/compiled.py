@@ -23,7 +23,7 @@ from ..asked import wants_clock
 from ..integrator import Integrator
 from ..timeline import Timeline, plan_timeline
 from .given import Asked, Members
-from .outcome import Outcome, empty_outcome
+from .outcome import Outcome, check_room, empty_outcome
 
 __all__ = ["run_compiled"]
 
@@ -49,6 +49,9 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
         return None
     wanted = wants_clock(first, lines[0], None, shared["clock"])
     clock = first.clock is not None and first.time == "tau" if wanted is None else wanted
+    if shared["save_every"]:  # by as many states as the ensemble has, before anything is computed
+        most = max(line.steps or 0 for line in lines) // shared["save_every"]
+        check_room(asked.members, most, first.rows)
     stepper = _prepared(asked, first, given.states[0], lines[0], clock)
     sweep = _Sweep(stepper, given, lines, shared["t0"] if clock else None, shared["save_every"])
     sweep.run(stop)

@@ -56,12 +56,15 @@ class Asked:
     method : Method
     shared : dict
         Arguments of `geomint.solve` that are the same for all.
+    members : int
+        How many there are in all.
     wanted : dict
         What is wanted beside states after steps: states at times, events, quantities.
     """
 
     method: Method
     shared: dict[str, Any]
+    members: int
     wanted: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -72,8 +75,16 @@ class Asked:
 
     def arguments(self) -> dict[str, Any]:
         """Return the arguments of `geomint.solve`; what remembers runs is a copy."""
-        given = {**self.shared, **{name: copy.copy(value) for name, value in self.wanted.items()}}
+        given = {**self.shared, **{name: _copied(value) for name, value in self.wanted.items()}}
         return {**given, "method": self.method, "progress": False}
+
+
+def _copied(value: Any) -> Any:
+    """Return a copy, or what cannot be copied itself, of which `solve` tells what is wrong."""
+    try:
+        return copy.copy(value)
+    except Exception:  # whatever a foreign object raises there
+        return value
 
 
 def canonical_members(problems: Any, states: Any) -> Members:
@@ -108,7 +119,7 @@ def canonical_members(problems: Any, states: Any) -> Members:
     if said:
         changed, (k, text) = len({k for k, _ in said}), said[0]
         words = f"{changed} of {count} states were changed; states[{k}]: {text}"
-        warnings.warn(words, GeomintWarning, stacklevel=3)
+        warnings.warn(words, GeomintWarning, stacklevel=4)  # who called `solve_ensemble`
     return Members(chosen, found)
 
 

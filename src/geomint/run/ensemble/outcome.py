@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import Array
-from ...errors import GeomintError
+from ...arguments import MOST_NUMBERS, Array
+from ...errors import DomainError, GeomintError
 
-__all__ = ["NOT_RUN", "Outcome", "empty_outcome"]
+__all__ = ["NOT_RUN", "Outcome", "check_room", "empty_outcome"]
 
 NOT_RUN = "not run"
 
@@ -56,6 +56,7 @@ class Outcome:
         more = samples - self.samples
         if more <= 0:
             return
+        check_room(len(self.tau), samples, self.y.shape[2])
         for name in ("tau", "physical", "y", "error_estimate"):
             values = getattr(self, name)
             if values is not None:
@@ -76,6 +77,14 @@ class Outcome:
         self.status[which] = other.status
         for name in ("errors", "drift", "events"):
             getattr(self, name).update((int(which[i]), x) for i, x in getattr(other, name).items())
+
+
+def check_room(members: int, samples: int, rows: int) -> None:
+    """Raise `DomainError` for more saved states than there is room for."""
+    if members * samples * rows > MOST_NUMBERS:
+        most = MOST_NUMBERS // (members * rows)
+        expected = f"at most {most} of each of {members} members"
+        raise DomainError("saved states", samples, expected)
 
 
 def empty_outcome(members: int, samples: int, rows: int) -> Outcome:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -181,18 +181,24 @@ class Ensemble(Shown):
         """
         xarray = optional("xarray", "Ensemble.to_xarray")
         data: dict[str, Any] = {"tau": (("member", "sample"), self.tau)}
+        data["steps"], data["status"] = ("member", self.steps), ("member", self.status)
         if np.isfinite(self.found.physical).any():
             data["t"] = ("member", "sample"), self.found.physical
-        for name, shape in self.problems[0].shapes.items():
+        shapes = self.problems[0].shapes
+        taken = {
+            "member",
+            "sample",
+            *(f"{n}_{i}" for n, s in shapes.items() for i in range(len(s))),
+        }
+        for name, shape in shapes.items():
             values = self.piece(name).reshape(*self.tau.shape, *shape)
             axes = tuple(f"{name}_{i}" for i in range(len(shape)))
-            data[_free(name, data)] = ("member", "sample", *axes), values
+            data[_free(name, taken | data.keys())] = ("member", "sample", *axes), values
         for name, drift in self.drift.items():
             for key, values in drift.items():
-                data[_free(f"{name}_{key}", data)] = ("member",), values
-        data["steps"], data["status"] = ("member", self.steps), ("member", self.status)
+                data[_free(f"{name}_{key}", taken | data.keys())] = ("member",), values
         for name, numbers in self._parameters().items():
-            data[_free(name, data)] = ("member",), numbers
+            data[_free(name, taken | data.keys())] = ("member",), numbers
         about = {"problem": self.problems[0].name, "method": self.asked.method.name}
         return xarray.Dataset(data, attrs=about).set_coords([n for n in ("tau", "t") if n in data])
 
@@ -214,7 +220,8 @@ class Ensemble(Shown):
         }
 
 
-def _free(name: str, taken: Mapping[str, Any]) -> str:
+def _free(name: str, taken: Set[str]) -> str:
+    """Return a name that neither a dimension has nor another variable."""
     while name in taken:
         name += "_"
     return name

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 
 from ...arguments import Array
 from ...errors import GeomintError, StepError
+from ...methods import Exact
+from ..callback import Reached
 from ..solution import Solution
 from ..solve import solve
 from .given import Asked, Members
@@ -25,22 +27,40 @@ def run_single(
 ) -> None:
     """Run some members, and write what has become of each to `found`.
 
+    Where `stop` ends it, nothing is written of the member that is under way.
+
     Raises
     ------
     GeomintError
         If `strict`, for what is no step that failed, but that a run cannot begin.
     """
+    # In the main thread Ctrl-C itself ends a run, and an exact motion has no steps to end after.
+    alone = strict or isinstance(asked.method, Exact)
+    ended: list[bool] = []
+
+    def look(reached: Reached) -> bool:
+        if stop[0] != 0.0:
+            ended.append(True)
+        return bool(ended)
+
+    callback = None if alone else look
     for k in which:
         if stop[0] != 0.0:
             return
         solution: Solution | None
         try:
-            solution = solve(given.problem(k), given.states[k], **asked.arguments())
+            solution = solve(
+                given.problem(k), given.states[k], callback=callback, **asked.arguments()
+            )
         except GeomintError as error:
             if strict and not isinstance(error, StepError):
                 raise
+            if ended:
+                return
             found.errors[k], found.status[k] = error, "failed"
             solution = getattr(error, "partial", None)
+        if ended:
+            return
         if solution is not None:
             _write(found, k, solution)
 

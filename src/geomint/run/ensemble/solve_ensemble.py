@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from concurrent.futures import Executor
 from typing import Any
 
@@ -11,6 +12,8 @@ import numpy as np
 from ...arguments import finite, whole
 from ...errors import EnsembleError
 from ...methods import Method, find_solver
+from ..asked import check_switches
+from ..calls import explained
 from ..progress import Progress
 from .given import Asked, canonical_members
 from .outcome import NOT_RUN, empty_outcome
@@ -20,6 +23,7 @@ from .spread import checked_executor, checked_workers, first_look, spread
 __all__ = ["solve_ensemble"]
 
 
+@explained
 def solve_ensemble(
     problems: Any,
     states: Any,
@@ -98,23 +102,30 @@ def solve_ensemble(
     >>> many.final.shape, many.success
     ((100, 4), True)
     """
+    check_switches(True, False, estimate_error, clock=clock, progress=progress)
     chosen, begin = find_solver(method), finite("t0", t0)
     pool = checked_executor(executor)
     count_of_workers = checked_workers(workers)
     if save_every is not None:
         whole("save_every", save_every, 1)
+    whole("observe_every", observe_every, 1)
     given = canonical_members(problems, states)
     shared = {
         "t0": begin, "t_end": t_end, "tau_end": tau_end, "step": step, "save_every": save_every,
         "clock": clock,
     }  # fmt: skip
     asked_for = {
-        "t_eval": t_eval, "tau_eval": tau_eval, "events": events, "observe": observe or None,
+        "t_eval": t_eval, "tau_eval": tau_eval, "events": events,
+        "observe": None if isinstance(observe, tuple) and not observe else observe,
         "observe_every": None if observe_every == 1 else observe_every,
         "estimate_error": estimate_error or None,
     }  # fmt: skip
-    wanted = {name: value for name, value in asked_for.items() if value is not None}
-    asked = Asked(chosen, shared, wanted)
+    wanted = {
+        name: tuple(value) if isinstance(value, Iterator) else value  # each member begins anew
+        for name, value in asked_for.items()
+        if value is not None
+    }
+    asked = Asked(chosen, shared, len(given), wanted)
     count, rows = given.states.shape
     found = empty_outcome(count, 1, rows)
     many = Ensemble(given, asked, found)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import (
@@ -30,6 +31,7 @@ Block = npt.NDArray[np.int64]  # numbers of members
 
 LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses
 EACH = 8  # blocks for every worker, so that none waits long for another at the end
+FIRST = 16  # members of which one has to begin, or what is asked of all is wrong
 LOOK = 0.05  # seconds between looks at Ctrl-C
 
 
@@ -39,10 +41,13 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
     Raises
     ------
     GeomintError
-        For what is wrong with the first member and the last alike: with what is asked of all.
+        For what is wrong with the first member, the last and all that were tried between them: with
+        what is asked of all.
     """
     failure: GeomintError | None = None
-    for k in (0, len(given) - 1):
+    last = len(given) - 1
+    between = np.linspace(0, last, FIRST).astype(int).tolist()
+    for k in dict.fromkeys((0, last, *between)):
         block = np.array([k])
         one = given.of(block)
         try:
@@ -63,7 +68,10 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
 def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcome:
     """Return what has become of some members: in another thread or process as here."""
     stop = np.zeros(1) if stop is None else stop
-    found = run_compiled(asked, given, stop) if asked.steps_alone else None
+    found = None
+    if asked.steps_alone:
+        with contextlib.suppress(GeomintError):  # of the first member, which its own run will tell
+            found = run_compiled(asked, given, stop)
     if found is None:
         found = empty_outcome(len(given), 1, given.states.shape[1])
     left = [k for k, status in enumerate(found.status) if status == NOT_RUN]
