@@ -57,13 +57,12 @@ def states_of(problem: gi.Problem, count: int) -> np.ndarray:
 def lanes(scene: str, name: str, repeats: int) -> dict[str, float]:
     """Return the times of a step, alone and in company, and of two cores."""
     problem = gi.load_scene(scene).problem
-    states = states_of(problem, 512)
+    states = states_of(problem, 256)
     end = "tau_end" if problem.time == "tau" else "t_end"
-    asked: dict[str, Any] = {"method": name, "step": 0.05, end: 100.0, "progress": False}
-    steps = 2000
-    single = statistics.median(
-        seconds(lambda y=y: gi.solve(problem, y, **asked), 1) / steps for y in states[:24]
-    )
+    asked: dict[str, Any] = {"method": name, "step": 0.05, end: 500.0, "progress": False}
+    steps = 10_000
+    runs = [gi.solve(problem, y, **asked).run_seconds / steps for y in states[:24]]
+    single = statistics.median(runs)
     one, two = (
         seconds(lambda w=w: gi.solve_ensemble(problem, states, workers=w, **asked), repeats)
         for w in (1, 2)
@@ -117,7 +116,7 @@ def ours(repeats: int) -> list[dict[str, Any]]:
 
 def truth(problem: gi.Problem, states: np.ndarray) -> np.ndarray:
     """Return references of the first states."""
-    return np.array([reference_solution(problem, y, T).state for y in states[:JUDGED]])
+    return np.array([reference_solution(problem, y, T).y for y in states[:JUDGED]])
 
 
 def percentile(ends: np.ndarray, truths: np.ndarray) -> float:
