@@ -93,12 +93,12 @@ def test_dask_goes_on_when_a_worker_is_killed() -> None:
     settings = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with LocalCluster(**settings) as cluster, Client(cluster) as client:
         victim = next(iter(cluster.workers.values())).pid
-        asked = {"t_end": 3000.0, "step": 0.01, "method": "rk-4"}
+        asked = {"t_end": 15_000.0, "step": 0.01, "method": "rk-4"}
         here = gi.solve_ensemble(HENON, STATES, **asked)
         begin = time.monotonic()
         client.run(lambda: __import__("geomint"))
-        threading.Timer(3.0, os.kill, (victim, signal.SIGKILL)).start()
+        threading.Timer(1.5, os.kill, (victim, signal.SIGKILL)).start()
         there = gi.solve_ensemble(HENON, STATES, executor=client.get_executor(), **asked)
-        assert time.monotonic() - begin > 3.0, "it was over before the worker was killed"
+        assert time.monotonic() - begin > 1.5, "it was over before the worker was killed"
     assert there.success
     assert np.array_equal(here.y, there.y)
