@@ -428,7 +428,7 @@ BELOW = {
 FAMILIES = (
     "Adaptive", "CommutatorFree", "Compose", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet",
 )  # fmt: skip
-ELSEWHERE = {*FAMILIES, "Method"}
+ELSEWHERE = {*FAMILIES, "Method", "Ensemble", "solve_ensemble"}  # the last two: tests/ensemble
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
