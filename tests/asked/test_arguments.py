@@ -439,6 +439,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
+    "Ensemble": {"piece", "single"},  # tested in tests/ensemble
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
     "Lyapunov": {"save"},  # tested in tests/methods/test_lyapunov.py
