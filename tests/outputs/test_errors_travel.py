@@ -14,6 +14,7 @@ EXAMPLES = {
     gi.GeomintError: ("plain",),
     gi.GeomintWarning: ("plain",),
     gi.ArgumentError: ("no such argument", ("x",)),
+    gi.EnsembleError: ("workers have ended: KilledWorker",),
     gi.WatcherError: ("energy", 0.5, "what it said"),
     gi.ClockError: (1.0, 2, 3.0, 4, "hint"),
     gi.DomainError: ("step", -1.0, "a positive number"),
