@@ -18,7 +18,7 @@ from ..numbers.blocks import as_singles, part
 from ..numbers.lanes import LANES
 from .status import OK
 
-__all__ = ["AT_ONCE", "ENDED", "FAILED", "OPEN", "members_sweep"]
+__all__ = ["ENDED", "OPEN", "members_sweep"]
 
 OPEN, ENDED, FAILED = 0.0, 1.0, 2.0  # what is known of a member
 AT_ONCE = 4096  # steps between which Ctrl-C is seen
@@ -52,9 +52,9 @@ def members_loop(width: int) -> Recorded:
         advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
         work: Any, times: Any, moved: Any, starts: Any, lengths: Any, counts: Any, rests: Any,
         states: Any, saved: Any, found: Any, stop: Any, carries: Any, rows: int, every: int,
-        saves: int, first: int, last: int,
+        saves: int,
     ) -> None:  # fmt: skip
-        """Move members `first` … `last` − 1 to their ends.
+        """Move members to their ends.
 
         Parameters
         ----------
@@ -79,8 +79,8 @@ def members_loop(width: int) -> Recorded:
         """
         own, clocks, given = singles(memory), singles(times), singles(params)
         moving = len(moved) // max(len(counts), 1)
-        for group in range(first, last, width):
-            here = min(width, last - group)
+        for group in range(0, len(counts), width):
+            here = min(width, len(counts) - group)
             for i in range(len(own)):
                 own[i] = 0.0
             load(states, group, here, rows, own)
@@ -159,6 +159,6 @@ def members_sweep(kernel: Bound, functions: tuple[Bound, ...], numbers: NumberTy
         times=own,
         moved=BLOCK,
         **dict.fromkeys(_SINGLES, BLOCK),
-        **dict.fromkeys(("rows", "every", "saves", "first", "last"), WHOLE),
+        **dict.fromkeys(("rows", "every", "saves"), WHOLE),
     )
     return Bound(members_loop(LANES if lanes else 1), taken)

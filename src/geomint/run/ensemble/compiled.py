@@ -128,11 +128,8 @@ class _Sweep:
 
     def run(self, stop: Array) -> None:
         """Move all members."""
-        count = len(self._steps)
-        self._call(
-            stop=Block(stop), rows=self._rows, every=self._save_every or 0, saves=self._saves,
-            first=0, last=count,
-        )  # fmt: skip
+        every = self._save_every or 0
+        self._call(stop=Block(stop), rows=self._rows, every=every, saves=self._saves)
 
     def outcome(self, problem: Problem, clock: bool) -> Outcome:
         """Return what has become of the members, in their own order."""
