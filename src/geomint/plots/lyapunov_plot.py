@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +31,7 @@ def lyapunov_figure(t: Array, running: Array, sali: Array | None) -> Figure:
             first.plot(
                 t, np.abs(running[:, k]), style, color=colour, label=f"$|\\lambda_{{{k + 1}}}|$"
             )
-        late = t > np.e
+        late = t > math.e
         first.plot(t[late], np.log(t[late]) / t[late], ":", color=REFERENCE, label="ln t / t")
         first.set(ylabel="exponents, per unit of time")
         if len(t):  # logarithmic axes want something above 0
