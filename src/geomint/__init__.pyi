@@ -96,6 +96,9 @@ from .problems.spaces.tangent_bundle import (
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .problems.two_form import SymplecticForm as SymplecticForm
+from .run.ensemble.readings.of_runs import Exponents as Exponents, SectionPoints as SectionPoints
+from .run.ensemble.readings.of_series import Histogram as Histogram, Windows as Windows
+from .run.ensemble.readings.reading import Reading as Reading
 from .run.ensemble.result import Ensemble as Ensemble
 from .run.ensemble.solve_ensemble import solve_ensemble as solve_ensemble
 from .run.events import Event as Event, event as event
@@ -153,6 +156,7 @@ __all__ = [
     "EnsembleError",
     "Euclidean",
     "Exact",
+    "Exponents",
     "FormError",
     "Gauss",
     "GeomintError",
@@ -160,6 +164,7 @@ __all__ = [
     "Group",
     "GroupAction",
     "Hamiltonian",
+    "Histogram",
     "Integrator",
     "Lyapunov",
     "Measure",
@@ -172,6 +177,7 @@ __all__ = [
     "Problem",
     "Product",
     "Rattle",
+    "Reading",
     "Reduction",
     "Rescaled",
     "RigidMotions",
@@ -179,6 +185,7 @@ __all__ = [
     "RungeKutta",
     "Scene",
     "SceneError",
+    "SectionPoints",
     "SendingError",
     "Sensitivities",
     "SeveralRuns",
@@ -204,6 +211,7 @@ __all__ = [
     "Verlet",
     "Watcher",
     "WatcherError",
+    "Windows",
     "as_vector",
     "birkhoff_average",
     "chaos_report",

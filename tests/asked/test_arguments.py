@@ -428,7 +428,9 @@ BELOW = {
 FAMILIES = (
     "Adaptive", "CommutatorFree", "Compose", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet",
 )  # fmt: skip
-ELSEWHERE = {*FAMILIES, "Method", "Ensemble", "solve_ensemble"}  # the last two: tests/ensemble
+READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
+# All but the families: tests/ensemble.
+ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "solve_ensemble"}
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
@@ -440,6 +442,7 @@ METHODS_BELOW = {  # methods of classes
     },
     "Drift": {"stretched"},
     "Ensemble": {"piece", "single"},  # tested in tests/ensemble
+    **{name: {"check", "read"} for name in READINGS},
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
     "Lyapunov": {"save"},  # tested in tests/methods/test_lyapunov.py

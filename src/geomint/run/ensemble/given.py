@@ -60,12 +60,18 @@ class Asked:
         How many there are in all.
     wanted : dict
         What is wanted beside states after steps: states at times, events, quantities.
+    readings : dict of str to Reading
+        What is read off every member.
+    keep_states : bool
+        Whether states along the runs are kept after that.
     """
 
     method: Method
     shared: dict[str, Any]
     members: int
     wanted: dict[str, Any] = field(default_factory=dict)
+    readings: dict[str, Any] = field(default_factory=dict)
+    keep_states: bool = True
 
     @property
     def steps_alone(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,9 +12,10 @@ import numpy.typing as npt
 from ...arguments import MOST_NUMBERS, Array
 from ...errors import DomainError, GeomintError
 
-__all__ = ["NOT_RUN", "Outcome", "check_room", "empty_outcome"]
+__all__ = ["ENDED_EARLY", "NOT_RUN", "Outcome", "check_room", "empty_outcome"]
 
 NOT_RUN = "not run"
+ENDED_EARLY = ("failed", "interrupted", NOT_RUN)  # what members are that have no readings
 
 
 @dataclass(eq=False)
@@ -33,6 +35,8 @@ class Outcome:
     drift, events : dict of int to dict
         Of members that have some, as in `geomint.Solution`.
     error_estimate : array, shape (members, samples, rows), or None
+    readings : dict of str to array
+        What was read off, by names: with an axis of members, or added up over them.
     """
 
     tau: Array
@@ -45,11 +49,12 @@ class Outcome:
     drift: dict[int, dict[str, Any]] = field(default_factory=dict)
     events: dict[int, dict[str, Any]] = field(default_factory=dict)
     error_estimate: Array | None = None
+    readings: dict[str, Array] = field(default_factory=dict)
 
     @property
     def samples(self) -> int:
         """Room for states of each member."""
-        return len(self.tau.T)
+        return int(self.tau.shape[1])
 
     def widened(self, samples: int) -> None:
         """Make room for more states of each member."""
@@ -62,6 +67,16 @@ class Outcome:
             if values is not None:
                 wide = [(0, 0), (0, more)] + [(0, 0)] * (values.ndim - 2)
                 setattr(self, name, np.pad(values, wide, constant_values=np.nan))
+
+    def keep_last(self) -> None:
+        """Forget all states but the last of each member."""
+        members = np.arange(len(self.tau))
+        last = np.maximum(self.counts - 1, 0)
+        for name in ("tau", "physical", "y", "error_estimate"):
+            values = getattr(self, name)
+            if values is not None:
+                setattr(self, name, values[members, last][:, None])
+        self.counts = np.minimum(self.counts, 1)
 
     def take(self, which: npt.NDArray[np.int64], other: Outcome) -> None:
         """Take what has become of some members from elsewhere."""
@@ -77,6 +92,28 @@ class Outcome:
         self.status[which] = other.status
         for name in ("errors", "drift", "events"):
             getattr(self, name).update((int(which[i]), x) for i, x in getattr(other, name).items())
+
+    def take_readings(self, which: npt.NDArray[np.int64], other: Outcome, merged: Set[str]) -> None:
+        """Take what was read off some members elsewhere; what is `merged` is added up."""
+        for name, values in other.readings.items():
+            if name in merged:
+                self.readings[name] = (
+                    self.readings[name] + values if name in self.readings else values
+                )
+                continue
+            if name not in self.readings:
+                shape = (len(self.tau), *values.shape[1:])
+                check_room(1, 1, int(np.prod(shape)))
+                self.readings[name] = np.full(shape, np.nan)
+            own = self.readings[name]
+            wide = [
+                (0, max(new - old, 0)) for new, old in zip(values.shape, own.shape, strict=True)
+            ]
+            wide[0] = (0, 0)
+            if any(more for _, more in wide):  # such as one with more points than others
+                own = self.readings[name] = np.pad(own, wide, constant_values=np.nan)
+            here: Any = (which, *(slice(0, size) for size in values.shape[1:]))
+            own[here] = values
 
 
 def check_room(members: int, samples: int, rows: int) -> None:

@@ -52,6 +52,9 @@ class Ensemble(Shown):
         Of each event what `geomint.Solution` has of it, member by member.
     error_estimate : array, shape (N, m, rows), or None
         As that of `geomint.Solution`.
+    readings : dict of str to array
+        What was read off: of each member a number or an array of them, NaN for those that have not
+        come to their ends; histograms have no axis of members.
     run_seconds : float
         Wall time of all members together.
     """
@@ -116,6 +119,11 @@ class Ensemble(Shown):
     def error_estimate(self) -> Array | None:
         """How far the saved states are from the motion, if that was asked for."""
         return self.found.error_estimate
+
+    @property
+    def readings(self) -> dict[str, Array]:
+        """What was read off every member, by names."""
+        return dict(self.found.readings)
 
     @property
     def success(self) -> bool:
@@ -199,6 +207,11 @@ class Ensemble(Shown):
                 data[_free(f"{name}_{key}", taken | data.keys())] = ("member",), values
         for name, numbers in self._parameters().items():
             data[_free(name, taken | data.keys())] = ("member",), numbers
+        for name, values in self.readings.items():
+            merged = self.asked.readings[name].merges
+            rest = [f"{name}_{i}" for i in range(values.ndim - (0 if merged else 1))]
+            axes = tuple(rest) if merged else ("member", *rest)
+            data[_free(name, taken | {*rest} | data.keys())] = axes, values
         about = {"problem": self.problems[0].name, "method": self.asked.method.name}
         return xarray.Dataset(data, attrs=about).set_coords([n for n in ("tau", "t") if n in data])
 

@@ -11,12 +11,13 @@ import numpy as np
 
 from ...arguments import finite, whole
 from ...errors import EnsembleError
-from ...methods import Method, find_solver
+from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
 from ..calls import explained
 from ..progress import Progress
 from .given import Asked, canonical_members
 from .outcome import NOT_RUN, empty_outcome
+from .readings.spelled import chosen_readings
 from .result import Ensemble
 from .spread import checked_executor, checked_workers, first_look, spread
 
@@ -41,6 +42,8 @@ def solve_ensemble(
     observe_every: int = 1,
     clock: bool | None = None,
     estimate_error: bool = False,
+    readings: Any = (),
+    keep_states: bool | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
     progress: bool | None = None,
@@ -69,6 +72,16 @@ def solve_ensemble(
         As those of `geomint.solve`, for every member. Without a `step` each has its own default.
     clock, estimate_error
         Likewise.
+    readings : str, Reading, sequence of them, or mapping of names to them
+        What is read off every member, while the states along its run are at hand:
+        ``"final:NAME"``, ``"drift:NAME"`` (the largest deviation from the first value),
+        ``"lowest:NAME"``, ``"highest:NAME"``, ``"mean:NAME"``, ``"digits:NAME"``,
+        ``"frequency:NAME"``, ``"windows:NAME"``, NAME a component or a quantity, and ``"exponent"``;
+        `geomint.Windows`, `geomint.Histogram`, `geomint.Exponents`, `geomint.SectionPoints`, or a
+        `geomint.Reading` of one's own. States are looked at every `save_every` steps, by default
+        every one.
+    keep_states : bool, optional
+        Whether those states are kept. Default: if there are no readings.
     workers : int, optional
         Threads of this process; of an executor how many it has, by which the size of blocks is
         chosen. Default: as many as there are cores.
@@ -102,7 +115,8 @@ def solve_ensemble(
     >>> many.final.shape, many.success
     ((100, 4), True)
     """
-    check_switches(True, False, estimate_error, clock=clock, progress=progress)
+    switches = {"clock": clock, "progress": progress, "keep_states": keep_states}
+    check_switches(True, False, estimate_error, **switches)
     chosen, begin = find_solver(method), finite("t0", t0)
     pool = checked_executor(executor)
     count_of_workers = checked_workers(workers)
@@ -110,6 +124,11 @@ def solve_ensemble(
         whole("save_every", save_every, 1)
     whole("observe_every", observe_every, 1)
     given = canonical_members(problems, states)
+    chosen_for = chosen_readings(readings)
+    anywhere = not (t_eval is None and tau_eval is None) or isinstance(chosen, Exact)
+    if save_every is None and any(r.along for r in chosen_for.values()) and not anywhere:
+        save_every = 1
+    keep = not chosen_for if keep_states is None else keep_states
     shared = {
         "t0": begin, "t_end": t_end, "tau_end": tau_end, "step": step, "save_every": save_every,
         "clock": clock,
@@ -125,7 +144,10 @@ def solve_ensemble(
         for name, value in asked_for.items()
         if value is not None
     }
-    asked = Asked(chosen, shared, len(given), wanted)
+    asked = Asked(chosen, shared, len(given), wanted, chosen_for, keep)
+    for reading in chosen_for.values():
+        reading.check(given.problem(0), asked)
+    merged = {name for name, reading in chosen_for.items() if reading.merges}
     count, rows = given.states.shape
     found = empty_outcome(count, 1, rows)
     many = Ensemble(given, asked, found)
@@ -135,11 +157,13 @@ def solve_ensemble(
             known = first_look(asked, given)
             if known is not None:
                 found.take(*known)
+                found.take_readings(*known, merged)
             bar.begin()
             start = time.perf_counter()
             left = np.flatnonzero(found.status == NOT_RUN)
             for done in spread(asked, given, left, count_of_workers, pool, bar.update):
                 found.take(*done)
+                found.take_readings(*done, merged)
         except KeyboardInterrupt:
             pass  # the status of members tells
         except EnsembleError as error:

@@ -20,9 +20,11 @@ import numpy.typing as npt
 from ...arguments import Array, whole
 from ...errors import DomainError, EnsembleError, GeomintError
 from ...kernels.numbers.lanes import LANES
+from ..timeline import plan_timeline
 from .compiled import run_compiled
 from .given import Asked, Members
 from .outcome import NOT_RUN, Outcome, empty_outcome
+from .readings.reading import Ran, read_off
 from .single import run_single
 
 __all__ = ["Block", "checked_executor", "checked_workers", "first_look", "spread"]
@@ -30,6 +32,7 @@ __all__ = ["Block", "checked_executor", "checked_workers", "first_look", "spread
 Block = npt.NDArray[np.int64]  # numbers of members
 
 LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses
+NUMBERS = 1 << 22  # of states along the runs of a block, where they are not kept
 EACH = 8  # blocks for every worker, so that none waits long for another at the end
 FIRST = 16  # members of which one has to begin, or what is asked of all is wrong
 LOOK = 0.05  # seconds between looks at Ctrl-C
@@ -57,6 +60,7 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
             run_single(asked, one, [0], np.zeros(1), found, strict=True)
             if found.status[0] == "interrupted":
                 raise KeyboardInterrupt
+            _read(asked, one, found, np.zeros(1))
         except GeomintError as error:
             failure = failure or error
         else:
@@ -76,7 +80,13 @@ def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcom
         found = empty_outcome(len(given), 1, given.states.shape[1])
     left = [k for k, status in enumerate(found.status) if status == NOT_RUN]
     run_single(asked, given, left, stop, found)
+    _read(asked, given, found, stop)
     return found
+
+
+def _read(asked: Asked, given: Members, found: Outcome, stop: Array) -> None:
+    if asked.readings:
+        read_off(Ran(given, asked, found, stop), asked.readings)
 
 
 def checked_workers(workers: Any) -> int:
@@ -96,11 +106,21 @@ def checked_executor(executor: Any) -> Executor | None:
     )
 
 
-def blocks_of(which: Block, workers: int, least: int) -> list[Block]:
+def blocks_of(which: Block, workers: int, least: int, most: int = MOST) -> list[Block]:
     """Return numbers of members in blocks of equal size."""
     size = -(-len(which) // (EACH * workers))
-    size = min(max(-(-size // LANES) * LANES, least), MOST)
+    size = min(max(-(-size // LANES) * LANES, least), most)
     return [which[first : first + size] for first in range(0, len(which), size)]
+
+
+def _samples(asked: Asked, given: Members) -> int:
+    """Return about how many states of a member are held until its readings are made."""
+    shared = asked.shared
+    if asked.keep_states or not shared["save_every"]:
+        return 1
+    ends = {name: shared[name] for name in ("t_end", "tau_end", "step", "t0")}
+    line = plan_timeline(given.problem(0), asked.method, given.states[0], **ends)
+    return int(line.expected / shared["save_every"]) + 2
 
 
 def spread(
@@ -124,7 +144,9 @@ def spread(
     EnsembleError
         If the workers have died, after all that is done has been yielded.
     """
-    blocks = blocks_of(which, workers, LEAST if asked.steps_alone else 1)
+    most = min(MOST, max(NUMBERS // (_samples(asked, given) * given.states.shape[1]), 1))
+    most = most // LANES * LANES or most
+    blocks = blocks_of(which, workers, min(LEAST, most) if asked.steps_alone else 1, most)
     if executor is not None:
         yield from _collected(executor, asked, given, blocks, None, between)
         return

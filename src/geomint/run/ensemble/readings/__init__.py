@@ -1,0 +1,1 @@
+"""What is read off members, so that their states need not be kept."""

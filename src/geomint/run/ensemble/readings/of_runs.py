@@ -1,0 +1,106 @@
+"""Readings that take runs of their own: Lyapunov exponents, points of a section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....arguments import Array, whole
+from ....errors import DomainError, StepError
+from ....problems.problem import Problem
+from ...events import choose_events
+from ...lyapunov import lyapunov
+from ...poincare import poincare_section
+from ..given import Asked
+from .reading import Ran, Reading
+
+__all__ = ["Exponents", "SectionPoints"]
+
+_ENDS = ("t_end", "tau_end", "step", "t0")
+
+
+@dataclass(frozen=True)
+class Exponents(Reading):
+    """``exponent``: the largest Lyapunov exponents by `geomint.lyapunov`, one or several.
+
+    Of one the reading has shape (N,), of several (N, count); per unit of the problem's own time, in
+    which the end has to be given.
+    """
+
+    count: int = 1
+    kind: ClassVar[str] = "exponent"
+
+    @property
+    def name(self) -> str:
+        return self.kind if self.count == 1 else f"{self.kind}s"
+
+    def check(self, problem: Problem, asked: Asked) -> None:
+        whole("count", self.count, 1, problem.rows)
+        if problem.time == "tau" and asked.shared["tau_end"] is None:
+            expected = "tau_end: exponents are those of the problem's own time"
+            raise DomainError("t_end", asked.shared["t_end"], expected)
+        if asked.method.adaptive:
+            raise DomainError("method", asked.method.name, "steps of one length for exponents")
+
+    def read(self, ran: Ran) -> Array:
+        read = np.full((len(ran), self.count), np.nan)
+        ends = {name: ran.asked.shared[name] for name in _ENDS}
+        given = {**ends, "method": ran.asked.method, "count": self.count, "progress": False}
+        for k in ran.ended:
+            if ran.stop[0]:
+                break
+            try:
+                found = lyapunov(ran.problem(k), ran.given.states[k], **given)
+            except StepError as error:  # of the directions alone: the run itself has ended well
+                ran.found.errors.setdefault(int(k), error)
+                continue
+            if found.status == "success":
+                read[k] = found.exponents
+        return read[:, 0] if self.count == 1 else read
+
+
+@dataclass(frozen=True, eq=False)
+class SectionPoints(Reading):
+    """Points of a Poincaré section by `geomint.poincare_section`, of every member.
+
+    Shape (N, points, rows + 1): the problem's own time, then the state; NaN where a member crosses no
+    more. Members are followed until they have their points, whatever the end of the ensemble.
+
+    Parameters
+    ----------
+    event : str or Event
+        The surface.
+    points : int
+        Of each member.
+    """
+
+    event: Any
+    points: int = 100
+
+    @property
+    def name(self) -> str:
+        return f"section:{', '.join(choose_events(self.event))}"
+
+    def check(self, problem: Problem, asked: Asked) -> None:
+        whole("points", self.points, 1)
+        if len(choose_events(self.event)) != 1:
+            raise DomainError("event", self.event, "one event")
+
+    def read(self, ran: Ran) -> Array:
+        rows = ran.given.states.shape[1]
+        read = np.full((len(ran), self.points, 1 + rows), np.nan)
+        given = {"method": ran.asked.method, "step": ran.asked.shared["step"], "progress": False}
+        for k in ran.ended:
+            if ran.stop[0]:
+                break
+            state = ran.given.states[k]
+            try:
+                found = poincare_section(ran.problem(k), state, self.event, self.points, **given)
+            except StepError as error:
+                ran.found.errors.setdefault(int(k), error)
+                found = error.partial
+            if found is not None and found.status != "interrupted":
+                read[k, : len(found), 0], read[k, : len(found), 1:] = found.tau, found.y
+        return read

@@ -1,0 +1,203 @@
+"""Readings of the states along a run, and of the last of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....arguments import Array, as_array, whole
+from ....errors import DomainError
+from ....problems.problem import Problem
+from ....watch.birkhoff import FEWEST, birkhoff_average
+from ....watch.frequencies import frequencies
+from ...events import quantity
+from ..given import Asked
+from .reading import Ran, Reading
+
+__all__ = [
+    "Digits",
+    "Drift",
+    "Final",
+    "Frequency",
+    "Highest",
+    "Histogram",
+    "Lowest",
+    "Mean",
+    "OfQuantity",
+    "Windows",
+]
+
+STEADY = 1e-9  # of its size: what varies by less has no frequency
+
+
+@dataclass(frozen=True)
+class OfQuantity(Reading):
+    """A reading of one component of the state, ``"gamma[2]"``, or one quantity of the problem."""
+
+    of: str
+    kind: ClassVar[str] = ""
+    along = True
+
+    @property
+    def name(self) -> str:
+        return f"{self.kind}:{self.of}"
+
+    def check(self, problem: Problem, asked: Asked) -> None:
+        quantity(problem, self.of, "readings")
+
+
+class Final(OfQuantity):
+    """``final:NAME``: its value at the end."""
+
+    kind = "final"
+    along = False
+
+    def read(self, ran: Ran) -> Array:
+        last = np.maximum(ran.found.counts - 1, 0)
+        return np.asarray(ran.series(self.of)[np.arange(len(ran)), last])
+
+
+class Drift(OfQuantity):
+    """``drift:NAME``: its largest deviation from its first value, at the saved states."""
+
+    kind = "drift"
+
+    def read(self, ran: Ran) -> Array:
+        values = ran.series(self.of)
+        return _reduced(np.fmax, np.abs(values - values[:, :1]))
+
+
+class Lowest(OfQuantity):
+    """``lowest:NAME``: its least value at the saved states."""
+
+    kind = "lowest"
+
+    def read(self, ran: Ran) -> Array:
+        return _reduced(np.fmin, ran.series(self.of))
+
+
+class Highest(OfQuantity):
+    """``highest:NAME``: its largest value at the saved states."""
+
+    kind = "highest"
+
+    def read(self, ran: Ran) -> Array:
+        return _reduced(np.fmax, ran.series(self.of))
+
+
+def _reduced(function: np.ufunc, values: Array) -> Array:
+    """Return the largest or least of each row, without what is no number."""
+    return np.asarray(function.reduce(values, axis=1))
+
+
+class OfEvenSamples(OfQuantity):
+    """A reading of samples at equal steps."""
+
+    def check(self, problem: Problem, asked: Asked) -> None:
+        super().check(problem, asked)
+        times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
+        if asked.method.adaptive and times is None:
+            expected = "states at equal steps, which need t_eval or tau_eval"
+            raise DomainError("readings", self.name, f"with {asked.method.name}: {expected}")
+
+    def read(self, ran: Ran) -> Array:
+        values, read = ran.series(self.of), np.full(len(ran), np.nan)
+        for k in ran.ended:
+            count, gap = ran.even(k)
+            samples = values[k, :count]
+            if count >= FEWEST and np.isfinite(samples).all():
+                read[k] = self.of_samples(samples, gap)
+        return read
+
+    def of_samples(self, samples: Array, gap: float) -> float:
+        """Return what is read off samples of one member, `gap` apart."""
+        raise NotImplementedError
+
+
+class Mean(OfEvenSamples):
+    """``mean:NAME``: its average along the motion, by `geomint.birkhoff_average`."""
+
+    kind = "mean"
+
+    def of_samples(self, samples: Array, gap: float) -> float:
+        return float(birkhoff_average(samples).value)
+
+
+class Digits(OfEvenSamples):
+    """``digits:NAME``: in how many digits that average has converged: few along chaotic motions."""
+
+    kind = "digits"
+
+    def of_samples(self, samples: Array, gap: float) -> float:
+        return birkhoff_average(samples).digits
+
+
+class Frequency(OfEvenSamples):
+    """``frequency:NAME``: of its largest term beside the mean, in radians per unit of own time.
+
+    By `geomint.frequencies`; NaN for what does not vary.
+    """
+
+    kind = "frequency"
+
+    def of_samples(self, samples: Array, gap: float) -> float:
+        if not np.ptp(samples) > STEADY * np.abs(samples).max():
+            return np.nan
+        rest = samples - birkhoff_average(samples).value
+        return abs(frequencies(rest, abs(gap))[0].frequency)
+
+
+@dataclass(frozen=True)
+class Windows(OfQuantity):
+    """The root of the mean square of a quantity's deviation from its first value, window by window.
+
+    Parameters
+    ----------
+    of : str
+    count : int
+        Windows of equal numbers of saved states, the first state not counted.
+    """
+
+    count: int = 32
+    kind = "windows"
+
+    def check(self, problem: Problem, asked: Asked) -> None:
+        super().check(problem, asked)
+        whole("count", self.count, 1)
+
+    def read(self, ran: Ran) -> Array:
+        values, read = ran.series(self.of), np.full((len(ran), self.count), np.nan)
+        for k in ran.ended:
+            parts = np.array_split(values[k, 1 : ran.found.counts[k]] - values[k, 0], self.count)
+            read[k] = [np.sqrt(np.mean(p * p)) if len(p) else np.nan for p in parts]
+        return read
+
+
+@dataclass(frozen=True, eq=False)
+class Histogram(OfQuantity):
+    """How many saved states of all members have values of a quantity between given edges.
+
+    Parameters
+    ----------
+    of : str
+    edges : array_like, shape (bins + 1,)
+        Rising. A value on an edge belongs to the bin above it, on the last to the last.
+    """
+
+    edges: Any = ()
+    kind = "histogram"
+    merges = True
+
+    def check(self, problem: Problem, asked: Asked) -> None:
+        super().check(problem, asked)
+        expected = "at least two rising numbers"
+        edges = as_array("edges", self.edges, expected)
+        if edges.ndim != 1 or len(edges) < 2 or not (np.diff(edges) > 0.0).all():
+            raise DomainError("edges", self.edges, expected)
+
+    def read(self, ran: Ran) -> Array:
+        values = ran.series(self.of)
+        counts, _ = np.histogram(values[np.isfinite(values)], np.asarray(self.edges, float))
+        return np.asarray(counts)

@@ -1,0 +1,235 @@
+"""What is read off members: as of the states of single runs, without keeping states."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chaplygin as ch
+import geomint as gi
+
+
+@gi.observable
+def product(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return y[0] * y[4]
+
+
+PROBLEM = replace(gi.load_scene("hamiltonized-n3").problem, observables={"product": product})
+STATES = np.array([PROBLEM.random_state(seed) for seed in range(9)])
+RUN: dict[str, Any] = {"tau_end": 12.0, "method": "rk-4", "step": 0.05}
+
+
+def series(run: gi.Solution, name: str) -> np.ndarray:
+    """Return a component, or a quantity, of a run at its saved states."""
+    if name in PROBLEM.diagnostics:
+        return np.array([gi.value(PROBLEM, name, y) for y in run.y])
+    return run.y[:, int(name[-2])]
+
+
+def rms(x: np.ndarray) -> list[float]:
+    parts = np.array_split(x[1:] - x[0], 32)
+    return [float(np.sqrt(np.mean(p * p))) for p in parts]
+
+
+BY_HAND = {
+    "final": lambda x: x[-1],
+    "drift": lambda x: np.abs(x - x[0]).max(),
+    "lowest": np.min,
+    "highest": np.max,
+    "mean": lambda x: gi.birkhoff_average(x).value,
+    "digits": lambda x: gi.birkhoff_average(x).digits,
+    "frequency": lambda x: abs(
+        gi.frequencies(x - gi.birkhoff_average(x).value, RUN["step"])[0].frequency
+    ),
+    "windows": rms,
+}
+
+
+@pytest.mark.parametrize("kind", BY_HAND)
+@pytest.mark.parametrize("of", ["gamma[2]", "product"])
+def test_as_by_hand_from_the_states(kind: str, of: str) -> None:
+    name = f"{kind}:{of}"
+    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=name)
+    assert many.y.shape[1] == 1
+    assert np.array_equal(many.counts, np.ones(9))
+    for k, state in enumerate(STATES):
+        run = gi.solve(PROBLEM, state, **RUN, save_every=1)
+        by_hand = BY_HAND[kind](series(run, of))
+        assert np.allclose(many.readings[name][k], by_hand, rtol=1e-9, atol=0, equal_nan=True)
+        assert np.array_equal(many.final[k], run.y[-1])
+
+
+def test_what_does_not_vary_has_no_frequency() -> None:
+    run = {**RUN, "method": "gauss-8"}
+    many = gi.solve_ensemble(PROBLEM, STATES, **run, readings="frequency:energy")
+    assert np.isnan(many.readings["frequency:energy"]).all()
+
+
+def test_exponents_are_those_of_single_runs() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES[:3], **RUN, readings=["exponent", gi.Exponents(4)])
+    for k in range(3):
+        alone = gi.lyapunov(PROBLEM, STATES[k], **RUN)
+        assert np.array_equal(many.readings["exponents"][k], alone.exponents)
+        largest = gi.lyapunov(PROBLEM, STATES[k], **RUN, count=1)
+        assert many.readings["exponent"][k] == largest.exponents[0]
+
+
+def test_points_of_sections_are_those_of_single_motions() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=gi.SectionPoints("gamma[2]", 7))
+    found = many.readings["section:gamma[2]"]
+    assert found.shape == (9, 7, 7)
+    alone = gi.poincare_section(PROBLEM, STATES[4], "gamma[2]", 7, method="rk-4", step=0.05)
+    assert np.array_equal(found[4, :, 0], alone.tau)
+    assert np.array_equal(found[4, :, 1:], alone.y)
+
+
+def test_a_histogram_counts_all_states_of_all_members_once() -> None:
+    edges = np.linspace(-1.0, 1.0, 9)
+    asked = {"h": gi.Histogram("gamma[0]", edges)}
+    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked, keep_states=True)
+    assert many.y.shape[1] == 241
+    inside = many.y[:, :, 0]
+    assert np.array_equal(many.readings["h"], np.histogram(inside, edges)[0])
+    spread = gi.solve_ensemble(PROBLEM, np.tile(STATES, (30, 1)), **RUN, readings=asked, workers=2)
+    assert np.array_equal(spread.readings["h"], 30 * many.readings["h"])
+
+
+def test_the_same_by_other_ways() -> None:
+    """Blocks of an executor, members one by one: to the same bits."""
+    names = ["drift:K", "frequency:gamma[1]", "windows:energy"]
+    one = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=names, workers=1)
+    with ThreadPoolExecutor(2) as pool:
+        other = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=names, executor=pool)
+    by_one = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=names, observe=["energy"])
+    for name in names:
+        assert np.array_equal(one.readings[name], other.readings[name])
+        assert np.array_equal(one.readings[name], by_one.readings[name])
+
+
+def test_several_problems_read_their_own_quantities() -> None:
+    spheres = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (2.0, 4.0)]
+    many = gi.solve_ensemble(spheres, STATES[0], **RUN, readings="final:energy")
+    for k, sphere in enumerate(spheres):
+        assert many.readings["final:energy"][k] == gi.value(sphere, "energy", many.final[k])
+    assert many.readings["final:energy"][0] != many.readings["final:energy"][1]
+
+
+def test_of_a_member_that_fails_nothing_is_read() -> None:
+    @gi.field
+    def bursting(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = y[0] * y[0]
+
+    problem = gi.Problem("bursting", pieces=(("x", 1),), field=bursting)
+    states = np.array([[0.1], [3.0], [0.2]])
+    many = gi.solve_ensemble(
+        problem, states, t_end=2.0, method="rk-4", step=0.01, readings=["final:x", "drift:x"]
+    )
+    assert list(many.status) == ["success", "failed", "success"]
+    for values in many.readings.values():
+        assert list(np.isnan(values)) == [False, True, False]
+
+
+class Turns(gi.Reading):
+    """How often a component changes its sign."""
+
+    along = True
+    name = "turns"
+
+    def read(self, ran: Any) -> Any:
+        return np.count_nonzero(np.diff(np.sign(ran.series("gamma[0]")), axis=1), axis=1)
+
+
+class Wrong(Turns):
+    def read(self, ran: Any) -> Any:
+        return [1.0] * (len(ran) + 1)
+
+
+class Failing(Turns):
+    def read(self, ran: Any) -> Any:
+        raise KeyError("no")
+
+
+def test_a_reading_of_ones_own() -> None:
+    many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=[Turns()])
+    assert many.readings["turns"].shape == (9,)
+    assert many.readings["turns"].max() > 1
+    assert many.to_xarray()["turns"].dims == ("member",)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ("drift:enrgy", "energy"),
+        ("drfit:energy", "drift"),
+        ("drift", "NAME"),
+        ("final:gamma[3]", r"gamma\[0\]"),
+        (["final:K", "final:K"], "unlike"),
+        (7, "readings"),
+        ([7], "readings"),
+        (Wrong(), "a row for each"),
+        (Failing(), "KeyError"),
+        (gi.Histogram("energy", [1.0, 1.0]), "rising"),
+        (gi.Histogram("energy", "ab"), "edges"),
+        (gi.Windows("energy", 0), "count"),
+        (gi.Exponents(0), "count"),
+        (gi.SectionPoints(["gamma[0]", "gamma[1]"]), "one event"),
+    ],
+)
+def test_what_cannot_be_read(asked: Any, said: str) -> None:
+    with pytest.raises(gi.DomainError, match=said):
+        gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked)
+
+
+def test_samples_at_uneven_times_have_no_frequency() -> None:
+    with pytest.raises(gi.DomainError, match="equal steps"):
+        gi.solve_ensemble(PROBLEM, STATES, tau_end=4.0, method="dop853-adaptive", readings="mean:K")
+    times = np.geomspace(0.1, 4.0, 40)
+    with pytest.raises(gi.DomainError, match="equal steps"):
+        gi.solve_ensemble(PROBLEM, STATES, tau_end=4.0, tau_eval=times, readings="mean:K")
+
+
+def test_adaptive_members_at_even_times() -> None:
+    times = np.linspace(0.0, 20.0, 201)
+    run: dict[str, Any] = {"tau_end": 20.0, "tau_eval": times}
+    fine = gi.solve_ensemble(PROBLEM, STATES, **run, readings="frequency:gamma[0]", step=0.01)
+    other = gi.solve_ensemble(
+        PROBLEM, STATES, **run, readings="frequency:gamma[0]", method="dop853-adaptive"
+    )
+    name = "frequency:gamma[0]"
+    assert np.allclose(fine.readings[name], other.readings[name], rtol=1e-5)
+
+
+def test_exponents_need_an_end_in_own_time() -> None:
+    with pytest.raises(gi.DomainError, match="tau_end"):
+        gi.solve_ensemble(PROBLEM, STATES, t_end=4.0, readings="exponent")
+
+
+def test_in_a_dataset() -> None:
+    asked = {"h": gi.Histogram("gamma[0]", [-1, 0, 1]), "w": gi.Windows("K", 4), "f": "final:K"}
+    data = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked).to_xarray()
+    assert data["f"].dims == ("member",)
+    assert data["w"].dims[0] == "member"
+    assert "member" not in data["h"].dims
+
+
+def test_many_members_in_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """States of a block are all that is held at a time, and blocks are small enough."""
+    from geomint.run.ensemble import spread
+
+    sizes: list[int] = []
+    run_block = spread.run_block
+
+    def seen(asked: Any, given: Any, stop: Any = None) -> Any:
+        sizes.append(len(given))
+        return run_block(asked, given, stop)
+
+    monkeypatch.setattr(spread, "run_block", seen)
+    monkeypatch.setattr(spread, "NUMBERS", 1 << 14)
+    many = gi.solve_ensemble(PROBLEM, np.tile(STATES, (20, 1)), **RUN, readings="drift:energy")
+    assert max(sizes) * 242 * 6 <= 1 << 14
+    assert sum(sizes) == 180
+    assert np.isfinite(many.readings["drift:energy"]).all()
