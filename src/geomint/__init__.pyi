@@ -3,6 +3,7 @@
 from .arguments import as_vector as as_vector
 from .cli.chaos_report import chaos_report as chaos_report
 from .cli.drift_report import drift_report as drift_report
+from .cli.scan_report import scan_report as scan_report
 from .cli.section_report import section_report as section_report
 from .errors import (
     ArgumentError as ArgumentError,
@@ -96,6 +97,7 @@ from .problems.spaces.tangent_bundle import (
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .problems.two_form import SymplecticForm as SymplecticForm
+from .run.draws import draw_states as draw_states
 from .run.ensemble.readings.of_runs import Exponents as Exponents, SectionPoints as SectionPoints
 from .run.ensemble.readings.of_series import Histogram as Histogram, Windows as Windows
 from .run.ensemble.readings.reading import Reading as Reading
@@ -219,6 +221,7 @@ __all__ = [
     "check_folder",
     "cos",
     "derivative",
+    "draw_states",
     "drift_report",
     "field",
     "find_method",
@@ -243,6 +246,7 @@ __all__ = [
     "rotation_number",
     "run_methods",
     "run_scene",
+    "scan_report",
     "scene_names",
     "section",
     "section_report",

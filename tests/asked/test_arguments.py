@@ -413,6 +413,7 @@ BELOW = {
     "lyapunov": {"progress"},
     "drift_report": {"scene", "out", "progress", "methods"},
     "chaos_report": {"scene", "out", "count", "progress"},  # tests/report/test_chaos_page.py
+    "scan_report": {"scene", "out", "progress", "keys"},  # tests/report/test_scan_page.py
     "section_report": {"scene", "out", "progress", "keys"},  # tests/report/test_section_page.py
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
@@ -430,7 +431,7 @@ FAMILIES = (
 )  # fmt: skip
 READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
 # All but the families: tests/ensemble.
-ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "solve_ensemble"}
+ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "draw_states", "solve_ensemble"}
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip

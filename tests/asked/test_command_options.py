@@ -55,6 +55,7 @@ LONG = ("s.toml", "--method", "rk-4", "--step", "0.125", "--tau-end", "1e13")
 YES = {"--yes": (LONG, (*LONG, "--yes"))}
 AT = ("s.toml", "--event", "gamma[2]", "--points", "3")
 IN_T = ("s.toml", "--representation", "reduced")
+SCAN = ("s.toml", "--vary", "D=2:4:3")
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
 # command: {option: (arguments, other arguments)}
@@ -90,6 +91,30 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--count": (("s.toml",), ("s.toml", "--count", "2")),
         **OUT,
         **QUIET,
+    },
+    "scan": {
+        **{n: SCENE_OPTIONS[n] for n in ("--debug",)},
+        "scene": ((*SCAN,), ("o.toml", *SCAN[1:])),
+        "--method": ((*SCAN, "--method", "gauss-4"), (*SCAN, "--method", "gauss-5")),
+        "--step": ((*SCAN, "--step", "0.25"), (*SCAN, "--step", "0.0625")),
+        "--t-end": ((*SCAN, "--t-end", "2"), (*SCAN, "--t-end", "1")),
+        "--tau-end": ((*SCAN, "--tau-end", "2"), (*SCAN, "--tau-end", "1")),
+        "--representation": (
+            (*SCAN, "--t-end", "1", "--representation", "reduced"),
+            (*SCAN, "--t-end", "1", "--representation", "own"),
+        ),
+        "--vary": (SCAN, ("s.toml", "--vary", "D=2:4:4")),
+        "--draws": ((*SCAN, "--draws", "2"), (*SCAN, "--draws", "3")),
+        "--keep": ((*SCAN, "--draws", "2"), (*SCAN, "--draws", "2", "--keep", "energy,K")),
+        "--temperature": (
+            (*SCAN, "--draws", "2", "--temperature", "1"),
+            (*SCAN, "--draws", "2", "--temperature", "2"),
+        ),
+        "--seed": ((*SCAN, "--draws", "2"), (*SCAN, "--draws", "2", "--seed", "1")),
+        "--show": (SCAN, (*SCAN, "--show", "final:K")),
+        "--workers": ((*SCAN, "--workers", "1"), (*SCAN, "--workers", "2")),
+        "--out": ((*SCAN, "--out", "one"), (*SCAN, "--out", "two")),
+        "--quiet": (SCAN, (*SCAN, "--quiet")),
     },
     "compare": {
         "scene": SCENE_OPTIONS["scene"],
@@ -184,6 +209,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     from chaplygin.audit import report as audit_report, run as audit_run
     from chaplygin.pictures import command, motion
     from geomint.compare import of_scene
+    from geomint.plan import scan
     from geomint.report import compare_page, drift_page
     from geomint.stress import page, sweep
 
@@ -197,6 +223,14 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(of_scene, "compare_scene", note("compare", lambda: compared))
     monkeypatch.setattr(compare_page, "reference_text", lambda reference: [reference])
     monkeypatch.setattr(page, "write_stress_report", note("report", lambda: Path("page")))
+
+    solve_ensemble = scan.solve_ensemble
+
+    def ensemble(*args: Any, **kwargs: Any) -> Any:
+        found.append((seen(args), seen({k: x for k, x in kwargs.items() if k != "progress"})))
+        return solve_ensemble(*args, **kwargs)
+
+    monkeypatch.setattr(scan, "solve_ensemble", ensemble)
 
     def run_selection(selection: Any, watch: Any, *, seconds: float, workers: int) -> Any:
         if seconds == 7.0:

@@ -34,6 +34,7 @@ COMMANDS = {
     "run": "Integrate a scene and write states and drifts to a NetCDF file.",
     "drift": "Integrate a scene for long and report how its invariants drift.",
     "section": "Follow motions of a scene until each has crossed a surface so many times.",
+    "scan": "Integrate a scene with many values of its numbers, or from many states.",
     "chaos": "Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.",
     "compare": "Run many methods on one scene: run time against error.",
     "stress": "Drive every method on every system to where it stops working.",

@@ -10,6 +10,7 @@ from .choice import Choice, Route, Saving
 from .duration import Estimate, estimate, expected_time
 from .fitting import representation_for
 from .plan import Plan, make_plan, run_scene
+from .scan import ScanPlan, plan_scan
 from .sections import SectionPlan, plan_section
 from .several import (
     MethodRun,
@@ -28,6 +29,7 @@ __all__ = [
     "Plan",
     "Route",
     "Saving",
+    "ScanPlan",
     "SectionPlan",
     "SeveralRuns",
     "common_notes",
@@ -36,6 +38,7 @@ __all__ = [
     "expected_time",
     "make_plan",
     "plan_chaos",
+    "plan_scan",
     "plan_section",
     "representation_for",
     "run_methods",

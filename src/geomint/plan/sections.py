@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array
-from ..errors import FormError, SceneError, quoted
+from ..errors import SceneError, quoted
 from ..kernels.compiling.sameness import Compared
 from ..run.events import Event
 from ..run.level import states_on_level
@@ -16,9 +16,7 @@ from ..run.poincare import poincare_section
 from ..run.section import Section
 from ..scene.scene import Scene
 from .choice import Asked, Route
-from .cost import cost_of
-from .fitting import unfit
-from .representation import has
+from .part import route_with
 
 __all__ = ["SectionPlan", "plan_section"]
 
@@ -78,7 +76,8 @@ def plan_section(scene: Scene, **keys: Any) -> SectionPlan:
     scene = scene.changed(section=given) if given else scene
     section = scene.content.section
     name, event = _event(scene)
-    route = _route(Asked(scene, "drift"), [event.what, *(section.axes or [])])
+    asked = Asked(scene, "drift")
+    route = route_with(asked, [event.what, *(section.axes or [])], "this section")
     problem, state = route.problem, route.state
     states = state[None, :]
     if section.motions > 1:
@@ -98,41 +97,3 @@ def _event(scene: Scene) -> tuple[str, Event]:
     level = known.level if section.level is None else section.level
     event = Event(known.what, section.direction or known.direction, level=level)
     return name if name in events else event.name, event
-
-
-def _route(c: Asked, names: list[str]) -> Route:
-    """Return the cheapest representation that the method fits, that has what is named.
-
-    Of those in the scene's own time whose numbers are all among its own, as long as there are any.
-    """
-    asked, own = c.content.integrate.representation, c.route(c.own)
-    wanted = list(c.model.problems) if asked is None else [c.own if asked == "own" else asked]
-    obstacles: dict[str, str] = {}
-    for name in wanted:
-        problem = c.model.problems[name]
-        lacking = ", ".join(n for n in names if not has(problem, n))
-        found = unfit(problem, c.method, {})
-        if c.content.integrate.exact:
-            found = "has no exact flow" if problem.make_exact is None else ""
-        obstacles[name] = found or (f"has no {lacking}" if lacking else "")
-    fitting = [c.route(name) for name in wanted if not obstacles[name]]
-    if not fitting:
-        words = "; ".join(f"{name}: {why}" for name, why in obstacles.items())
-        raise FormError(
-            f"no representation of {c.content.system.name!r} serves for this section by "
-            f"{'the exact flow' if c.content.integrate.exact else repr(c.method.name)}: {words}"
-        )
-    within = [route for route in fitting if _within(route, own)] or fitting[:1]
-    return min(within, key=lambda route: cost_of(route.problem, c.method.needs, route.state))
-
-
-def _within(part: Route, own: Route) -> bool:
-    """Tell whether all numbers of a representation are numbers of another, by their names."""
-    mine, theirs = _numbers(part), _numbers(own)
-    return part.problem.time == own.problem.time and all(
-        name in theirs and np.array_equal(numbers, theirs[name]) for name, numbers in mine.items()
-    )
-
-
-def _numbers(route: Route) -> dict[str, Array]:
-    return {name: route.state[rows] for name, rows in route.problem.slices.items()}

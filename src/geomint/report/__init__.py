@@ -13,3 +13,4 @@ COMPARE_FILES = (
 STRESS_FILES = ("stress.html", "stress.json", "stress.png", "stress.svg")
 CHAOS_FILES = ("chaos.csv", "chaos.html", "chaos.json", "chaos.png", "chaos.svg")
 SECTION_FILES = ("section.csv", "section.html", "section.json", "section.png", "section.svg")
+SCAN_FILES = ("scan.csv", "scan.html", "scan.json", "scan.png", "scan.svg")

@@ -16,29 +16,35 @@ from ..methods.stepper import filled_block
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import written
 
-__all__ = ["Values", "evaluator", "values_at"]
+__all__ = ["Values", "evaluator", "values_at", "writer"]
 
 Values = Callable[[Array, Array], Array]  # of times and states, one a row
 
 
 def evaluator(problem: Problem, function: Recorded, compiled: bool = True) -> Values:
     """Return what evaluates a function ``f(params, t, y, work)`` at times and states, one a row."""
+    values = writer(problem, written(function), 1, compiled)
+    return lambda times, states: values(times, states)[:, 0]
+
+
+def writer(problem: Problem, function: Recorded, width: int, compiled: bool = True) -> Values:
+    """Return what a function ``f(params, t, y, out, work)`` writes at states, `width` numbers a row."""
     sizes = {"params": len(problem.params), "y": problem.rows}
     sample = SAMPLE.call(
         compiled,
-        values=bind(written(function), FIELD, **sizes, out=1).entry(compiled),
+        values=bind(function, FIELD, **sizes, out=width).entry(compiled),
         params=filled_block(problem.params),
         rows=problem.rows,
         stride=problem.rows,
         work=scalar_block(problem.work),
-        width=1,
+        width=width,
     )
 
     def values(times: Array, states: Array) -> Array:
-        out = scalar_block(len(times))
+        out = scalar_block(len(times) * width)
         given = {"times": Block(np.ascontiguousarray(times)), "count": len(times)}
         sample(states=Block(np.ascontiguousarray(states).reshape(-1)), out=out, **given)
-        return np.asarray(out.data)
+        return np.asarray(out.data).reshape(len(times), width)
 
     return values
 

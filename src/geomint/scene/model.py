@@ -14,6 +14,7 @@ __all__ = [
     "CompareSection",
     "Content",
     "DriftSection",
+    "EnsembleSection",
     "EventSection",
     "IntegrateSection",
     "ObserveSection",
@@ -180,6 +181,23 @@ class SectionSection(Section):
     axes: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
 
 
+class EnsembleSection(Section):
+    """``[ensemble]``: what ``geomint scan`` does if its command line says nothing else.
+
+    `vary` has values for numbers of ``[system]`` and ``[initial]``, as lists or ``"A:B:N"``: every
+    combination is integrated. With `draws` each is so from that many random states in place of the
+    scene's, by the invariant measure where the quantities `keep` are as at the scene's state, or with
+    the weight exp(−energy/`temperature`). What is read off every member: `show`.
+    """
+
+    vary: dict[Name, Name | list[Number]] = Field(default_factory=dict)
+    draws: Count | None = None
+    keep: list[Name] | None = None
+    temperature: Positive | None = None
+    seed: Annotated[int, Field(ge=0)] = 0
+    show: Annotated[list[Name], Field(min_length=1)] | None = None
+
+
 class Content(Section):
     """A whole scene file."""
 
@@ -195,3 +213,4 @@ class Content(Section):
     drift: DriftSection = Field(default_factory=DriftSection)
     compare: CompareSection = Field(default_factory=CompareSection)
     section: SectionSection = Field(default_factory=SectionSection)
+    ensemble: EnsembleSection = Field(default_factory=EnsembleSection)

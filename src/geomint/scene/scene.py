@@ -32,8 +32,8 @@ class Scene(Compared):
         For messages and reports.
     **sections
         As in a scene file: `title`, `description`, and mappings `system`, `initial`, `time`,
-        `integrate`, `observe`, `save`, `events`, `drift`, `compare`, `section`. Arrays are taken
-        for lists.
+        `integrate`, `observe`, `save`, `events`, `drift`, `compare`, `section`, `ensemble`.
+        Arrays are taken for lists.
 
     Attributes
     ----------

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import brentq
 
 from ..arguments import as_array, positive, whole
 from ..errors import DomainError
@@ -117,5 +116,7 @@ def _largest(z: Array, times: Array, window: Array) -> float:
     low, high = (top - 1) * width, (top + 1) * width
     if not slope(low) > 0.0 > slope(high):  # a plateau: nothing is there but round-off
         return float((top * width + np.pi) % (2.0 * np.pi) - np.pi)
+    from scipy.optimize import brentq  # half a second, which scans for other readings need not wait
+
     nu = float(brentq(slope, low, high, xtol=1e-18, rtol=8.9e-16))  # type: ignore[no-untyped-call]
     return (nu + np.pi) % (2.0 * np.pi) - np.pi

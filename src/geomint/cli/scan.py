@@ -1,0 +1,101 @@
+"""``geomint scan``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .options import (
+    chosen_scene,
+    debug_option,
+    end_options,
+    exit_code,
+    folder_option,
+    list_option,
+    print_message,
+    print_notes,
+    reproducing_command,
+    say,
+    scene_choice,
+)
+
+__all__ = ["command"]
+
+
+def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ...]) -> Any:
+    pairs = dict(text.partition("=")[::2] for text in given)
+    bad = [text for text in given if "=" not in text]
+    if bad or len(pairs) < len(given):
+        raise click.BadParameter(f"{bad or list(given)}: expected KEY=A:B:N, each key once")
+    return pairs or None
+
+
+@click.command("scan")
+@scene_choice
+@end_options
+@click.option(
+    "--vary",
+    multiple=True,
+    metavar="KEY=A:B:N",
+    callback=_pairs,
+    help="N values from A to B of a number of [system] or [initial], such as D or gamma[2]; "
+    "A:B:N:log, or numbers with commas between. Twice for a map.",
+)
+@click.option(
+    "--draws", type=click.IntRange(min=1), help="Random states, by the invariant measure."
+)
+@list_option("--keep", metavar="LIST", help="Quantities that draws have as the scene's state has.")
+@click.option("--temperature", type=float, help="Draws have the weight exp(−energy/temperature).")
+@click.option("--seed", type=click.IntRange(min=0), help="Of the draws.")
+@list_option(
+    "--show",
+    metavar="LIST",
+    help="What is read off: final:NAME, drift:NAME, lowest:, highest:, mean:, digits:, frequency:, "
+    "exponent.",
+)
+@click.option("--workers", type=click.IntRange(min=1), help="Threads; else as many as cores.")
+@folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")
+@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@debug_option
+def command(
+    scene: str,
+    method: str | None,
+    step: float | None,
+    representation: str | None,
+    t_end: float | None,
+    tau_end: float | None,
+    workers: int | None,
+    out: Path,
+    quiet: bool,
+    **keys: Any,
+) -> int:
+    """Integrate a scene with many values of its numbers, or from many states, and chart the outcome.
+
+    The end is the scene's own, unless another one is given.
+    """
+    from ..errors import printable
+    from ..plan import plan_scan
+    from ..report import SCAN_FILES
+    from ..run.files.outputs import check_folder
+
+    given: dict[str, Any] = {"method": method, "step": step, "representation": representation}
+    chosen = chosen_scene(scene, **given, t_end=t_end, tau_end=tau_end)
+    plan = plan_scan(chosen, **keys)
+    print_notes(chosen)
+    check_folder(out, SCAN_FILES)
+    many = plan.run(None if not quiet else False, workers)
+
+    from ..report.scan_page import scan_lines, scan_record, scan_status, write_scan_report
+
+    page = write_scan_report(plan, many, out, reproducing_command())
+    if many.errors:
+        number, error = next(iter(sorted(many.errors.items())))
+        print_message(f"{len(many.errors)} of {len(many)} members failed; {number}: {error}")
+    status = scan_status(many)
+    if not quiet:
+        for line in scan_lines(scan_record(plan, many, None)):
+            click.echo(printable(line))
+        say("report" if status == "success" else f"report ({status})", page)
+    return exit_code(status)

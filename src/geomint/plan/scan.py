@@ -1,0 +1,173 @@
+"""A scan: a scene with many values of its numbers, from many states, and what is read off all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..arguments import Array
+from ..errors import SceneError, nearest, quoted
+from ..kernels.compiling.sameness import Compared
+from ..problems.problem import Problem
+from ..run.draws import draw_states
+from ..run.ensemble.readings.of_runs import Exponents
+from ..run.ensemble.readings.of_series import OfQuantity
+from ..run.ensemble.readings.reading import Reading
+from ..run.ensemble.readings.spelled import chosen_readings
+from ..run.ensemble.result import Ensemble
+from ..run.ensemble.solve_ensemble import solve_ensemble
+from ..scene.scene import Scene
+from ..scene.variation import Variation, chosen_variations, varied_models
+from .choice import Asked, Route
+from .part import route_with
+from .representation import has
+
+__all__ = ["ScanPlan", "plan_scan"]
+
+MOST_KEYS = 2  # what a picture shows
+
+
+@dataclass(frozen=True, eq=False)
+class ScanPlan(Compared):
+    """How a scan is made.
+
+    Attributes
+    ----------
+    route : Route
+        What is integrated, of the scene as it is.
+    variations : tuple of Variation
+        At most two.
+    readings : dict of str to Reading
+    problems : tuple of Problem
+        One for each member, or one for all.
+    states : array, shape (members, rows)
+        Where the members begin.
+    values : array, shape (members, len(variations))
+        Of the numbers that vary.
+    draws : array of int, shape (members,)
+        Which of the random states with these values it is; 0 without draws.
+    """
+
+    scene: Scene
+    route: Route
+    variations: tuple[Variation, ...]
+    readings: dict[str, Reading]
+    problems: tuple[Problem, ...]
+    states: Array
+    values: Array
+    draws: npt.NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def run(self, progress: bool | None = None, workers: int | None = None) -> Ensemble:
+        """Integrate all members; after Ctrl-C with those that are done."""
+        content = self.scene.content
+        return solve_ensemble(
+            self.problems,
+            self.states,
+            **Asked(self.scene, "run").end,
+            method=self.scene.method,
+            step=content.integrate.step,
+            save_every=content.save.every,
+            readings=self.readings,
+            progress=progress,
+            workers=workers,
+        )
+
+
+def plan_scan(scene: Scene, **keys: Any) -> ScanPlan:
+    """Return how a scan of a scene is made.
+
+    Parameters
+    ----------
+    scene : Scene
+    **keys
+        Of its ``[ensemble]``, in place of what is there; None leaves one as it is.
+
+    Raises
+    ------
+    SceneError, FormError, DomainError
+    """
+    given = {key: value for key, value in keys.items() if value is not None}
+    scene = scene.changed(ensemble=given) if given else scene
+    section = scene.content.ensemble
+    if scene.content.integrate.exact:
+        raise SceneError(f"scene {quoted(scene.name)}: a scan takes steps: leave out exact")
+    variations = tuple(chosen_variations(scene, section.vary))
+    if not variations and section.draws is None:
+        raise SceneError(f"scene {quoted(scene.name)}: nothing varies: give vary (--vary) or draws")
+    if len(variations) > MOST_KEYS:
+        names = [v.key for v in variations]
+        raise SceneError(f"vary: {quoted(names)}: expected at most {MOST_KEYS} of them")
+    readings = chosen_readings(section.show or _usual(scene.problem))
+    asked = Asked(scene, "drift")
+    route = _route(asked, readings)
+    problems, states, values, draws = _members(scene, route, variations)
+    return ScanPlan(scene, route, variations, readings, problems, states, values, draws)
+
+
+def _usual(problem: Problem) -> list[str]:
+    """Return what is read off if nothing else is asked for: the drift of the first invariant."""
+    names = list(problem.invariants)
+    return [f"drift:{names[0]}"] if names else [f"final:{problem.pieces[0][0]}[0]"]
+
+
+def _route(asked: Asked, readings: dict[str, Reading]) -> Route:
+    """Return what is integrated: for exponents the scene's own, of which a part has other ones."""
+    names = [reading.of for reading in readings.values() if isinstance(reading, OfQuantity)]
+    problems = asked.model.problems.values()
+    for name in names:
+        if not any(has(problem, name) for problem in problems):
+            known = dict.fromkeys(q for problem in problems for q in problem.diagnostics)
+            raise SceneError(f"show: {quoted(name)}: no such quantity.{nearest(name, [*known])}")
+    own = asked.scene.content.integrate.representation is None and any(
+        isinstance(reading, Exponents) for reading in readings.values()
+    )
+    if own:
+        asked = Asked(asked.scene.changed_integration(representation="own"), asked.purpose)
+    return route_with(asked, names, "this scan", asked.end)
+
+
+def _members(
+    scene: Scene, route: Route, variations: Sequence[Variation]
+) -> tuple[tuple[Problem, ...], Array, Array, npt.NDArray[np.int64]]:
+    """Return problems and states of all members, the numbers that vary, and which draws they are."""
+    section, problems, states, values = scene.content.ensemble, [], [], []
+    for numbers, model in varied_models(scene, variations):
+        if route.name not in model.problems:
+            where = ", ".join(
+                f"{v.key} = {x:.9g}" for v, x in zip(variations, numbers, strict=True)
+            )
+            raise SceneError(f"with {where}: the system has no representation {route.name!r}")
+        problem, state = model.problems[route.name], model.states[route.name]
+        drawn = state[None, :]
+        if section.draws is not None:
+            drawn = draw_states(
+                problem,
+                section.draws,
+                at=state,
+                keep=_kept(scene, problem),
+                temperature=section.temperature,
+                seed=section.seed,
+            )
+        problems.append(problem)
+        states.append(drawn)
+        values.append(numbers)
+    each = len(states[0])
+    found = np.repeat(np.array(values).reshape(len(values), -1), each, axis=0)
+    repeated = [problem for problem in problems for _ in range(each)]
+    many = tuple(repeated if variations else problems)
+    return many, np.concatenate(states), found, np.tile(np.arange(each), len(states))
+
+
+def _kept(scene: Scene, problem: Problem) -> list[str]:
+    """Return what draws keep: what is asked for, else the energy unless it has a temperature."""
+    section = scene.content.ensemble
+    if section.keep is not None:
+        return list(section.keep)
+    return [] if section.temperature is not None else ["energy"]

@@ -1,0 +1,142 @@
+"""The report of a scan: page, picture, a row for every member as CSV, and JSON."""
+
+from __future__ import annotations
+
+import csv
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..plan import ScanPlan
+from ..plots.scan_plot import Chart, scan_figure
+from ..plots.style import data_uri
+from ..run.ensemble.result import Ensemble
+from ..run.provenance import finite_json, json_text, method_record
+from ..scene.provenance import scene_record
+from . import SCAN_FILES
+from .pages import render, write_files
+from .text import number
+
+__all__ = ["scan_lines", "scan_record", "scan_status", "write_scan_report"]
+
+FEW = 20  # failed members that the page and the JSON name
+
+
+def scan_status(many: Ensemble) -> str:
+    """Return ``"interrupted"``, ``"failed"`` if no member got anywhere, or ``"success"``."""
+    found = set(many.status)
+    if found & {"not run", "interrupted"}:
+        return "interrupted"
+    return "failed" if found == {"failed"} else "success"
+
+
+def columns_of(plan: ScanPlan, many: Ensemble) -> dict[str, Array]:
+    """Return the readings as columns of numbers, one for each member: of arrays one a number."""
+    found = {}
+    for name, values in many.readings.items():
+        flat = values.reshape(len(many), -1)
+        single = values.ndim == 1
+        found.update({name if single else f"{name}[{k}]": c for k, c in enumerate(flat.T)})
+    return found
+
+
+def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str, Any]:
+    """Return the content of ``scan.json``; the members are in ``scan.csv``.
+
+    `readings` has least, median and largest values over the members, and how many have one.
+    """
+    section = plan.scene.content.ensemble
+    record = {
+        "members": len(many),
+        "status": scan_status(many),
+        "statuses": dict(Counter(many.status.tolist())),
+        "vary": {v.key: v.values.tolist() for v in plan.variations},
+        "draws": section.draws,
+        "readings": {name: _summary(values) for name, values in columns_of(plan, many).items()},
+        "failed": [
+            {"member": k, **_place(plan, k), "error": str(error)}
+            for k, error in sorted(many.errors.items())[:FEW]
+        ],
+        "failures": len(many.errors),
+        "representation": plan.route.name,
+        "time": plan.route.problem.time,
+        "steps": int(many.steps.sum()),
+        "run_seconds": many.run_seconds,
+        **method_record(plan.scene.method),
+        "provenance": {**scene_record(plan.scene, command), "seed": section.seed},
+    }
+    told: dict[str, Any] = finite_json(record)
+    return told
+
+
+def _place(plan: ScanPlan, k: int) -> dict[str, float]:
+    pairs = zip(plan.variations, plan.values[k], strict=True)
+    return {variation.key: float(value) for variation, value in pairs}
+
+
+def _summary(values: Array) -> dict[str, Any]:
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return {"known": 0, "least": None, "median": None, "largest": None}
+    least, median, largest = np.quantile(known, [0.0, 0.5, 1.0])
+    return {"known": len(known), "least": least, "median": median, "largest": largest}
+
+
+def scan_lines(record: dict[str, Any]) -> list[str]:
+    """Return what a terminal shows."""
+    varied = [f"{key}: {len(values)} values" for key, values in record["vary"].items()]
+    drawn = [f"{record['draws']} draws"] if record["draws"] else []
+    told = ", ".join(f"{n} {status}" for status, n in record["statuses"].items())
+    lines = [
+        f"{record['members']} members ({'; '.join(varied + drawn)}): {told}",
+        f"{record['steps']} steps by {record['method']} ({record['run_seconds']:.3g} seconds)",
+        f"{'':24}{'least':>12}{'median':>12}{'largest':>12}",
+    ]
+    for name, row in record["readings"].items():
+        three = (row[key] for key in ("least", "median", "largest"))
+        lines.append(f"{name:24}" + "".join(f"{number(x, 4):>12}" for x in three))
+    return lines
+
+
+def _save(plan: ScanPlan, many: Ensemble, path: Path) -> None:
+    columns = columns_of(plan, many)
+    names = [*(v.key for v in plan.variations), "draw", "status", *columns]
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(["member", *names])
+        for k, status in enumerate(many.status):
+            numbers = (column[k].item() for column in columns.values())
+            row = [k, *plan.values[k].tolist(), int(plan.draws[k]), status, *numbers]
+            writer.writerow(row)
+
+
+def write_scan_report(
+    plan: ScanPlan, many: Ensemble, folder: Path, command: str | None = None
+) -> Path:
+    """Write the files of the report, all or none; return the path of the page.
+
+    Raises
+    ------
+    OutputError
+    """
+    record = scan_record(plan, many, command)
+    chart = Chart(
+        [v.key for v in plan.variations],
+        [v.values for v in plan.variations],
+        columns_of(plan, many),
+        plan.route.problem.time,
+    )
+    figure = scan_figure(chart)
+    page = render(
+        "scan.html.j2",
+        title=plan.scene.title,
+        record=record,
+        drawn=chart.drawn,
+        provenance=record["provenance"],
+        picture=data_uri(figure),
+    )
+    others = {"scan.csv": lambda path: _save(plan, many, path)}
+    return write_files(folder, SCAN_FILES, page, json_text(record), {"scan": figure}, others)

@@ -1,0 +1,199 @@
+"""Draws from the invariant measure: against distributions that are known exactly."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import chaplygin as ch
+import geomint as gi
+
+SIGNIFICANT = 1e-3  # at fixed seeds: a right test fails in one of a thousand choices of these
+COUNT = 2000
+
+
+@gi.field
+def oscillators(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1] = y[2], y[3]
+    out[2], out[3] = -params[0] * y[0], -y[1]
+
+
+@gi.observable
+def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * (y[2] * y[2] + y[3] * y[3] + params[0] * y[0] * y[0] + y[1] * y[1])
+
+
+@gi.observable
+def first(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * (y[2] * y[2] + params[0] * y[0] * y[0])
+
+
+@gi.observable
+def nonsense(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 1.0 + energy(params, t, y, work)
+
+
+OSCILLATORS = gi.Problem(
+    "oscillators",
+    pieces=(("q", 2), ("p", 2)),
+    params=[400.0],
+    field=oscillators,
+    invariants={"energy": energy, "first": first, "again": nonsense},
+    measure=gi.Measure(),
+)
+
+
+def test_a_level_of_energy_has_the_measure_of_the_flow_not_its_area() -> None:
+    """The energy of one of two oscillators is uniform, whatever their frequencies (20 : 1 here)."""
+    states = gi.draw_states(OSCILLATORS, COUNT, keep={"energy": 0.5})
+    part = 0.5 * (states[:, 2] ** 2 + 400.0 * states[:, 0] ** 2)
+    assert stats.kstest(part / 0.5, "uniform").pvalue > SIGNIFICANT
+    phase = np.arctan2(states[:, 2], 20.0 * states[:, 0])
+    assert stats.kstest(phase / (2.0 * np.pi) + 0.5, "uniform").pvalue > SIGNIFICANT
+    assert np.allclose([gi.value(OSCILLATORS, "energy", y) for y in states], 0.5, rtol=1e-10)
+
+
+def test_several_quantities_leave_a_torus() -> None:
+    states = gi.draw_states(OSCILLATORS, COUNT, keep={"energy": 0.5, "first": 0.1})
+    for phase in (
+        np.arctan2(states[:, 2], 20.0 * states[:, 0]),
+        np.arctan2(states[:, 3], states[:, 1]),
+    ):
+        assert stats.kstest(phase / (2.0 * np.pi) + 0.5, "uniform").pvalue > SIGNIFICANT
+
+
+def test_a_temperature() -> None:
+    """Coordinates are normal, with the variances of the equipartition of energy."""
+    states = gi.draw_states(OSCILLATORS, COUNT, temperature=0.3)
+    for row, variance in enumerate([0.3 / 400.0, 0.3, 0.3, 0.3]):
+        assert stats.kstest(states[:, row] / np.sqrt(variance), "norm").pvalue > SIGNIFICANT
+
+
+def marginal(problem: gi.Problem, theta: float, gammas: np.ndarray, weighted: bool) -> np.ndarray:
+    """Return the density of γ, up to a factor, by the Gaussian integral over tangent momenta."""
+    found = np.zeros(len(gammas))
+    for k, gamma in enumerate(gammas):
+        u = np.linalg.svd(gamma[None, :])[2][1:]
+        pairs = [gi.value(problem, "energy", np.concatenate([gamma, e])) for e in (*u, u[0] + u[1])]
+        quadratic = np.array([[2 * pairs[0], 0.0], [0.0, 2 * pairs[1]]])
+        quadratic[0, 1] = quadratic[1, 0] = pairs[2] - pairs[0] - pairs[1]
+        state = np.concatenate([gamma, u[0]])
+        log = gi.value(problem, problem.measure.log_density, state) if weighted else 0.0
+        found[k] = np.exp(log) * 2 * np.pi * theta / np.sqrt(np.linalg.det(quadratic))
+    return found
+
+
+def test_of_the_reduced_sphere_the_multiplier_is_the_density() -> None:
+    """γ by quadrature over the sphere; without the multiplier the same test says no."""
+    problem = ch.ChaplyginSphere(a=[0.3, 1.0, 2.5], D=3.0).reduced()
+    states = gi.draw_states(problem, 4000, temperature=0.5)
+    rng = np.random.default_rng(5)
+    gammas = rng.normal(size=(4000, 3))
+    gammas /= np.linalg.norm(gammas, axis=1, keepdims=True)
+    found = states[:, 0] ** 2
+    off = []
+    for weighted in (True, False):
+        weights = marginal(problem, 0.5, gammas, weighted)
+        squares = gammas[:, 0] ** 2
+        mean = np.average(squares, weights=weights)
+        variance = np.average((weights / weights.mean()) ** 2 * (squares - mean) ** 2)
+        error = np.sqrt(variance / len(gammas) + found.var() / len(found))
+        off.append(abs(found.mean() - mean) / error)
+    assert off[0] < 3.5
+    assert off[1] > 5.0
+
+
+def test_directions_of_a_free_particle_on_a_sphere_are_uniform() -> None:
+    """Of the homogeneous sphere both γ and the momentum's axis."""
+    problem = ch.ChaplyginSphere(a=[1.0, 1.0, 1.0], D=4.0).hamiltonized()
+    states = gi.draw_states(problem, COUNT, keep={"energy": 0.5})
+    axes = np.cross(states[:, :3], states[:, 3:])
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    for directions in (states[:, :3], axes):
+        for k in range(3):
+            assert stats.kstest(0.5 + 0.5 * directions[:, k], "uniform").pvalue > SIGNIFICANT
+
+
+@pytest.mark.parametrize(
+    "name", ["hamiltonized-n5", "ball-3d", "clebsch-n4", "veselova-n4", "ball-on-group-n4"]
+)
+def test_of_every_kind_of_state(name: str) -> None:
+    """Draws are admissible states with the energy, all different; by the seed always the same."""
+    scene = gi.load_scene(name)
+    states = gi.draw_states(scene.problem, 8, at=scene.state)
+    wanted = gi.value(scene.problem, "energy", scene.state)
+    for y in states:
+        assert gi.value(scene.problem, "energy", y) == pytest.approx(wanted, rel=1e-9)
+        assert np.allclose(scene.problem.canonical(y), y, atol=1e-12)
+    assert len({tuple(y) for y in states}) == 8
+    assert np.array_equal(states, gi.draw_states(scene.problem, 8, at=scene.state))
+    other = gi.draw_states(scene.problem, 8, at=scene.state, seed=1)
+    assert not np.array_equal(states, other)
+
+
+def test_a_level_without_bounds_is_told() -> None:
+    """The contact point of a rolling ball may be anywhere."""
+    scene = gi.load_scene("rolling-ball-n3")
+    with pytest.warns(gi.GeomintWarning, match="'r'.*no bounds"):
+        gi.draw_states(scene.problem, 8, at=scene.state)
+
+
+@pytest.mark.parametrize("n", range(3, 8))
+def test_in_every_dimension(n: int) -> None:
+    """On the sphere with equal moments γ₁ has the marginal of a uniform direction, n = 3 … 7."""
+    problem = ch.ChaplyginSphere(a=[1.0] * n, D=4.0).hamiltonized()
+    states = gi.draw_states(problem, 1000, keep={"energy": 0.5}, seed=n)
+    half = stats.beta((n - 1) / 2, (n - 1) / 2)
+    assert stats.kstest(0.5 + 0.5 * states[:, 0], half.cdf).pvalue > SIGNIFICANT
+
+
+def test_where_chains_begin_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From one and the same state all draws have the distribution that others have."""
+    from geomint.run import draws
+
+    start = gi.draw_states(OSCILLATORS, 1, keep={"energy": 0.5}, seed=9)
+
+    def all_there(level: Any, count: int, rng: Any, near: Any = None) -> np.ndarray:
+        # Some apart, by which units and spreads are known.
+        rest = np.random.default_rng(1).normal(size=(8, 4))
+        return np.concatenate([np.repeat(start, count - 8, axis=0), level.nearest(rest)[0]])
+
+    monkeypatch.setattr(draws, "on_level", all_there)
+    states = gi.draw_states(OSCILLATORS, COUNT, keep={"energy": 0.5})
+    part = 0.5 * (states[:, 2] ** 2 + 400.0 * states[:, 0] ** 2)
+    assert stats.kstest(part / 0.5, "uniform").pvalue > SIGNIFICANT
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, "at="),
+        ({"keep": []}, "infinite"),
+        ({"keep": {"enrgy": 1.0}}, "energy"),
+        ({"keep": {"energy": np.nan}}, "energy"),
+        ({"keep": {"energy": -1.0}}, "keep"),
+        ({"keep": {"energy": 1.0, "again": 2.0}}, "depend"),
+        ({"keep": 7}, "names"),
+        ({"temperature": 0.0}, "temperature"),
+        ({"temperature": "warm"}, "temperature"),
+        ({"keep": {"energy": 1.0}, "seed": -1}, "seed"),
+        ({"keep": {"energy": 1.0}, "at": [1.0]}, "state"),
+    ],
+)
+def test_what_makes_no_sense(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(gi.DomainError, match=said):
+        gi.draw_states(OSCILLATORS, 3, **given)
+
+
+def test_no_measure_no_draws() -> None:
+    bare = dataclasses.replace(OSCILLATORS, measure=None)
+    with pytest.raises(gi.DomainError, match="measure"):
+        gi.draw_states(bare, 3, keep={"energy": 1.0})
+    with pytest.raises(gi.DomainError, match="count"):
+        gi.draw_states(OSCILLATORS, 0, keep={"energy": 1.0})
+    with pytest.raises(gi.DomainError, match="problem"):
+        gi.draw_states(7, 3)
