@@ -215,6 +215,8 @@ def test_no_signal(signal: object) -> None:
 
 def test_wrong_input() -> None:
     rng = np.random.default_rng(0)
+    with pytest.raises(gi.DomainError, match="complex or in 2 columns"):
+        gi.rotation_number(np.arange(20.0))  # angles are no points
     with pytest.raises(gi.DomainError, match="close enough"):
         gi.rotation_number(np.exp(2j * np.pi * rng.random(500)))
     for step in (0.0, -1.0, np.nan, "x", 5e-324):

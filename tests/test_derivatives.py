@@ -118,6 +118,9 @@ def test_wrong_input() -> None:
         gi.gradient(problem, "enrgy", np.zeros(4))
     with pytest.raises(gi.DomainError, match="recorded"):
         gi.gradient(problem, 3, np.zeros(4))
+    bare = dataclasses.replace(problem, invariants={}, constraints={}, observables={})
+    with pytest.raises(gi.DomainError, match="has no quantities by name"):
+        gi.gradient(bare, "energy", np.zeros(4))
     ball = gi.load_scene("ball-3d").problem
     with pytest.raises(gi.FormError, match="needs a field"):
         gi.jacobian(dataclasses.replace(ball, field=None, clock=None), ball.random_state(0))
@@ -150,6 +153,9 @@ def test_functions_without_derivatives(name: str) -> None:
     for by in ("state", "parameters"):
         with pytest.raises(gi.DeclarationError, match=r"TypeError: .*derivatives .*test_deriv"):
             gi.jacobian(problem, [0.7], by=by)
+    if name == "**":
+        with pytest.raises(gi.DeclarationError, match=r"write products, or gi\.sqrt \("):
+            gi.jacobian(problem, [0.7])
     with pytest.raises(gi.DeclarationError, match=r"no (numbers with )?derivatives"):
         gi.tangent_flow(problem, [0.7], t_end=0.1, step=0.05, method="rk-4")
 

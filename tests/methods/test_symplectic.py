@@ -171,6 +171,10 @@ def test_what_has_none() -> None:
     reduced = gi.load_scene("sphere-n3")
     with pytest.raises(gi.DomainError, match="states no symplectic form"):
         gi.solve(reduced.problem, reduced.state, t_end=1.0, observe=["symplectic"])
+    free = gi.Problem("free", (("y", 2),), params=[1.0], field=prey)
+    for name, where in (("symplectic", "SymplecticForm"), ("measure", "Measure")):
+        with pytest.raises(gi.DomainError, match=rf"another name: .* see geomint\.{where}"):
+            gi.solve(free, [1.0, 0.5], t_end=1.0, observe=[name])
     p = gi.load_scene("hamiltonized-n3").problem
     bare = dataclasses.replace(p, measure=None, space=None)
     with pytest.raises(gi.DomainError, match="states no measure"):
@@ -206,3 +210,11 @@ def test_structure_says_so() -> None:
     assert "symplectic" not in gi.Gauss(4).structure(gi.load_scene("hamiltonized-n3").problem)
     assert "symplectic" in gi.Rattle().structure(sphere)
     assert "symplectic" not in gi.RungeKutta("rk-4").structure(flat)
+
+
+def test_axes_do_not_put_bars_around_a_norm() -> None:
+    run = gi.solve(
+        henon_heiles.problem(), henon_heiles.INITIAL, t_end=5.0, step=0.1, method="rk-4",
+        observe=["symplectic"],
+    )  # fmt: skip
+    assert run.plot_drift().axes[0].get_ylabel() == "largest ‖Φ*ω − ω‖/‖ω‖"

@@ -61,7 +61,8 @@ def draw_lines(
         A line below the title; what the sizes are of.
     """
     axes.set_xlabel(time_name(time_label))
-    axes.set_ylabel(f"largest |{label}|{' / scale' if relative else ''}")
+    size = label if label.startswith("‖") else f"|{label}|"  # a norm has its bars
+    axes.set_ylabel(f"largest {size}{' / scale' if relative else ''}")
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_autoscale_on(False)  # the limits below are drawn from the data

@@ -32,7 +32,9 @@ def observable_of(problem: Problem, f: Recorded | FunctionType | str, y: Array) 
     if isinstance(f, str):
         known = problem.diagnostics
         if f not in known:
-            raise DomainError("f", f, f"one of {sorted(known)}.{nearest(f, known)}")
+            some = f"one of {sorted(known)}.{nearest(f, known)}"
+            none = f"a recorded function: problem {problem.name!r} has no quantities by name"
+            raise DomainError("f", f, some if known else none)
         f = known[f]
     if not isinstance(f, Recorded | FunctionType):
         raise DomainError("f", f, "a name, or a function recorded with geomint.observable")

@@ -81,6 +81,7 @@ def unwatched_call(problem: str | None, f: Recorded, *arguments: Any) -> Any:
     except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
         said = str(error).replace("'Tangent'", "a number with derivatives")
         said = said.replace("Tangent", "a number with derivatives")
+        said += ": write products, or gi.sqrt" if "** or pow()" in said else ""
         what = f"raises {type(error).__name__}: {said} {_place(f, error)}; see geomint.field"
         raise DeclarationError(problem, f.function.__name__, what) from error
 

@@ -170,7 +170,7 @@ class _Group:
 
 def columns(name: str, directions: Any, rows: int) -> Array:
     """Return directions that are given, one a column."""
-    expected = f"finite numbers in {rows} rows, a direction a column"
+    expected = f"finite numbers of shape ({rows}, k), {rows} rows with a direction a column"
     found: Array = as_array(name, directions, expected)
     fits = found.ndim == 2 and len(found) == rows and found.shape[1] > 0
     if not (fits and np.isfinite(found).all()):

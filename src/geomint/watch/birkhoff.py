@@ -79,7 +79,7 @@ def birkhoff_average(values: Any) -> Average:
     Parameters
     ----------
     values : array_like, shape (N,) or (N, k)
-        Such as components of the states, or of quantities, that a run has saved.
+        Such as components of the states, or of quantities, that a run with ``save_every=1`` has saved.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     Parameters
     ----------
     signal : array_like, shape (N,) of complex numbers, or (N, 2)
-        Points of the plane, such as two components of the states.
+        Points of the plane, such as two components of the states; of an angle φ ``np.exp(1j * φ)``.
     step : float
         Time between samples.
 
@@ -143,7 +143,9 @@ def rotation_number(signal: Any, step: float = 1.0) -> Average:
     >>> print(f"{found.value:.12f}")
     1.414213562373
     """
-    expected = f"more than {FEWEST} finite points of the plane, none of them 0"
+    expected = (
+        f"more than {FEWEST} finite points of the plane, complex or in 2 columns, none of them 0"
+    )
     z = as_array("signal", signal, expected, np.complex128)
     if z.ndim == 2 and z.shape[1] == 2 and not z.imag.any():
         z = z[:, 0] + 1j * z[:, 1]

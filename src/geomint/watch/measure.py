@@ -67,7 +67,8 @@ class InvariantMeasure(StepsAgain):
     )
 
     def obstacle(self, problem: Problem) -> str:
-        return "" if problem.measure is not None else f"{problem.name!r} states no measure"
+        stated = problem.measure is not None
+        return "" if stated else f"{problem.name!r} states no measure, see geomint.Measure"
 
     def evaluates(self, problem: Problem) -> Measure | None:
         return problem.measure

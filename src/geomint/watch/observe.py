@@ -29,7 +29,8 @@ def choose_watchers(problem: Problem, wanted: Any) -> dict[str, Watcher]:
     ----------
     wanted : iterable of str, or mapping of str to what is watched under that name
         Names: of the problem's diagnostics; ``"measure"`` (`geomint.watch.measure`), if the problem has
-        one; of watchers that packages register; the groups ``"invariants"``, ``"constraints"``,
+        one; ``"symplectic"`` (`geomint.watch.symplectic`), if it has a form that its flow keeps; of
+        watchers that packages register; the groups ``"invariants"``, ``"constraints"``,
         ``"observables"`` and ``"all"``, which is what the problem has of its own. A mapping gives a
         function ``f(params, t, y, work)``, a `geomint.Watcher`, or the options of what has that name:
         ``{"all": {}, "measure": {"steps": 1000}}``.

@@ -58,8 +58,11 @@ def watcher_of(problem: Problem, name: str) -> Watcher:
     if watcher is None:
         own, other = quantities_of(problem), registered(name)
         close = nearest(name, [*own, *GROUPS, *plugged()])
-        obstacle = f"one of {own}: {other.obstacle(problem)}" if other is not None else ""
-        raise DomainError("observe", name, obstacle or f"a quantity of the problem.{close}")
+        expected = f"a quantity of the problem.{close}"
+        if other is not None:
+            known = f"one of {own}" if own else "another name"
+            expected = f"{known}: {other.obstacle(problem)}"
+        raise DomainError("observe", name, expected)
     return watcher
 
 

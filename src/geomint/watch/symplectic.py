@@ -55,7 +55,7 @@ class SymplecticDefect(StepsAgain):
 
     def obstacle(self, problem: Problem) -> str:
         if problem.symplectic_form is None:
-            return f"{problem.name!r} states no symplectic form"
+            return f"{problem.name!r} states no symplectic form, see geomint.SymplecticForm"
         bound = problem.hamiltonian is not None and problem.measure is None
         return f"{problem.name!r} states no measure, whose manifold has the form" if bound else ""
 
