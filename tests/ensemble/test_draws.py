@@ -47,6 +47,65 @@ OSCILLATORS = gi.Problem(
 )
 
 
+@gi.field
+def quartic(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1] = y[1], -y[0] * y[0] * y[0]
+
+
+@gi.observable
+def quartic_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * y[1] * y[1] + 0.25 * y[0] * y[0] * y[0] * y[0]
+
+
+QUARTIC = gi.Problem(
+    "quartic",
+    pieces=(("q", 1), ("p", 1)),
+    field=quartic,
+    invariants={"energy": quartic_energy},
+    measure=gi.Measure(),
+)
+
+
+@pytest.mark.parametrize("energy", [0.25, 4.0])
+def test_one_closed_orbit_is_drawn_as_long_as_the_motion_stays(energy: float) -> None:
+    """Of ½p² + ¼q⁴ = E the time between 0 and q is an integral of 1/p: far from the arc's length."""
+    states = gi.draw_states(QUARTIC, 4000, keep={"energy": energy})
+    end = (4.0 * energy) ** 0.25
+    s = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001))  # q = s end; no root at the ends in it
+    rate = 1.0 / np.sqrt(1.0 + s * s)
+    angle = np.arcsin(s)
+    time = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(angle))])
+    part = np.interp(states[:, 0] / end, s, time / time[-1])
+    assert stats.kstest(part, "uniform").pvalue > SIGNIFICANT
+    assert abs((states[:, 1] > 0.0).mean() - 0.5) < 0.03
+
+
+@gi.field
+def wells(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1] = y[1], y[0] - y[0] * y[0] * y[0]
+
+
+@gi.observable
+def wells_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * y[1] * y[1] - 0.5 * y[0] * y[0] + 0.25 * y[0] * y[0] * y[0] * y[0]
+
+
+WELLS = dataclasses.replace(QUARTIC, name="wells", field=wells, invariants={"energy": wells_energy})
+
+
+def test_about_two_wells_steps_have_to_be_reversible() -> None:
+    """Where a level has a waist, projections from one side find the other: such steps are not taken."""
+    energy = 0.1
+    states = gi.draw_states(WELLS, 8000, keep={"energy": energy})
+    root = np.sqrt(1.0 + 4.0 * energy)  # 2 p² = (1 + root − q²)(q² + root − 1)
+    angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 200_001)
+    q = np.sqrt(1.0 + root) * np.sin(angle)
+    rate = 1.0 / np.sqrt(q * q + root - 1.0)
+    time = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(angle))])
+    part = np.interp(states[:, 0], q, time / time[-1])
+    assert stats.kstest(part, "uniform").pvalue > SIGNIFICANT
+
+
 def test_a_level_of_energy_has_the_measure_of_the_flow_not_its_area() -> None:
     """The energy of one of two oscillators is uniform, whatever their frequencies (20 : 1 here)."""
     states = gi.draw_states(OSCILLATORS, COUNT, keep={"energy": 0.5})
