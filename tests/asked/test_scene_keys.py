@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 import geomint as gi
 from geomint.compare import of_scene
-from geomint.plan import plan_section
+from geomint.plan import plan_scan, plan_section
 from geomint.run import solve as integrate
 from geomint.scene.model import Content
 
@@ -101,8 +101,15 @@ def section(scene: gi.Scene) -> Any:
     return seen((plan.name, plan.event, plan.states, asked.points, asked.axes))
 
 
+def scan(scene: gi.Scene) -> Any:
+    plan = plan_scan(scene)
+    keys = [variation.key for variation in plan.variations]
+    return seen((keys, plan.values, plan.draws, plan.states, list(plan.readings)))
+
+
 ALL = (run, drift, compare)
 SECTION = {**BASE, "section": {"event": "gamma[2]", "motions": 2}}
+DRAWS = {**BASE, "ensemble": {"draws": 2}}
 # (section, key): value, other value, who notices, and the base.
 TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("", "title"): ("one", "other", (told,)),
@@ -134,6 +141,12 @@ TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("section", "keep"): (["energy"], ["energy", "K"], (section,), SECTION),
     ("section", "seed"): (0, 1, (section,), SECTION),
     ("section", "axes"): (None, ["gamma[0]", "K"], (section,), SECTION),
+    ("ensemble", "vary"): ({"D": "2:4:2"}, {"D": "2:4:3"}, (scan,)),
+    ("ensemble", "draws"): (2, 3, (scan,)),
+    ("ensemble", "keep"): (["energy"], ["energy", "K"], (scan,), DRAWS),
+    ("ensemble", "temperature"): (None, 1.0, (scan,), DRAWS),
+    ("ensemble", "seed"): (0, 1, (scan,), DRAWS),
+    ("ensemble", "show"): (["drift:K"], ["exponent"], (scan,), DRAWS),
     ("drift", "t_end"): (2.0, 3.0, (drift,)),
     ("drift", "tau_end"): (2.0, 3.0, (drift,), IN_TAU),
     ("drift", "method"): ("gauss-8", "rk-4", (drift,)),
@@ -159,6 +172,7 @@ READ_BY = {
     "drift": {drift, several},
     "compare": {compare, of_compare},
     "section": {section},
+    "ensemble": {scan},
 }
 
 

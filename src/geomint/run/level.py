@@ -66,7 +66,7 @@ class Level:
         if functions or manifold is not None:
             given = written(*functions) if functions else manifold
             if functions and manifold is not None:
-                given = both(manifold, own, given, len(functions))  # type: ignore[arg-type]
+                given = both(manifold, own, given, len(functions))
             assert given is not None
             self._write = writer(problem, given, self.conditions, compiled)
 
