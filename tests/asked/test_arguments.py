@@ -430,7 +430,7 @@ FAMILIES = (
 )  # fmt: skip
 READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
 # All but the families: tests/ensemble.
-ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "solve_ensemble"}
+ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "open_ensemble", "solve_ensemble"}
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
