@@ -432,7 +432,24 @@ def ensemble_words() -> dict[str, str]:
         "ensemble_machine": measured_on(record),
         "chart_members": str(chart["members"]),
         "chart_seconds": f"{chart['seconds']:.0f}",
+        "ensemble_store": _store_words(),
     }
+
+
+def _store_words() -> str:
+    """Return what ensembles on disk cost beside those in memory."""
+    record = result("ensemble_store")
+    told = {case: record[case] for case in ("readings", "states")}
+    many, states = told.values()
+    disk, memory = states["disk"], states["memory"]
+    return (
+        f"{many['disk']['members']} members of which three readings are kept, to t = 5: "
+        f"{many['disk']['seconds']:.0f} s, and {many['memory']['seconds']:.0f} s in memory; the peak "
+        f"of memory grows by {many['disk']['grown_mb']:.0f} MB. {disk['members']} members "
+        f"with 4001 states each: {disk['seconds']:.0f} s and {disk['grown_mb']:.0f} MB; "
+        f"in memory {memory['seconds']:.0f} s and {memory['grown_mb']:.0f} MB. "
+        f"On: {measured_on(record)}; `python benchmarks/ensemble_store.py`."
+    )
 
 
 def symplectic_words() -> dict[str, str]:

@@ -103,6 +103,7 @@ from .run.ensemble.readings.of_series import Histogram as Histogram, Windows as 
 from .run.ensemble.readings.reading import Reading as Reading
 from .run.ensemble.result import Ensemble as Ensemble
 from .run.ensemble.solve_ensemble import solve_ensemble as solve_ensemble
+from .run.ensemble.store.opened import open_ensemble as open_ensemble
 from .run.events import Event as Event, event as event
 from .run.exponents import Lyapunov as Lyapunov
 from .run.files.outputs import (
@@ -240,6 +241,7 @@ __all__ = [
     "method_names",
     "natural_on_sphere",
     "observable",
+    "open_ensemble",
     "packed",
     "part",
     "pointwise",

@@ -431,7 +431,9 @@ FAMILIES = (
 )  # fmt: skip
 READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
 # All but the families: tests/ensemble.
-ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "draw_states", "solve_ensemble"}
+ELSEWHERE = {
+    *FAMILIES, *READINGS, "Method", "Ensemble", "draw_states", "open_ensemble", "solve_ensemble",
+}  # fmt: skip
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip

@@ -5,7 +5,6 @@ A reference judges errors that are `MARGIN` times what it is known to, or larger
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import math
@@ -161,26 +160,17 @@ def place_of(problem: Problem, y0: Array, end: float) -> Path | None:
 
     None where there is no place to keep anything.
     """
+    from ..kernels.compiling.digest import source_stamp  # what they got wrong must not stay
     from ..kernels.compiling.private import cache_root
 
     try:
         folder = cache_root() / "references"
     except OSError:
         return None
-    digest = hashlib.sha256(f"{_stamp()} {problem.pieces} {problem.work} {problem.time}".encode())
+    known = f"{source_stamp()} {problem.pieces} {problem.work} {problem.time}"
+    digest = hashlib.sha256(known.encode())
     for f in (problem.field, problem.clock):
         digest.update(f.fingerprint.encode() if f is not None else b"-")
     for values in (problem.params, y0, np.array([end])):
         digest.update(np.ascontiguousarray(values).tobytes())
     return folder / f"{digest.hexdigest()[:32]}.json"
-
-
-@functools.cache
-def _stamp() -> str:
-    """Return a hash of geomint's sources: what they got wrong once must not stay for ever."""
-    from ..kernels.compiling.cache import kernel_stamp
-
-    digest = hashlib.sha256(kernel_stamp().encode())
-    for path in sorted(Path(__file__).parents[1].rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()

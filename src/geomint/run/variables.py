@@ -178,12 +178,12 @@ def to_dataframe(variables: list[Variable], about: Mapping[str, Any]) -> Any:
     return frame
 
 
-def optional(library: str, what: str) -> Any:
+def optional(library: str, what: str, extra: str = "notebook") -> Any:
     """Return an optional library, or raise `MissingCodeError` that says how to get it."""
     import importlib
 
     try:
         return importlib.import_module(library)
     except ImportError as error:
-        reason = f"needs {library}: pip install {library}, or geomint[notebook]"
+        reason = f"needs {library}: pip install {library}, or geomint[{extra}]"
         raise MissingCodeError(what, reason) from error

@@ -12,7 +12,7 @@ import numpy as np
 from .code import described
 from .walk import Wrapped
 
-__all__ = ["Compared", "contents", "same"]
+__all__ = ["Compared", "contents", "made_of", "parts_of", "same"]
 
 
 class Compared:
@@ -45,12 +45,12 @@ def _same(one: Any, other: Any, met: dict[tuple[int, int], Any]) -> bool:
     if pair in met:  # a closure that holds itself
         return True
     met[pair] = one, other  # kept: the id of what is gone is given to something else
-    parts, others = _parts(one), _parts(other)
+    parts, others = parts_of(one), parts_of(other)
     if parts is None or others is None:
         try:
             return bool(one == other or (one != one and other != other))  # NaN
         except Exception:  # of what is an array in disguise, or foreign
-            parts, others = _made_of(one), _made_of(other)
+            parts, others = made_of(one), made_of(other)
     return (
         parts is not None
         and others is not None
@@ -59,7 +59,7 @@ def _same(one: Any, other: Any, met: dict[tuple[int, int], Any]) -> bool:
     )
 
 
-def _parts(value: Any) -> Any:
+def parts_of(value: Any) -> Any:
     """Return what a value is made of, to be compared in turn; None for one that `==` compares."""
     if isinstance(value, np.ndarray):
         plain = type(value) is np.ndarray and not value.dtype.hasobject
@@ -81,7 +81,7 @@ def _parts(value: Any) -> Any:
         return list(value)
     attributes = _attributes(value)
     compared = attributes is not None or _compares(type(value))
-    return attributes if compared else _made_of(value)
+    return attributes if compared else made_of(value)
 
 
 def _compares(kind: Any) -> bool:
@@ -89,7 +89,7 @@ def _compares(kind: Any) -> bool:
     return kind.__eq__ is not object.__eq__
 
 
-def _made_of(value: Any) -> list[Any] | None:
+def made_of(value: Any) -> list[Any] | None:
     """Return what pickle would make a value of again; None for what it finds by name, or refuses."""
     try:
         made = value.__reduce_ex__(4)

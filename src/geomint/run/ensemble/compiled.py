@@ -51,7 +51,8 @@ def run_compiled(asked: Asked, given: Members, stop: Array) -> Outcome | None:
     clock = first.clock is not None and first.time == "tau" if wanted is None else wanted
     if shared["save_every"]:  # by as many states as the ensemble has, before anything is computed
         most = max(line.steps or 0 for line in lines) // shared["save_every"]
-        check_room(asked.members if asked.keep_states else len(given), most, first.rows)
+        all_kept = asked.keep_states and not asked.streamed
+        check_room(asked.members if all_kept else len(given), most, first.rows)
     stepper = _prepared(asked, first, given.states[0], lines[0], clock)
     sweep = _Sweep(stepper, given, lines, shared["t0"] if clock else None, shared["save_every"])
     sweep.run(stop)

@@ -40,6 +40,15 @@ class Members:
         """Return the problem of a member."""
         return self.problems[0 if len(self.problems) == 1 else k]
 
+    def differing(self) -> dict[str, Array]:
+        """Return the parameters that differ between members and are single numbers."""
+        found = {}
+        for name in self.problems[0].parameters if len(self.problems) > 1 else ():
+            values = [problem.parameters.get(name) for problem in self.problems]
+            if all(isinstance(v, int | float) for v in values) and len(set(values)) > 1:
+                found[name] = np.array(values, dtype=np.float64)
+        return found
+
     def of(self, which: npt.NDArray[np.int64]) -> Members:
         """Return some members, with problems of their own: nothing is shared that a run changes."""
         if len(self.problems) == 1:
@@ -64,6 +73,8 @@ class Asked:
         What is read off every member.
     keep_states : bool
         Whether states along the runs are kept after that.
+    streamed : bool
+        Whether what becomes of a block goes to the disk at once.
     """
 
     method: Method
@@ -72,6 +83,7 @@ class Asked:
     wanted: dict[str, Any] = field(default_factory=dict)
     readings: dict[str, Any] = field(default_factory=dict)
     keep_states: bool = True
+    streamed: bool = False
 
     @property
     def steps_alone(self) -> bool:

@@ -12,10 +12,21 @@ import numpy.typing as npt
 from ...arguments import MOST_NUMBERS, Array
 from ...errors import DomainError, GeomintError
 
-__all__ = ["ENDED_EARLY", "NOT_RUN", "Outcome", "check_room", "empty_outcome"]
+__all__ = [
+    "DRIFT_NUMBERS",
+    "ENDED_EARLY",
+    "INTERRUPTED",
+    "NOT_RUN",
+    "Outcome",
+    "check_room",
+    "empty_outcome",
+]
 
-NOT_RUN = "not run"
-ENDED_EARLY = ("failed", "interrupted", NOT_RUN)  # what members are that have no readings
+NOT_RUN, INTERRUPTED = "not run", "interrupted"
+ENDED_EARLY = ("failed", INTERRUPTED, NOT_RUN)  # what members are that have no readings
+DRIFT_NUMBERS = (
+    "initial", "max_abs_error", "final_error", "scale", "slope", "slope_stderr", "trend_bound",
+)  # fmt: skip
 
 
 @dataclass(eq=False)
@@ -37,6 +48,8 @@ class Outcome:
     error_estimate : array, shape (members, samples, rows), or None
     readings : dict of str to array
         What was read off, by names: with an axis of members, or added up over them.
+    cut : bool
+        Whether it was ended before all was read off.
     """
 
     tau: Array
@@ -50,11 +63,57 @@ class Outcome:
     events: dict[int, dict[str, Any]] = field(default_factory=dict)
     error_estimate: Array | None = None
     readings: dict[str, Array] = field(default_factory=dict)
+    cut: bool = False
 
     @property
     def samples(self) -> int:
         """Room for states of each member."""
         return int(self.tau.shape[1])
+
+    @property
+    def final(self) -> Array:
+        """The last state of every member; NaN of those that have none."""
+        last = np.maximum(self.counts - 1, 0)
+        final: Array = self.y[np.arange(len(self.tau)), last]
+        return final
+
+    def met(self) -> dict[str, list[Any]]:
+        """Return of each event what there is of it, member by member."""
+        names = dict.fromkeys(name for of in self.events.values() for name in of)
+        count = len(self.tau)
+        return {n: [self.events.get(k, {}).get(n) for k in range(count)] for n in names}
+
+    def drifts(self) -> dict[str, dict[str, Any]]:
+        """Return of each observed quantity arrays over the members."""
+        names = dict.fromkeys(name for of in self.drift.values() for name in of)
+        return {name: self._drift(name) for name in names}
+
+    def _drift(self, name: str) -> dict[str, Any]:
+        own = [self.drift.get(k, {}).get(name) for k in range(len(self.tau))]
+        found: dict[str, Any] = {}
+        for key in DRIFT_NUMBERS:
+            values = [getattr(d, key, None) for d in own]
+            found[key] = np.array([np.nan if v is None else v for v in values])
+        found["class"] = np.array(["" if d is None else d.drift_class for d in own])
+        return found
+
+    def of(self, which: npt.NDArray[np.int64]) -> Outcome:
+        """Return some of the members, of which nothing is added up."""
+        estimate = self.error_estimate
+        found = Outcome(
+            self.tau[which],
+            self.physical[which],
+            self.y[which],
+            self.counts[which],
+            self.steps[which],
+            self.status[which],
+            error_estimate=None if estimate is None else estimate[which],
+            readings={name: values[which] for name, values in self.readings.items()},
+        )
+        for name in ("errors", "drift", "events"):
+            own, new = getattr(self, name), getattr(found, name)
+            new.update((i, own[k]) for i, k in enumerate(which.tolist()) if k in own)
+        return found
 
     def widened(self, samples: int) -> None:
         """Make room for more states of each member."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,25 +10,25 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import Array, whole
-from ...errors import DomainError, GeomintError
+from ...errors import DomainError, GeomintError, MissingCodeError
 from ...problems.problem import Problem
 from ...problems.shown import Shown
 from ..solution import Solution
 from ..solve import solve
-from ..variables import optional
+from .dataset import as_dataset
 from .given import Asked, Members
 from .outcome import Outcome
+from .store.read import StoredOutcome
 
 __all__ = ["Ensemble"]
-
-_NUMBERS = (
-    "initial", "max_abs_error", "final_error", "scale", "slope", "slope_stderr", "trend_bound",
-)  # fmt: skip
 
 
 @dataclass(repr=False, eq=False)
 class Ensemble(Shown):
     """The result of `geomint.solve_ensemble`: N members, one a row of every array.
+
+    One with `out` is on disk: each of the arrays below is read when it is asked for, and not kept;
+    `stored` reads parts of them.
 
     Attributes
     ----------
@@ -52,16 +52,17 @@ class Ensemble(Shown):
         Of each event what `geomint.Solution` has of it, member by member.
     error_estimate : array, shape (N, m, rows), or None
         As that of `geomint.Solution`.
-    readings : dict of str to array
+    readings : mapping of str to array
         What was read off: of each member a number or an array of them, NaN for those that have not
         come to their ends; histograms have no axis of members.
     run_seconds : float
-        Wall time of all members together.
+        Wall time of all members together; of those of the last call.
+    stored : zarr.Group or None
     """
 
     given: Members
     asked: Asked
-    found: Outcome
+    found: Outcome | StoredOutcome
     run_seconds: float = 0.0
 
     def __len__(self) -> int:
@@ -121,9 +122,14 @@ class Ensemble(Shown):
         return self.found.error_estimate
 
     @property
-    def readings(self) -> dict[str, Array]:
+    def readings(self) -> Mapping[str, Array]:
         """What was read off every member, by names."""
-        return dict(self.found.readings)
+        return self.found.readings if self.stored else dict(self.found.readings)
+
+    @property
+    def stored(self) -> Any:
+        """The Zarr group of an ensemble on disk, of which parts can be read: ``stored["y"][:5]``."""
+        return self.found.arrays.group if isinstance(self.found, StoredOutcome) else None
 
     @property
     def success(self) -> bool:
@@ -133,9 +139,7 @@ class Ensemble(Shown):
     @property
     def final(self) -> Array:
         """The last state of every member, shape (N, rows); NaN of those that have none."""
-        last = np.maximum(self.counts - 1, 0)
-        final: Array = self.y[np.arange(len(self)), last]
-        return final
+        return self.found.final
 
     def piece(self, name: str) -> Array:
         """Return a piece of the saved states by its name, shape (N, m, numbers)."""
@@ -147,24 +151,12 @@ class Ensemble(Shown):
     @property
     def events(self) -> dict[str, list[Any]]:
         """Of each event what there is of it, member by member."""
-        own = self.found.events
-        names = dict.fromkeys(name for of in own.values() for name in of)
-        return {name: [own.get(k, {}).get(name) for k in range(len(self))] for name in names}
+        return self.found.met()
 
     @property
     def drift(self) -> dict[str, dict[str, Any]]:
         """Of each observed quantity arrays over the members: what `geomint.Drift` says of it."""
-        names = dict.fromkeys(name for of in self.found.drift.values() for name in of)
-        return {name: self._drift(name) for name in names}
-
-    def _drift(self, name: str) -> dict[str, Any]:
-        own = [self.found.drift.get(k, {}).get(name) for k in range(len(self))]
-        found: dict[str, Any] = {}
-        for key in _NUMBERS:
-            values = [getattr(d, key, None) for d in own]
-            found[key] = np.array([np.nan if v is None else v for v in values])
-        found["class"] = np.array(["" if d is None else d.drift_class for d in own])
-        return found
+        return self.found.drifts()
 
     def single(self, member: int, **more: Any) -> Solution:
         """Return the run of one member alone, to the same bits, with more arguments of `geomint.solve`.
@@ -175,9 +167,15 @@ class Ensemble(Shown):
             For a number that no member has.
         StepError
             Where the member fails.
+        MissingCodeError
+            Of an ensemble of `geomint.open_ensemble`.
         """
         k = whole("member", member, 0, len(self) - 1)
-        return solve(self.given.problem(k), self.states[k], **{**self.asked.arguments(), **more})
+        problem = self.given.problem(k)
+        if not isinstance(problem, Problem):  # of `geomint.open_ensemble`
+            reason = "a store has no code: solve_ensemble with the same arguments and out gives it"
+            raise MissingCodeError(f"problem {problem.name!r}", reason)
+        return solve(problem, self.states[k], **{**self.asked.arguments(), **more})
 
     def to_xarray(self) -> Any:
         """Return times, pieces and drifts as an `xarray.Dataset` with the dimension ``member``.
@@ -187,54 +185,13 @@ class Ensemble(Shown):
         MissingCodeError
             Without the library xarray.
         """
-        xarray = optional("xarray", "Ensemble.to_xarray")
-        data: dict[str, Any] = {"tau": (("member", "sample"), self.tau)}
-        data["steps"], data["status"] = ("member", self.steps), ("member", self.status)
-        if np.isfinite(self.found.physical).any():
-            data["t"] = ("member", "sample"), self.found.physical
-        shapes = self.problems[0].shapes
-        taken = {
-            "member",
-            "sample",
-            *(f"{n}_{i}" for n, s in shapes.items() for i in range(len(s))),
-        }
-        for name, shape in shapes.items():
-            values = self.piece(name).reshape(*self.tau.shape, *shape)
-            axes = tuple(f"{name}_{i}" for i in range(len(shape)))
-            data[_free(name, taken | data.keys())] = ("member", "sample", *axes), values
-        for name, drift in self.drift.items():
-            for key, values in drift.items():
-                data[_free(f"{name}_{key}", taken | data.keys())] = ("member",), values
-        for name, numbers in self._parameters().items():
-            data[_free(name, taken | data.keys())] = ("member",), numbers
-        for name, values in self.readings.items():
-            merged = self.asked.readings[name].merges
-            rest = [f"{name}_{i}" for i in range(values.ndim - (0 if merged else 1))]
-            axes = tuple(rest) if merged else ("member", *rest)
-            data[_free(name, taken | {*rest} | data.keys())] = axes, values
-        about = {"problem": self.problems[0].name, "method": self.asked.method.name}
-        return xarray.Dataset(data, attrs=about).set_coords([n for n in ("tau", "t") if n in data])
-
-    def _parameters(self) -> dict[str, Array]:
-        """Return the parameters that differ between members and are single numbers."""
-        found = {}
-        for name in self.problems[0].parameters if len(self.problems) > 1 else ():
-            values = [problem.parameters.get(name) for problem in self.problems]
-            if all(isinstance(v, int | float) for v in values) and len(set(values)) > 1:
-                found[name] = np.array(values, dtype=np.float64)
-        return found
+        return as_dataset(self)
 
     def _shown(self) -> tuple[str, dict[str, Any]]:
         names, counts = np.unique(self.status, return_counts=True)
+        seconds = self.run_seconds
         return f"ensemble of {len(self)} × {self.problems[0].name!r} by {self.asked.method.name}", {
             "status": ", ".join(f"{n} {s}" for s, n in zip(names, counts, strict=True)),
             "states": f"{int(self.counts.max(initial=0))} a member",
-            "steps": f"{int(self.steps.sum())} in {self.run_seconds:.3g} s",
+            "steps": f"{int(self.steps.sum())}{f' in {seconds:.3g} s' if seconds else ''}",
         }
-
-
-def _free(name: str, taken: Set[str]) -> str:
-    """Return a name that neither a dimension has nor another variable."""
-    while name in taken:
-        name += "_"
-    return name

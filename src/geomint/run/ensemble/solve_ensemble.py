@@ -5,9 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
+from os import PathLike
 from typing import Any
-
-import numpy as np
 
 from ...arguments import finite, whole
 from ...errors import EnsembleError
@@ -16,7 +15,8 @@ from ..asked import check_switches
 from ..calls import explained
 from ..progress import Progress
 from .given import Asked, canonical_members
-from .outcome import NOT_RUN, empty_outcome
+from .outcome import empty_outcome
+from .place import place_for
 from .readings.spelled import chosen_readings
 from .result import Ensemble
 from .spread import checked_executor, checked_workers, first_look, spread
@@ -46,6 +46,7 @@ def solve_ensemble(
     keep_states: bool | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
+    out: str | PathLike[str] | None = None,
     progress: bool | None = None,
 ) -> Ensemble:
     r"""Integrate every state, or a state of every problem, as `geomint.solve` does one.
@@ -89,16 +90,27 @@ def solve_ensemble(
         What runs blocks of members in place of threads: a ``ProcessPoolExecutor``, that of a dask
         client (``Client.get_executor()``), of mpi4py. The problem is sent to its workers
         (`geomint.SendingError` where that cannot be).
+    out : path, optional
+        The folder of a Zarr store: what becomes of a block of members is written there at once, and
+        not kept in memory. An ensemble that was broken off goes on when it is called again with the
+        same arguments; what is there is not computed again, failed members neither. See
+        `geomint.run.ensemble.store.store`, and `geomint.open_ensemble`.
     progress : bool, optional
         Show how many members are done. Default: if standard error is a terminal.
 
     Returns
     -------
     Ensemble
-        After Ctrl-C with the members that are done; others are ``"not run"``.
+        After Ctrl-C with the members that are done; others are ``"not run"``. With `out` its arrays
+        are read when they are asked for.
 
     Raises
     ------
+    OutputError
+        Where `out` cannot be written, or has something else: another ensemble, which the message
+        tells from this one.
+    MissingCodeError
+        For `out` without the library zarr.
     ArgumentError, DomainError, FormError, MethodError, DeclarationError
         Before anything is computed.
     EnsembleError
@@ -144,31 +156,34 @@ def solve_ensemble(
         for name, value in asked_for.items()
         if value is not None
     }
-    asked = Asked(chosen, shared, len(given), wanted, chosen_for, keep)
+    asked = Asked(chosen, shared, len(given), wanted, chosen_for, keep, out is not None)
     for reading in chosen_for.values():
         reading.check(given.problem(0), asked)
-    merged = {name for name, reading in chosen_for.items() if reading.merges}
-    count, rows = given.states.shape
-    found = empty_outcome(count, 1, rows)
-    many = Ensemble(given, asked, found)
-    with Progress(progress, count, f"{count} members") as bar:
-        start = time.perf_counter()
+    count = len(given)
+    many = Ensemble(given, asked, empty_outcome(1, 1, given.states.shape[1]))
+    with (
+        place_for(out, given, asked, count_of_workers) as place,
+        Progress(progress, count, f"{count} members") as bar,
+    ):
+        start, begun_with = time.perf_counter(), count - len(place.left)
         try:
-            known = first_look(asked, given)
+            known = first_look(asked, given) if place.fresh else None
+            place.begin()
             if known is not None:
-                found.take(*known)
-                found.take_readings(*known, merged)
+                place.take(*known)
             bar.begin()
             start = time.perf_counter()
-            left = np.flatnonzero(found.status == NOT_RUN)
-            for done in spread(asked, given, left, count_of_workers, pool, bar.update):
-                found.take(*done)
-                found.take_readings(*done, merged)
+            blocks = spread(
+                *(asked, given, place.left, place.size, count_of_workers, pool),
+                lambda done: bar.update(begun_with + done),
+            )
+            for done in blocks:
+                place.take(*done)
         except KeyboardInterrupt:
             pass  # the status of members tells
         except EnsembleError as error:
             error.partial = many
             raise
         finally:
-            many.run_seconds = time.perf_counter() - start
+            many.found, many.run_seconds = place.found, time.perf_counter() - start
     return many

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -27,13 +28,24 @@ from .outcome import NOT_RUN, Outcome, empty_outcome
 from .readings.reading import Ran, read_off
 from .single import run_single
 
-__all__ = ["Block", "checked_executor", "checked_workers", "first_look", "spread"]
+__all__ = [
+    "Block",
+    "block_size",
+    "checked_executor",
+    "checked_workers",
+    "expected_samples",
+    "first_look",
+    "spread",
+]
 
 Block = npt.NDArray[np.int64]  # numbers of members
 
 LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses
 NUMBERS = 1 << 22  # of states along the runs of a block, where they are not kept
 EACH = 8  # blocks for every worker, so that none waits long for another at the end
+# Of an ensemble on disk: a block is a chunk of every array, and is lost if it is broken off.
+MOST_STREAMED, NUMBERS_STREAMED, EACH_STREAMED = 4096, 1 << 20, 32
+AHEAD = 2  # of them for every worker that are under way or not yet written: what memory holds
 FIRST = 16  # members of which one has to begin, or what is asked of all is wrong
 LOOK = 0.05  # seconds between looks at Ctrl-C
 
@@ -81,6 +93,7 @@ def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcom
     left = [k for k, status in enumerate(found.status) if status == NOT_RUN]
     run_single(asked, given, left, stop, found)
     _read(asked, given, found, stop)
+    found.cut = found.cut or bool(stop[0])
     return found
 
 
@@ -106,27 +119,45 @@ def checked_executor(executor: Any) -> Executor | None:
     )
 
 
-def blocks_of(which: Block, workers: int, least: int, most: int = MOST) -> list[Block]:
-    """Return numbers of members in blocks of equal size."""
-    size = -(-len(which) // (EACH * workers))
-    size = min(max(-(-size // LANES) * LANES, least), most)
-    return [which[first : first + size] for first in range(0, len(which), size)]
+def block_size(asked: Asked, given: Members, workers: int) -> int:
+    """Return how many members a block has."""
+    count, rows = len(given), int(given.states.shape[1])
+    held = 1 if asked.keep_states and not asked.streamed else expected_samples(asked, given)
+    if asked.streamed:
+        most, each = MOST_STREAMED, EACH_STREAMED
+        numbers = NUMBERS_STREAMED if asked.keep_states else NUMBERS
+    else:
+        most, each, numbers = MOST, EACH, NUMBERS
+    most = min(most, max(numbers // (held * rows), 1))
+    most = most // LANES * LANES or most
+    least = min(LEAST, most) if asked.steps_alone else 1
+    size = -(-count // (each * workers))
+    return min(max(-(-size // LANES) * LANES, least), most)
 
 
-def _samples(asked: Asked, given: Members) -> int:
-    """Return about how many states of a member are held until its readings are made."""
-    shared = asked.shared
-    if asked.keep_states or not shared["save_every"]:
+def expected_samples(asked: Asked, given: Members) -> int:
+    """Return about how many states of a member there will be, until its readings are made."""
+    times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
+    if times is not None:
+        return max(int(np.size(times)), 1)
+    if not asked.shared["save_every"]:
         return 1
-    ends = {name: shared[name] for name in ("t_end", "tau_end", "step", "t0")}
+    ends = {name: asked.shared[name] for name in ("t_end", "tau_end", "step", "t0")}
     line = plan_timeline(given.problem(0), asked.method, given.states[0], **ends)
-    return int(line.expected / shared["save_every"]) + 2
+    return int(line.expected / asked.shared["save_every"]) + 2
+
+
+def blocks_of(which: Block, size: int) -> list[Block]:
+    """Return numbers of members in blocks: each of those from a multiple of the size to the next."""
+    starts = np.flatnonzero(np.diff(which // size)) + 1
+    return [block for block in np.split(which, starts) if len(block)]
 
 
 def spread(
     asked: Asked,
     given: Members,
     which: Block,
+    size: int,
     workers: int,
     executor: Executor | None,
     between: Callable[[int], None],
@@ -135,6 +166,8 @@ def spread(
 
     Parameters
     ----------
+    size : int
+        Of a block.
     between : callable
         Called with the number of members that are done, some twenty times a second. It may raise
         KeyboardInterrupt: blocks that have begun are then ended, and yielded, before that is raised.
@@ -144,14 +177,13 @@ def spread(
     EnsembleError
         If the workers have died, after all that is done has been yielded.
     """
-    most = min(MOST, max(NUMBERS // (_samples(asked, given) * given.states.shape[1]), 1))
-    most = most // LANES * LANES or most
-    blocks = blocks_of(which, workers, min(LEAST, most) if asked.steps_alone else 1, most)
+    blocks = blocks_of(which, size)
+    ahead = AHEAD * workers if asked.streamed else len(blocks)
     if executor is not None:
-        yield from _collected(executor, asked, given, blocks, None, between)
+        yield from _collected(executor, asked, given, blocks, ahead, None, between)
         return
     with ThreadPoolExecutor(workers, "geomint") as pool:
-        yield from _collected(pool, asked, given, blocks, np.zeros(1), between)
+        yield from _collected(pool, asked, given, blocks, ahead, np.zeros(1), between)
 
 
 def _collected(
@@ -159,11 +191,24 @@ def _collected(
     asked: Asked,
     given: Members,
     blocks: list[Block],
+    ahead: int,
     stop: Array | None,
     between: Callable[[int], None],
 ) -> Iterator[tuple[Block, Outcome]]:
     futures: dict[Future[Outcome], Block] = {}
+    waiting = deque(blocks)
     failure: BaseException | None = None
+
+    def begin() -> BaseException | None:
+        """Let blocks begin, as many as may be under way; return why no more can."""
+        extra = () if stop is None else (stop,)
+        try:
+            while waiting and len(futures) < ahead:
+                of = given.of(waiting[0])
+                futures[pool.submit(run_block, asked, of, *extra)] = waiting.popleft()
+        except RuntimeError as broken:  # a broken executor, or one that is shut down
+            return broken
+        return None
 
     def end() -> None:
         """Let nothing begin any more, and what has begun come to its next look."""
@@ -174,22 +219,15 @@ def _collected(
 
     done = 0
     try:
-        try:
-            for block in blocks:
-                extra = () if stop is None else (stop,)
-                futures[pool.submit(run_block, asked, given.of(block), *extra)] = block
-        except RuntimeError as broken:  # a broken executor, or one that is shut down
-            failure = broken
-        pending = set(futures)
-        while pending:
+        failure = begin()
+        while futures:
             try:
-                ready, pending = wait(pending, LOOK, FIRST_COMPLETED)
+                ready, _ = wait(futures, LOOK, FIRST_COMPLETED)
                 between(done)
             except KeyboardInterrupt as interrupt:
                 end()
                 failure = failure or interrupt
-                ready, pending = wait(futures)
-                ready = {future for future in ready if future in futures}
+                ready, _ = wait(futures)
             for future in ready:
                 block = futures.pop(future)
                 problem = None if future.cancelled() else future.exception()
@@ -201,6 +239,7 @@ def _collected(
                 elif not future.cancelled():
                     done += len(block)
                     yield block, future.result()
+            failure = failure or begin()
     finally:
         end()
     if isinstance(failure, KeyboardInterrupt):

@@ -19,7 +19,7 @@ from pathlib import Path
 from ...errors import DomainError, OutputError, quoted
 from .workplace import alone, synced, undisturbed, workplace
 
-__all__ = ["check_file", "check_folder", "whole_file", "whole_folder"]
+__all__ = ["check_file", "check_folder", "refused_as_output", "whole_file", "whole_folder"]
 
 PROBE = 4096  # bytes written to see whether anything can be
 
@@ -32,7 +32,7 @@ def check_file(path: str | PathLike[str]) -> None:
     OutputError
         If something else than a regular file is there, or nothing can be written.
     """
-    with _refused_as_output(path):
+    with refused_as_output(path):
         _probe(_made(_regular(Path(path)).parent))
 
 
@@ -49,7 +49,7 @@ def check_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> None:
     ------
     OutputError
     """
-    with _refused_as_output(path):
+    with refused_as_output(path):
         folder = _made(Path(path))
         for name in names:
             _regular(folder / name)
@@ -69,7 +69,7 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         If something else than a regular file is there, or it cannot be written; what was there is
         as it was.
     """
-    with _refused_as_output(path):
+    with refused_as_output(path):
         target = _regular(Path(path))
         with workplace(target.parent) as place:
             unfinished = place / target.name
@@ -99,7 +99,7 @@ def whole_folder(path: str | PathLike[str], names: Iterable[str] = ()) -> Iterat
     OutputError
         If one of the files cannot be written or moved; what was there is as it was.
     """
-    with _refused_as_output(path):
+    with refused_as_output(path):
         folder = _made(Path(path))
         with workplace(folder) as place:
             unfinished, old = place / "new", place / "old"
@@ -206,7 +206,7 @@ def _probe(folder: Path) -> None:
 
 
 @contextmanager
-def _refused_as_output(path: str | PathLike[str]) -> Iterator[None]:
+def refused_as_output(path: str | PathLike[str]) -> Iterator[None]:
     """Turn errors of the operating system into the typed error that names what was to be written."""
     if not isinstance(path, str | PathLike):
         raise DomainError("path", path, "the path of a file or folder")

@@ -23,7 +23,7 @@ try:
 except ImportError:  # not on this platform: processes that write to one folder may mix files
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["LEFT", "alone", "synced", "undisturbed", "workplace"]
+__all__ = ["LEFT", "alone", "held", "synced", "undisturbed", "workplace"]
 
 PATIENCE = 20.0  # seconds for another process to finish moving its files
 YOUNG = 60.0  # seconds: what was left is not looked at before
@@ -101,6 +101,45 @@ def synced(folder: Path) -> None:
     try:
         os.fsync(descriptor)
     finally:
+        os.close(descriptor)
+
+
+_held: set[int] = set()  # descriptors
+
+
+def _let_go() -> None:
+    """Forget what the process that this one was forked from holds: a lock ends with its last owner."""
+    while _held:
+        os.close(_held.pop())
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_let_go)
+
+
+@contextmanager
+def held(folder: Path, named: str | os.PathLike[str]) -> Iterator[None]:
+    """Keep a folder for this process, `named` in messages; one that is killed lets it go.
+
+    Raises
+    ------
+    OutputError
+        If another process has it, or another thread. Where there are no locks, none is told of.
+    """
+    if fcntl is None:
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    _held.add(descriptor)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as failure:
+            if failure.errno in (errno.EAGAIN, errno.EACCES):
+                raise OutputError(named, "somebody else is writing to it") from None
+        yield
+    finally:
+        _held.discard(descriptor)
         os.close(descriptor)
 
 

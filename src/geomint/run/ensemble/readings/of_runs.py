@@ -56,6 +56,7 @@ class Exponents(Reading):
             except StepError as error:  # of the directions alone: the run itself has ended well
                 ran.found.errors.setdefault(int(k), error)
                 continue
+            ran.found.cut |= found.status == "interrupted"
             if found.status == "success":
                 read[k] = found.exponents
         return read[:, 0] if self.count == 1 else read
@@ -101,6 +102,7 @@ class SectionPoints(Reading):
             except StepError as error:
                 ran.found.errors.setdefault(int(k), error)
                 found = error.partial
+            ran.found.cut |= found is not None and found.status == "interrupted"
             if found is not None and found.status != "interrupted":
                 read[k, : len(found), 0], read[k, : len(found), 1:] = found.tau, found.y
         return read

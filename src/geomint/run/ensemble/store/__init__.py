@@ -1,0 +1,1 @@
+"""Ensembles on disk, written block by block as they come."""

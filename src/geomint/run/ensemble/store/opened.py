@@ -1,0 +1,85 @@
+"""Look at the store of an ensemble, without the code of its problem."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....arguments import Array
+from ....errors import DomainError, GeomintError, quoted
+from ...stored import StoredMethod, StoredProblem
+from ..given import Asked, Members
+from ..result import Ensemble
+from .arrays import Arrays, needed_zarr
+from .identity import is_store
+from .read import StoredOutcome
+
+__all__ = ["open_ensemble"]
+
+
+@dataclass(frozen=True)
+class _Read:
+    """What is known of a reading."""
+
+    merges: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Known(Members):
+    """Members whose parameters are known by their numbers."""
+
+    parameters: dict[str, Array] = field(default_factory=dict)
+
+    def differing(self) -> dict[str, Array]:
+        return self.parameters
+
+
+def open_ensemble(path: str | PathLike[str]) -> Ensemble:
+    """Look at an ensemble that `geomint.solve_ensemble` has written, or is writing, to `out`.
+
+    No code of the store is run, and that of its problem need not be there. Arrays are read when they
+    are asked for. To go on, or for `Ensemble.single`, call `geomint.solve_ensemble` again.
+
+    Parameters
+    ----------
+    path : path
+
+    Raises
+    ------
+    GeomintError
+        If there is none.
+    MissingCodeError
+        Without the library zarr.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> gi.open_ensemble("nothing.zarr")
+    Traceback (most recent call last):
+    geomint.errors.GeomintError: 'nothing.zarr' holds no ensemble of geomint
+    """
+    needed_zarr("open_ensemble")
+    if not isinstance(path, str | PathLike):
+        raise DomainError("path", path, "the path of a folder")
+    place = Path(os.path.realpath(path))
+    if not is_store(place):
+        raise GeomintError(f"{quoted(os.fspath(path))} holds no ensemble of geomint")
+    arrays = Arrays(place, writing=False)
+    about = arrays.about
+    shapes = {name: tuple(shape) for name, shape in about["shapes"].items()}
+    problem: Any = StoredProblem(about["problem"], shapes=shapes, time=about["time"])
+    method: Any = StoredMethod(about["method"])
+    differing = {of: np.asarray(a[...]) for (of, _), a in arrays.of_role("parameter").items()}
+    given = _Known((problem,), np.asarray(arrays.find("states")[...]), differing)
+    readings = {
+        of: _Read(role == "merged")
+        for role in ("reading", "merged")
+        for of, _ in arrays.of_role(role)
+    }
+    asked = Asked(method, {}, arrays.members, readings=readings, streamed=True)
+    return Ensemble(given, asked, StoredOutcome(arrays))

@@ -1,0 +1,156 @@
+"""What a store holds of members: read when it is asked for, not before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ....arguments import Array
+from ....errors import GeomintError
+from ...met import Met
+from ..outcome import NOT_RUN
+from .arrays import Arrays
+from .columns import error_of, words_in
+
+__all__ = ["StoredOutcome"]
+
+
+class StoredOutcome:
+    """What has become of members, as `geomint.run.ensemble.outcome.Outcome` has it: from the disk.
+
+    Nothing is kept: every look reads. Attributes are those of `Outcome`.
+    """
+
+    def __init__(self, arrays: Arrays) -> None:
+        self.arrays = arrays
+
+    def _numbers(self, role: str) -> Array:
+        array = self.arrays.find(role)
+        if array is None:  # nothing has been written yet
+            tau, states = self.arrays.find("tau"), self.arrays.find("states")
+            shape = (*tau.shape, states.shape[1]) if role == "y" else tau.shape
+            return np.full(shape, np.nan)
+        return np.asarray(array[...])
+
+    def _counted(self, role: str) -> npt.NDArray[np.int64]:
+        array = self.arrays.find(role)
+        return np.zeros(self.arrays.members, np.int64) if array is None else np.asarray(array[...])
+
+    @property
+    def tau(self) -> Array:
+        """Times of the saved states, the problems' own."""
+        return self._numbers("tau")
+
+    @property
+    def physical(self) -> Array:
+        """Physical times."""
+        return self._numbers("t")
+
+    @property
+    def y(self) -> Array:
+        """The saved states."""
+        return self._numbers("y")
+
+    @property
+    def error_estimate(self) -> Array | None:
+        """How far they are from the motion."""
+        array = self.arrays.find("error_estimate")
+        return None if array is None else np.asarray(array[...])
+
+    @property
+    def counts(self) -> npt.NDArray[np.int64]:
+        """How many states of each were saved."""
+        return self._counted("counts")
+
+    @property
+    def steps(self) -> npt.NDArray[np.int64]:
+        """How many steps each took."""
+        return self._counted("steps")
+
+    @property
+    def status(self) -> npt.NDArray[np.object_]:
+        """How each ended."""
+        found: npt.NDArray[np.object_] = words_in(self.arrays.find("status"))
+        return found
+
+    @property
+    def errors(self) -> dict[int, GeomintError]:
+        """What ended members before their ends."""
+        array = self.arrays.find("error")
+        if array is None:
+            return {}
+        told = words_in(array)
+        return {int(k): error_of(told[k]) for k in np.flatnonzero(told != "")}
+
+    @property
+    def readings(self) -> Mapping[str, Array]:
+        """What was read off, each read when it is asked for."""
+        return _Readings(self.arrays)
+
+    @property
+    def final(self) -> Array:
+        """The last state of every member, found block by block."""
+        counts, array = self.counts, self.arrays.find("y")
+        final = np.full((self.arrays.members, self.arrays.find("states").shape[1]), np.nan)
+        for block in range(self.arrays.blocks) if array is not None else ():
+            first, last = self.arrays.bounds(block)
+            of = np.maximum(counts[first:last] - 1, 0)
+            final[first:last] = array[first:last][np.arange(last - first), of]
+        return final
+
+    def met(self) -> dict[str, list[Met | None]]:
+        """Return of each event what there is of it, member by member."""
+        arrays = self.arrays.of_role("event")
+        found: dict[str, list[Met | None]] = {}
+        for name, part in arrays:
+            if part != "met":
+                continue
+            counts = np.asarray(arrays[name, "count"][...])
+            table, timed = np.asarray(arrays[name, part][...]), arrays[name, part].attrs["timed"]
+            found[name] = [
+                None if n < 0 else Met.of_table(table[k, :n], timed) for k, n in enumerate(counts)
+            ]
+        return found
+
+    def drifts(self) -> dict[str, dict[str, Any]]:
+        """Return of each observed quantity arrays over the members."""
+        found: dict[str, dict[str, Any]] = {}
+        for (name, part), array in self.arrays.of_role("drift").items():
+            words = part == "class"
+            found.setdefault(name, {})[part] = (
+                words_in(array).astype(str) if words else np.asarray(array[...])
+            )
+        return found
+
+
+class _Readings(Mapping[str, Array]):
+    """Readings by names, of which the one that is asked for is read."""
+
+    def __init__(self, arrays: Arrays) -> None:
+        self._arrays = arrays
+        self._own = {name: array for (name, _), array in arrays.of_role("reading").items()}
+        self._merged = {name: array for (name, _), array in arrays.of_role("merged").items()}
+
+    def __getitem__(self, name: str) -> Array:
+        if name in self._merged:
+            return _sum(self._arrays, self._merged[name])
+        return np.asarray(self._own[name][...])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((*self._own, *self._merged))
+
+    def __len__(self) -> int:
+        return len(self._own) + len(self._merged)
+
+
+def _sum(arrays: Arrays, array: Any) -> Array:
+    """Return the sum over blocks that are done, in their order."""
+    status = words_in(arrays.find("status"))
+    total = np.zeros(array.shape[1:])
+    for block in range(arrays.blocks):
+        if status[arrays.bounds(block)[0]] != NOT_RUN:  # else what is there may be half written
+            total = total + array[block]
+    return total

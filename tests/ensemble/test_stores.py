@@ -1,0 +1,415 @@
+"""Ensembles on disk: as in memory, going on where they were broken off, never mixed with others."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chaplygin as ch
+import geomint as gi
+from geomint.problems.testproblems import henon_heiles
+from geomint.run import progress
+from geomint.run.ensemble import spread
+from geomint.run.ensemble.store import store
+
+HENON = henon_heiles.problem()
+STATES = np.random.default_rng(1).uniform(-0.2, 0.2, (150, 4))
+STATES[7] = [0.0, 40.0, 0.0, 60.0]  # escapes
+RUN: dict[str, Any] = {"t_end": 6.0, "method": "rk-4", "step": 0.05, "save_every": 10}
+KINDS: dict[str, dict[str, Any]] = {
+    "states": {},
+    "ends": {"save_every": None},
+    "readings": {
+        "readings": ["drift:energy", gi.Windows("energy", 8), gi.Histogram("q[0]", [-1, 0, 1])]
+    },
+    "events": {"observe": ["energy"], "events": "q[1]"},
+    "times": {"t_eval": np.linspace(0.0, 6.0, 7)},
+    "adaptive": {"method": "dop853-adaptive", "step": None, "save_every": 1},
+    "errors": {"estimate_error": True},
+}
+
+
+@functools.cache
+def in_memory(kind: str) -> gi.Ensemble:
+    return gi.solve_ensemble(HENON, STATES, **{**RUN, **KINDS[kind]})
+
+
+def on_disk(kind: str, out: Any, **more: Any) -> gi.Ensemble:
+    return gi.solve_ensemble(HENON, STATES, **{**RUN, **KINDS[kind], **more}, out=out)
+
+
+def told(many: gi.Ensemble) -> dict[int, tuple[Any, ...]]:
+    return {k: (type(e), str(e), e.step, e.t) for k, e in many.errors.items()}
+
+
+def equal(one: Any, other: Any) -> bool:
+    if one is None or other is None:
+        return one is other
+    numbers = one.dtype.kind == "f"
+    return one.dtype.kind == other.dtype.kind and np.array_equal(one, other, equal_nan=numbers)
+
+
+def assert_same(one: gi.Ensemble, other: gi.Ensemble) -> None:
+    for name in ("tau", "t", "y", "final", "counts", "steps", "status", "error_estimate"):
+        assert equal(getattr(one, name), getattr(other, name)), name
+    assert told(one) == told(other)
+    assert one.events == other.events
+    assert {*one.readings} == {*other.readings}
+    assert all(equal(one.readings[name], other.readings[name]) for name in one.readings)
+    assert {*one.drift} == {*other.drift}
+    for name, numbers in one.drift.items():
+        assert all(equal(values, other.drift[name][key]) for key, values in numbers.items())
+    assert one.to_xarray().equals(other.to_xarray())
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Sizes of the blocks that are computed, smaller ones than else."""
+    sizes: list[int] = []
+    run_block = spread.run_block
+
+    def seen(asked: Any, given: Any, stop: Any = None) -> Any:
+        sizes.append(len(given))
+        return run_block(asked, given, stop)
+
+    monkeypatch.setattr(spread, "run_block", seen)
+    monkeypatch.setattr(spread, "LEAST", 16)
+    return sizes
+
+
+def broken(monkeypatch: pytest.MonkeyPatch, after: int, end: type[BaseException]) -> None:
+    """Let the writer end after so many blocks."""
+    take = store.Store.take
+    blocks: list[int] = []
+
+    def ending(self: Any, *given: Any) -> None:
+        if len(blocks) == after:
+            raise end
+        blocks.append(0)
+        take(self, *given)
+
+    monkeypatch.setattr(store.Store, "take", ending)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_as_in_memory_and_without_its_code(kind: str, tmp_path: Path) -> None:
+    known, found = in_memory(kind), on_disk(kind, tmp_path / "a.zarr")
+    assert_same(known, found)
+    seen = gi.open_ensemble(tmp_path / "a.zarr")
+    assert_same(known, seen)
+    assert np.array_equal(seen.states, STATES)
+    assert "henon-heiles" in repr(seen)
+    assert np.array_equal(found.single(3).y[-1], known.final[3])
+    with pytest.raises(gi.MissingCodeError, match="a store has no code"):
+        seen.single(3)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("end", [KeyboardInterrupt, RuntimeError])
+def test_going_on(
+    kind: str,
+    end: type[BaseException],
+    tmp_path: Path,
+    counted: list[int],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    out = tmp_path / "a.zarr"
+    with monkeypatch.context() as patched:
+        broken(patched, 3, end)
+        if end is KeyboardInterrupt:
+            part = on_disk(kind, out)
+            some = part.status != "not run"
+            assert equal(part.final[some], in_memory(kind).final[some])
+        else:
+            with pytest.raises(end):
+                on_disk(kind, out)
+    done = int((gi.open_ensemble(out).status != "not run").sum())
+    assert 0 < done < len(STATES)
+    counted.clear()
+    assert_same(in_memory(kind), on_disk(kind, out, workers=1))
+    assert sum(counted) == len(STATES) - done
+    counted.clear()
+    assert_same(in_memory(kind), on_disk(kind, out, workers=3))
+    assert not counted, "failed members neither"
+
+
+@pytest.mark.parametrize("readings", [(), ["final:energy", gi.Histogram("q[0]", [-1, 0, 1])]])
+def test_ctrl_c_within_blocks(
+    readings: Any, tmp_path: Path, counted: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Members of a block that are done stay; where something was to be read, whole blocks."""
+    run: dict[str, Any] = {**RUN, "events": "q[1]", "t_end": 80.0, "readings": readings}
+    known = gi.solve_ensemble(HENON, STATES, **run)
+    out = tmp_path / "a.zarr"
+
+    class Bar(progress.Progress):
+        def update(self, done: int) -> None:
+            if done > 1:  # others are under way
+                raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr("geomint.run.ensemble.solve_ensemble.Progress", Bar)
+        part = gi.solve_ensemble(HENON, STATES, **run, out=out)
+    done = int((part.status != "not run").sum())
+    assert 0 < done < len(STATES)
+    assert not readings or done % 8 in (0, len(STATES) % 8)
+    counted.clear()
+    found = gi.solve_ensemble(HENON, STATES, **run, out=out)
+    assert_same(known, found)
+    assert sum(counted) == len(STATES) - done
+
+
+def test_members_of_a_process_pool(tmp_path: Path) -> None:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        found = on_disk("readings", tmp_path / "a.zarr", executor=pool)
+    assert_same(in_memory("readings"), found)
+
+
+def test_blocks_under_way_are_few(tmp_path: Path, counted: list[int]) -> None:
+    """Workers that are faster than the disk wait for it."""
+    under_way: list[int] = []
+
+    class Pool(ThreadPoolExecutor):
+        def submit(self, *given: Any, **named: Any) -> Any:
+            under_way.append(1)
+            return super().submit(*given, **named)
+
+    take = store.Store.take
+
+    def slow(self: Any, *given: Any) -> None:
+        take(self, *given)
+        assert len(under_way) - len(written) <= spread.AHEAD * 2
+        written.append(1)
+
+    written: list[int] = []
+    with pytest.MonkeyPatch.context() as patched, Pool(2) as pool:
+        patched.setattr(store.Store, "take", slow)
+        on_disk("states", tmp_path / "a.zarr", executor=pool, workers=2)
+    assert len(written) > 2 * spread.AHEAD * 2
+
+
+# --- other ensembles ------------------------------------------------------------------------------
+
+
+class Steep(gi.Reading):
+    name = "steep"
+
+    def read(self, ran: Any) -> Any:
+        return 2.0 * ran.found.y[:, -1, 0]
+
+
+def steeper() -> gi.Reading:
+    class Steep(gi.Reading):
+        name = "steep"
+
+        def read(self, ran: Any) -> Any:
+            return 3.0 * ran.found.y[:, -1, 0]
+
+    Steep.__qualname__ = "Steep"
+    return Steep()
+
+
+MOVED = STATES + 1e-16
+OTHERS: dict[str, tuple[Callable[..., Any], str]] = {
+    "states": (lambda run: gi.solve_ensemble(HENON, MOVED, **run), "states"),
+    "members": (lambda run: gi.solve_ensemble(HENON, STATES[:9], **run), "150 there, 9 asked for"),
+    "problem": (
+        lambda run: gi.solve_ensemble(replace(HENON, name="other"), STATES, **run),
+        "henon-heiles there, other asked for",
+    ),
+    "quantities": (
+        lambda run: gi.solve_ensemble(replace(HENON, invariants={}), STATES, **run),
+        "functions of the problem",
+    ),
+    "step": (
+        lambda run: gi.solve_ensemble(HENON, STATES, **{**run, "step": 0.1}),
+        r"step \(0.05 there, 0.1 asked for\)",
+    ),
+    "end": (lambda run: gi.solve_ensemble(HENON, STATES, **{**run, "t_end": 7}), r"t_end \(6.0 th"),
+    "method": (
+        lambda run: gi.solve_ensemble(HENON, STATES, **{**run, "method": "gauss-2"}),
+        "method",
+    ),
+    "readings": (
+        lambda run: gi.solve_ensemble(HENON, STATES, **run, readings="final:energy"),
+        r"readings \(none there, final:energy asked for\), keep_states",
+    ),
+    "events": (lambda run: gi.solve_ensemble(HENON, STATES, **run, events="q[0]"), "events"),
+}
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_another_ensemble_is_told_and_left_alone(other: str, tmp_path: Path) -> None:
+    out = tmp_path / "a.zarr"
+    known = on_disk("states", out)
+    ask, said = OTHERS[other]
+    with pytest.raises(gi.OutputError, match=said):
+        ask({**RUN, "out": out})
+    assert_same(in_memory("states"), known)
+
+
+def test_a_reading_whose_code_has_changed(tmp_path: Path) -> None:
+    gi.solve_ensemble(HENON, STATES, **RUN, readings=Steep(), out=tmp_path / "a")
+    gi.solve_ensemble(HENON, STATES, **RUN, readings=Steep(), out=tmp_path / "a")
+    with pytest.raises(gi.OutputError, match="readings"):
+        gi.solve_ensemble(HENON, STATES, **RUN, readings=steeper(), out=tmp_path / "a")
+
+
+def test_other_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from geomint.run.ensemble.store import identity
+
+    on_disk("states", tmp_path / "a.zarr")
+    monkeypatch.setattr(identity, "versions_of_numbers", lambda: "numba 0.99")
+    with pytest.raises(gi.OutputError, match=r"versions \(geomint.*numba 0.99 asked for"):
+        on_disk("states", tmp_path / "a.zarr")
+
+
+def test_numbers_may_be_written_otherwise(tmp_path: Path) -> None:
+    on_disk("times", tmp_path / "a.zarr")
+    times = np.linspace(0.0, 6.0, 7).tolist()
+    on_disk("times", tmp_path / "a.zarr", t_eval=times, t_end=6, step=np.float64(0.05))
+
+
+def test_parameters_of_members(tmp_path: Path) -> None:
+    spheres = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (2.0, 3.0, 4.0)]
+    state = spheres[0].random_state(1)
+    run: dict[str, Any] = {"tau_end": 2.0, "method": "rk-4", "out": tmp_path / "a.zarr"}
+    many = gi.solve_ensemble(spheres, state, **run)
+    for seen in (many, gi.open_ensemble(tmp_path / "a.zarr")):
+        assert list(seen.to_xarray()["D"]) == [2.0, 3.0, 4.0]
+    again = [ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=d).hamiltonized() for d in (2.0, 3.0, 4.0)]
+    assert np.array_equal(gi.solve_ensemble(again, state, **run).final, many.final)
+    again[1] = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=3.5).hamiltonized()
+    with pytest.raises(gi.OutputError, match=r"differ in parameters$"):
+        gi.solve_ensemble(again, state, **run)
+
+
+def test_exact_motions(tmp_path: Path) -> None:
+    """Their functions are made of much more than compiled code: made anew they are the same."""
+    for _ in range(2):
+        sphere = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+        states = np.array([sphere.random_state(seed) for seed in range(3)])
+        run: dict[str, Any] = {"tau_eval": [0.0, 1.0, 2.0], "tau_end": 2.0, "method": "exact"}
+        many = gi.solve_ensemble(sphere, states, **run, out=tmp_path / "a.zarr")
+        assert np.array_equal(many.y, gi.solve_ensemble(sphere, states, **run).y)
+
+
+# --- places ---------------------------------------------------------------------------------------
+
+
+def test_places_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "mine").write_text("mine")
+    for out, said in (
+        (tmp_path / "file", "no folder"),
+        (tmp_path / "file" / "below", "no folder"),
+        (tmp_path / "folder", "something else"),
+        ("", "empty name"),
+        ("a\0b", "null"),
+    ):
+        with pytest.raises(gi.OutputError, match=said):
+            on_disk("states", out)
+    for wrong in (7, "s3://bucket/a.zarr"):
+        with pytest.raises(gi.DomainError):
+            on_disk("states", wrong)
+    assert (tmp_path / "file").read_text() == (tmp_path / "folder" / "mine").read_text() == "mine"
+
+
+def test_a_writer_is_alone(tmp_path: Path) -> None:
+    out = tmp_path / "a.zarr"
+    said: list[str] = []
+
+    class Pool(ThreadPoolExecutor):
+        def submit(self, *given: Any, **named: Any) -> Any:
+            if not said:
+                try:
+                    on_disk("states", out)
+                except gi.OutputError as error:
+                    said.append(str(error))
+            return super().submit(*given, **named)
+
+    with Pool(1) as pool:
+        assert on_disk("states", out, executor=pool, workers=1).status[0] == "success"
+    assert "somebody else is writing" in said[0]
+
+
+def test_nothing_is_left_where_nothing_can_be_computed(tmp_path: Path) -> None:
+    with pytest.raises(gi.DomainError):
+        on_disk("states", tmp_path / "a.zarr", step=-1.0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, counted: list[int]) -> None:
+    out, synced = tmp_path / "a.zarr", store.Arrays.sync
+    times: list[int] = []
+
+    def full(self: Any) -> None:
+        times.append(0)
+        if len(times) == 5:
+            raise OSError(28, "No space left on device")
+        synced(self)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(store.Arrays, "sync", full)
+        with pytest.raises(gi.OutputError, match="No space left"):
+            on_disk("readings", out)
+    assert_same(in_memory("readings"), on_disk("readings", out))
+
+
+def test_without_zarr(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "zarr", None)
+    with pytest.raises(gi.MissingCodeError, match=r"geomint\[zarr\]"):
+        on_disk("states", tmp_path / "a.zarr")
+    with pytest.raises(gi.MissingCodeError, match=r"geomint\[zarr\]"):
+        gi.open_ensemble(tmp_path / "a.zarr")
+
+
+def test_what_is_no_ensemble(tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "nothing"):
+        with pytest.raises(gi.GeomintError, match="holds no ensemble"):
+            gi.open_ensemble(path)
+    with pytest.raises(gi.DomainError):
+        gi.open_ensemble(7)  # type: ignore[arg-type]
+
+
+def test_a_file_that_power_has_left_half_written(tmp_path: Path) -> None:
+    out = tmp_path / "a.zarr"
+    on_disk("readings", out)
+    (out / "status" / "c.1").write_bytes(b"")
+    assert_same(in_memory("readings"), on_disk("readings", out))
+
+
+def test_parts_of_arrays_and_xarray(tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    many, known = on_disk("readings", tmp_path / "a.zarr"), in_memory("readings")
+    assert np.array_equal(many.stored["y"][3:5], known.y[3:5])
+    assert known.stored is None
+    data = xarray.open_zarr(tmp_path / "a.zarr")
+    assert np.array_equal(data["y"].values, known.y, equal_nan=True)
+    assert np.array_equal(data["y"].sel(row="p[1]").values, known.y[:, :, 3], equal_nan=True)
+    assert list(data["status"].values) == list(known.status)
+    assert equal(data["drift_energy"].values, known.readings["drift:energy"])
+    whole = data["histogram_q[0]"].sum("block").values
+    assert np.array_equal(whole, known.readings["histogram:q[0]"])
+    assert data.attrs["problem"] == "henon-heiles"
+    assert set(data.coords) == {"tau", "t", "row"}
+
+
+def test_members_with_more_states_than_those_before(tmp_path: Path, counted: list[int]) -> None:
+    """Arrays are widened on the way."""
+    states = STATES[np.argsort(np.abs(STATES).sum(axis=1))]
+    run: dict[str, Any] = {"t_end": 20.0, "method": "dop853-adaptive", "save_every": 1}
+    run |= {"events": "q[1]"}
+    known = gi.solve_ensemble(HENON, states, **run)
+    found = gi.solve_ensemble(HENON, states, **run, out=tmp_path / "a.zarr", workers=1)
+    assert_same(known, found)
+    assert found.counts[:8].max() < found.counts.max()
