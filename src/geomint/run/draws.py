@@ -34,7 +34,7 @@ ACCEPTANCE = 0.45
 ROUNDS = 8  # of Newton's method
 TINY = 1e-7  # of the units: differences for Newton's method
 ON, SAME = 1e-12, 1e-7  # of the units: on the level; the point that the step began at
-FORGET = 8.0  # e-folds of the slowest number's correlation with the beginning
+FORGET = 12.0  # e-folds of the slowest number's correlation with the beginning
 TRIED, LONGEST = 1000, 20_000  # moves: before longer chains are given up; of the longest
 
 
@@ -68,7 +68,7 @@ def draw_states(
     Returns
     -------
     array, shape (count, rows)
-        Independent up to e⁻⁸ of their correlation with where their chains began: at random states
+        Independent up to e⁻¹² of their correlation with where their chains began: at random states
         put onto the level. A level of several parts has them in the proportions of these.
 
     Raises
@@ -170,28 +170,37 @@ class _Chains:
     def adapt(self) -> None:
         """Find steps of which about half are taken."""
         for k in range(PILOT):
-            taken, _ = self._move()
+            taken = self._move()
             self._size *= np.exp((taken.mean() - ACCEPTANCE) * 2.0 / np.sqrt(1.0 + k))
 
     def run(self) -> None:
-        """Move until the beginning is forgotten, by how far a move goes in each number's spread."""
+        """Move until the beginning is forgotten, by how far a move goes in each number's spread.
+
+        In that of the logarithm of the density too: energies of a temperature are the slowest.
+        """
         done, needed, slowest = 0, float(PILOT), 0
-        moved = np.zeros(self.here.states.shape[1])
+        moved = np.zeros(self.here.states.shape[1] + 1)
         while done < needed:
             if done >= TRIED and needed > LONGEST:
                 break
-            _, change = self._move()
-            moved += np.mean(change * change, axis=0)
+            before = self.here
+            self._move()
+            moved += np.mean((self._seen(self.here) - self._seen(before)) ** 2, axis=0)
             done += 1
             if done % PILOT == 0:
-                spread = self.here.states.var(axis=0)
-                steady = spread <= (1e-6 * self._units) ** 2
+                spread = self._seen(self.here).var(axis=0)
+                steady = spread <= 1e-12
                 rates = moved / done / (2.0 * np.where(steady, 1.0, spread))
                 rates[steady] = 1.0
-                slowest = int(np.argmin(rates))
-                needed = max(FORGET / max(float(rates[slowest]), 1e-300), float(PILOT))
+                slowest = int(np.argmin(rates[:-1]))
+                needed = max(FORGET / max(float(rates.min()), 1e-300), float(PILOT))
         if done < needed:
             _warn(self._target.level.problem, slowest)
+
+    def _seen(self, points: _Points) -> Array:
+        """Return what is to be forgotten: states in units, and the density's logarithm."""
+        density = np.where(np.isfinite(points.log_density), points.log_density, 0.0)
+        return np.column_stack([points.states / self._units, density])
 
     def _points(self, states: Array) -> _Points:
         level, units = self._target.level, self._units
@@ -206,8 +215,8 @@ class _Chains:
         density = np.where(np.isfinite(density) & ~dependent, density, -np.inf)
         return _Points(states, normals, factors, density)
 
-    def _move(self) -> tuple[npt.NDArray[np.bool_], Array]:
-        """Move all chains once; return which have taken their steps, and how far each went."""
+    def _move(self) -> npt.NDArray[np.bool_]:
+        """Move all chains once; return which have taken their steps."""
         old, units = self.here, self._units
         v = _tangent(old, self._size * self._rng.normal(size=old.states.shape))
         states, found = self._back(old, v)
@@ -221,7 +230,7 @@ class _Chains:
             log_ratio = new.log_density - old.log_density + chances
         taken = found & back & (np.log(self._rng.random(len(v))) < log_ratio)
         self.here = old.where(taken, new)
-        return taken, self.here.states - old.states
+        return taken
 
     def _back(self, points: _Points, v: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
         """Return the points of the level along the normals from ``points + v``, where there are any.
