@@ -430,7 +430,15 @@ FAMILIES = (
 )  # fmt: skip
 READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
 # All but the families: tests/ensemble.
-ELSEWHERE = {*FAMILIES, *READINGS, "Method", "Ensemble", "open_ensemble", "solve_ensemble"}
+ELSEWHERE = {
+    *FAMILIES,
+    *READINGS,
+    "Method",
+    "Ensemble",
+    "EnsembleGrowth",
+    "open_ensemble",
+    "solve_ensemble",
+}
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
@@ -441,7 +449,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Ensemble": {"piece", "single"},  # tested in tests/ensemble
+    "Ensemble": {"growth", "piece", "single"},  # tested in tests/ensemble
     **{name: {"check", "read"} for name in READINGS},
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
