@@ -98,6 +98,7 @@ from .problems.spaces.tangent_bundle import (
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .problems.two_form import SymplecticForm as SymplecticForm
 from .run.draws import draw_states as draw_states
+from .run.ensemble.growth import EnsembleGrowth as EnsembleGrowth
 from .run.ensemble.readings.of_runs import Exponents as Exponents, SectionPoints as SectionPoints
 from .run.ensemble.readings.of_series import Histogram as Histogram, Windows as Windows
 from .run.ensemble.readings.reading import Reading as Reading
@@ -157,6 +158,7 @@ __all__ = [
     "Drift",
     "Ensemble",
     "EnsembleError",
+    "EnsembleGrowth",
     "Euclidean",
     "Exact",
     "Exponents",

@@ -432,8 +432,15 @@ FAMILIES = (
 READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
 # All but the families: tests/ensemble.
 ELSEWHERE = {
-    *FAMILIES, *READINGS, "Method", "Ensemble", "draw_states", "open_ensemble", "solve_ensemble",
-}  # fmt: skip
+    *FAMILIES,
+    *READINGS,
+    "Method",
+    "Ensemble",
+    "EnsembleGrowth",
+    "draw_states",
+    "open_ensemble",
+    "solve_ensemble",
+}
 OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
@@ -444,7 +451,7 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
-    "Ensemble": {"piece", "single"},  # tested in tests/ensemble
+    "Ensemble": {"growth", "piece", "single"},  # tested in tests/ensemble
     **{name: {"check", "read"} for name in READINGS},
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py

@@ -17,6 +17,7 @@ from ..solution import Solution
 from ..solve import solve
 from .dataset import as_dataset
 from .given import Asked, Members
+from .growth import EnsembleGrowth, growth_of_ensemble
 from .outcome import Outcome
 from .store.read import StoredOutcome
 
@@ -176,6 +177,26 @@ class Ensemble(Shown):
             reason = "a store has no code: solve_ensemble with the same arguments and out gives it"
             raise MissingCodeError(f"problem {problem.name!r}", reason)
         return solve(problem, self.states[k], **{**self.asked.arguments(), **more})
+
+    def growth(self, name: str, since: float = 0.0, seed: int = 0) -> EnsembleGrowth:
+        """Return how the deviation of a quantity grows over the members: rms ~ t^b, with b's error.
+
+        Parameters
+        ----------
+        name : str
+            Of a quantity, or of a reading, by `geomint.Windows`.
+        since : float
+            Windows that begin before that time, from the beginning, are left out.
+        seed : int
+            Of the samples of members that the error is found by.
+
+        Raises
+        ------
+        DomainError
+            Without such a reading, for fewer than eight members at their ends or eight windows, and for
+            adaptive steps without `t_eval` or `tau_eval`.
+        """
+        return growth_of_ensemble(self, name, since, seed)
 
     def to_xarray(self) -> Any:
         """Return times, pieces and drifts as an `xarray.Dataset` with the dimension ``member``.

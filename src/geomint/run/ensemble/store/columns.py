@@ -63,10 +63,12 @@ def columns_of(found: Outcome, asked: Asked) -> Iterator[Column]:
     yield from _drifts(found)
     yield from _events(found)
     for name, values in found.readings.items():
-        merged = asked.readings[name].merges
-        values = values[None] if merged else values
+        reading = asked.readings[name]
+        values = values[None] if reading.merges else values
         axes = tuple(f"_{i}" for i in range(values.ndim - 1))
-        yield Column("merged" if merged else "reading", values, axes, name, about={"reading": name})
+        about = {"kind": getattr(reading, "kind", ""), "quantity": getattr(reading, "of", "")}
+        role = "merged" if reading.merges else "reading"
+        yield Column(role, values, axes, name, about={n: str(x) for n, x in about.items()})
 
 
 def status_of(status: Any) -> Column:

@@ -30,6 +30,7 @@ _QUANTITIES = ("invariants", "constraints", "observables", "measure", "symplecti
 _WANTED = ("t_eval", "tau_eval", "events", "observe", "observe_every", "estimate_error")
 LONGEST = 60  # characters of what is shown
 SHOWN = 8  # that differ
+MOST_TIMES = 10**5  # that the attributes list
 
 
 def identity(given: Members, asked: Asked) -> dict[str, list[str]]:
@@ -58,6 +59,7 @@ def about(given: Members, asked: Asked) -> dict[str, Any]:
     first = given.problem(0)
     differ = given.differing()
     alike = {name: x for name, x in first.parameters.items() if name not in differ}
+    times = {n: asked.wanted[n] for n in ("t_eval", "tau_eval") if n in asked.wanted}
     provenance = {
         **environment(),
         "problem": first.name,
@@ -66,11 +68,13 @@ def about(given: Members, asked: Asked) -> dict[str, Any]:
         "time": first.time,
         **method_record(asked.method),
         **finite_json({name: _plain(x) for name, x in asked.shared.items()}),
+        **{name: finite_json(_plain(x)) for name, x in times.items() if np.size(x) <= MOST_TIMES},
     }
     return {
         "format": FORMAT,
         "problem": first.name,
         "method": asked.method.name,
+        "adaptive": asked.method.adaptive,
         "time": first.time,
         "shapes": {name: list(shape) for name, shape in first.shapes.items()},
         "members": len(given),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from dataclasses import dataclass, field
 from os import PathLike
@@ -27,6 +28,8 @@ class _Read:
     """What is known of a reading."""
 
     merges: bool
+    kind: str
+    of: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +76,16 @@ def open_ensemble(path: str | PathLike[str]) -> Ensemble:
     about = arrays.about
     shapes = {name: tuple(shape) for name, shape in about["shapes"].items()}
     problem: Any = StoredProblem(about["problem"], shapes=shapes, time=about["time"])
-    method: Any = StoredMethod(about["method"])
+    method: Any = StoredMethod(about["method"], adaptive=about["adaptive"])
     differing = {of: np.asarray(a[...]) for (of, _), a in arrays.of_role("parameter").items()}
     given = _Known((problem,), np.asarray(arrays.find("states")[...]), differing)
     readings = {
-        of: _Read(role == "merged")
+        of: _Read(role == "merged", str(a.attrs["kind"]), str(a.attrs["quantity"]))
         for role in ("reading", "merged")
-        for of, _ in arrays.of_role(role)
+        for (of, _), a in arrays.of_role(role).items()
     }
-    asked = Asked(method, {}, arrays.members, readings=readings, streamed=True)
+    known = json.loads(about["provenance"])
+    shared = {name: known.get(name) for name in ("t0", "t_end", "tau_end", "step", "save_every")}
+    wanted = {name: known[name] for name in ("t_eval", "tau_eval") if name in known}
+    asked = Asked(method, shared, arrays.members, wanted, readings, streamed=True)
     return Ensemble(given, asked, StoredOutcome(arrays))

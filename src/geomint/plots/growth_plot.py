@@ -1,0 +1,70 @@
+"""Growth over the members of an ensemble: rms and quantiles over time, both logarithmic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..arguments import Array
+from .canvas import new_figure
+from .panels import say, time_name
+from .style import COLOURS, WIDTH
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["growth_figure"]
+
+PALE = (0.12, 0.22)  # how dark bands are, from the widest in
+REFERENCE = "#666666"
+
+
+def growth_figure(
+    name: str,
+    time: str,
+    t: Array,
+    rms: Array,
+    bands: Sequence[tuple[float, Array]],
+    fit: tuple[float, float, float],
+) -> Figure:
+    """Return a figure of the rms of a deviation over members, between bands of quantiles.
+
+    Parameters
+    ----------
+    bands : sequence of (level, array)
+        Rising, with the median in the middle: the outer ones are bands.
+    fit : tuple of float
+        Exponent, its standard error, and the rms at the end; NaN for none.
+    """
+    with new_figure(WIDTH, 0.42 * WIDTH, layout="constrained") as figure:
+        axes = figure.subplots()
+        axes.set_title(name, loc="left", fontweight="bold")
+        axes.set(xlabel=time_name(time), ylabel="rms of v − v₀")
+        if not rms.any():
+            say(axes, "exactly 0 throughout")
+            return figure
+        for i, dark in zip(range(len(bands) // 2), PALE, strict=False):
+            (low, below), (high, above) = bands[i], bands[-1 - i]
+            label = f"{low:.0%} to {high:.0%} of the members"
+            axes.fill_between(
+                t, _shown(below), _shown(above), color=COLOURS[0], alpha=dark, lw=0, label=label
+            )
+        axes.plot(t, _shown(bands[len(bands) // 2][1]), color=COLOURS[0], lw=0.8, label="median")
+        axes.plot(t, _shown(rms), "o", color=COLOURS[1], markersize=3, label="rms over members")
+        exponent, error, size = fit
+        if np.isfinite(exponent):
+            ends = t[[0, -1]]
+            label = f"t^b, b = {exponent:.2f} ± {error:.2g}"
+            axes.plot(
+                ends, size * (ends / ends[-1]) ** exponent, "--", color=REFERENCE, label=label
+            )
+        axes.set(xscale="log", yscale="log")
+        figure.legend(loc="outside right upper")
+        return figure
+
+
+def _shown(values: Array) -> Array:
+    """Return values for a logarithmic axis."""
+    return np.where(values > 0.0, values, np.nan)

@@ -1,0 +1,92 @@
+"""Growth over the members of real ensembles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.problems.testproblems import henon_heiles
+
+HENON = henon_heiles.problem()
+STATES = np.random.default_rng(1).uniform(-0.2, 0.2, (200, 4))
+READ = gi.Windows("energy", 24)
+
+
+def test_brouwers_law() -> None:
+    """Gauss methods round without bias: the energy walks. rk-4 drifts, its energy linearly."""
+    many = gi.solve_ensemble(HENON, STATES, t_end=4000.0, step=0.4, method="gauss-8", readings=READ)
+    walks = many.growth("energy")
+    assert walks.drift_class == "sqrt"
+    assert walks.interval[0] < 0.5 < walks.interval[1]
+    assert walks.size < 1e-15
+    many = gi.solve_ensemble(HENON, STATES, t_end=500.0, step=0.05, method="rk-4", readings=READ)
+    drifts = many.growth("energy")
+    assert drifts.drift_class == "linear"
+    assert abs(drifts.exponent - 1.0) < 0.02
+    assert "linear" in repr(drifts)
+    assert "systematic" in drifts.meaning
+
+
+def test_times_of_windows_and_members_that_fail(tmp_path: Path) -> None:
+    states = np.vstack((STATES[:40], [[0.0, 40.0, 0.0, 60.0]]))
+    run: dict[str, Any] = {"t_end": 60.0, "step": 0.05, "method": "rk-4"}
+    own = gi.solve_ensemble(HENON, states, **run, readings={"w": gi.Windows("energy", 10)})
+    found = own.growth("w")
+    assert found.name == "energy"
+    assert found.members == 40
+    assert np.allclose(found.t, 3.0 + 6.0 * np.arange(10) + 0.025)
+    times = np.linspace(0.0, 60.0, 1201)
+    given = {**run, "t_eval": times, "readings": gi.Windows("energy", 10)}
+    other = gi.solve_ensemble(HENON, states, **given, out=tmp_path / "a.zarr")
+    assert np.allclose(other.growth("energy").t, found.t)
+    assert np.allclose(other.growth("energy").exponent, found.exponent, atol=1e-6)
+    seen = gi.open_ensemble(tmp_path / "a.zarr").growth("energy")
+    assert seen.exponent == other.growth("energy").exponent
+    assert np.array_equal(seen.t, other.growth("energy").t)
+    late = found.t[2] - 3.0
+    assert own.growth("w", since=late - 0.1).t[0] == found.t[2]
+    assert own.growth("w", seed=1).exponent_stderr != found.exponent_stderr
+    assert own.growth("w", seed=1).exponent == found.exponent
+
+
+@pytest.mark.parametrize(
+    ("states", "more", "ask", "said"),
+    [
+        (STATES, {"readings": "drift:energy"}, {"name": "energy"}, r"geomint.Windows \(here: none"),
+        (STATES, {"readings": READ}, {"name": "K"}, "windows:energy"),
+        (STATES, {"readings": READ}, {"name": 7}, "windows:energy"),
+        (STATES[:7], {"readings": READ}, {"name": "energy"}, "at least 8 members"),
+        (STATES, {"readings": READ}, {"name": "energy", "since": 9.0}, "8 of 24 windows"),
+        (STATES, {"readings": READ}, {"name": "energy", "seed": -1}, "seed"),
+        (STATES, {"readings": gi.Windows("energy", 999)}, {"name": "energy"}, "at least 8 members"),
+        (
+            STATES,
+            {"readings": READ, "method": "dop853-adaptive", "step": None},
+            {"name": "energy"},
+            "steps of one length",
+        ),
+    ],
+)
+def test_what_cannot_be_told(states: Any, more: Any, ask: Any, said: str) -> None:
+    run = {"t_end": 10.0, "step": 0.05, "method": "rk-4", **more}
+    many = gi.solve_ensemble(HENON, states, **run)
+    with pytest.raises(gi.DomainError, match=said):
+        many.growth(**ask)
+
+
+def test_pictures() -> None:
+    many = gi.solve_ensemble(HENON, STATES, t_end=50.0, step=0.05, method="rk-4", readings=READ)
+    figure = many.growth("energy").plot()
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[0] == "5% to 95% of the members"
+    assert labels[-1].startswith("t^b, b = 0.81 ±")
+    assert figure.axes[0].get_xlabel().startswith("t")
+    still = gi.solve_ensemble(
+        HENON, np.zeros((9, 4)), t_end=50.0, step=0.05, method="rk-4", readings=READ
+    ).growth("energy")
+    assert still.drift_class == "roundoff"
+    assert still.plot().axes[0].texts[0].get_text() == "exactly 0 throughout"

@@ -1,0 +1,112 @@
+"""Growth over members: exponents of walks that are known, how often the error bar holds, classes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geomint.watch.over_members import LEVELS, class_of_exponent, growth_over_members
+
+SAMPLES, COUNT = 640, 32
+PARTS = np.array_split(np.arange(SAMPLES), COUNT)
+EDGES = np.concatenate(([0.5], 0.5 + np.cumsum([len(part) for part in PARTS])))
+TIMES = np.arange(1, SAMPLES + 1)
+
+
+def windows(deviations: np.ndarray) -> np.ndarray:
+    parts = np.array_split(deviations, COUNT, axis=1)
+    return np.array([np.sqrt((part**2).mean(axis=1)) for part in parts]).T
+
+
+def walk(rng: np.random.Generator, members: int) -> np.ndarray:
+    return np.cumsum(rng.standard_normal((members, SAMPLES)), axis=1)
+
+
+def drawn(kind: str, seed: int, members: int) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    amplitudes, phases = rng.standard_normal((members, 1)), rng.uniform(0, 6, (members, 1))
+    deviations = {
+        "oscillation": lambda: amplitudes * np.sin(0.7 * TIMES + phases),
+        "walk": lambda: walk(rng, members),
+        "walks of other sizes": lambda: np.exp(amplitudes / 2) * walk(rng, members),
+        "biased": lambda: walk(rng, members) + 3.0 * amplitudes * TIMES,
+        "walk of a walk": lambda: np.cumsum(walk(rng, members), axis=1),
+    }
+    return windows(deviations[kind]())
+
+
+EXPONENTS = {
+    "oscillation": 0.0, "walk": 0.5, "walks of other sizes": 0.5, "walk of a walk": 1.5,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", EXPONENTS)
+@pytest.mark.parametrize("members", [30, 150])
+def test_the_interval_holds_as_often_as_it_says(kind: str, members: int) -> None:
+    found = [growth_over_members(drawn(kind, s, members), EDGES, s) for s in range(60)]
+    held = [one.low <= EXPONENTS[kind] <= one.high for one in found]
+    assert np.mean(held) >= 0.8  # of 60 as good as never fewer, if it is 19 of 20
+    exponents = np.array([one.exponent for one in found])
+    assert abs(exponents.mean() - EXPONENTS[kind]) < 4 * exponents.std() / np.sqrt(60) + 0.01
+    assert 0.7 < np.mean([one.stderr for one in found]) / exponents.std() < 1.4
+
+
+@pytest.mark.parametrize(
+    ("kind", "known"),
+    [
+        ("oscillation", "bounded"), ("walk", "sqrt"), ("walks of other sizes", "sqrt"),
+        ("biased", "linear"), ("walk of a walk", "faster"),
+    ],
+)  # fmt: skip
+def test_classes(kind: str, known: str) -> None:
+    classes = [
+        class_of_exponent(growth_over_members(drawn(kind, s, 150), EDGES)) for s in range(20)
+    ]
+    assert classes.count(known) >= 19
+    assert {*classes} <= {known, "undetermined"}
+
+
+def test_few_members_claim_nothing_false() -> None:
+    classes = [
+        class_of_exponent(growth_over_members(drawn("walk", s, 8), EDGES)) for s in range(60)
+    ]
+    assert sum(c not in ("sqrt", "undetermined") for c in classes) <= 3
+
+
+def test_powers_are_found_exactly() -> None:
+    """In windows of one sample too, and where the first window is long."""
+    for count in (8, 32, SAMPLES):
+        parts = np.array_split(TIMES, count)
+        edges = np.concatenate(([0.5], 0.5 + np.cumsum([len(part) for part in parts])))
+        for b in (0.0, 0.5, 1.0, 2.0):
+            rms = [np.sqrt(np.mean(part ** (2.0 * b))) for part in parts]
+            found = growth_over_members(np.tile(rms, (9, 1)), edges)
+            assert abs(found.exponent - b) < 5e-3
+            assert abs(found.size / edges[-2:].mean() ** b - 1.0) < 0.01
+
+
+def test_what_is_no_power_of_time() -> None:
+    """An offset, then a walk or a drift: the halves tell, and nothing is claimed."""
+    rng = np.random.default_rng(1)
+    offset = 200.0 * rng.standard_normal((200, 1))
+    found = growth_over_members(windows(offset + 2.0 * TIMES), EDGES)
+    assert found.halves[1] > found.halves[0] + 0.3
+    assert class_of_exponent(found) == "undetermined"
+
+
+def test_nothing_deviates() -> None:
+    found = growth_over_members(np.zeros((20, COUNT)), EDGES)
+    assert class_of_exponent(found) == "roundoff"
+    assert np.isnan(found.exponent)
+    assert found.size == 0.0
+    some = np.zeros((20, COUNT))
+    some[:, 9:] = windows(walk(np.random.default_rng(1), 20))[:, 9:]
+    assert np.isfinite(growth_over_members(some, EDGES).exponent)
+
+
+def test_many_members_are_drawn_in_groups() -> None:
+    values = drawn("walk", 1, 5000)
+    found = growth_over_members(values, EDGES)
+    assert 0.5 < found.stderr / (0.29 / np.sqrt(5000)) < 1.5  # as 0.29/√N of fewer members
+    assert np.array_equal(found.quantiles, np.quantile(values, LEVELS, axis=0))
+    assert np.allclose(found.rms**2, (values**2).mean(axis=0))
