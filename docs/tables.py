@@ -471,6 +471,9 @@ def brouwer_words() -> dict[str, str]:
             f"brouwer_{key}_span": f"{min(span):.2f} to {max(span):.2f}"
             for key, span in spans.items()
         },
+        "brouwer_chance": f"{record['members'] ** -0.5:.2f}",
+        "brouwer_gauss_mean": f"{abs(_common_part(methods['gauss-8'])):.2f}",
+        "brouwer_verlet_mean": f"{abs(_common_part(methods['verlet-8'])):.2f}",
         "brouwer_common": f"{_common(methods['verlet-8']):.0e}".replace("-", "−"),
         **{
             f"brouwer_{key}": f"{methods[name]['quantities'][quantity][part]['rms'][-1]:.0e}"
@@ -500,8 +503,12 @@ def _randomly(method: dict[str, Any], names: tuple[str, ...]) -> list[float]:
 
 def _common(method: dict[str, Any]) -> float:
     """Return the mean over members of the error of the energy at the end."""
-    energy = method["quantities"]["energy"]
-    return float(energy["common part"][-1] * energy["all"]["rms"][-1])
+    return _common_part(method) * float(method["quantities"]["energy"]["all"]["rms"][-1])
+
+
+def _common_part(method: dict[str, Any]) -> float:
+    """Return the same over the rms."""
+    return float(method["quantities"]["energy"]["common part"][-1])
 
 
 def _exponent(found: dict[str, Any], part: str) -> str:
