@@ -452,6 +452,95 @@ def _store_words() -> str:
     )
 
 
+def brouwer_words() -> dict[str, str]:
+    """Return the exponents by which rounding errors grow, and what is told beside them."""
+    record = result("brouwer")
+    methods = record["methods"]
+    keys = ("energy", "K", "norm", "tangency", "phase")
+    heads = ["method", "step", "error", "H", "K", "\\|γ\\| = 1", "(γ, p̃) = 0", "phase"]
+    rows = []
+    for name, found in methods.items():
+        time = {"t": "t", "tau": "τ"}[found["time"]]
+        place = [f"`{name}`: {found['family']}", f"{found['step']:g} in {time}"]
+        for part, words in (("all", "all"), ("random", "random")):
+            cells = [_exponent(found["quantities"][key], part) for key in keys]
+            rows.append([*place, words, *cells])
+            place = ["", ""]
+    steps = methods["gauss-8"]["steps"]
+    digits = record["digits"]
+    spans = {
+        key: [b for found in methods.values() for b in _randomly(found, names)]
+        for key, names in (("walk", keys[:-1]), ("phase", keys[-1:]))
+    }
+    left = record["seeds"][-1] + 1 - record["members"]
+    return {
+        "brouwer_table": _table(heads, rows),
+        "brouwer_members": str(record["members"]),
+        "brouwer_twins": str(record["twins"]),
+        "brouwer_steps": f"10{_raised(round(math.log10(steps[-1])))}",
+        "brouwer_seeds": f"0 to {record['seeds'][-1]}, of which {left} are left out",
+        "brouwer_minutes": f"{sum(found['seconds'] for found in methods.values()) / 60.0:.0f}",
+        "brouwer_machine": measured_on(record),
+        "brouwer_moved": f"{digits['moved']} of {digits['coefficients']}",
+        "brouwer_nearest": f"{digits['nearest']:.0e}",
+        "brouwer_chosen": f"{digits['chosen']:.0e}",
+        **{
+            f"brouwer_{key}_span": f"{min(span):.2f} to {max(span):.2f}"
+            for key, span in spans.items()
+        },
+        "brouwer_chance": f"{record['members'] ** -0.5:.2f}",
+        "brouwer_gauss_mean": f"{abs(_common_part(methods['gauss-8'])):.2f}",
+        "brouwer_verlet_mean": f"{abs(_common_part(methods['verlet-8'])):.2f}",
+        "brouwer_common": f"{_common(methods['verlet-8']):.0e}".replace("-", "−"),
+        **{
+            f"brouwer_{key}": f"{methods[name]['quantities'][quantity][part]['rms'][-1]:.0e}"
+            for key, (name, quantity, part) in BROUWER_SIZES.items()
+        },
+    }
+
+
+BROUWER_SIZES = {  # what is told of rms errors at the end
+    "explicit": ("dop853", "energy", "all"),
+    "explicit_random": ("dop853", "energy", "random"),
+    "digits": ("dop853-digits", "energy", "all"),
+    "gauss": ("gauss-8", "energy", "all"),
+    "gauss_phase": ("gauss-8", "phase", "all"),
+    "rattle": ("rattle-2", "energy", "all"),
+    "rattle_random": ("rattle-2", "energy", "random"),
+    "free": ("cf-4", "energy", "all"),
+    "free_random": ("cf-4", "energy", "random"),
+}
+
+
+def _randomly(method: dict[str, Any], names: tuple[str, ...]) -> list[float]:
+    """Return the exponents of random parts, of what does not stay within the rounding of a state."""
+    found = (method["quantities"][key] for key in names)
+    return [q["random"]["exponent"] for q in found if max(q["all"]["rms"]) > 2.0**-51]
+
+
+def _common(method: dict[str, Any]) -> float:
+    """Return the mean over members of the error of the energy at the end."""
+    return _common_part(method) * float(method["quantities"]["energy"]["all"]["rms"][-1])
+
+
+def _common_part(method: dict[str, Any]) -> float:
+    """Return the same over the rms."""
+    return float(method["quantities"]["energy"]["common part"][-1])
+
+
+def _exponent(found: dict[str, Any], part: str) -> str:
+    """Return an exponent with its error; "–" for the random part of what is met in every step."""
+    own = found[part]
+    if part == "random" and max(found["all"]["rms"]) < 2.0**-51:
+        return "–"
+    b = round(own["exponent"], 2) + 0.0  # not −0
+    return f"{b:.2f} ± {max(own['error'], 0.01):.2f}"
+
+
+def _raised(number: int) -> str:
+    return str(number).translate(str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
 def symplectic_words() -> dict[str, str]:
     """Return what methods do to symplectic forms."""
     record = result("symplecticity")
@@ -517,6 +606,7 @@ def substitutions() -> dict[str, str]:
         **frequency_words(),
         **lyapunov_words(),
         **ensemble_words(),
+        **brouwer_words(),
         **symplectic_words(),
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),

@@ -1,0 +1,103 @@
+"""The benchmark of Brouwer's law: its fit finds known exponents, and its short form the law."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def scripts() -> Iterator[dict[str, ModuleType]]:
+    """The files of the benchmark as modules."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "benchmarks"))
+        names = ("brouwer", "brouwer_fit", "last_digits")
+        yield {name: importlib.import_module(name) for name in names}
+
+
+STEPS = 10.0 ** np.arange(1.0, 4.25, 0.5)
+DRAWN = {
+    "walk": (0.5, lambda noise, n: np.cumsum(noise, axis=0)),
+    "phase of a walk": (1.5, lambda noise, n: np.cumsum(np.cumsum(noise, axis=0), axis=0)),
+    "bias": (1.0, lambda noise, n: n + 0.3 * np.cumsum(noise, axis=0)),
+    "no growth": (0.0, lambda noise, n: noise),
+}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+@pytest.mark.parametrize("seed", range(3))
+def test_exponents_of_random_walks(name: str, seed: int, scripts: dict[str, ModuleType]) -> None:
+    right, make = DRAWN[name]
+    noise = np.random.default_rng(seed).normal(size=(10_000, 64))
+    series = make(noise, np.arange(1.0, 10_001.0)[:, None])
+    b, error = scripts["brouwer_fit"].exponent(STEPS, series[STEPS.astype(int) - 1])
+    assert 0.0 < error < 0.06
+    assert abs(b - right) < 4.0 * error + 0.02
+
+
+def test_the_common_part_tells_a_bias(scripts: dict[str, ModuleType]) -> None:
+    noise = np.random.default_rng(1).normal(size=(1, 64))
+    common = scripts["brouwer_fit"].common_part
+    assert abs(common(noise)[0]) < 0.4
+    assert common(3.0 + 0.1 * noise)[0] > 0.99
+
+
+def test_chosen_digits_meet_the_conditions(scripts: dict[str, ModuleType]) -> None:
+    """Which coefficients rounded one by one do not, by some roundings."""
+    from geomint.tableaux import RUNGE_KUTTA
+
+    digits = scripts["last_digits"]
+    assert max(map(abs, digits.defects(RUNGE_KUTTA["dop853"]))) > 2e-16
+    chosen = digits.chosen_digits()
+    assert max(map(abs, digits.defects(chosen))) < 4e-19
+    table = RUNGE_KUTTA["dop853"]
+    s = table.used_stages
+    A, b = table.A_float[:s, :s], table.b_float[:s]
+    assert np.all(np.abs(chosen.A_float - A) <= 2.0 * np.spacing(np.abs(A)))
+    assert np.all(np.abs(chosen.b_float - b) <= 2.0 * np.spacing(np.abs(b)))
+
+
+def law(found: dict[str, dict[str, dict[str, float]]], part: str, names: tuple[str, ...]) -> None:
+    """Assert exponents of a short run: within what 16 members and three decades leave open."""
+    for name in names:
+        right = 1.5 if name == "phase" else 0.5
+        assert abs(found[name][part]["exponent"] - right) < 0.25, name
+
+
+def test_the_quick_form_of_one_method(scripts: dict[str, ModuleType], tmp_path: Path) -> None:
+    """It writes JSON and a picture, and keeps methods that are not run anew."""
+    where = ["--out", str(tmp_path), "--images", str(tmp_path)]
+    main = scripts["brouwer"].main
+    main(["--quick", "--methods", "gauss-8", *where])
+    main(["--quick", "--methods", "dop853", *where])
+    record = json.loads((tmp_path / "brouwer.json").read_text("utf-8"))
+    assert list(record["methods"]) == ["dop853", "gauss-8"]
+    assert record["members"] == len(record["seeds"]) == 16
+    assert (tmp_path / "brouwer.png").stat().st_size > 10_000
+    law(
+        record["methods"]["gauss-8"]["quantities"],
+        "all",
+        ("energy", "K", "norm", "tangency", "phase"),
+    )
+    law(record["methods"]["dop853"]["quantities"], "random", ("energy", "K", "norm", "phase"))
+
+
+@pytest.mark.slow
+def test_the_quick_form(scripts: dict[str, ModuleType]) -> None:
+    """Of all methods."""
+    found = scripts["brouwer"].main(["--quick"])["methods"]
+    assert list(found) == list(scripts["brouwer"].WAYS)
+    for method in found.values():
+        law(method["quantities"], "random", ("energy", "K"))
+        assert method["quantities"]["phase"]["random"]["exponent"] > 1.0
+    for name in ("verlet-8", "rattle-2"):  # constraints are met anew in every step
+        for key in ("norm", "tangency"):
+            assert max(found[name]["quantities"][key]["all"]["rms"]) < 2.0**-51
