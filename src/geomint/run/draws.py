@@ -230,7 +230,7 @@ class _Chains:
             log_ratio = new.log_density - old.log_density + chances
         taken = found & back & (np.log(self._rng.random(len(v))) < log_ratio)
         self.here = old.where(taken, new)
-        return taken
+        return np.asarray(taken)
 
     def _back(self, points: _Points, v: Array) -> tuple[Array, npt.NDArray[np.bool_]]:
         """Return the points of the level along the normals from ``points + v``, where there are any.
