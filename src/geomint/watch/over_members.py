@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
 
 from ..arguments import Array
 
@@ -86,6 +85,8 @@ def growth_over_members(values: Array, edges: Array, seed: int = 0) -> FoundGrow
     if np.isfinite(exponents[0]):
         amplitude = _fits(rms[None], edges, some)[1][0]
         size = float(np.exp(amplitude + exponents[0] * np.log(edges[-2:].mean())))
+    from scipy.special import stdtrit  # plans and lists need no scipy
+
     wide = float(stdtrit(max(len(values) - 1, 1), 0.975)) * errors[0]
     b, error = float(exponents[0]), float(errors[0])
     halves = exponents[1:], errors[1:]
