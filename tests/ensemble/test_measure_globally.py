@@ -2,7 +2,7 @@
 
 Two samples are compared by the energy distance of (γ₁², γ₂², γ₃²), with a p-value by permutations
 (G. J. Székely, M. L. Rizzo, J. Stat. Plann. Inference 143 (2013) 1249). 1000 draws see the multiplier
-of this sphere, and what heun-2 makes of energies, in 3 of 3 choices of seeds each.
+of this sphere, and what heun-2 makes of energies, in 3 of 3 choices of seeds each (at 5 %).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ UNIFORM = dataclasses.replace(
     REDUCED,
     measure=gi.Measure(manifold=REDUCED.measure.manifold, conditions=REDUCED.measure.conditions),
 )
-COUNT, PERMUTATIONS, REJECTED = 1000, 99, 0.01
+COUNT, PERMUTATIONS, KEPT, REJECTED = 1000, 99, 0.01, 0.05
 
 
 def chance(one: np.ndarray, other: np.ndarray) -> float:
@@ -56,7 +56,7 @@ def pushed(problem: gi.Problem, seed: int, method: str) -> tuple[np.ndarray, np.
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_a_method_that_keeps_it_is_not_told_from_the_measure(seed: int) -> None:
-    assert chance(*pushed(REDUCED, seed, "gauss-8")) > REJECTED
+    assert chance(*pushed(REDUCED, seed, "gauss-8")) > KEPT
 
 
 @pytest.mark.slow
