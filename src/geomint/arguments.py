@@ -5,7 +5,8 @@ Whatever a foreign object raises when it is asked for its numbers, or for its le
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,7 @@ __all__ = [
     "Array",
     "as_array",
     "as_vector",
+    "by_name",
     "check_name",
     "finite",
     "flat",
@@ -26,6 +28,7 @@ __all__ = [
     "whole",
 ]
 
+T = TypeVar("T")
 Array = npt.NDArray[np.float64]  # everywhere
 MOST = 2**53  # of a count: all of them are floats too, and so fit into what kernels read
 MOST_NUMBERS = 10**9  # of work and results: 8 GB
@@ -136,3 +139,28 @@ def check_name(what: str, name: Any) -> None:
             f"a name of 1 to {LONGEST_NAME} printable characters without '/' and outer blanks"
         )
         raise DomainError(what, name, expected)
+
+
+def by_name(
+    what: str, wanted: Any, made: Callable[[Any], T], name_of: Callable[[T], str], expected: str
+) -> dict[str, T]:
+    """Return what is `made` of each of a list, or of a mapping of names to them, by names.
+
+    Raises
+    ------
+    DomainError
+        For what is neither, and for two of one name.
+    """
+    try:
+        pairs = list(wanted.items() if isinstance(wanted, Mapping) else ((None, x) for x in wanted))
+    except Exception:  # whatever a foreign object raises there
+        raise DomainError(what, wanted, expected) from None
+    chosen: dict[str, T] = {}
+    for given, one in pairs:
+        found = made(one)
+        name = name_of(found) if given is None else given
+        check_name(what, name)
+        if name in chosen:
+            raise DomainError(what, name, "names unlike each other: give a mapping")
+        chosen[name] = found
+    return chosen

@@ -11,6 +11,7 @@ from scipy import stats
 
 import chaplygin as ch
 import geomint as gi
+from geomint.problems.testproblems import henon_heiles
 
 SIGNIFICANT = 1e-3  # at fixed seeds: a right test fails in one of a thousand choices of these
 COUNT = 2000
@@ -69,7 +70,7 @@ QUARTIC = gi.Problem(
 @pytest.mark.parametrize("energy", [0.25, 4.0])
 def test_one_closed_orbit_is_drawn_as_long_as_the_motion_stays(energy: float) -> None:
     """Of ½p² + ¼q⁴ = E the time between 0 and q is an integral of 1/p: far from the arc's length."""
-    states = gi.draw_states(QUARTIC, 4000, keep={"energy": energy})
+    states = gi.draw_states(QUARTIC, COUNT, keep={"energy": energy})
     end = (4.0 * energy) ** 0.25
     s = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001))  # q = s end; no root at the ends in it
     rate = 1.0 / np.sqrt(1.0 + s * s)
@@ -96,7 +97,7 @@ WELLS = dataclasses.replace(QUARTIC, name="wells", field=wells, invariants={"ene
 def test_about_two_wells_steps_have_to_be_reversible() -> None:
     """Where a level has a waist, projections from one side find the other: such steps are not taken."""
     energy = 0.1
-    states = gi.draw_states(WELLS, 8000, keep={"energy": energy})
+    states = gi.draw_states(WELLS, 3000, keep={"energy": energy})
     root = np.sqrt(1.0 + 4.0 * energy)  # 2 p² = (1 + root − q²)(q² + root − 1)
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 200_001)
     q = np.sqrt(1.0 + root) * np.sin(angle)
@@ -210,21 +211,82 @@ def test_in_every_dimension(n: int) -> None:
     assert stats.kstest(0.5 + 0.5 * states[:, 0], half.cdf).pvalue > SIGNIFICANT
 
 
-def test_where_chains_begin_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_chains_begin_is_forgotten() -> None:
     """From one and the same state all draws have the distribution that others have."""
-    from geomint.run import draws
-
-    start = gi.draw_states(OSCILLATORS, 1, keep={"energy": 0.5}, seed=9)
-
-    def all_there(level: Any, count: int, rng: Any, near: Any = None) -> np.ndarray:
-        # Some apart, by which units and spreads are known.
-        rest = np.random.default_rng(1).normal(size=(8, 4))
-        return np.concatenate([np.repeat(start, count - 8, axis=0), level.nearest(rest)[0]])
-
-    monkeypatch.setattr(draws, "on_level", all_there)
-    states = gi.draw_states(OSCILLATORS, COUNT, keep={"energy": 0.5})
+    problem = dataclasses.replace(OSCILLATORS, make_random=None)
+    start = [0.01, 0.3, 0.4, -0.2]
+    states = gi.draw_states(problem, COUNT, at=start)
+    energy = gi.value(problem, "energy", start)
     part = 0.5 * (states[:, 2] ** 2 + 400.0 * states[:, 0] ** 2)
-    assert stats.kstest(part / 0.5, "uniform").pvalue > SIGNIFICANT
+    assert stats.kstest(part / energy, "uniform").pvalue > SIGNIFICANT
+
+
+@gi.observable
+def tilted_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    along, across = 0.6 * y[0] + 0.8 * y[1], 0.6 * y[1] - 0.8 * y[0]
+    return 0.5 * (along * along + params[0] * across * across)
+
+
+@gi.field
+def tilted(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    along, across = 0.6 * y[0] + 0.8 * y[1], 0.6 * y[1] - 0.8 * y[0]
+    out[0] = 0.8 * along + 0.6 * params[0] * across
+    out[1] = -0.6 * along + 0.8 * params[0] * across
+
+
+@pytest.mark.parametrize("ratio", [6.0, 20.0])
+def test_a_narrow_level_across_the_numbers(ratio: float) -> None:
+    """An ellipse at an angle to the axes, all chains begun at one state of it: uniform in time."""
+    problem = dataclasses.replace(
+        QUARTIC,
+        name="tilted",
+        params=[ratio**2],
+        field=tilted,
+        invariants={"energy": tilted_energy},
+    )
+    states = gi.draw_states(problem, COUNT, at=[0.6, 0.8])
+    along = states @ [0.6, 0.8]
+    across = ratio * (states @ [-0.8, 0.6])
+    phase = np.arctan2(across, along) / (2.0 * np.pi) + 0.5
+    assert stats.kstest(phase, "uniform").pvalue > SIGNIFICANT
+
+
+@gi.observable
+def bent_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
+    v = y[1] - y[0] * y[0]
+    return 0.5 * (y[0] * y[0] + v * v)
+
+
+@gi.field
+def bent(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    v = y[1] - y[0] * y[0]
+    out[0], out[1] = v, -y[0] + 2.0 * y[0] * v
+
+
+def test_a_bent_level() -> None:
+    """A circle in (u, y − u²), of the same areas: normals there meet other parts of it."""
+    problem = dataclasses.replace(
+        QUARTIC, name="bent", field=bent, invariants={"energy": bent_energy}
+    )
+    states = gi.draw_states(problem, COUNT, at=[0.0, 1.0])
+    phase = np.arctan2(states[:, 1] - states[:, 0] ** 2, states[:, 0]) / (2.0 * np.pi) + 0.5
+    assert stats.kstest(phase, "uniform").pvalue > SIGNIFICANT
+
+
+@pytest.mark.parametrize("energy", [1 / 12, 1 / 8])
+def test_a_bounded_part_is_not_left_for_an_unbounded_one(energy: float) -> None:
+    """Hénon–Heiles below the saddles: in two dimensions q is uniform where the potential is below."""
+    problem = henon_heiles.problem()
+    states = gi.draw_states(problem, COUNT, at=[0.0, 0.0, np.sqrt(2.0 * energy), 0.0])
+    x, y = states[:, 0], states[:, 1]
+    assert np.all((y >= -0.5) & (y + np.sqrt(3.0) * np.abs(x) <= 1.0))
+    rng = np.random.default_rng(3)
+    q = rng.uniform([-1.0, -0.5], [1.0, 1.0], size=(200_000, 2))
+    u, v = q.T
+    potential = 0.5 * (u * u + v * v) + u * u * v - v**3 / 3.0
+    q = q[(v + np.sqrt(3.0) * np.abs(u) <= 1.0) & (potential <= energy)]
+    for seen, known in ((x, q[:, 0]), (y, q[:, 1]), (x * x + y * y, (q * q).sum(axis=1))):
+        assert stats.ks_2samp(seen, known).pvalue > SIGNIFICANT
 
 
 @pytest.mark.parametrize(
@@ -239,6 +301,7 @@ def test_where_chains_begin_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> Non
         ({"keep": 7}, "names"),
         ({"temperature": 0.0}, "temperature"),
         ({"temperature": "warm"}, "temperature"),
+        ({"temperature": 1.0, "keep": {"energy": 1.0}}, "energy is kept"),
         ({"keep": {"energy": 1.0}, "seed": -1}, "seed"),
         ({"keep": {"energy": 1.0}, "at": [1.0]}, "state"),
     ],

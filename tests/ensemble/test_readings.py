@@ -208,6 +208,17 @@ def test_exponents_need_an_end_in_own_time() -> None:
         gi.solve_ensemble(PROBLEM, STATES, t_end=4.0, readings="exponent")
 
 
+def test_the_exact_flow_needs_times_to_read_at() -> None:
+    """It takes no steps: without times there is only the last state, and every drift would be 0."""
+    sphere = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    run: dict[str, Any] = {"tau_end": 4.0, "method": "exact"}
+    with pytest.raises(gi.DomainError, match=r"drift:gamma\[0\].*tau_eval"):
+        gi.solve_ensemble(sphere, STATES[:2], **run, readings=["final:K", "drift:gamma[0]"])
+    times = np.linspace(0.0, 4.0, 41)
+    many = gi.solve_ensemble(sphere, STATES[:2], **run, tau_eval=times, readings="drift:gamma[0]")
+    assert (many.readings["drift:gamma[0]"] > 0.1).all()
+
+
 def test_in_a_dataset() -> None:
     asked = {"h": gi.Histogram("gamma[0]", [-1, 0, 1]), "w": gi.Windows("K", 4), "f": "final:K"}
     data = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=asked).to_xarray()

@@ -178,4 +178,4 @@ def test_times_of_the_clock_keep_the_norm(step: float, stages: int) -> None:
     step *= 0.1 * (stages + 2)
     run = gi.solve(scene.problem, scene.state, t_end=12.0, step=step, method=method, dense=True)
     gamma = run.sol(np.linspace(0.0, 12.0, 1000))[:, :3]
-    assert np.abs((gamma**2).sum(axis=1) - 1.0).max() < 2e-15  # it was 1e-14 where that was seen
+    assert np.abs((gamma**2).sum(axis=1) - 1.0).max() < 1.4e-15  # it was 1e-14 where that was seen

@@ -85,7 +85,7 @@ def command(
     plan = plan_scan(chosen, **keys)
     print_notes(chosen)
     check_folder(out, SCAN_FILES)
-    many = plan.run(None if not quiet else False, workers)
+    many = plan.run(not quiet, workers)
 
     from ..report.scan_page import scan_lines, scan_record, scan_status, write_scan_report
 

@@ -21,7 +21,7 @@ from ..run.ensemble.readings.spelled import chosen_readings
 from ..run.ensemble.result import Ensemble
 from ..run.ensemble.solve_ensemble import solve_ensemble
 from ..scene.scene import Scene
-from ..scene.variation import Variation, chosen_variations, varied_models
+from ..scene.variation import Variation, chosen_variations, told_values, varied_models
 from .choice import Asked, Route
 from .part import route_with
 from .representation import has
@@ -140,9 +140,7 @@ def _members(
     section, problems, states, values = scene.content.ensemble, [], [], []
     for numbers, model in varied_models(scene, variations):
         if route.name not in model.problems:
-            where = ", ".join(
-                f"{v.key} = {x:.9g}" for v, x in zip(variations, numbers, strict=True)
-            )
+            where = told_values(variations, numbers)
             raise SceneError(f"with {where}: the system has no representation {route.name!r}")
         problem, state = model.problems[route.name], model.states[route.name]
         drawn = state[None, :]
@@ -151,7 +149,7 @@ def _members(
                 problem,
                 section.draws,
                 at=state,
-                keep=_kept(scene, problem),
+                keep=section.keep,
                 temperature=section.temperature,
                 seed=section.seed,
             )
@@ -163,11 +161,3 @@ def _members(
     repeated = [problem for problem in problems for _ in range(each)]
     many = tuple(repeated if variations else problems)
     return many, np.concatenate(states), found, np.tile(np.arange(each), len(states))
-
-
-def _kept(scene: Scene, problem: Problem) -> list[str]:
-    """Return what draws keep: what is asked for, else the energy unless it has a temperature."""
-    section = scene.content.ensemble
-    if section.keep is not None:
-        return list(section.keep)
-    return [] if section.temperature is not None else ["energy"]

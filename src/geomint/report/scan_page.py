@@ -33,7 +33,7 @@ def scan_status(many: Ensemble) -> str:
     return "failed" if found == {"failed"} else "success"
 
 
-def columns_of(plan: ScanPlan, many: Ensemble) -> dict[str, Array]:
+def _columns(many: Ensemble) -> dict[str, Array]:
     """Return the readings as columns of numbers, one for each member: of arrays one a number."""
     found = {}
     for name, values in many.readings.items():
@@ -55,7 +55,7 @@ def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str
         "statuses": dict(Counter(many.status.tolist())),
         "vary": {v.key: v.values.tolist() for v in plan.variations},
         "draws": section.draws,
-        "readings": {name: _summary(values) for name, values in columns_of(plan, many).items()},
+        "readings": {name: _summary(values) for name, values in _columns(many).items()},
         "failed": [
             {"member": k, **_place(plan, k), "error": str(error)}
             for k, error in sorted(many.errors.items())[:FEW]
@@ -102,7 +102,7 @@ def scan_lines(record: dict[str, Any]) -> list[str]:
 
 
 def _save(plan: ScanPlan, many: Ensemble, path: Path) -> None:
-    columns = columns_of(plan, many)
+    columns = _columns(many)
     names = [*(v.key for v in plan.variations), "draw", "status", *columns]
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
@@ -126,7 +126,7 @@ def write_scan_report(
     chart = Chart(
         [v.key for v in plan.variations],
         [v.values for v in plan.variations],
-        columns_of(plan, many),
+        _columns(many),
         plan.route.problem.time,
     )
     figure = scan_figure(chart)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import FunctionType
 from typing import Any, overload
 
-from ..arguments import check_name, finite, whole
+from ..arguments import by_name, finite, whole
 from ..errors import DomainError, nearest
 from ..kernels.compiling.recorded import Recorded, observable
 from ..kernels.compiling.sameness import Compared
@@ -18,6 +18,7 @@ from ..problems.problem import Problem
 __all__ = ["DIRECTIONS", "Event", "choose_events", "component", "event", "quantity"]
 
 DIRECTIONS = {"both": 0, "up": 1, "down": -1}
+EXPECTED = "names of components and quantities, geomint.Event, or a mapping of names to these"
 _COMPONENT = re.compile(r"(.+?)\[(-?\d+)\]")
 
 
@@ -183,23 +184,10 @@ def choose_events(wanted: Any) -> dict[str, Event]:
         return {}
     if isinstance(wanted, str | Event | Recorded | FunctionType) or callable(wanted):
         wanted = [wanted]
-    expected = "names of components and quantities, geomint.Event, or a mapping of names to these"
-    try:
-        pairs = list(wanted.items() if isinstance(wanted, Mapping) else ((None, x) for x in wanted))
-    except Exception:  # whatever a foreign object raises there
-        raise DomainError("events", wanted, expected) from None
-    chosen: dict[str, Event] = {}
-    for given, what in pairs:
-        found = _event_of(what, expected)
-        name = found.name if given is None else given
-        check_name("events", name)
-        if name in chosen:
-            raise DomainError("events", name, "names unlike each other: give a mapping")
-        chosen[name] = found
-    return chosen
+    return by_name("events", wanted, _event_of, lambda found: found.name, EXPECTED)
 
 
-def _event_of(what: Any, expected: str) -> Event:
+def _event_of(what: Any) -> Event:
     if isinstance(what, Event):
         return what
     if isinstance(what, str | Recorded):
@@ -207,4 +195,4 @@ def _event_of(what: Any, expected: str) -> Event:
     if callable(what):
         said = "an event: decorate it with @geomint.event; it is called f(params, t, y, work)"
         raise DomainError("events", what, said)
-    raise DomainError("events", what, expected)
+    raise DomainError("events", what, EXPECTED)

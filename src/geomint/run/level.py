@@ -77,15 +77,15 @@ class Level:
         found = self._write(np.zeros(len(states)), states)
         return np.asarray((found - self._wanted) / self.sizes)
 
-    def gradients(self, states: Array, units: Array) -> Array:
-        """Return the derivatives of `off` by the state in units, shape (states, conditions, rows).
+    def gradients(self, states: Array, ways: Array) -> Array:
+        """Return the derivatives of `off` along ways, one a row: shape (states, conditions, ways).
 
-        By differences over 1e-6 of the units, good to some 1e-10.
+        By differences over 1e-6 of the ways, good to some 1e-10.
         """
-        moves = DIFFERENCE * np.diag(units)
+        moves = DIFFERENCE * ways
         near = states[:, None, None, :] + np.array([1.0, -1.0])[:, None, None] * moves
-        shape = (len(states), 2, len(units), self.conditions)
-        values = self.off(near.reshape(-1, len(units))).reshape(shape)
+        shape = (len(states), 2, len(ways), self.conditions)
+        values = self.off(near.reshape(-1, states.shape[1])).reshape(shape)
         rows: Array = (values[:, 0] - values[:, 1]) / (2.0 * DIFFERENCE)
         return rows.transpose(0, 2, 1)
 

@@ -17,7 +17,7 @@ from ..kernels.compiling.sameness import Compared
 from ..problems.systems import Model, find_system
 from .scene import Scene
 
-__all__ = ["Variation", "chosen_variations", "varied_models"]
+__all__ = ["Variation", "chosen_variations", "told_values", "varied_models"]
 
 SECTIONS = ("system", "initial")
 MOST = 10**7  # values
@@ -138,6 +138,11 @@ def _spelled(text: str) -> Array:
     return np.geomspace(float(first), float(last), number)
 
 
+def told_values(variations: Sequence[Variation], values: Sequence[float]) -> str:
+    """Return what varies with its values, for a message."""
+    return ", ".join(f"{v.key} = {x:.9g}" for v, x in zip(variations, values, strict=True))
+
+
 def varied_models(
     scene: Scene, variations: Sequence[Variation]
 ) -> Iterator[tuple[tuple[float, ...], Model]]:
@@ -174,7 +179,7 @@ def _refused(
     values: tuple[float, ...],
 ) -> SceneError:
     """Return the error of values that have no model, in the words of the scene with them."""
-    where = ", ".join(f"{v.key} = {x:.9g}" for v, x in zip(variations, values, strict=True))
+    where = told_values(variations, values)
     try:
         scene.changed(**tables)
     except SceneError as error:

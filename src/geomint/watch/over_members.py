@@ -23,9 +23,7 @@ __all__ = ["CURVED", "LEVELS", "FoundGrowth", "class_of_exponent", "growth_over_
 
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)  # of the quantiles over members
 DRAWN = 400  # samples of members
-GROUPS = (
-    2048  # of more members, groups are drawn: their means are as many numbers as tell a variance
-)
+GROUPS = 2048  # of more members, groups are drawn: as many means as tell a variance
 EXPONENTS = np.linspace(-1.0, 4.0, 251)
 HALFWAY = 0.25  # from an exponent to the next that would be another class
 CURVED = 0.25  # by that much exponents of the two halves may differ, beside their error

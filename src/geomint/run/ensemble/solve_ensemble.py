@@ -9,7 +9,7 @@ from os import PathLike
 from typing import Any
 
 from ...arguments import finite, whole
-from ...errors import EnsembleError
+from ...errors import DomainError, EnsembleError
 from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
 from ..calls import explained
@@ -137,9 +137,12 @@ def solve_ensemble(
     whole("observe_every", observe_every, 1)
     given = canonical_members(problems, states)
     chosen_for = chosen_readings(readings)
-    anywhere = not (t_eval is None and tau_eval is None) or isinstance(chosen, Exact)
-    if save_every is None and any(r.along for r in chosen_for.values()) and not anywhere:
-        save_every = 1
+    if save_every is None and t_eval is None and tau_eval is None:
+        along = [name for name, reading in chosen_for.items() if reading.along]
+        if along and isinstance(chosen, Exact):
+            expected = "t_eval or tau_eval with it: the exact flow takes no steps"
+            raise DomainError("readings", along[0], expected)
+        save_every = 1 if along else None
     keep = not chosen_for if keep_states is None else keep_states
     shared = {
         "t0": begin, "t_end": t_end, "tau_end": tau_end, "step": step, "save_every": save_every,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -111,9 +112,9 @@ class OfEvenSamples(OfQuantity):
                 read[k] = self.of_samples(samples, gap)
         return read
 
+    @abstractmethod
     def of_samples(self, samples: Array, gap: float) -> float:
         """Return what is read off samples of one member, `gap` apart."""
-        raise NotImplementedError
 
 
 class Mean(OfEvenSamples):

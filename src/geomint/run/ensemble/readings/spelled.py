@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
-from ....arguments import check_name
+from ....arguments import by_name
 from ....errors import DomainError, nearest
 from .of_runs import Exponents
 from .of_series import Digits, Drift, Final, Frequency, Highest, Lowest, Mean, OfQuantity, Windows
@@ -33,19 +32,7 @@ def chosen_readings(wanted: Any) -> dict[str, Reading]:
     """
     if isinstance(wanted, str | Reading):
         wanted = [wanted]
-    try:
-        pairs = list(wanted.items() if isinstance(wanted, Mapping) else ((None, x) for x in wanted))
-    except Exception:  # whatever a foreign object raises there
-        raise DomainError("readings", wanted, EXPECTED) from None
-    chosen: dict[str, Reading] = {}
-    for given, what in pairs:
-        reading = _reading(what)
-        name = reading.name if given is None else given
-        check_name("readings", name)
-        if name in chosen:
-            raise DomainError("readings", name, "names unlike each other: give a mapping")
-        chosen[name] = reading
-    return chosen
+    return by_name("readings", wanted, _reading, lambda reading: reading.name, EXPECTED)
 
 
 def _reading(what: Any) -> Reading:
