@@ -13,7 +13,8 @@ from exact_maps import PROBLEMS
 
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
-from geomint.problems.testproblems import neumann, sphere_metric
+from geomint.methods.carried_lanes import CarriedLanes
+from geomint.problems.testproblems import neumann, sphere_metric, spherical_pendulum
 from geomint.run import driver
 from geomint.watch import measure, steps_again
 
@@ -110,6 +111,27 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     seldom = [*whole.windows.means[6::7], whole.windows.means[-1]]  # and the end
     np.testing.assert_array_equal(sparse.windows.means, seldom)
     assert sparse.final_error == whole.final_error
+
+
+@pytest.mark.parametrize(
+    ("name", "problem", "gamma"),
+    [("rk-4", "spherical-pendulum", 30.0), ("cf-4", "pulsating-body", 1.0)],
+)
+def test_eight_steps_at_once_are_single_ones(
+    name: str, problem: str, gamma: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To rounding; of one, of some more than eight, and where a momentum outgrows its units."""
+    p, y0 = PROBLEMS[problem]
+    if problem == "spherical-pendulum":
+        p = spherical_pendulum.problem(gravity=gamma)
+    for steps in (1, 7, 8, 9, 41):
+        at_once = run(p, y0, name, 0.02, steps).drift["measure"]
+        with monkeypatch.context() as patch:
+            patch.setattr(CarriedLanes, "fits", staticmethod(lambda problem, stepper: False))
+            single = run(p, y0, name, 0.02, steps).drift["measure"]
+        means = at_once.windows.means
+        np.testing.assert_allclose(means, single.windows.means, rtol=1e-9, atol=steps * 1e-15)
+        assert at_once.scale == pytest.approx(single.scale, rel=1e-3)
 
 
 @pytest.mark.parametrize("limit", [1, 50, 399, 400, 1000])

@@ -58,8 +58,8 @@ class Carried:
     Attributes
     ----------
     sizes : Sizes
-    numbers : NumberType
-        In which steps are taken.
+    numbers, conditions : NumberType
+        In which steps are taken, and conditions evaluated.
     kernel, functions, manifold : Bound, tuple of Bound, Bound
     arguments : dict
         Of a sweep, by name.
@@ -77,23 +77,27 @@ class Carried:
         conditions = None if measure is None else measure.manifold
         m = 0 if measure is None else measure.conditions
         d = problem.rows - m if directions is None else directions.shape[1]
-        at_once = directions_at_once(stepper, d)
+        at_once, self.numbers, self.conditions = self._types(stepper, d)
         stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
         self.sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
-        self.numbers: NumberType = tangent_type(stepper, at_once)
         self.kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(self.numbers)
         self.functions = tuple(f.of_type(self.numbers) for f in stepper.functions)
         manifold = Bound(no_conditions, FIELD)
         if conditions is not None:
             given = {"params": len(problem.params), "y": problem.rows, "out": m}
             manifold = bind(conditions, FIELD, **given)
-        self.manifold = manifold.of_type(CONDITIONS)
+        self.manifold = manifold.of_type(self.conditions)
         self._kept = self._start(problem, conditions, y0, time, directions)
         self.arguments = self._arguments(problem, stepper)
 
+    def _types(self, stepper: Stepper, d: int) -> tuple[int, NumberType, NumberType]:
+        """Return how many directions a step carries at once, its numbers, those of conditions."""
+        at_once = directions_at_once(stepper, d)
+        return at_once, tangent_type(stepper, at_once), CONDITIONS
+
     def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
         s = self.sizes
-        held, of_conditions = self.numbers.memory.held, CONDITIONS.block.held
+        held, of_conditions = self.numbers.memory.held, self.conditions.block.held
         memory = scalar_block(-(-s.d // s.at_once) * s.memory_rows * held.width)
         conditions = scalar_block((s.n + s.m + problem.work) * of_conditions.width)
         return {

@@ -25,22 +25,28 @@ states does).
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arguments import Array
+from ..errors import DeclarationError
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
+from ..kernels.compiling.number_types import LANE
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.tangent.measure import measure_sweep
+from ..kernels.tangent.measure_lanes import measure_lanes_sweep
 from ..methods.carried import Carried
+from ..methods.carried_lanes import CarriedLanes
 from ..methods.stepper import Stepper
 from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
 from .drift import ROUNDOFF
 from .steps_again import StepsAgain
+from .watcher import Run
 
 __all__ = ["InvariantMeasure"]
 
@@ -73,15 +79,25 @@ class InvariantMeasure(StepsAgain):
     def evaluates(self, problem: Problem) -> Measure | None:
         return problem.measure
 
+    def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
+        """In lanes, if steps and the problem's functions can be had so."""
+        if CarriedLanes.fits(run.problem, stepper):
+            carried = CarriedLanes(run.problem, stepper, run.state, run.time)
+            with contextlib.suppress(DeclarationError):  # compiled for single numbers already
+                return carried, self.sweep(run.problem, stepper, carried, run.state)
+        return super().swept(run, stepper)
+
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.measure is not None
         self._measure = problem.measure
         sizes = {"params": len(problem.params), "y": problem.rows}
         density = bind(self._measure.log_density, VALUE, **sizes)
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
-        sweep = measure_sweep(
-            carried.kernel, carried.functions, density, carried.manifold, carried.numbers
+        lanes = isinstance(carried, CarriedLanes)
+        made, density = (
+            (measure_lanes_sweep, density.of_type(LANE)) if lanes else (measure_sweep, density)
         )
+        sweep = made(carried.kernel, carried.functions, density, carried.manifold, carried.numbers)
         return sweep.call(stepper.compiled, density=density, **carried.arguments)
 
     @property

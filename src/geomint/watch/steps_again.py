@@ -44,9 +44,13 @@ class StepsAgain(Watcher):
         """Compile, or find in the cache, the sweep with the method's step in it."""
         stepper = run.stepper.fixed_step
         self._time = run.time
-        self._carried = Carried(run.problem, stepper, run.state, run.time)
-        self._sweep = self.sweep(run.problem, stepper, self._carried, run.state)
+        self._carried, self._sweep = self.swept(run, stepper)
         return 0.0
+
+    def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
+        """Return directions where a run begins, and its sweep."""
+        carried = Carried(run.problem, stepper, run.state, run.time)
+        return carried, self.sweep(run.problem, stepper, carried, run.state)
 
     def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))

@@ -22,7 +22,7 @@ from . import arithmetic
 from .blocks import Block
 from .lanes import LANES, Lanes
 
-__all__ = ["Tangent", "TangentBlock", "tangent_block"]
+__all__ = ["Tangent", "TangentBlock", "tangent_block", "tangent_lane_block"]
 
 
 class Tangent:
@@ -237,7 +237,10 @@ class TangentBlock(Block):
 
 
 class TangentLaneBlock(Block):
-    """A block of eight tangent numbers a row: a lane value, and one for each of its slopes."""
+    """A block of eight tangent numbers a row: a lane value, and one for each of its slopes.
+
+    Subclasses have the shape of a row.
+    """
 
     __slots__ = ()
 
@@ -266,3 +269,11 @@ def tangent_block(directions: int) -> type[TangentBlock]:
     """Return the class of blocks of numbers with so many directions."""
     name = f"TangentBlock{directions}"
     return type(name, (TangentBlock,), {"__slots__": (), "width": 1 + directions})
+
+
+@functools.cache
+def tangent_lane_block(directions: int) -> type[TangentLaneBlock]:
+    """Return the class of blocks of eight numbers a row with so many directions."""
+    name = f"TangentLaneBlock{directions}"
+    shape = (1 + directions, LANES)
+    return type(name, (TangentLaneBlock,), {"__slots__": (), "row_shape": shape, "width": shape[0]})

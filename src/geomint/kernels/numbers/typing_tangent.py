@@ -20,7 +20,7 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic
 from .instruction import instruction
-from .tangent import tangent_block
+from .tangent import tangent_block, tangent_lane_block
 from .typing_blocks import BlockType
 from .typing_lanes import (
     LANE_MASK,
@@ -82,7 +82,8 @@ def tangent_lanes(directions: int) -> tuple[TangentType, BlockType, BlockType]:
     """Return the types of eight numbers with so many directions, of blocks of them, and of memory."""
     one = TangentType(types.float64, types.float64, directions)
     eight = one.lanes()
-    return eight, BlockType(eight), BlockType(one, held=tangent_block(directions))
+    held = tangent_block(directions), tangent_lane_block(directions)
+    return eight, BlockType(eight, held=held[1]), BlockType(one, held=held[0])
 
 
 @register_model(TangentType)

@@ -1,0 +1,61 @@
+"""Directions of eight steps at once, for steppers that work lane by lane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..kernels.compiling.number_types import LANE, NumberType, tangent_members
+from ..kernels.numbers.blocks import Block, scalar_block
+from ..kernels.numbers.lanes import LANES
+from ..kernels.tangent.layout import given_block
+from ..kernels.tangent.measure_lanes import lane_work_layout
+from ..problems.problem import Problem
+from .carried import Carried
+from .stepper import Stepper
+
+__all__ = ["CarriedLanes"]
+
+AT_ONCE = (
+    2  # directions: more of them leave registers (15 rows: 1.7 microseconds with 8, 0.8 with 2)
+)
+MOST_ROWS = 32  # of a state: tables of more leave the nearest cache
+
+
+class CarriedLanes(Carried):
+    """As `Carried`, of eight steps: `kept` has no directions, every step begins with its own."""
+
+    @staticmethod
+    def fits(problem: Problem, stepper: Stepper) -> bool:
+        """Tell whether steps can be taken so."""
+        return stepper.lane_by_lane and problem.rows <= MOST_ROWS
+
+    def _types(self, stepper: Stepper, d: int) -> tuple[int, NumberType, NumberType]:
+        numbers = tangent_members(AT_ONCE)
+        return AT_ONCE, numbers, numbers
+
+    def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
+        s, held = self.sizes, self.numbers.memory.held
+
+        def room(rows: int) -> tuple[Block, Block]:
+            plain = scalar_block(rows * held.width * LANES)
+            return held(plain.data.reshape(rows, held.width, LANES)), plain
+
+        numbers, plain = room(s.memory_rows)
+        conditions, conditions_plain = room(s.n + s.m + problem.work)
+        work = scalar_block(sum(lane_work_layout(s)) * LANES).data.reshape(-1, LANES)
+        return {
+            "kernel": self.kernel,
+            "functions": self.functions,
+            "manifold": self.manifold,
+            "params": stepper.params,
+            "coefficients": stepper.coefficients,
+            "fractions": stepper.fractions,
+            "layout": given_block(problem.pieces, s),
+            "memory": self._kept,
+            "work": LANE.memory.held(work),
+            "numbers": numbers,
+            "plain": plain,
+            "scratch": room(len(stepper.work))[0],
+            "conditions": conditions,
+            "conditions_plain": conditions_plain,
+        }
