@@ -114,21 +114,20 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "problem", "gamma"),
-    [("rk-4", "spherical-pendulum", 30.0), ("cf-4", "pulsating-body", 1.0)],
+    ("name", "problem"), [("rk-4", "spherical-pendulum"), ("cf-4", "pulsating-body")]
 )
 def test_eight_steps_at_once_are_single_ones(
-    name: str, problem: str, gamma: float, monkeypatch: pytest.MonkeyPatch
+    name: str, problem: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """To rounding; of one, of some more than eight, and where a momentum outgrows its units."""
     p, y0 = PROBLEMS[problem]
     if problem == "spherical-pendulum":
-        p = spherical_pendulum.problem(gravity=gamma)
+        p = spherical_pendulum.problem(gravity=60.0)  # |p| outgrows its unit in the second eight steps
     for steps in (1, 7, 8, 9, 41):
-        at_once = run(p, y0, name, 0.02, steps).drift["measure"]
+        at_once = run(p, y0, name, 0.01, steps).drift["measure"]
         with monkeypatch.context() as patch:
             patch.setattr(CarriedLanes, "fits", staticmethod(lambda problem, stepper: False))
-            single = run(p, y0, name, 0.02, steps).drift["measure"]
+            single = run(p, y0, name, 0.01, steps).drift["measure"]
         means = at_once.windows.means
         np.testing.assert_allclose(means, single.windows.means, rtol=1e-9, atol=steps * 1e-15)
         assert at_once.scale == pytest.approx(single.scale, rel=1e-3)

@@ -92,7 +92,7 @@ def load_steps(
 
 
 @helper
-def shift(here: int, end: Any, begin: Any, last: Any, shifted: bool) -> None:
+def shift(end: Any, begin: Any, last: Any, shifted: bool) -> None:
     """Write what is known where steps end to where those after them begin, unless it is there."""
     ends, begins = as_singles(end), as_singles(begin)
     for i in range(len(end)):
@@ -100,7 +100,7 @@ def shift(here: int, end: Any, begin: Any, last: Any, shifted: bool) -> None:
             begins[LANES * i] = last[i]
             for lane in range(1, LANES):
                 begins[LANES * i + lane] = ends[LANES * i + lane - 1]
-        last[i] = ends[LANES * i + here - 1]
+        last[i] = ends[LANES * i + LANES - 1]  # of a step again, if there are fewer
 
 
 @helper
@@ -336,7 +336,7 @@ def measure_lanes(
                 manifold, density, params, t0, own.begin, s, kept, own, own.at_begin, conditions,
                 conditions_plain,
             )  # fmt: skip
-        shift(here, own.at_end, own.at_begin, last, same)
+        shift(own.at_end, own.at_begin, last, same)
         write_tangents(s, own)
         if carry_lanes(method, s, own, numbers, plain, scratch) == OK:
             write_stretch(s, own)
