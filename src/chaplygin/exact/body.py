@@ -123,7 +123,7 @@ class ExactBody(BallFlow):
         _, singular, directions = np.linalg.svd(columns, full_matrices=False)
         worst = directions[-1] * scale / max(singular[-1], SMALLEST * singular[0]) / sizes
         changed = SeparatedEnergy(*map(float, worst)).in_units(ball.unit, ball.unit_p)
-        rates = frequencies_on(ball.torus, ball.separation, changed)
+        rates = frequencies_on(ball.separation, changed)
         self._sensitivity = ROUNDINGS * float(np.max(np.abs(rates)))
         if not left < TOLERANCE:
             expected = (

@@ -190,7 +190,7 @@ class ExactFlow(MadeOfNumbers):
     @property
     def ovals(self) -> Array:
         """The ends of the intervals in which the λ_k run to and fro, shape (d, 2)."""
-        ends = [[float(o.lower), float(o.upper)] for o in self.separation.ovals]
+        ends = [[oval.lower, oval.upper] for oval in self.separation.ovals]
         return self.unit * np.array(ends).reshape(-1, 2)
 
     def theta(self, y: Any) -> Array:

@@ -104,7 +104,7 @@ def packed_torus(
         low=low,
         high=high,
         pair=pair,
-        ell=[float(x) for x in separation.ell],
+        ell=separation.ell[:, 0],
         first=axes.first,
         second=axes.second,
         clock=(),

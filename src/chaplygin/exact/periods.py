@@ -1,41 +1,125 @@
-"""Means over one turn of the differentials on an oval: the trapezoidal rule in double-double arrays.
+"""Compiled: the period matrix of a torus and its frequencies, in double-doubles.
 
-How many points it takes follows from the gap to the nearest singular point, before any is computed.
+Means over one turn of the differentials on an oval by the trapezoidal rule, of which half a turn is
+enough: they are even in θ. How many points it takes follows from the gap to the nearest singular point,
+before any is computed. `torus` has the formulas.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+from collections import namedtuple
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
+from geomint import part, section
 
 from ..manifold import Array
-from .branch_points import DIGITS, Oval, Separation, mp
-from .double_double import DoubleDouble
+from .branch_points import Separation
+from .double_double import added, divided, inverse_root, load, negative, store, times
+from .separated_energy import SeparatedEnergy
+from .whole_numbers import double_double
 
-__all__ = ["gap_of", "means_of", "points_of", "strip_of"]
+__all__ = ["Periods", "periods_of"]
 
 FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
 DECAY = 79.0  # e^−DECAY: to what the periods are computed
+TABLE_BITS = 256
+INVERSE_4PI = 0.07957747154594767, -4.9196691687956215e-18
 
 
-def gap_of(oval: Oval, b: Any) -> Any:
-    """Return the gap from b below, or minus that from b above."""
-    return oval.lower - b if b <= oval.lower else oval.upper - b
+@dataclass(frozen=True)
+class Periods:
+    """Means, frequencies, and the differentials along the ovals.
+
+    Parameters
+    ----------
+    strips : array, shape (d,)
+        η: cosh η = 1 + gap/d for the singular point next to an oval.
+    means : array, shape (d, d + pairs)
+        Of the differentials of λ_k over one turn.
+    inverse : array, shape (d, d)
+        2πΠ⁻¹.
+    turns, turns_low : array, shape (d + pairs,)
+        ω and Ω over 4π, in two parts.
+    samples : list of array, shape (d + pairs, N/2 + 1)
+        The differentials of every λ_k at θ = 2πi/N.
+    """
+
+    strips: Array
+    means: Array
+    inverse: Array
+    turns: Array
+    turns_low: Array
+    samples: list[Array]
 
 
-def strip_of(oval: Oval, separation: Separation) -> float:
-    """Return η: cosh η = 1 + gap/d for the nearest singular point."""
-    pairs = [x for x, ell in zip(separation.alpha, separation.ell, strict=True) if ell]
-    gap = min(abs(gap_of(oval, b)) for b in (*oval.others, *pairs))
-    return 2.0 * math.asinh(math.sqrt(float(gap / (oval.upper - oval.lower))))
+# Sizes: ovals d, axes q, pairs, points of all tables; then double-doubles, but for α and whole numbers.
+Parts = namedtuple(
+    "Parts",
+    "ovals axes pairs points counts alpha pair energy lead ell "
+    "widths branch_gaps axis_gaps oval_gaps tables",
+)
+HEAD = Parts._make([*[1] * 4, *[0] * 10, gi.REST])
+GIVEN = "alpha", "lead", "ell", "widths", "branch_gaps", "axis_gaps", "oval_gaps"
 
 
-def points_of(strip: float, separation: Separation) -> int:
+@gi.helper
+def parts_of(ovals: int, axes: int, pairs: int, points: int) -> Any:
+    """Return the layout of the parameters."""
+    gaps = 2 * ovals, 2 * ovals * (2 * ovals - 1), 2 * ovals * axes, 2 * ovals * ovals
+    return Parts(*HEAD[:4], ovals, axes, pairs, 2, 2, 2 * axes, *gaps, 2 * points)
+
+
+def periods_of(separation: Separation, energy: SeparatedEnergy) -> Periods:
+    """Return the periods of a torus, for the flow of an energy.
+
+    Raises
+    ------
+    geomint.DomainError
+        If they take too many points: the motion is next to a separatrix.
+    """
+    pairs, size = np.flatnonzero(separation.paired), len(separation.ovals)
+    strips = _strips(separation, pairs)
+    counts = [_points(strip, separation) for strip in strips.tolist()]
+    tables = [_sine_squares(count) for count in counts]
+    sizes = size, len(separation.alpha), len(pairs), sum(len(table) // 2 for table in tables)
+    params = gi.packed(
+        parts_of(*sizes),
+        **dict(zip(Parts._fields, sizes, strict=False)),
+        counts=counts,
+        pair=pairs,
+        energy=(energy.at_zero, energy.at_infinity),
+        tables=np.concatenate([np.zeros(0), *tables]),
+        **{name: getattr(separation, name) for name in GIVEN},
+    )
+    rows = size + len(pairs)
+    lengths = [rows * size, size * size, rows, rows, *(rows * (n // 2 + 1) for n in counts)]
+    work = 2 * (rows * (size + 2) + size * (2 * size + 1) + 2)
+    # It would take long in plain Python.
+    found = gi.pointwise(periods, params.data, np.zeros(1), sum(lengths), work, check=False)
+    means, inverse, turns, low, *samples = np.split(found, np.cumsum(lengths)[:-1])
+    return Periods(
+        strips,
+        means.reshape(size, rows),
+        inverse.reshape(size, size),
+        np.ldexp(turns, energy.exponent),
+        np.ldexp(low, energy.exponent),
+        [values.reshape(-1, rows).T for values in samples],
+    )
+
+
+def _strips(separation: Separation, pairs: Array) -> Array:
+    gaps = [separation.branch_gaps[..., 0], separation.axis_gaps[:, pairs, 0]]
+    nearest = np.min(np.abs(np.concatenate(gaps, axis=1)), axis=1, initial=np.inf)
+    return 2.0 * np.arcsinh(np.sqrt(nearest / separation.widths[:, 0]))
+
+
+def _points(strip: float, separation: Separation) -> int:
     """Return how many points the trapezoidal rule takes: 2^k or 3·2^k."""
     needed = max(FEWEST_POINTS, DECAY / max(strip, 1e-300))
     if needed > MOST_POINTS:
@@ -44,58 +128,197 @@ def points_of(strip: float, separation: Separation) -> int:
             "a motion that is not next to a separatrix: a branch point is beside an oval that is "
             f"{ratio:.3g} times as wide as their distance, condition {ratio:.3g}"
         )
-        raise gi.DomainError("state", [float(x) for x in separation.polynomial], expected)
+        raise gi.DomainError("state", separation.polynomial, expected)
     power: int = 2 ** math.ceil(math.log2(needed))
     return 3 * power // 4 if needed <= 3 * power // 4 else power
 
 
 @functools.lru_cache(maxsize=32)
-def _sine_squares(count: int) -> DoubleDouble:
-    """Return sin²(θ/2) at θ = 2πi/count, i = 0 … count/2."""
-    with mp.workdps(DIGITS):
-        quarter = [mp.sin(mp.pi * i / count) ** 2 for i in range(count // 4 + 1)]
-        return DoubleDouble.of(quarter + [1 - x for x in quarter[-2::-1]])
+def _sine_squares(count: int) -> Array:
+    """Return sin²(θ/2) at θ = 2πi/N, i = 0 … N/2: Chebyshev's recurrence for cos θ, in whole numbers."""
+    one = 1 << TABLE_BITS
+    step, cosine = (3, one >> 1) if count % 3 == 0 else (2, 0)  # cos(π/step)
+    while 2 * step < count:
+        step, cosine = 2 * step, math.isqrt((one + cosine) * one >> 1)
+    cosines = [one, cosine]
+    for _ in range(count // 2 - 1):
+        cosines.append((cosine * cosines[-1] >> (TABLE_BITS - 1)) - cosines[-2])
+    result = np.array([double_double(one - x, 2 * one) for x in cosines]).reshape(-1)
+    result.setflags(write=False)
+    return result
 
 
-def means_of(
-    separation: Separation, k: int, nodes: list[Any], pairs: list[int], count: int
-) -> tuple[list[Any], Array]:
-    """Return the means over θ_k of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
-    oval = separation.ovals[k]
-    sine = _sine_squares(count)
-    cosine = sine[::-1]
-    width = DoubleDouble.one(oval.upper - oval.lower)
-
-    def away(b: Any) -> DoubleDouble:  # |λ − b|
-        below = b <= oval.lower
-        gap = oval.lower - b if below else b - oval.upper
-        return DoubleDouble.one(gap) + width * (sine if below else cosine)
-
-    def product(points: list[Any], scale: Any) -> DoubleDouble:  # of |λ − b|, times scale
-        value = DoubleDouble.one(scale)
-        for b in points:
-            value = value * away(b)
-        return value
-
-    density = product(list(oval.others), 16 * separation.lead).root().inverse()  # 1/(4√Q)
-    rows = []
-    for j, node in enumerate(nodes):  # −ℓ_j/(4√Q)
-        others = [(s, x) for s, x in enumerate(nodes) if s not in (j, k)]
-        scale = -1 / mp.fprod(node - x for s, x in enumerate(nodes) if s != j)
-        scale *= (-1) ** sum(s > k for s, _ in others)
-        value = density * product([x for _, x in others], scale)
-        rows.append(value if j == k else value * width * (sine + DoubleDouble.one(mp.mpf(-0.5))))
-    alpha = separation.alpha
-    for g in pairs:  # −½ ℓ_g α_g P/((λ − α_g)² √Q)
-        scale = -2 * separation.ell[g] * alpha[g] * (-1) ** sum(x >= oval.upper for x in alpha)
-        others = [x for h, x in enumerate(alpha) if h != g]
-        rows.append(density * product(others, scale) * away(alpha[g]).inverse())
-    half = np.array([row.high for row in rows])
-    return [_mean(row, count) for row in rows], np.concatenate([half, half[:, -2:0:-1]], axis=1)
+@gi.helper
+def half(x: Any) -> Any:
+    """Return x/2."""
+    return 0.5 * x[0], 0.5 * x[1]
 
 
-def _mean(row: DoubleDouble, count: int) -> Any:
-    """Return the mean of an even function of θ from its values over half of the circle."""
-    ends, inside = row[[0, -1]].total(), row[1:-1].total()
-    parts = (2 * inside.high, 2 * inside.low, ends.high, ends.low)
-    return mp.fsum(mp.mpf(float(x)) for x in parts) / count
+@gi.helper
+def beyond(gap: Any, below: Any, above: Any) -> Any:
+    """Return λ − b, b not within the oval of λ, from the gap between both; see `Separation`."""
+    return added(gap, below if math.copysign(1.0, gap[0]) > 0.0 else negative(above))
+
+
+@gi.helper
+def over_others(params: Any, rows: Any, j: int, value: Any) -> Any:
+    """Return value/Π_{s≠j} (m_j − m_s)."""
+    ovals = int(section(params, HEAD, "ovals")[0])
+    widths, gaps = section(params, rows, "widths"), section(params, rows, "oval_gaps")
+    for s in range(ovals):
+        if s != j:
+            ends = half(added(load(widths, s), load(widths, j)))
+            value = divided(value, beyond(load(gaps, j * ovals + s), ends, ends))
+    return value
+
+
+@gi.helper
+def rate_of(params: Any, rows: Any, j: int) -> Any:
+    """Return Σ_i x_ji ∂H/∂c_i, ℓ_j = Σ_i x_ji λ^i: the rate of what ℓ_j stands for.
+
+    Of the ∂H/∂c_i only the first and the last are not 0, x/(2Π(−α)) and y/2.
+    """
+    ovals, axes = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "axes")[0])
+    alpha, energy = section(params, rows, "alpha"), section(params, rows, "energy")
+    widths, gaps = section(params, rows, "widths"), section(params, rows, "branch_gaps")
+    value = (0.5 * energy[0], 0.0)
+    for g in range(axes):
+        value = divided(value, (alpha[g], 0.0))
+    for s in range(ovals):
+        if s != j:  # the middle, from 0
+            lower = load(gaps, s * (2 * ovals - 1))
+            value = times(value, added(lower, half(load(widths, s))))
+    return over_others(params, rows, j, added(value, (0.5 * energy[1], 0.0)))
+
+
+@gi.helper
+def fill_differentials(params: Any, rows: Any, k: int, at: Any, scales: Any, values: Any) -> None:
+    """Write −ℓ_j/(4√Q), then −½ ℓ_gα_g P/((λ − α_g)²√Q), at sin² and cos² of θ_k/2; see `torus`."""
+    ovals, axes = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "axes")[0])
+    pairs = int(section(params, HEAD, "pairs")[0])
+    branch, axis = section(params, rows, "branch_gaps"), section(params, rows, "axis_gaps")
+    gaps, widths = section(params, rows, "oval_gaps"), section(params, rows, "widths")
+    pair = section(params, rows, "pair")
+    width = load(widths, k)
+    below, above = times(width, load(at, 0)), times(width, load(at, 1))
+    q = load(section(params, rows, "lead"), 0)
+    for b in range(2 * ovals - 1):
+        q = times(q, beyond(load(branch, k * (2 * ovals - 1) + b), below, above))
+    density = half(half(inverse_root(q if q[0] > 0.0 else negative(q))))
+    for j in range(ovals + pairs):
+        store(values, j, times(density, load(scales, j)))
+    for s in range(ovals):  # λ − m_s
+        ends = half(load(widths, s))
+        if s == k:
+            apart = added(below, negative(ends))
+        else:
+            apart = beyond(load(gaps, k * ovals + s), added(below, ends), added(above, ends))
+        for j in range(ovals):
+            if j != s:
+                store(values, j, times(load(values, j), apart))
+    for g in range(axes):
+        apart = beyond(load(axis, k * axes + g), below, above)
+        for i in range(pairs):
+            value = load(values, ovals + i)
+            value = divided(value, apart) if pair[i] == g else times(value, apart)
+            store(values, ovals + i, value)
+
+
+@gi.helper
+def fill_scales(params: Any, rows: Any, scales: Any) -> None:
+    """Write what does not depend on θ in the differentials."""
+    ovals, pairs = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "pairs")[0])
+    alpha, ell, pair = (
+        section(params, rows, "alpha"),
+        section(params, rows, "ell"),
+        section(params, rows, "pair"),
+    )
+    for j in range(ovals):
+        store(scales, j, over_others(params, rows, j, (-1.0, 0.0)))
+    for i in range(pairs):
+        g = int(pair[i])
+        store(scales, ovals + i, times(load(ell, g), (-2.0 * alpha[g], 0.0)))
+
+
+@gi.helper
+def eliminate(size: int, columns: int, matrix: Any) -> None:
+    """Make the first columns of a matrix of double-doubles diagonal, with partial pivoting."""
+    for c in range(size):
+        best = c
+        for r in range(c + 1, size):
+            if abs(matrix[2 * (r * columns + c)]) > abs(matrix[2 * (best * columns + c)]):
+                best = r
+        for j in range(2 * columns):
+            held = matrix[2 * c * columns + j]
+            matrix[2 * c * columns + j] = matrix[2 * best * columns + j]
+            matrix[2 * best * columns + j] = held
+        for r in range(size):
+            if r != c:
+                factor = divided(load(matrix, r * columns + c), load(matrix, c * columns + c))
+                factor = negative(factor)
+                for j in range(c, columns):
+                    moved = times(factor, load(matrix, c * columns + j))
+                    store(matrix, r * columns + j, added(load(matrix, r * columns + j), moved))
+
+
+@gi.field
+def periods(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """Write what `periods_of` returns; nothing depends on x."""
+    ovals, pairs = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "pairs")[0])
+    axes, points = int(section(params, HEAD, "axes")[0]), int(section(params, HEAD, "points")[0])
+    rows = parts_of(ovals, axes, pairs, points)
+    counts, tables = section(params, rows, "counts"), section(params, rows, "tables")
+    both = ovals + pairs
+    columns = 2 * ovals + 1
+    means, scales = part(work, 0, 2 * both * ovals), part(work, 2 * both * ovals, 2 * both)
+    values = part(work, 2 * both * (ovals + 1), 2 * both)
+    at = part(work, 2 * both * (ovals + 2), 4)
+    matrix = part(work, 2 * both * (ovals + 2) + 4, 2 * ovals * columns)
+    fill_scales(params, rows, scales)
+    written, first = both * ovals + ovals * ovals + 2 * both, 0
+    for k in range(ovals):
+        turn = int(counts[k]) // 2
+        for j in range(both):
+            store(means, k * both + j, (0.0, 0.0))
+        for i in range(turn + 1):
+            store(at, 0, load(tables, first + i))
+            store(at, 1, load(tables, first + turn - i))
+            fill_differentials(params, rows, k, at, scales, values)
+            share = 0.5 if i == 0 or i == turn else 1.0
+            for j in range(both):
+                value = load(values, j)
+                out[written] = value[0]
+                written += 1
+                value = share * value[0], share * value[1]
+                store(means, k * both + j, added(load(means, k * both + j), value))
+        first += turn + 1
+        for j in range(both):
+            mean = divided(load(means, k * both + j), (1.0 * turn, 0.0))
+            store(means, k * both + j, mean)
+            out[k * both + j] = mean[0]
+    for j in range(ovals):
+        for k in range(ovals):
+            store(matrix, j * columns + k, load(means, k * both + j))
+            store(matrix, j * columns + ovals + 1 + k, (1.0 if j == k else 0.0, 0.0))
+        store(matrix, j * columns + ovals, rate_of(params, rows, j))
+    eliminate(ovals, columns, matrix)
+    at_turns = both * ovals + ovals * ovals
+    alpha, energy = section(params, rows, "alpha"), section(params, rows, "energy")
+    for j in range(both):
+        if j < ovals:
+            rate = divided(load(matrix, j * columns + ovals), load(matrix, j * columns + j))
+            store(values, j, rate)
+            for k in range(ovals):
+                entry = divided(load(matrix, j * columns + ovals + 1 + k), load(matrix, j * columns + j))
+                out[both * ovals + j * ovals + k] = entry[0]
+        else:
+            g = int(section(params, rows, "pair")[j - ovals])
+            rate = added(
+                divided((energy[0], 0.0), (alpha[g], 0.0)), times((energy[1], 0.0), (alpha[g], 0.0))
+            )
+            rate = times(load(section(params, rows, "ell"), g), rate)
+            for k in range(ovals):
+                moved = times(load(means, k * both + j), load(values, k))
+                rate = added(rate, negative(moved))
+        rate = times(rate, INVERSE_4PI)
+        out[at_turns + j], out[at_turns + both + j] = rate[0], rate[1]

@@ -42,7 +42,7 @@ def frequency_gradients(
     size, paired = len(torus.middle), np.flatnonzero(axes.paired)
     # In units of time in which nothing overflows.
     unit = float(np.max(np.abs(torus.frequencies))) or 1.0
-    turning = np.array([float(energy.turning(separation.alpha[g], 1)) / unit for g in paired])
+    turning = np.array([energy.turning(separation.alpha[g]) / unit for g in paired])
     gradients = _constants(axes, torus, gamma, p_tilde)
     omega, means = torus.frequencies[:size] / unit, torus.means
     second = np.zeros((size + len(paired),) * 2)
@@ -77,7 +77,7 @@ def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus,
                 row = row * _from_middle(torus, k, s, sine) / _between_middles(torus, j, s)
         rows.append(row)
     for g in np.flatnonzero(axes.paired):
-        momentum = 2.0 * float(separation.alpha[g]) * float(separation.ell[g])
+        momentum = 2.0 * separation.alpha[g] * separation.ell[g, 0]
         rows.append(momentum * product / axis[g] ** 2)
     h = np.array(rows)
     ends = 4.0 * radius * radius * sine * (1.0 - sine)
@@ -85,7 +85,7 @@ def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus,
     weight = -lam * (product / root_q) / root_q / (8.0 * ends * count) / root_q
     result = ((h * weight) @ h.T).real
     for i, g in enumerate(np.flatnonzero(axes.paired), start=size):
-        own = float(separation.alpha[g]) * product / (axis[g] ** 2 * root_q)
+        own = separation.alpha[g] * product / (axis[g] ** 2 * root_q)
         result[i, i] -= 0.5 * float(np.mean(own.real))
     return np.asarray(result)
 
