@@ -20,7 +20,6 @@ roots: how many bits it takes for distances of 32 digits is computed, and seen t
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,7 +78,7 @@ class Separation:
         (p̃, Ap̃), the last of them.
     ovals : tuple of Oval
         One for each λ_k, in ascending order; d = q − 1.
-    widths : array, shape (d, 2)
+    middles, widths : array, shape (d, 2)
     branch_gaps, axis_gaps : array, shape (d, 2d−1, 2), (d, q, 2)
         From the ovals to the branch points of Q, 0 first, and to the α_g: positive from points below
         to the lower end, negative from points above to the upper end; ±0 at the ends themselves.
@@ -93,6 +92,7 @@ class Separation:
     polynomial: Array
     lead: Array
     ovals: tuple[Oval, ...]
+    middles: Array
     widths: Array
     branch_gaps: Array
     axis_gaps: Array
@@ -178,8 +178,10 @@ class Constants:
                 return 0.0, 0.0
             return gap(oval, other[1][0] if other[1][0] <= oval[0][0] else other[0][0])
 
-        others = [[(0, None), *(p for p in points if p not in oval)] for oval in ends]
-        size = len(self.polynomial) - 1
+        def others(oval: tuple[Point, Point]) -> list[int]:
+            return [0, *(b for b, _ in points if b not in (oval[0][0], oval[1][0]))]
+
+        size, count = len(self.polynomial) - 1, len(ends)
         scales = [self.below << self.bits * (size + 1 - k) for k in range(size + 1)]
         return Separation(
             np.array([a / (1 << self.bits) for a in self.alpha]),
@@ -188,15 +190,16 @@ class Constants:
             np.array([c / scale for c, scale in zip(self.polynomial, scales, strict=True)]),
             np.array(double_double(self.polynomial[-1], scales[-1])),
             tuple(Oval(x / one, y / one, g, h) for (x, g), (y, h) in ends),
-            _array([double_double(y - x, one) for (x, _), (y, _) in ends], 1),
-            _array([[gap(e, b) for b, _ in near] for e, near in zip(ends, others, strict=True)], 2),
-            _array([[gap(e, a) for a in alpha] for e in ends], 2),
-            _array([[between(e, other) for other in ends] for e in ends], 2),
+            _array([double_double(x + y, 2 * one) for (x, _), (y, _) in ends], count),
+            _array([double_double(y - x, one) for (x, _), (y, _) in ends], count),
+            _array([gap(oval, b) for oval in ends for b in others(oval)], count, 2 * count - 1),
+            _array([gap(oval, x) for oval in ends for x in alpha], count, len(alpha)),
+            _array([between(oval, other) for oval in ends for other in ends], count, count),
         )
 
 
-def _array(values: list[object], axes: int) -> Array:
-    return np.array(values) if values else np.zeros((0,) * axes + (2,))
+def _array(values: list[tuple[float, float]], *shape: int) -> Array:
+    return np.array(values).reshape(*(max(size, 0) for size in shape), 2)
 
 
 def _closest(points: list[int]) -> float:
@@ -206,15 +209,14 @@ def _closest(points: list[int]) -> float:
 
 
 def _bits_for(roots: list[int], alpha: list[int], bits: int) -> int:
-    """Return with how many bits the distances of all points have `SPARE`, 0 among them."""
-    lost = max(bits - min(alpha[0], *(y - x for x, y in itertools.pairwise(alpha))).bit_length(), 0)\
-        if len(alpha) > 1 else 0
-    rounded = 2 * len(roots) + 2  # of T at a root
+    """Return with how many bits the distances of all points have `SPARE`, that from 0 among them."""
+    gaps = [alpha[0], *(y - x for x, y in itertools.pairwise(alpha))]
+    lost = bits - min(gaps).bit_length()
     for i, e in enumerate(roots):
         apart = [abs(e - x) for s, x in enumerate(roots) if s != i]
         nearest = min([abs(e), *apart, *(abs(e - x) for x in alpha)])
-        sizes = [bits - x.bit_length() + 1 for x in [*apart, nearest]]
-        lost = max(lost, rounded.bit_length() + sum(sizes))
+        moved = sum(bits - x.bit_length() + 1 for x in [*apart, nearest])
+        lost = max(lost, moved + (2 * len(roots)).bit_length())  # as often T is rounded
     return max(BITS, SPARE + lost)
 
 

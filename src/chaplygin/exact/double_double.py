@@ -9,7 +9,7 @@ from typing import Any
 
 import geomint as gi
 
-__all__ = ["added", "divided", "inverse_root", "load", "negative", "store", "times"]
+__all__ = ["added", "inverse_root", "load", "negative", "times"]
 
 
 @gi.helper
@@ -19,29 +19,16 @@ def load(block: Any, i: int) -> Any:
 
 
 @gi.helper
-def store(block: Any, i: int, x: Any) -> None:
-    """Write the number i of a block."""
-    block[2 * i], block[2 * i + 1] = x[0], x[1]
-
-
-@gi.helper
-def ordered_sum(high: Any, low: Any) -> Any:
-    """Return the exact sum of two float64, the first of which is the larger one."""
-    total = high + low
-    return total, low - (total - high)
-
-
-@gi.helper
 def added(x: Any, y: Any) -> Any:
     """Return x + y."""
-    total = x[0] + y[0]
-    part = total - x[0]
-    error = (x[0] - (total - part)) + (y[0] - part)
-    low = x[1] + y[1]
-    part = low - x[1]
-    rest = (x[1] - (low - part)) + (y[1] - part)
-    high = ordered_sum(total, error + low)
-    return ordered_sum(high[0], high[1] + rest)
+    total, low = x[0] + y[0], x[1] + y[1]
+    part, low_part = total - x[0], low - x[1]
+    error = (x[0] - (total - part)) + (y[0] - part) + low
+    rest = (x[1] - (low - low_part)) + (y[1] - low_part)
+    high = total + error
+    rest += error - (high - total)
+    total = high + rest
+    return total, rest - (total - high)
 
 
 @gi.helper
@@ -54,19 +41,9 @@ def negative(x: Any) -> Any:
 def times(x: Any, y: Any) -> Any:
     """Return xy."""
     product = x[0] * y[0]
-    error = gi.fma(x[0], y[0], -product)
-    return ordered_sum(product, error + (x[0] * y[1] + x[1] * y[0]))
-
-
-@gi.helper
-def divided(x: Any, y: Any) -> Any:
-    """Return x/y: three digits of long division."""
-    first = x[0] / y[0]
-    rest = added(x, negative(times(y, (first, 0.0))))
-    second = rest[0] / y[0]
-    rest = added(rest, negative(times(y, (second, 0.0))))
-    high = ordered_sum(first, second)
-    return added(high, (rest[0] / y[0], 0.0))
+    error = gi.fma(x[0], y[0], -product) + (x[0] * y[1] + x[1] * y[0])
+    total = product + error
+    return total, error - (total - product)
 
 
 @gi.helper

@@ -1,8 +1,7 @@
-"""Compiled: the period matrix of a torus and its frequencies, in double-doubles.
+"""Means over one turn of the differentials on the ovals: the trapezoidal rule in double-doubles.
 
-Means over one turn of the differentials on an oval by the trapezoidal rule, of which half a turn is
-enough: they are even in θ. How many points it takes follows from the gap to the nearest singular point,
-before any is computed. `torus` has the formulas.
+The differentials are even in θ, so that half a turn is enough. How many points it takes follows from
+the gap to the nearest singular point, before any is computed. `torus` has the formulas.
 """
 
 from __future__ import annotations
@@ -16,67 +15,55 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import part, section
+from geomint import section
 
 from ..manifold import Array
 from .branch_points import Separation
-from .double_double import added, divided, inverse_root, load, negative, store, times
-from .separated_energy import SeparatedEnergy
-from .whole_numbers import double_double
+from .double_double import added, inverse_root, load, negative, times
+from .whole_numbers import double_double, whole_over
 
 __all__ = ["Periods", "periods_of"]
 
 FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
 DECAY = 79.0  # e^−DECAY: to what the periods are computed
 TABLE_BITS = 256
-INVERSE_4PI = 0.07957747154594767, -4.9196691687956215e-18
 
 
 @dataclass(frozen=True)
 class Periods:
-    """Means, frequencies, and the differentials along the ovals.
+    """Means of the differentials over one turn, and the differentials along it.
+
+    Those of the pairs are over 2ℓ_gα_g, the others times Π_{s≠j} (m_j − m_s).
 
     Parameters
     ----------
     strips : array, shape (d,)
         η: cosh η = 1 + gap/d for the singular point next to an oval.
-    means : array, shape (d, d + pairs)
-        Of the differentials of λ_k over one turn.
-    inverse : array, shape (d, d)
-        2πΠ⁻¹.
-    turns, turns_low : array, shape (d + pairs,)
-        ω and Ω over 4π, in two parts.
+    means : array, shape (d, d + pairs, 2)
+        Of those of λ_k, double-doubles.
     samples : list of array, shape (d + pairs, N/2 + 1)
-        The differentials of every λ_k at θ = 2πi/N.
+        For every λ_k at θ = 2πi/N.
     """
 
     strips: Array
     means: Array
-    inverse: Array
-    turns: Array
-    turns_low: Array
     samples: list[Array]
 
 
-# Sizes: ovals d, axes q, pairs, points of all tables; then double-doubles, but for α and whole numbers.
-Parts = namedtuple(
-    "Parts",
-    "ovals axes pairs points counts alpha pair energy lead ell "
-    "widths branch_gaps axis_gaps oval_gaps tables",
-)
-HEAD = Parts._make([*[1] * 4, *[0] * 10, gi.REST])
-GIVEN = "alpha", "lead", "ell", "widths", "branch_gaps", "axis_gaps", "oval_gaps"
+# Sizes: ovals d, axes q, pairs; the g of pairs; then double-doubles.
+Parts = namedtuple("Parts", "ovals axes pairs pair lead widths branch_gaps axis_gaps oval_gaps")
+HEAD = Parts._make([*[1] * 3, *[0] * 5, gi.REST])
 
 
 @gi.helper
-def parts_of(ovals: int, axes: int, pairs: int, points: int) -> Any:
+def parts_of(ovals: int, axes: int, pairs: int) -> Any:
     """Return the layout of the parameters."""
-    gaps = 2 * ovals, 2 * ovals * (2 * ovals - 1), 2 * ovals * axes, 2 * ovals * ovals
-    return Parts(*HEAD[:4], ovals, axes, pairs, 2, 2, 2 * axes, *gaps, 2 * points)
+    gaps = 2 * ovals * (2 * ovals - 1), 2 * ovals * axes, 2 * ovals * ovals
+    return Parts(1, 1, 1, pairs, 2, 2 * ovals, *gaps)
 
 
-def periods_of(separation: Separation, energy: SeparatedEnergy) -> Periods:
-    """Return the periods of a torus, for the flow of an energy.
+def periods_of(separation: Separation) -> Periods:
+    """Return the periods of a torus.
 
     Raises
     ------
@@ -85,32 +72,33 @@ def periods_of(separation: Separation, energy: SeparatedEnergy) -> Periods:
     """
     pairs, size = np.flatnonzero(separation.paired), len(separation.ovals)
     strips = _strips(separation, pairs)
-    counts = [_points(strip, separation) for strip in strips.tolist()]
-    tables = [_sine_squares(count) for count in counts]
-    sizes = size, len(separation.alpha), len(pairs), sum(len(table) // 2 for table in tables)
+    tables = [_sine_squares(_points(strip, separation)) for strip in strips.tolist()]
+    sizes = size, len(separation.alpha), len(pairs)
     params = gi.packed(
         parts_of(*sizes),
         **dict(zip(Parts._fields, sizes, strict=False)),
-        counts=counts,
         pair=pairs,
-        energy=(energy.at_zero, energy.at_infinity),
-        tables=np.concatenate([np.zeros(0), *tables]),
-        **{name: getattr(separation, name) for name in GIVEN},
+        **{name: getattr(separation, name) for name in Parts._fields[4:]},
     )
+    ends = np.cumsum([len(table) for table in tables])
+    points = np.concatenate([np.zeros((0, 5)), *tables])
+    points[:, 0] = np.searchsorted(ends, np.arange(len(points)), side="right")
     rows = size + len(pairs)
-    lengths = [rows * size, size * size, rows, rows, *(rows * (n // 2 + 1) for n in counts)]
-    work = 2 * (rows * (size + 2) + size * (2 * size + 1) + 2)
-    # It would take long in plain Python.
-    found = gi.pointwise(periods, params.data, np.zeros(1), sum(lengths), work, check=False)
-    means, inverse, turns, low, *samples = np.split(found, np.cumsum(lengths)[:-1])
-    return Periods(
-        strips,
-        means.reshape(size, rows),
-        inverse.reshape(size, size),
-        np.ldexp(turns, energy.exponent),
-        np.ldexp(low, energy.exponent),
-        [values.reshape(-1, rows).T for values in samples],
-    )
+    values = gi.pointwise(differentials, params.data, points, 2 * rows)
+    along = np.split(values.reshape(-1, rows, 2), ends[:-1]) if size else []
+    means = np.array([_means(part) for part in along]).reshape(size, rows, 2)
+    return Periods(strips, means, [part[..., 0].T for part in along])
+
+
+def _means(values: Array) -> list[tuple[float, float]]:
+    """Return the means over θ from values over half a turn, from one end to the other."""
+    found, turn = [], len(values) - 1
+    for row in np.moveaxis(values, 1, 0):
+        parts = [*row[1:-1].reshape(-1).tolist(), *(0.5 * row[[0, -1]]).reshape(-1).tolist()]
+        high = math.fsum(parts)
+        (above, rest), bits = whole_over((high, math.fsum([*parts, -high])))
+        found.append(double_double(above + rest, turn << bits))
+    return found
 
 
 def _strips(separation: Separation, pairs: Array) -> Array:
@@ -135,7 +123,7 @@ def _points(strip: float, separation: Separation) -> int:
 
 @functools.lru_cache(maxsize=32)
 def _sine_squares(count: int) -> Array:
-    """Return sin²(θ/2) at θ = 2πi/N, i = 0 … N/2: Chebyshev's recurrence for cos θ, in whole numbers."""
+    """Return 0, sin²(θ/2), cos²(θ/2) at θ = 2πi/N, i = 0 … N/2: Chebyshev's recurrence for cos θ."""
     one = 1 << TABLE_BITS
     step, cosine = (3, one >> 1) if count % 3 == 0 else (2, 0)  # cos(π/step)
     while 2 * step < count:
@@ -143,9 +131,8 @@ def _sine_squares(count: int) -> Array:
     cosines = [one, cosine]
     for _ in range(count // 2 - 1):
         cosines.append((cosine * cosines[-1] >> (TABLE_BITS - 1)) - cosines[-2])
-    result = np.array([double_double(one - x, 2 * one) for x in cosines]).reshape(-1)
-    result.setflags(write=False)
-    return result
+    sines = np.array([double_double(one - x, 2 * one) for x in cosines])
+    return np.concatenate([np.zeros((len(sines), 1)), sines, sines[::-1]], axis=1)
 
 
 @gi.helper
@@ -160,165 +147,37 @@ def beyond(gap: Any, below: Any, above: Any) -> Any:
     return added(gap, below if math.copysign(1.0, gap[0]) > 0.0 else negative(above))
 
 
-@gi.helper
-def over_others(params: Any, rows: Any, j: int, value: Any) -> Any:
-    """Return value/Π_{s≠j} (m_j − m_s)."""
-    ovals = int(section(params, HEAD, "ovals")[0])
-    widths, gaps = section(params, rows, "widths"), section(params, rows, "oval_gaps")
-    for s in range(ovals):
-        if s != j:
-            ends = half(added(load(widths, s), load(widths, j)))
-            value = divided(value, beyond(load(gaps, j * ovals + s), ends, ends))
-    return value
-
-
-@gi.helper
-def rate_of(params: Any, rows: Any, j: int) -> Any:
-    """Return Σ_i x_ji ∂H/∂c_i, ℓ_j = Σ_i x_ji λ^i: the rate of what ℓ_j stands for.
-
-    Of the ∂H/∂c_i only the first and the last are not 0, x/(2Π(−α)) and y/2.
-    """
-    ovals, axes = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "axes")[0])
-    alpha, energy = section(params, rows, "alpha"), section(params, rows, "energy")
-    widths, gaps = section(params, rows, "widths"), section(params, rows, "branch_gaps")
-    value = (0.5 * energy[0], 0.0)
-    for g in range(axes):
-        value = divided(value, (alpha[g], 0.0))
-    for s in range(ovals):
-        if s != j:  # the middle, from 0
-            lower = load(gaps, s * (2 * ovals - 1))
-            value = times(value, added(lower, half(load(widths, s))))
-    return over_others(params, rows, j, added(value, (0.5 * energy[1], 0.0)))
-
-
-@gi.helper
-def fill_differentials(params: Any, rows: Any, k: int, at: Any, scales: Any, values: Any) -> None:
-    """Write −ℓ_j/(4√Q), then −½ ℓ_gα_g P/((λ − α_g)²√Q), at sin² and cos² of θ_k/2; see `torus`."""
+@gi.field
+def differentials(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(k, sin²(θ_k/2), cos²(θ_k/2)) ↦ −Π_{s≠j} (λ − m_s)/(4√Q), −P/(4(λ − α_g)²√Q)."""
     ovals, axes = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "axes")[0])
     pairs = int(section(params, HEAD, "pairs")[0])
+    rows = parts_of(ovals, axes, pairs)
     branch, axis = section(params, rows, "branch_gaps"), section(params, rows, "axis_gaps")
     gaps, widths = section(params, rows, "oval_gaps"), section(params, rows, "widths")
-    pair = section(params, rows, "pair")
+    pair, k = section(params, rows, "pair"), int(x[0])
     width = load(widths, k)
-    below, above = times(width, load(at, 0)), times(width, load(at, 1))
+    below, above = times(width, (x[1], x[2])), times(width, (x[3], x[4]))
     q = load(section(params, rows, "lead"), 0)
     for b in range(2 * ovals - 1):
         q = times(q, beyond(load(branch, k * (2 * ovals - 1) + b), below, above))
     density = half(half(inverse_root(q if q[0] > 0.0 else negative(q))))
     for j in range(ovals + pairs):
-        store(values, j, times(density, load(scales, j)))
-    for s in range(ovals):  # λ − m_s
-        ends = half(load(widths, s))
-        if s == k:
-            apart = added(below, negative(ends))
-        else:
-            apart = beyond(load(gaps, k * ovals + s), added(below, ends), added(above, ends))
-        for j in range(ovals):
-            if j != s:
-                store(values, j, times(load(values, j), apart))
-    for g in range(axes):
-        apart = beyond(load(axis, k * axes + g), below, above)
-        for i in range(pairs):
-            value = load(values, ovals + i)
-            value = divided(value, apart) if pair[i] == g else times(value, apart)
-            store(values, ovals + i, value)
-
-
-@gi.helper
-def fill_scales(params: Any, rows: Any, scales: Any) -> None:
-    """Write what does not depend on θ in the differentials."""
-    ovals, pairs = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "pairs")[0])
-    alpha, ell, pair = (
-        section(params, rows, "alpha"),
-        section(params, rows, "ell"),
-        section(params, rows, "pair"),
-    )
-    for j in range(ovals):
-        store(scales, j, over_others(params, rows, j, (-1.0, 0.0)))
-    for i in range(pairs):
-        g = int(pair[i])
-        store(scales, ovals + i, times(load(ell, g), (-2.0 * alpha[g], 0.0)))
-
-
-@gi.helper
-def eliminate(size: int, columns: int, matrix: Any) -> None:
-    """Make the first columns of a matrix of double-doubles diagonal, with partial pivoting."""
-    for c in range(size):
-        best = c
-        for r in range(c + 1, size):
-            if abs(matrix[2 * (r * columns + c)]) > abs(matrix[2 * (best * columns + c)]):
-                best = r
-        for j in range(2 * columns):
-            held = matrix[2 * c * columns + j]
-            matrix[2 * c * columns + j] = matrix[2 * best * columns + j]
-            matrix[2 * best * columns + j] = held
-        for r in range(size):
-            if r != c:
-                factor = divided(load(matrix, r * columns + c), load(matrix, c * columns + c))
-                factor = negative(factor)
-                for j in range(c, columns):
-                    moved = times(factor, load(matrix, c * columns + j))
-                    store(matrix, r * columns + j, added(load(matrix, r * columns + j), moved))
-
-
-@gi.field
-def periods(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
-    """Write what `periods_of` returns; nothing depends on x."""
-    ovals, pairs = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "pairs")[0])
-    axes, points = int(section(params, HEAD, "axes")[0]), int(section(params, HEAD, "points")[0])
-    rows = parts_of(ovals, axes, pairs, points)
-    counts, tables = section(params, rows, "counts"), section(params, rows, "tables")
-    both = ovals + pairs
-    columns = 2 * ovals + 1
-    means, scales = part(work, 0, 2 * both * ovals), part(work, 2 * both * ovals, 2 * both)
-    values = part(work, 2 * both * (ovals + 1), 2 * both)
-    at = part(work, 2 * both * (ovals + 2), 4)
-    matrix = part(work, 2 * both * (ovals + 2) + 4, 2 * ovals * columns)
-    fill_scales(params, rows, scales)
-    written, first = both * ovals + ovals * ovals + 2 * both, 0
-    for k in range(ovals):
-        turn = int(counts[k]) // 2
-        for j in range(both):
-            store(means, k * both + j, (0.0, 0.0))
-        for i in range(turn + 1):
-            store(at, 0, load(tables, first + i))
-            store(at, 1, load(tables, first + turn - i))
-            fill_differentials(params, rows, k, at, scales, values)
-            share = 0.5 if i == 0 or i == turn else 1.0
-            for j in range(both):
-                value = load(values, j)
-                out[written] = value[0]
-                written += 1
-                value = share * value[0], share * value[1]
-                store(means, k * both + j, added(load(means, k * both + j), value))
-        first += turn + 1
-        for j in range(both):
-            mean = divided(load(means, k * both + j), (1.0 * turn, 0.0))
-            store(means, k * both + j, mean)
-            out[k * both + j] = mean[0]
-    for j in range(ovals):
-        for k in range(ovals):
-            store(matrix, j * columns + k, load(means, k * both + j))
-            store(matrix, j * columns + ovals + 1 + k, (1.0 if j == k else 0.0, 0.0))
-        store(matrix, j * columns + ovals, rate_of(params, rows, j))
-    eliminate(ovals, columns, matrix)
-    at_turns = both * ovals + ovals * ovals
-    alpha, energy = section(params, rows, "alpha"), section(params, rows, "energy")
-    for j in range(both):
-        if j < ovals:
-            rate = divided(load(matrix, j * columns + ovals), load(matrix, j * columns + j))
-            store(values, j, rate)
-            for k in range(ovals):
-                entry = divided(load(matrix, j * columns + ovals + 1 + k), load(matrix, j * columns + j))
-                out[both * ovals + j * ovals + k] = entry[0]
-        else:
-            g = int(section(params, rows, "pair")[j - ovals])
-            rate = added(
-                divided((energy[0], 0.0), (alpha[g], 0.0)), times((energy[1], 0.0), (alpha[g], 0.0))
-            )
-            rate = times(load(section(params, rows, "ell"), g), rate)
-            for k in range(ovals):
-                moved = times(load(means, k * both + j), load(values, k))
-                rate = added(rate, negative(moved))
-        rate = times(rate, INVERSE_4PI)
-        out[at_turns + j], out[at_turns + both + j] = rate[0], rate[1]
+        value = negative(density)
+        for s in range(ovals):
+            if s != j < ovals:
+                ends = half(load(widths, s))
+                if s == k:
+                    value = times(value, added(below, negative(ends)))
+                else:
+                    gap = load(gaps, k * ovals + s)
+                    value = times(value, beyond(gap, added(below, ends), added(above, ends)))
+        for g in range(axes):
+            if j >= ovals:
+                apart = beyond(load(axis, k * axes + g), below, above)
+                if g == pair[j - ovals]:
+                    inverse = inverse_root(times(apart, apart))
+                    value = times(value, inverse if apart[0] > 0.0 else negative(inverse))
+                else:
+                    value = times(value, apart)
+        out[2 * j], out[2 * j + 1] = value[0], value[1]

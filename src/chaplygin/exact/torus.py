@@ -40,9 +40,10 @@ import numpy as np
 from ..manifold import Array
 from .branch_points import Separation
 from .periods import Periods, periods_of
+from .rates import Rates, rates_of
 from .separated_energy import SeparatedEnergy
 
-__all__ = ["Torus", "distances", "frequencies_on", "torus_of"]
+__all__ = ["Torus", "distances", "frequencies_on", "products_without_one", "torus_of"]
 
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
 
@@ -94,6 +95,13 @@ def distances(gaps: Array, radius: Any, sine: Any) -> Array:
     return np.asarray(gaps + 2.0 * radius * np.where(np.signbit(gaps), sine - 1.0, sine))
 
 
+def products_without_one(factors: Array) -> Array:
+    """Return the products of all but one along the last axis, shape (..., q) ↦ (..., q)."""
+    size = factors.shape[-1]
+    kept = np.where(np.eye(size, dtype=bool), 1.0, factors[..., None, :])
+    return np.asarray(np.prod(kept, axis=-1))
+
+
 def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     """Return the torus of a motion, for the flow of an energy.
 
@@ -102,36 +110,48 @@ def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     geomint.DomainError
         If the periods take too many points: the motion is next to a separatrix.
     """
-    found = periods_of(separation, energy)
-    radius = 0.5 * separation.widths[:, 0]
+    found = periods_of(separation)
+    rates = rates_of(separation, energy, found)
+    scales = _scales(separation)
     return Torus(
-        np.array([oval.lower for oval in separation.ovals]) + radius,
-        radius,
+        separation.middles[:, 0],
+        0.5 * separation.widths[:, 0],
         separation.branch_gaps[..., 0],
         separation.axis_gaps[..., 0],
         separation.oval_gaps[..., 0],
         float(separation.lead[0]),
-        found.means,
-        tuple(_heard(_shift(values, found)) for values in found.samples),
+        found.means[..., 0] * scales,
+        tuple(_heard(_shift(x, found, rates, scales)) for x in found.samples),
         found.strips,
-        found.turns,
-        found.turns_low,
+        rates.turns,
+        rates.turns_low,
     )
 
 
 def frequencies_on(separation: Separation, energy: SeparatedEnergy) -> Array:
     """Return ω and Ω of the flow of another energy on a torus, linear in it."""
-    return 4.0 * np.pi * periods_of(separation, energy).turns
+    return 4.0 * np.pi * rates_of(separation, energy, periods_of(separation)).turns
 
 
-def _shift(values: Array, found: Periods) -> Array:
+def _scales(separation: Separation) -> Array:
+    """Return the units of `periods`: 1/Π_{s≠j} (m_j − m_s), then 2ℓ_gα_g, shape (d + pairs,)."""
+    size, paired = len(separation.ovals), separation.paired
+    radius = 0.5 * separation.widths[:, 0]
+    sides = np.tri(size, k=-1) - np.tri(size, k=-1).T
+    apart = separation.oval_gaps[..., 0] + sides * (radius[:, None] + radius) + np.eye(size)
+    pairs = 2.0 * separation.ell[paired, 0] * separation.alpha[paired]
+    return np.concatenate([1.0 / np.prod(apart, axis=1), pairs])
+
+
+def _shift(values: Array, found: Periods, rates: Rates, scales: Array) -> Array:
     """Return the coefficients of sin mθ_k in (φ, Φ) − (θ, ψ), shape (d + pairs, terms)."""
-    half, size = values.shape[1] - 1, len(found.inverse)
+    half, size = values.shape[1] - 1, len(rates.inverse)
     even = np.concatenate([values, values[:, -2:0:-1]], axis=1)
     cosines = np.fft.rfft(even, axis=1).real[:, 1:half] / half
     sines = cosines / np.arange(1, half)
-    phi = found.inverse @ sines[:size]
-    return np.concatenate([phi, sines[size:] - found.means[:, size:].T @ phi])
+    phi = rates.inverse @ sines[:size]
+    pairs = sines[size:] - found.means[:, size:, 0].T @ phi
+    return np.concatenate([phi, scales[size:, None] * pairs])
 
 
 def _heard(series: Array) -> Array:

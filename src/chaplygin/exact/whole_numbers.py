@@ -11,8 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
-__all__ = ["double_double", "root_of_quotient", "whole_over"]
+import numpy as np
+
+from ..manifold import Array
+
+__all__ = ["double_double", "eliminated", "root_of_quotient", "whole_of", "whole_over"]
 
 BITS = 128  # of what is rounded: a double-double has 106
 
@@ -35,3 +40,31 @@ def root_of_quotient(above: int, below: int) -> tuple[float, float]:
     """Return √(above/below) of numbers that are not negative, rounded."""
     shift = max(0, 2 * BITS + below.bit_length() - above.bit_length()) // 2
     return double_double(math.isqrt((above << 2 * shift) // below), 1 << shift)
+
+
+def whole_of(numbers: Array) -> tuple[Any, int]:
+    """Return double-doubles as x/2^s, shape (..., 2) ↦ nested lists of whole x of shape (...)."""
+    flat, bits = whole_over(numbers.reshape(-1).tolist() or [0.0])
+    sums = [high + low for high, low in zip(flat[::2], flat[1::2], strict=False)]
+    return np.array([*sums, None], dtype=object)[:-1].reshape(numbers.shape[:-1]).tolist(), bits
+
+
+def eliminated(matrix: list[list[int]]) -> int:
+    """Make the first columns of a matrix diagonal, in place; return what is on the diagonal.
+
+    Bareiss' elimination: minors take the place of entries, and every quotient is a whole number. 0 for a
+    singular matrix.
+    """
+    before = 1
+    for c, row in enumerate(matrix):
+        best = max(range(c, len(matrix)), key=lambda r: abs(matrix[r][c]))
+        matrix[c], matrix[best] = matrix[best], row
+        pivot = matrix[c]
+        if pivot[c] == 0:
+            return 0
+        for r, other in enumerate(matrix):
+            if r != c:
+                factor = other[c]
+                matrix[r] = [(pivot[c] * x - factor * y) // before for x, y in zip(other, pivot, strict=True)]
+        before = pivot[c]
+    return before
