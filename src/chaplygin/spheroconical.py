@@ -195,9 +195,9 @@ def _root(weight: float, terms: list[tuple[float, float]], bound: float) -> floa
         """What is positive at 0 and falls towards `bound`, and its slope."""
         rest = slope = 0.0
         for pole, w in terms:
-            inverse = 1.0 / (pole - delta)
-            rest += w * inverse
-            slope += w * inverse * inverse
+            term = w / (pole - delta)
+            rest += term
+            slope += term / (pole - delta)
         if weight > 0.0:
             return weight - delta * rest, -rest - delta * slope
         return -sign * rest, -sign * slope
@@ -210,10 +210,10 @@ def _root(weight: float, terms: list[tuple[float, float]], bound: float) -> floa
         return high
     for _ in range(ITERATIONS):
         after = delta - value / slope if slope else low
-        if not min(low, high) < after < max(low, high):
-            after = 0.5 * (low + high)
         if abs(after - delta) <= ROUNDING * abs(after):
             return after
+        if not min(low, high) < after < max(low, high):
+            after = 0.5 * (low + high)
         delta = after
         value, slope = excess(delta)
         if value > 0.0:

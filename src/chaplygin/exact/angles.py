@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..manifold import Array
 from ..spheroconical import ascending_gaps
-from .functions import at_theta, state_rows, state_work
-from .packing import evaluated
 from .symmetry import TINY, ReducedAxes
 from .torus import Torus, distances, products_without_one
 
-__all__ = ["component_signs", "states_at", "theta_of"]
+__all__ = ["component_signs", "linear_angles", "theta_of"]
 
 
 def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) -> Array:
@@ -33,12 +33,25 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
     return np.asarray(np.arctan2(2.0 * away[:, 0] / root_q * sines, cosines))  # d sin θ, d cos θ
 
 
-def states_at(params: Array, theta: Array, psi: Array, n: int) -> tuple[Array, Array]:
-    """Return (φ, Φ) at (θ, ψ), and the state there with what is left of an inversion."""
-    rows, work = state_rows(n), state_work(len(theta), len(theta) + len(psi))
-    point = np.concatenate([theta, psi])
-    found = evaluated(at_theta, params, point, rows + len(point), work)
-    return found[rows:], found[:rows]
+def linear_angles(torus: Torus, theta: Array, psi: Array) -> Array:
+    """Return (φ, Φ) at (θ, ψ), shape (d + pairs,).
+
+    With the roundings of `inversion`: next to a separatrix the way back to θ makes them larger.
+    """
+    plain = np.concatenate([theta, psi])
+    waves = zip(torus.shifts, theta.tolist(), strict=True)
+    terms = [shift * _sines(x, shift.shape[1]) for shift, x in waves]
+    return plain + np.cumsum(np.concatenate([0.0 * plain[:, None], *terms], axis=1), axis=1)[:, -1]
+
+
+def _sines(x: float, count: int) -> list[float]:
+    """Return sin mx, m = 1 … count."""
+    cos1, sin1 = math.cos(x), math.sin(x)
+    cos, sin, found = cos1, sin1, []
+    for _ in range(count):
+        found.append(sin)
+        cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
+    return found
 
 
 def component_signs(axes: ReducedAxes, position: Array, momentum: Array, bare: Array) -> Array:

@@ -20,7 +20,7 @@ from geomint.arguments import as_array
 
 from ..initial_states import multiplier
 from ..manifold import Array, length
-from .angles import component_signs, states_at, theta_of
+from .angles import component_signs, linear_angles, theta_of
 from .branch_points import separation_of
 from .clock import Clock, packed_clock, sampled_clock
 from .clock_functions import at_time, clock_work, tau_at
@@ -103,9 +103,11 @@ class ExactFlow(MadeOfNumbers):
         """Find the angles and signs of the start; return the state there, and what is left of Newton's step."""
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
         theta = theta_of(self.axes, self.torus, position, momentum)
-        self.start, found = states_at(self._params, theta, psi, len(gamma))
+        self.start = linear_angles(self.torus, theta, psi)
+        start_at(packed, start=self.start)
+        found = evaluated(at_tau, self._params, np.zeros(1), state_rows(len(gamma)), self._work)
         signs = component_signs(self.axes, position, momentum, found[:-1])
-        start_at(packed, self.start, signs)
+        start_at(packed, signs=signs)
         found[:-1] *= np.tile(signs @ self.axes.members, 2)
         return found
 
@@ -316,4 +318,4 @@ class ExactFlow(MadeOfNumbers):
     def _angles(self, gamma: Array, p_tilde: Array) -> Array:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
         theta = theta_of(self.axes, self.torus, position, momentum)
-        return states_at(self._params, theta, psi, len(gamma))[0]
+        return linear_angles(self.torus, theta, psi)

@@ -22,10 +22,10 @@ import numpy as np
 import geomint as gi
 from geomint import part, section
 
-from .inversion import shift_sums, solve_theta, whole_nearest
+from .inversion import solve_theta, whole_nearest
 from .packing import torus_rows, torus_sizes
 
-__all__ = ["at_angles", "at_tau", "at_theta", "phases", "state_rows", "state_work"]
+__all__ = ["at_angles", "at_tau", "phases", "state_rows", "state_work"]
 
 
 def state_work(ovals: int, angles: int) -> int:
@@ -160,14 +160,3 @@ def at_angles(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(φ, Φ) ↦ state, what is left of Newton's last step."""
     _, _, _, n = torus_sizes(params)
     out[2 * n] = state_at(params, x, out, work)
-
-
-@gi.field
-def at_theta(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
-    """(θ, ψ) ↦ state, what is left of Newton's last step, (φ, Φ)."""
-    _, angles, _, n = torus_sizes(params)
-    phi = part(out, 2 * n + 1, angles)
-    shift_sums(params, x, phi, work)
-    for j in range(angles):
-        phi[j] += x[j]
-    out[2 * n] = state_at(params, phi, out, work)

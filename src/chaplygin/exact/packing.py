@@ -105,20 +105,19 @@ def packed_torus(
     )
 
 
-def start_at(packed: Any, start: Array, signs: Array) -> None:
-    """Write where the motion begins into the parameters.
+def start_at(packed: Any, **where: Array) -> None:
+    """Write where the motion begins into the block of the parameters.
 
     Parameters
     ----------
-    packed : block
-    start : array, shape (d + pairs,)
+    start : array, shape (d + pairs,), optional
         The linear angles at τ = 0.
-    signs : array, shape (q,)
+    signs : array, shape (q,), optional
         Of the components, but for the sines and cosines of half angles.
     """
     rows = torus_rows(packed)
-    section(packed, rows, "start").data[:] = start
-    section(packed, rows, "signs").data[:] = signs
+    for name, numbers in where.items():
+        section(packed, rows, name).data[:] = numbers
 
 
 def padded(values: Array) -> Array:

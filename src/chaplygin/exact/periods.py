@@ -72,7 +72,8 @@ def periods_of(separation: Separation) -> Periods:
     """
     pairs, size = np.flatnonzero(separation.paired), len(separation.ovals)
     strips = _strips(separation, pairs)
-    tables = [_sine_squares(_points(strip, separation)) for strip in strips.tolist()]
+    counts = [_points(strip, separation) for strip in strips.tolist()]
+    tables = [_sine_squares(count) for count in counts]
     sizes = size, len(separation.alpha), len(pairs)
     params = gi.packed(
         parts_of(*sizes),
