@@ -168,7 +168,7 @@ class Spheroconical:
 
 
 def ascending_gaps(a: Array, squares: Array) -> Array:
-    """Return λ_k − a_i, shape (n−1, n), of a unit vector with those squares; a_i ascending, different."""
+    """Return λ_k − a_i, shape (n−1, n), of a unit vector with those squares; a_i ascend."""
     poles, weights = a.tolist(), squares.tolist()
     rows = []
     for k in range(len(poles) - 1):
@@ -192,7 +192,7 @@ def _root(weight: float, terms: list[tuple[float, float]], bound: float) -> floa
     sign = 1.0 if bound > 0.0 else -1.0
 
     def excess(delta: float) -> tuple[float, float]:
-        """What is positive at 0 and falls towards `bound`, and its slope."""
+        """Return what is positive at 0 and falls towards `bound`, and its slope."""
         rest = slope = 0.0
         for pole, w in terms:
             term = w / (pole - delta)

@@ -9,7 +9,7 @@ from exact_support import flow_of, problem_of, turn_of
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.exact import classical, clock, clock_series, flow, periods, torus
+from chaplygin.exact import classical, clock, clock_series, flow, periods
 from geomint.compare.exact_reference import exact_reference
 
 ULP = float(np.spacing(0.8))

@@ -163,7 +163,8 @@ def test_numbers_of_two_halves():
     assert double_double(0, 5) == root_of_quotient(0, 5) == (0.0, 0.0)
     numbers = np.array([[1.0, 2.0**-80], [-3.0, 0.0]])
     whole, bits = whole_of(numbers)
-    assert whole == [2**80 + 1, -3 * 2**80] and bits == 80
+    assert whole == [2**80 + 1, -3 * 2**80]
+    assert bits == 80
 
 
 def test_elimination_without_rounding():

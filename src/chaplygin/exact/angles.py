@@ -41,7 +41,8 @@ def linear_angles(torus: Torus, theta: Array, psi: Array) -> Array:
     plain = np.concatenate([theta, psi])
     waves = zip(torus.shifts, theta.tolist(), strict=True)
     terms = [shift * _sines(x, shift.shape[1]) for shift, x in waves]
-    return plain + np.cumsum(np.concatenate([0.0 * plain[:, None], *terms], axis=1), axis=1)[:, -1]
+    sums = np.cumsum(np.concatenate([0.0 * plain[:, None], *terms], axis=1), axis=1)
+    return np.asarray(plain + sums[:, -1])
 
 
 def _sines(x: float, count: int) -> list[float]:

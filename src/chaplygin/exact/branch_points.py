@@ -234,11 +234,17 @@ def _constants(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Constants:
     for members in axes.members.tolist():
         inside = [(x, y) for x, y, i in zip(g, p, members, strict=True) if i]
         products.append(
-            (sum(x * x for x, _ in inside), sum(x * y for x, y in inside), sum(y * y for _, y in inside))
+            (
+                sum(x * x for x, _ in inside),
+                sum(x * y for x, y in inside),
+                sum(y * y for _, y in inside),
+            )
         )
     alpha, bits = whole_over(axes.alpha.tolist())
     paired = axes.paired.tolist()
-    squares = [a * c - b * b if pair else 0 for (a, b, c), pair in zip(products, paired, strict=True)]
+    squares = [
+        a * c - b * b if pair else 0 for (a, b, c), pair in zip(products, paired, strict=True)
+    ]
     return Constants(
         alpha, bits, _polynomial(alpha, paired, products, squares), squares, square**3 << 2 * unit
     )

@@ -100,7 +100,7 @@ class ExactFlow(MadeOfNumbers):
         self._estimate = estimate.seen(self._missed(y, found, estimate.condition))
 
     def _begin(self, packed: Any, gamma: Array, p_tilde: Array) -> Array:
-        """Find the angles and signs of the start; return the state there, and what is left of Newton's step."""
+        """Find the angles and signs of the start; return the state there, and Newton's last step."""
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
         theta = theta_of(self.axes, self.torus, position, momentum)
         self.start = linear_angles(self.torus, theta, psi)

@@ -61,7 +61,7 @@ def packed_torus(
     scale: float,
     physical: bool,
 ) -> Any:
-    """Return the block of the parameters of the functions of a torus, at (θ, ψ) = 0; those of its clock may follow.
+    """Return the block of the parameters of a torus, at (θ, ψ) = 0; those of its clock may follow.
 
     Parameters
     ----------

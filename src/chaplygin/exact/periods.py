@@ -71,7 +71,7 @@ def periods_of(separation: Separation) -> Periods:
         If they take too many points: the motion is next to a separatrix.
     """
     pairs, size = np.flatnonzero(separation.paired), len(separation.ovals)
-    strips = _strips(separation, pairs)
+    strips = _strips(separation)
     counts = [_points(strip, separation) for strip in strips.tolist()]
     tables = [_sine_squares(count) for count in counts]
     sizes = size, len(separation.alpha), len(pairs)
@@ -102,10 +102,10 @@ def _means(values: Array) -> list[tuple[float, float]]:
     return found
 
 
-def _strips(separation: Separation, pairs: Array) -> Array:
-    gaps = [separation.branch_gaps[..., 0], separation.axis_gaps[:, pairs, 0]]
+def _strips(separation: Separation) -> Array:
+    gaps = [separation.branch_gaps[..., 0], separation.axis_gaps[:, separation.paired, 0]]
     nearest = np.min(np.abs(np.concatenate(gaps, axis=1)), axis=1, initial=np.inf)
-    return 2.0 * np.arcsinh(np.sqrt(nearest / separation.widths[:, 0]))
+    return np.asarray(2.0 * np.arcsinh(np.sqrt(nearest / separation.widths[:, 0])))
 
 
 def _points(strip: float, separation: Separation) -> int:

@@ -70,7 +70,9 @@ def rates_of(separation: Separation, energy: SeparatedEnergy, periods: Periods) 
         turns.append(_turns(ell[g] * above, over * alpha[g] << of_alpha + of_ell))
     high, low = np.array(turns).reshape(-1, 2).T
     return Rates(
-        np.array([[(x << bits) / common for x in row[size + 1 :]] for row in matrix]).reshape(size, size),
+        np.array([[(x << bits) / common for x in row[size + 1 :]] for row in matrix]).reshape(
+            size, size
+        ),
         np.ldexp(high, energy.exponent),
         np.ldexp(low, energy.exponent),
     )

@@ -26,8 +26,8 @@ def real_roots(monic: list[int], alpha: list[int], paired: Array, bits: int) -> 
     The iteration of Ehrlich and Aberth for all at once. None where it does not come to an end, or ends
     off the real axis: two of them cannot be separated with the bits that there are.
     """
-    if len(monic) == 1:
-        return []
+    if len(monic) < 3:
+        return [-c for c in monic[:-1]]
     found = _starts(alpha, paired)
     for _ in range(ITERATIONS):
         try:
@@ -49,9 +49,10 @@ def _improve(monic: list[int], found: list[tuple[int, int]], bits: int) -> bool:
         value, slope, over = (monic[-1], 0), (0, 0), (0, 0)
         for c in monic[-2::-1]:
             u, v = value
-            slope = ((slope[0] * x - slope[1] * y) >> bits) + u, (
-                (slope[0] * y + slope[1] * x) >> bits
-            ) + v
+            slope = (
+                ((slope[0] * x - slope[1] * y) >> bits) + u,
+                ((slope[0] * y + slope[1] * x) >> bits) + v,
+            )
             value = ((u * x - v * y) >> bits) + c, (u * y + v * x) >> bits
         for s, (u, v) in enumerate(found):
             if s != i:

@@ -87,7 +87,9 @@ def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:
     for value in sorted(set(a.tolist())):
         inside = a == value
         if np.count_nonzero(inside) == 1:
-            direction = np.sign(gamma) * inside if np.any(gamma[inside]) else np.sign(p_tilde) * inside
+            direction = (
+                np.sign(gamma) * inside if np.any(gamma[inside]) else np.sign(p_tilde) * inside
+            )
             if np.any(direction):
                 rows.append((value, inside, False, direction, np.zeros(n)))
             continue

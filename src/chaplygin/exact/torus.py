@@ -26,7 +26,7 @@ b below or above: with the gap from that end to b known to rounding, it keeps al
 nearly equal and ovals narrow.
 
 Coefficients decay like e^{−mη}, cosh η = 1 + gap/d for the nearest point. So the trapezoidal rule gives
-the periods to some 31 digits with a few dozen points (`periods`) where points are apart, and how many it
+the periods to 32 digits with a few dozen points (`periods`) where points are apart, and how many it
 takes is known beforehand.
 """
 

@@ -52,8 +52,8 @@ def whole_of(numbers: Array) -> tuple[Any, int]:
 def eliminated(matrix: list[list[int]]) -> int:
     """Make the first columns of a matrix diagonal, in place; return what is on the diagonal.
 
-    Bareiss' elimination: minors take the place of entries, and every quotient is a whole number. 0 for a
-    singular matrix.
+    Bareiss' elimination: minors take the place of entries, and every quotient is a whole number. 0 for
+    a singular matrix.
     """
     before = 1
     for c, row in enumerate(matrix):
@@ -65,6 +65,8 @@ def eliminated(matrix: list[list[int]]) -> int:
         for r, other in enumerate(matrix):
             if r != c:
                 factor = other[c]
-                matrix[r] = [(pivot[c] * x - factor * y) // before for x, y in zip(other, pivot, strict=True)]
+                matrix[r] = [
+                    (pivot[c] * x - factor * y) // before for x, y in zip(other, pivot, strict=True)
+                ]
         before = pivot[c]
     return before
