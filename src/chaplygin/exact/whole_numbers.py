@@ -19,7 +19,7 @@ from ..manifold import Array
 
 __all__ = ["double_double", "eliminated", "root_of_quotient", "whole_of", "whole_over"]
 
-BITS = 128  # of what is rounded: a double-double has 106
+BITS = 160  # of what is rounded: a double-double has 106, and a few are lost
 
 
 def whole_over(values: Iterable[float]) -> tuple[list[int], int]:
