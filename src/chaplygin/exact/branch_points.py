@@ -27,9 +27,10 @@ import numpy as np
 import geomint as gi
 
 from ..manifold import Array
+from .constants import Constants, constants_of
 from .real_roots import real_roots
 from .symmetry import ReducedAxes
-from .whole_numbers import BITS, double_double, root_of_quotient, whole_over
+from .whole_numbers import BITS, double_double, root_of_quotient
 
 __all__ = ["Oval", "Separation", "separation_of"]
 
@@ -118,7 +119,7 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
         raise gi.DomainError(
             "p_tilde", p_tilde, "a momentum that is not zero: the state is at rest"
         )
-    constants = _constants(axes, gamma, p_tilde)
+    constants = constants_of(axes, gamma, p_tilde)
     closest, bits = 0.0, BITS
     while bits <= MOST_BITS:
         alpha = [x << bits >> constants.bits for x in constants.alpha]
@@ -131,7 +132,7 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
         if closest < NEAREST and bits >= SEEN:
             break
         if needed <= bits:
-            return constants.separation(axes.paired, alpha, roots, bits)
+            return _separation(constants, axes.paired, alpha, roots, bits)
         bits = needed
     expected = (
         "a motion whose branch points are apart, as far as "
@@ -140,62 +141,45 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
 
 
-@dataclass(frozen=True)
-class Constants:
-    """α_g over 2^bits, T as a polynomial in 2^bits λ over `below`, and ℓ_g² over `below`: exactly."""
+def _separation(
+    constants: Constants, paired: Array, alpha: list[int], roots: list[int], bits: int
+) -> Separation:
+    """Return what is known with the roots, in double-doubles."""
+    axes: list[Point] = list(zip(alpha, range(len(alpha)), strict=True))
+    single = [point for point, pair in zip(axes, paired, strict=True) if not pair]
+    points: list[Point] = sorted([*single, *((e, None) for e in roots)], key=lambda x: x[0])
+    ends = list(zip(points[::2], points[1::2], strict=True))
+    one = 1 << bits
 
-    alpha: list[int]
-    bits: int
-    polynomial: list[int]
-    squares: list[int]
-    below: int
+    def gap(oval: tuple[Point, Point], b: int) -> tuple[float, float]:
+        (lower, _), (upper, _) = oval
+        if b == upper:
+            return -0.0, 0.0
+        return double_double(lower - b if b <= lower else upper - b, one)
 
-    def monic(self, bits: int) -> list[int]:
-        """Return T over its leading coefficient, a polynomial in λ, in fixed-point numbers."""
-        lead, degree = self.polynomial[-1], len(self.polynomial) - 1
-        return [
-            (c << bits) // (lead << self.bits * (degree - k)) for k, c in enumerate(self.polynomial)
-        ]
+    def between(oval: tuple[Point, Point], other: tuple[Point, Point]) -> tuple[float, float]:
+        if other is oval:
+            return 0.0, 0.0
+        return gap(oval, other[1][0] if other[1][0] <= oval[0][0] else other[0][0])
 
-    def separation(
-        self, paired: Array, alpha: list[int], roots: list[int], bits: int
-    ) -> Separation:
-        """Return what is known with the roots, in double-doubles."""
-        axes: list[Point] = list(zip(alpha, range(len(alpha)), strict=True))
-        single = [point for point, pair in zip(axes, paired, strict=True) if not pair]
-        points: list[Point] = sorted([*single, *((e, None) for e in roots)], key=lambda x: x[0])
-        ends = list(zip(points[::2], points[1::2], strict=True))
-        one = 1 << bits
+    def others(oval: tuple[Point, Point]) -> list[int]:
+        return [0, *(b for b, _ in points if b not in (oval[0][0], oval[1][0]))]
 
-        def gap(oval: tuple[Point, Point], b: int) -> tuple[float, float]:
-            (lower, _), (upper, _) = oval
-            if b == upper:
-                return -0.0, 0.0
-            return double_double(lower - b if b <= lower else upper - b, one)
-
-        def between(oval: tuple[Point, Point], other: tuple[Point, Point]) -> tuple[float, float]:
-            if other is oval:
-                return 0.0, 0.0
-            return gap(oval, other[1][0] if other[1][0] <= oval[0][0] else other[0][0])
-
-        def others(oval: tuple[Point, Point]) -> list[int]:
-            return [0, *(b for b, _ in points if b not in (oval[0][0], oval[1][0]))]
-
-        size, count = len(self.polynomial) - 1, len(ends)
-        scales = [self.below << self.bits * (size + 1 - k) for k in range(size + 1)]
-        return Separation(
-            np.array([a / (1 << self.bits) for a in self.alpha]),
-            paired,
-            np.array([root_of_quotient(x, self.below) for x in self.squares]),
-            np.array([c / scale for c, scale in zip(self.polynomial, scales, strict=True)]),
-            np.array(double_double(self.polynomial[-1], scales[-1])),
-            tuple(Oval(x / one, y / one, g, h) for (x, g), (y, h) in ends),
-            _array([double_double(x + y, 2 * one) for (x, _), (y, _) in ends], count),
-            _array([double_double(y - x, one) for (x, _), (y, _) in ends], count),
-            _array([gap(oval, b) for oval in ends for b in others(oval)], count, 2 * count - 1),
-            _array([gap(oval, x) for oval in ends for x in alpha], count, len(alpha)),
-            _array([between(oval, other) for oval in ends for other in ends], count, count),
-        )
+    size, count = len(constants.polynomial) - 1, len(ends)
+    scales = [constants.below << constants.bits * (size + 1 - k) for k in range(size + 1)]
+    return Separation(
+        np.array([a / (1 << constants.bits) for a in constants.alpha]),
+        paired,
+        np.array([root_of_quotient(x, constants.below) for x in constants.squares]),
+        np.array([c / scale for c, scale in zip(constants.polynomial, scales, strict=True)]),
+        np.array(double_double(constants.polynomial[-1], scales[-1])),
+        tuple(Oval(x / one, y / one, g, h) for (x, g), (y, h) in ends),
+        _array([double_double(x + y, 2 * one) for (x, _), (y, _) in ends], count),
+        _array([double_double(y - x, one) for (x, _), (y, _) in ends], count),
+        _array([gap(oval, b) for oval in ends for b in others(oval)], count, 2 * count - 1),
+        _array([gap(oval, x) for oval in ends for x in alpha], count, len(alpha)),
+        _array([between(oval, other) for oval in ends for other in ends], count, count),
+    )
 
 
 def _array(values: list[tuple[float, float]], *shape: int) -> Array:
@@ -218,69 +202,3 @@ def _bits_for(roots: list[int], alpha: list[int], bits: int) -> int:
         moved = sum(bits - x.bit_length() + 1 for x in [*apart, nearest])
         lost = max(lost, moved + (2 * len(roots)).bit_length())  # as often T is rounded
     return max(BITS, SPARE + lost)
-
-
-def _constants(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Constants:
-    """Return the constants of a state, projected to T*S^(n−1).
-
-    With whole numbers γ, p̃, G = (γ, γ) and P = Gp̃ − (γ, p̃)γ the unit vector is γ/√G, and its momentum
-    P/G; products of two of each have the denominator G³.
-    """
-    (g, _), (p, unit) = whole_over(gamma.tolist()), whole_over(p_tilde.tolist())
-    square = sum(x * x for x in g)
-    along = sum(x * y for x, y in zip(g, p, strict=True))
-    p = [square * y - along * x for x, y in zip(g, p, strict=True)]
-    products = []
-    for members in axes.members.tolist():
-        inside = [(x, y) for x, y, i in zip(g, p, members, strict=True) if i]
-        products.append(
-            (
-                sum(x * x for x, _ in inside),
-                sum(x * y for x, y in inside),
-                sum(y * y for _, y in inside),
-            )
-        )
-    alpha, bits = whole_over(axes.alpha.tolist())
-    paired = axes.paired.tolist()
-    squares = [
-        a * c - b * b if pair else 0 for (a, b, c), pair in zip(products, paired, strict=True)
-    ]
-    return Constants(
-        alpha, bits, _polynomial(alpha, paired, products, squares), squares, square**3 << 2 * unit
-    )
-
-
-def _polynomial(
-    alpha: list[int], paired: list[bool], products: list[tuple[int, int, int]], squares: list[int]
-) -> list[int]:
-    """Return the coefficients of T, ascending.
-
-    F = −(p̃, p̃) Σ (γ_g, γ_g)/(λ − α_g) + λ Σ_{g<h} |minors|²/((λ − α_g)(λ − α_h)) + λ Σ ℓ_g²/(λ − α_g)².
-    """
-    indices = range(len(alpha))
-    pairs = [g for g in indices if paired[g]]
-    momentum = sum(p for _, _, p in products)
-    total = [0] * (len(alpha) + len(pairs) + 1)
-
-    def add(weight: int, shift: int, without: set[int], pairs_without: set[int]) -> None:
-        roots = [alpha[g] for g in indices if g not in without]
-        roots += [alpha[g] for g in pairs if g not in pairs_without]
-        for k, c in enumerate(_product(roots)):
-            total[k + shift] += weight * c
-
-    for g, (g_g, g_b, g_p) in enumerate(products):
-        add(-momentum * g_g, 0, {g}, set())
-        if paired[g]:
-            add(squares[g], 1, {g}, {g})
-        for h in range(g + 1, len(products)):
-            h_g, h_b, h_p = products[h]
-            add(g_g * h_p + g_p * h_g - 2 * g_b * h_b, 1, {g, h}, set())
-    return total[:-2]
-
-
-def _product(roots: list[int]) -> list[int]:
-    """Return the coefficients of Π (λ − root), ascending."""
-    result = [1]
-    for root in roots:
-        result = [x - root * y for x, y in zip([0, *result], [*result, 0], strict=True)]
-    return result
