@@ -19,7 +19,6 @@ Where a λ is near an a_i its distance is what matters. It is computed and kept 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,9 +30,10 @@ from .commuting_integrals import coefficient_tables
 from .inertia import positive_vector
 from .manifold import Array
 
-__all__ = ["Spheroconical", "SpheroconicalPoint"]
+__all__ = ["Spheroconical", "SpheroconicalPoint", "ascending_gaps"]
 
-ITERATIONS = 200  # of the bracketed secant method; it takes 10 to 20
+ITERATIONS = 200  # of Newton's method; it takes 5 to 10
+ROUNDING = 2.0**-51  # of a step over the root: the last
 
 
 @dataclass(frozen=True)
@@ -101,19 +101,11 @@ class Spheroconical:
     def coordinates(self, gamma: Any) -> tuple[Array, Array]:
         """Return λ, shape (n−1,), and the gaps λ_k − a_i, shape (n−1, n), of a unit vector."""
         squares = gi.Sphere(self.n).point(gamma) ** 2
-        a, order = self.a, self._order
-        lam, gaps = np.zeros(self.n - 1), np.zeros((self.n - 1, self.n))
-        for k in range(self.n - 1):
-            left, right = int(order[k]), int(order[k + 1])
-            # The half in which the root is: that of the pole from which it is measured.
-            half = 0.5 * (a[right] - a[left])
-            rising = np.sum(squares / ((a - a[left]) - half))
-            pole, bound = (left, half) if rising >= 0.0 else (right, -half)
-            others = np.arange(self.n) != pole
-            offset = _root(squares[pole], squares[others], (a - a[pole])[others], bound)
-            lam[k] = a[pole] + offset
-            gaps[k] = (a[pole] - a) + offset
-        return lam, gaps
+        ascending = ascending_gaps(self.a[self._order], squares[self._order])
+        gaps = np.empty_like(ascending)
+        gaps[:, self._order] = ascending
+        nearest = np.argmin(np.abs(gaps), axis=1)
+        return self.a[nearest] + gaps[np.arange(self.n - 1), nearest], gaps
 
     def point(self, gamma: Any, p_tilde: Any) -> SpheroconicalPoint:
         """Return the coordinates and momenta of a point of T*S^(n−1).
@@ -175,43 +167,57 @@ class Spheroconical:
         raise gi.DomainError("gamma", gamma, expected)
 
 
-def _root(weight: float, weights: Array, poles: Array, bound: float) -> float:
+def ascending_gaps(a: Array, squares: Array) -> Array:
+    """Return λ_k − a_i, shape (n−1, n), of a unit vector with those squares; a_i ascend."""
+    poles, weights = a.tolist(), squares.tolist()
+    rows = []
+    for k in range(len(poles) - 1):
+        # The half in which the root is: that of the pole from which it is measured.
+        half = 0.5 * (poles[k + 1] - poles[k])
+        rising = sum(w / ((x - poles[k]) - half) for x, w in zip(poles, weights, strict=True))
+        own, bound = (k, half) if rising >= 0.0 else (k + 1, -half)
+        near = [x - poles[own] for x in poles]
+        terms = [(x, w) for i, (x, w) in enumerate(zip(near, weights, strict=True)) if i != own]
+        offset = _root(weights[own], terms, bound)
+        rows.append([offset - x for x in near])
+    return np.array(rows).reshape(-1, len(poles))
+
+
+def _root(weight: float, terms: list[tuple[float, float]], bound: float) -> float:
     """Return the root δ between 0 and `bound` of weight = δ S(δ), S(δ) = Σ w_i/(p_i − δ), rounded.
 
     That is Σ γ_i²/(a_i − λ) = 0 times −δ, measured from the pole at 0: smooth as far as `bound`.
-    Without weight the pole is none, and the root is 0 or one of S.
+    Without weight the pole is none, and the root is 0 or one of S. Newton's method within a bracket.
     """
+    sign = 1.0 if bound > 0.0 else -1.0
 
-    def rest(delta: float) -> float:
-        return float(np.sum(weights / (poles - delta)))
+    def excess(delta: float) -> tuple[float, float]:
+        """Return what is positive at 0 and falls towards `bound`, and its slope."""
+        rest = slope = 0.0
+        for pole, w in terms:
+            term = w / (pole - delta)
+            rest += term
+            slope += term / (pole - delta)
+        if weight > 0.0:
+            return weight - delta * rest, -rest - delta * slope
+        return -sign * rest, -sign * slope
 
-    if weight > 0.0:
-        return _bracketed(lambda delta: weight - delta * rest(delta), weight, bound)
-    sign = np.sign(bound)
-    if sign * rest(0.0) >= 0.0:
+    low, high, delta = 0.0, bound, 0.0
+    value, slope = excess(low)
+    if value <= 0.0:
         return 0.0
-    return _bracketed(lambda delta: -sign * rest(delta), -sign * rest(0.0), bound)
-
-
-def _bracketed(excess: Callable[[float], float], at_low: float, bound: float) -> float:
-    """Return the root between 0, where it is `at_low` > 0, and `bound`, where it is ≤ 0.
-
-    Secants with Illinois' weights, and a bisection where they are slow.
-    """
-    low, high, at_high = 0.0, float(bound), excess(float(bound))
-    if at_high >= 0.0:
+    if excess(high)[0] >= 0.0:
         return high
-    for count in range(ITERATIONS):
-        middle = low + (high - low) * (at_low / (at_low - at_high))
-        if count % 4 == 3 or not min(low, high) < middle < max(low, high):
-            middle = 0.5 * (low + high)
-        value = excess(middle)
-        if value == 0.0 or middle in (low, high):
-            return middle
+    for _ in range(ITERATIONS):
+        after = delta - value / slope if slope else low
+        if abs(after - delta) <= ROUNDING * abs(after):
+            return after
+        if not min(low, high) < after < max(low, high):
+            after = 0.5 * (low + high)
+        delta = after
+        value, slope = excess(delta)
         if value > 0.0:
-            low, at_low, at_high = middle, value, 0.5 * at_high
+            low = delta
         else:
-            high, at_high, at_low = middle, value, 0.5 * at_low
-        if abs(high - low) <= 1e-16 * abs(high):
-            return middle
-    return 0.5 * (low + high)
+            high = delta
+    return delta

@@ -9,7 +9,7 @@ from exact_support import flow_of, problem_of, turn_of
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.exact import classical, clock, clock_series, flow, torus
+from chaplygin.exact import classical, clock, clock_series, flow, periods
 from geomint.compare.exact_reference import exact_reference
 
 ULP = float(np.spacing(0.8))
@@ -223,7 +223,7 @@ def test_work_is_known_beforehand(monkeypatch):
     """Next to a separatrix: refused before anything is computed, with the condition number."""
     problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
     y = flow_of(problem, [1.0, 0.0, 1e-4], [0.0, 1e-4, 0.2])
-    monkeypatch.setattr(torus, "means_of", None)
+    monkeypatch.setattr(periods, "_sine_squares", None)
     with pytest.raises(gi.DomainError, match=r"condition \d.*e\+06"):
         problem.exact(y)
 

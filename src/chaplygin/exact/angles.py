@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..manifold import Array
-from ..spheroconical import Spheroconical
-from .branch_points import Separation
-from .functions import at_angles, shifts, state_rows, state_work
-from .packing import evaluated, packed_torus
+from ..spheroconical import ascending_gaps
 from .symmetry import TINY, ReducedAxes
-from .torus import Torus, distances
+from .torus import Torus, distances, products_without_one
 
 __all__ = ["component_signs", "linear_angles", "theta_of"]
 
@@ -19,11 +18,10 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
     """Return θ_k in [−π, π] from components, both sine and cosine, shape (d,)."""
     if len(position) == 1:
         return np.zeros(0)
-    _, gaps = Spheroconical(axes.alpha).coordinates(position)
-    sines = np.zeros(len(gaps))
-    for g in range(len(position)):  # P(λ_k) μ_k = ½ Σ_g p̃_gγ_g Π_{h≠g} (λ_k − α_h)
-        others = np.prod(np.delete(gaps, g, axis=1), axis=1)
-        sines += 0.5 * momentum[g] * position[g] * others
+    squares = position * position
+    gaps = ascending_gaps(axes.alpha, squares / np.sum(squares))
+    # P(λ_k) μ_k = ½ Σ_g p̃_gγ_g Π_{h≠g} (λ_k − α_h)
+    sines = 0.5 * products_without_one(gaps) @ (momentum * position)
     # m − λ from the α nearest to m, of which both are known to rounding.
     radius = torus.radius
     middle = distances(torus.axis_gaps, radius[:, None], 0.5)
@@ -35,26 +33,39 @@ def theta_of(axes: ReducedAxes, torus: Torus, position: Array, momentum: Array) 
     return np.asarray(np.arctan2(2.0 * away[:, 0] / root_q * sines, cosines))  # d sin θ, d cos θ
 
 
-def component_signs(
-    axes: ReducedAxes, torus: Torus, separation: Separation, gamma: Array, p_tilde: Array
-) -> Array:
-    """Return the signs of the components, but for the sines and cosines of half angles, (q,)."""
-    position, momentum, psi, _ = axes.components(gamma, p_tilde)
-    theta = theta_of(axes, torus, position, momentum)
-    plain = np.ones(len(axes.alpha))
-    params = packed_torus(axes, separation, torus, plain, np.zeros(len(torus.turns)), 1.0, False)
-    phi = linear_angles(params, theta, psi)
-    n = len(gamma)
-    work = state_work(len(theta), len(phi))
-    state = evaluated(at_angles, params, phi, state_rows(n), work)
-    bare, rate, _, _ = axes.components(state[:n], state[n : 2 * n])
+def linear_angles(torus: Torus, theta: Array, psi: Array) -> Array:
+    """Return (φ, Φ) at (θ, ψ), shape (d + pairs,).
+
+    With the roundings of `inversion`: next to a separatrix the way back to θ makes them larger.
+    """
+    plain = np.concatenate([theta, psi])
+    waves = zip(torus.shifts, theta.tolist(), strict=True)
+    terms = [shift * _sines(x, shift.shape[1]) for shift, x in waves]
+    sums = np.cumsum(np.concatenate([0.0 * plain[:, None], *terms], axis=1), axis=1)
+    return np.asarray(plain + sums[:, -1])
+
+
+def _sines(x: float, count: int) -> list[float]:
+    """Return sin mx, m = 1 … count."""
+    cos1, sin1 = math.cos(x), math.sin(x)
+    cos, sin, found = cos1, sin1, []
+    for _ in range(count):
+        found.append(sin)
+        cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
+    return found
+
+
+def component_signs(axes: ReducedAxes, position: Array, momentum: Array, bare: Array) -> Array:
+    """Return the signs of the components, but for the sines and cosines of half angles, (q,).
+
+    Parameters
+    ----------
+    axes : ReducedAxes
+    position, momentum : array, shape (q,)
+    bare : array, shape (2n,)
+        The state where these signs are 1.
+    """
+    x, rate, _, _ = axes.components(*np.split(bare, 2))
     # Where one of both is 0 the other decides; both are of the sizes of γ and p̃.
-    signs = np.sign(position * bare + momentum * rate / max(float(momentum @ momentum), TINY))
+    signs = np.sign(position * x + momentum * rate / max(float(momentum @ momentum), TINY))
     return np.where(axes.paired | (signs == 0.0), 1.0, signs)
-
-
-def linear_angles(params: Array, theta: Array, psi: Array) -> Array:
-    """Return (φ, Φ) at (θ, ψ), shape (d + pairs,)."""
-    angles, ovals = len(theta) + len(psi), len(theta)
-    shift = evaluated(shifts, params, theta, angles, ovals * ovals)
-    return np.asarray(np.concatenate([theta, psi]) + shift)

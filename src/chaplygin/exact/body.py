@@ -122,8 +122,8 @@ class ExactBody(BallFlow):
         # What roundings of the velocities do to the frequencies, by the direction of the worst weights.
         _, singular, directions = np.linalg.svd(columns, full_matrices=False)
         worst = directions[-1] * scale / max(singular[-1], SMALLEST * singular[0]) / sizes
-        changed = SeparatedEnergy(*map(float, worst)).in_units(ball.unit, ball.unit_p)
-        rates = frequencies_on(ball.torus, ball.separation, changed)
+        changed = SeparatedEnergy(float(worst[0]), float(worst[1])).in_units(ball.unit, ball.unit_p)
+        rates = frequencies_on(ball.separation, changed)
         self._sensitivity = ROUNDINGS * float(np.max(np.abs(rates)))
         if not left < TOLERANCE:
             expected = (
@@ -131,4 +131,5 @@ class ExactBody(BallFlow):
                 f"distinguished from others: the velocities are off by {left:.3g}"
             )
             raise gi.DomainError("state", own[0], expected)
-        return SeparatedEnergy(*(float(w) for w in weights / sizes))
+        weights = weights / sizes
+        return SeparatedEnergy(float(weights[0]), float(weights[1]))

@@ -1,4 +1,4 @@
-"""Constants of separation, branch points and ovals of a motion, in extended precision.
+"""Constants of separation, branch points and ovals of a motion, exactly.
 
 Let α_g be the different a_i, P(λ) = Π(λ − α_g), and ℓ_g the angular momenta of those that stand for
 several equal a_i (`symmetry`). In the spheroconical coordinates of the reduced axes every motion of the
@@ -11,84 +11,93 @@ different a_i. λ_k runs to and fro in an *oval*. The *branch points* are 0, the
 roots of T = F P Π' (λ − α_g), Π' over those with ℓ_g ≠ 0: all of them are real, and in ascending order
 the first oval is between the first two that are not 0, the next one between the next two, and so on.
 
-The coefficients of T follow from the state without a division, and all of this is done with `DIGITS`
-digits, with more where points are near to one another: what is wanted of two nearly equal a_i, or of a
-narrow oval, is their *distance*. The phase of a motion is then known to a rounding error of double
-precision. A rounding of the coefficients moves a root e by Σ|c_j e^j|/|T'(e)| times as much, which is
-1/gap^m with m roots within a gap: how many digits that takes is computed, and seen to be there.
+The coefficients of T follow from the state without a division, so they are whole numbers over a common
+one, and nothing is rounded before the roots are. What is wanted of two nearly equal a_i, or of a narrow
+oval, is their *distance*. A rounding of T at a root moves it 1/Π |e − e_s| times as far, over the other
+roots: how many bits it takes for distances of 32 digits is computed, and seen to be there.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 import geomint as gi
 
 from ..manifold import Array
-from .real_roots import mp, real_roots
+from .constants import Constants, constants_of
+from .real_roots import real_roots
 from .symmetry import ReducedAxes
+from .whole_numbers import BITS, double_double, root_of_quotient
 
-__all__ = ["DIGITS", "Oval", "Separation", "mp", "separation_of"]
+__all__ = ["Oval", "Separation", "separation_of"]
 
-DIGITS, MOST_DIGITS = 40, 400
-SPARE = 32  # digits of every distance
+MOST_BITS = 1400
+SPARE = 112  # bits of every distance
 NEAREST = 1e-64  # points, over their size: nearer ones count as one
+SEEN = 340  # bits with which such distances are seen
+
+Point = tuple[int, int | None]  # over 2^bits, and the g if it is α_g
 
 
 @dataclass(frozen=True)
 class Oval:
-    """The interval [lower, upper] of one λ, and what the square root over it is made of.
+    """The interval [lower, upper] of one λ.
 
     With (λ − lower)(upper − λ) taken out, −λFP² is Q(λ) = lead Π (λ − b) over the other branch
     points b, positive on the oval.
 
     Parameters
     ----------
-    lower, upper : mpf
-    others : tuple of mpf
+    lower, upper : float
     low_axis, high_axis : int or None
         The g with α_g = lower, or upper: there that component is 0, and changes its sign.
     """
 
-    lower: Any
-    upper: Any
-    others: tuple[Any, ...]
+    lower: float
+    upper: float
     low_axis: int | None
     high_axis: int | None
 
 
 @dataclass(frozen=True)
 class Separation:
-    """A motion's constants and its ovals.
+    """A motion's constants and its ovals; double-doubles have a last axis of two numbers.
 
     Parameters
     ----------
-    alpha : tuple of mpf
-    ell : tuple of mpf
+    alpha : array, shape (q,)
+    paired : array of bool, shape (q,)
+        Whether α_g stands for several equal a_i.
+    ell : array, shape (q, 2)
         ℓ_g, 0 where α_g stands for one axis.
-    polynomial : tuple of mpf
+    polynomial : array, shape (deg T + 1,)
         The coefficients of T, ascending; for different a_i they are r_0 … r_(n−2) of R.
+    lead : array, shape (2,)
+        (p̃, Ap̃), the last of them.
     ovals : tuple of Oval
-        One for each λ_k, in ascending order.
-    digits : int
-        With which they are known, so that distances have `DIGITS` or nearly so.
+        One for each λ_k, in ascending order; d = q − 1.
+    middles, widths : array, shape (d, 2)
+    branch_gaps, axis_gaps : array, shape (d, 2d−1, 2), (d, q, 2)
+        From the ovals to the branch points of Q, 0 first, and to the α_g: positive from points below
+        to the lower end, negative from points above to the upper end; ±0 at the ends themselves.
+    oval_gaps : array, shape (d, d, 2)
+        From the nearer end of one oval to that of another, positive from those below.
     """
 
-    alpha: tuple[Any, ...]
-    ell: tuple[Any, ...]
-    polynomial: tuple[Any, ...]
+    alpha: Array
+    paired: Array
+    ell: Array
+    polynomial: Array
+    lead: Array
     ovals: tuple[Oval, ...]
-    digits: int
-
-    @property
-    def lead(self) -> Any:
-        """(p̃, Ap̃), the leading coefficient of T."""
-        return self.polynomial[-1]
+    middles: Array
+    widths: Array
+    branch_gaps: Array
+    axis_gaps: Array
+    oval_gaps: Array
 
 
 def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation:
@@ -97,145 +106,99 @@ def separation_of(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> Separation
     Parameters
     ----------
     axes : ReducedAxes
-        Of that state.
+        Of that state, with α_g up to 1.
     gamma, p_tilde : array, shape (n,)
 
     Raises
     ------
     geomint.DomainError
-        For p̃ = 0, and where two branch points are nearer than `NEAREST`, or one to `MOST_DIGITS`
-        digits: the motion is a separatrix or a steady one.
+        For p̃ = 0, and where two branch points are nearer than `NEAREST`, or one to `MOST_BITS`
+        bits: the motion is a separatrix or a steady one.
     """
     if not np.any(p_tilde):
         raise gi.DomainError(
             "p_tilde", p_tilde, "a momentum that is not zero: the state is at rest"
         )
-    digits, closest = _digits_of_axes(axes.alpha.tolist()), 0.0
-    while digits <= MOST_DIGITS:
-        with mp.workdps(digits):
-            found = _separation(axes, gamma, p_tilde, digits)
-        if found is None:
-            digits *= 2
+    constants = constants_of(axes, gamma, p_tilde)
+    closest, bits = 0.0, BITS
+    while bits <= MOST_BITS:
+        alpha = [x << bits >> constants.bits for x in constants.alpha]
+        roots = real_roots(constants.monic(bits), alpha, axes.paired, bits)
+        if roots is None:
+            bits *= 2
             continue
-        separation, closest, needed = found
-        if closest < NEAREST:
+        closest = _closest([*alpha, *roots])
+        needed = _bits_for(roots, alpha, bits)
+        if closest < NEAREST and bits >= SEEN:
             break
-        if needed <= digits:
-            return separation
-        digits = needed
+        if needed <= bits:
+            return _separation(constants, axes.paired, alpha, roots, bits)
+        bits = needed
     expected = (
         "a motion whose branch points are apart, as far as "
-        f"{MOST_DIGITS} digits show; two are at {closest:.1g} of their size, condition number inf"
+        f"{MOST_BITS} bits show; two are at {closest:.1g} of their size, condition number inf"
     )
     raise gi.DomainError("state", np.concatenate([gamma, p_tilde]), expected)
 
 
 def _separation(
-    axes: ReducedAxes, gamma: Array, p_tilde: Array, digits: int
-) -> tuple[Separation, float, int] | None:
-    """Return the separation, the least distance of two points over their size, and the digits it takes.
+    constants: Constants, paired: Array, alpha: list[int], roots: list[int], bits: int
+) -> Separation:
+    """Return what is known with the roots, in double-doubles."""
+    axes: list[Point] = list(zip(alpha, range(len(alpha)), strict=True))
+    single = [point for point, pair in zip(axes, paired, strict=True) if not pair]
+    points: list[Point] = sorted([*single, *((e, None) for e in roots)], key=lambda x: x[0])
+    ends = list(zip(points[::2], points[1::2], strict=True))
+    one = 1 << bits
 
-    None if the roots cannot be separated with so few.
-    """
-    alpha = [mp.mpf(float(x)) for x in axes.alpha]
-    products = _products(axes, gamma, p_tilde)
-    polynomial, sizes = _polynomial(alpha, axes.paired, products)
-    roots = real_roots(polynomial, alpha, axes.paired)
-    if roots is None:
-        return None
-    ell = [
-        mp.sqrt(g * p - b * b) if pair else mp.mpf(0)
-        for (g, b, p), pair in zip(products, axes.paired, strict=True)
-    ]
-    single = [(x, g) for g, x in enumerate(alpha) if not axes.paired[g]]
-    free: list[tuple[Any, int | None]] = [(e, None) for e in roots]
-    points = sorted([*single, *free], key=lambda pair: pair[0])
-    ovals = tuple(_oval(points, k) for k in range(0, len(points), 2))
-    assert len(ovals) == len(alpha) - 1
-    ordered = sorted([*alpha, *roots])
-    closest = min((float((y - x) / abs(y)) for x, y in itertools.pairwise(ordered)), default=1.0)
-    found = Separation(tuple(alpha), tuple(ell), tuple(polynomial), ovals, digits)
-    return found, closest, _digits_for(roots, alpha, polynomial[-1], sizes)
+    def gap(oval: tuple[Point, Point], b: int) -> tuple[float, float]:
+        (lower, _), (upper, _) = oval
+        if b == upper:
+            return -0.0, 0.0
+        return double_double(lower - b if b <= lower else upper - b, one)
+
+    def between(oval: tuple[Point, Point], other: tuple[Point, Point]) -> tuple[float, float]:
+        if other is oval:
+            return 0.0, 0.0
+        return gap(oval, other[1][0] if other[1][0] <= oval[0][0] else other[0][0])
+
+    def others(oval: tuple[Point, Point]) -> list[int]:
+        return [0, *(b for b, _ in points if b not in (oval[0][0], oval[1][0]))]
+
+    size, count = len(constants.polynomial) - 1, len(ends)
+    scales = [constants.below << constants.bits * (size + 1 - k) for k in range(size + 1)]
+    return Separation(
+        np.array([a / (1 << constants.bits) for a in constants.alpha]),
+        paired,
+        np.array([root_of_quotient(x, constants.below) for x in constants.squares]),
+        np.array([c / scale for c, scale in zip(constants.polynomial, scales, strict=True)]),
+        np.array(double_double(constants.polynomial[-1], scales[-1])),
+        tuple(Oval(x / one, y / one, g, h) for (x, g), (y, h) in ends),
+        _array([double_double(x + y, 2 * one) for (x, _), (y, _) in ends], count),
+        _array([double_double(y - x, one) for (x, _), (y, _) in ends], count),
+        _array([gap(oval, b) for oval in ends for b in others(oval)], count, 2 * count - 1),
+        _array([gap(oval, x) for oval in ends for x in alpha], count, len(alpha)),
+        _array([between(oval, other) for oval in ends for other in ends], count, count),
+    )
 
 
-def _digits_of_axes(alpha: list[float]) -> int:
-    """Return how many digits it takes if the roots are as near to one another as the α_g."""
-    lost = [sum(-math.log10(abs(x - y) / max(x, y)) for y in alpha if y != x) for x in alpha]
-    return max(DIGITS, SPARE + math.ceil(max(lost)))
+def _array(values: list[tuple[float, float]], *shape: int) -> Array:
+    return np.array(values).reshape(*(max(size, 0) for size in shape), 2)
 
 
-def _digits_for(roots: list[Any], alpha: list[Any], lead: Any, sizes: list[Any]) -> int:
-    """Return with how many digits the distances of all roots have `SPARE`.
+def _closest(points: list[int]) -> float:
+    """Return the least distance of two points over their size."""
+    pairs = itertools.pairwise(sorted(points))
+    return min(((y - x) / y if y else 0.0 for x, y in pairs), default=1.0)
 
-    `sizes` are those of the terms in the coefficients: what is rounded.
-    """
-    lost = mp.mpf(1)
+
+def _bits_for(roots: list[int], alpha: list[int], bits: int) -> int:
+    """Return with how many bits the distances of all points have `SPARE`, that from 0 among them."""
+    gaps = [alpha[0], *(y - x for x, y in itertools.pairwise(alpha))]
+    lost = bits - min(gaps).bit_length()
     for i, e in enumerate(roots):
         apart = [abs(e - x) for s, x in enumerate(roots) if s != i]
-        nearest = min([*apart, *(abs(e - x) for x in alpha)])
-        slope = lead * mp.fprod(apart) * nearest
-        if slope == 0:
-            return MOST_DIGITS + 1
-        lost = max(lost, mp.fsum(c * abs(e) ** k for k, c in enumerate(sizes)) / slope)
-    return max(DIGITS, SPARE + math.ceil(float(mp.log10(lost))))
-
-
-def _products(axes: ReducedAxes, gamma: Array, p_tilde: Array) -> list[tuple[Any, Any, Any]]:
-    """Return (γ_g, γ_g), (γ_g, p̃_g), (p̃_g, p̃_g) of the state, projected to T*S^(n−1) exactly."""
-    g, p = ([mp.mpf(float(x)) for x in v] for v in (gamma, p_tilde))
-    size = mp.sqrt(sum(x * x for x in g))
-    g = [x / size for x in g]
-    along = sum(x * y for x, y in zip(g, p, strict=True))
-    p = [y - along * x for x, y in zip(g, p, strict=True)]
-
-    def product(x: list[Any], y: list[Any], inside: Array) -> Any:
-        return mp.fsum(u * v for u, v, i in zip(x, y, inside, strict=True) if i)
-
-    return [(product(g, g, i), product(g, p, i), product(p, p, i)) for i in axes.members]
-
-
-def _polynomial(
-    alpha: list[Any], paired: Array, products: list[tuple[Any, Any, Any]]
-) -> tuple[list[Any], list[Any]]:
-    """Return the coefficients of T, ascending, and the sums of the sizes of their terms.
-
-    F = −(p̃, p̃) Σ (γ_g, γ_g)/(λ − α_g) + λ Σ_{g<h} |minors|²/((λ − α_g)(λ − α_h)) + λ Σ ℓ_g²/(λ − α_g)².
-    """
-    indices = range(len(alpha))
-    pairs = [g for g in indices if paired[g]]
-    momentum = mp.fsum(p for _, _, p in products)
-    degree = len(alpha) + len(pairs)
-    total, sizes = [mp.mpf(0)] * (degree + 1), [mp.mpf(0)] * (degree + 1)
-
-    def add(terms: list[Any], shift: int, without: set[int], pairs_without: set[int]) -> None:
-        roots = [alpha[g] for g in indices if g not in without]
-        roots += [alpha[g] for g in pairs if g not in pairs_without]
-        weight, size = sum(terms), sum(map(abs, terms))
-        for k, c in enumerate(_product(roots)):
-            total[k + shift] += weight * c
-            sizes[k + shift] += size * abs(c)
-
-    for g, (g_g, g_b, g_p) in enumerate(products):
-        add([-momentum * g_g], 0, {g}, set())
-        if paired[g]:
-            add([g_g * g_p, -g_b * g_b], 1, {g}, {g})
-        for h in range(g + 1, len(products)):
-            h_g, h_b, h_p = products[h]
-            add([g_g * h_p, g_p * h_g, -2 * g_b * h_b], 1, {g, h}, set())
-    return total[: degree - 1], sizes[: degree - 1]
-
-
-def _product(roots: list[Any]) -> list[Any]:
-    """Return the coefficients of Π (λ − root), ascending."""
-    result = [mp.mpf(1)]
-    for root in roots:
-        longer = [mp.mpf(0), *result]
-        result = [x - root * y for x, y in zip(longer, [*result, mp.mpf(0)], strict=True)]
-    return result
-
-
-def _oval(points: list[tuple[Any, int | None]], k: int) -> Oval:
-    """Return the oval between the points k and k + 1, which are in ascending order."""
-    (lower, low_axis), (upper, high_axis) = points[k], points[k + 1]
-    others = tuple(value for i, (value, _) in enumerate(points) if i not in (k, k + 1))
-    return Oval(lower, upper, (mp.mpf(0), *others), low_axis, high_axis)
+        nearest = min([abs(e), *apart, *(abs(e - x) for x in alpha)])
+        moved = sum(bits - x.bit_length() + 1 for x in [*apart, nearest])
+        lost = max(lost, moved + (2 * len(roots)).bit_length())  # as often T is rounded
+    return max(BITS, SPARE + lost)

@@ -28,7 +28,7 @@ from .clock_series import product_clock
 from .estimate import Estimate
 from .functions import at_angles, at_tau, state_rows, state_work
 from .numbers import MadeOfNumbers
-from .packing import evaluated, packed_torus
+from .packing import evaluated, packed_torus, start_at
 from .quadrature import LEFT, Quadrature, finite_times, refuse_left_over
 from .sensitivity import frequency_gradients
 from .separated_energy import SeparatedEnergy
@@ -83,26 +83,36 @@ class ExactFlow(MadeOfNumbers):
         self.torus = torus_of(self.separation, energy)
         if not np.isfinite(self.torus.turns).all():
             raise gi.DomainError("state", y, "a motion whose frequencies are finite numbers")
-        signs = component_signs(self.axes, self.torus, self.separation, gamma, p_tilde)
         # p = D√U p̃, and dt/dτ = D√U.
         self._rate = D / float(np.sqrt(self.unit) * np.sqrt(np.prod(self.axes.alpha)))
         scale = self.unit_p * (self._rate if physical else 1.0)
-        parts = self.axes, self.separation, self.torus, signs
-        self._params = packed_torus(*parts, np.zeros(len(self.torus.turns)), scale, physical)
-        self.start = self._angles(gamma, p_tilde)
-        self._params = packed_torus(*parts, self.start, scale, physical)
+        parts = self.axes, self.separation, self.torus
+        packed = packed_torus(*parts, scale, physical)
+        self._params = packed.data
+        found = self._begin(packed, gamma, p_tilde)
+        gradients = frequency_gradients(*parts, energy, gamma, p_tilde)
         estimate = Estimate(
-            max([1.0, *(1.0 / self.torus.strips).tolist()]),
-            self._growth(float(np.max(frequency_gradients(*parts[:3], energy, gamma, p_tilde)))),
+            float(np.max(1.0 / self.torus.strips, initial=1.0)),
+            self._growth(float(np.max(gradients))),
             float(np.max(np.abs(self.frequencies))),
             self._magnified(),
         )
-        self._estimate = estimate.seen(self._missed(y, estimate.condition))
+        self._estimate = estimate.seen(self._missed(y, found, estimate.condition))
 
-    def _missed(self, y: Array, condition: float) -> float:
+    def _begin(self, packed: Any, gamma: Array, p_tilde: Array) -> Array:
+        """Find the angles and signs of the start; return the state there, and Newton's last step."""
+        position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
+        theta = theta_of(self.axes, self.torus, position, momentum)
+        self.start = linear_angles(self.torus, theta, psi)
+        start_at(packed, start=self.start)
+        found = evaluated(at_tau, self._params, np.zeros(1), state_rows(len(gamma)), self._work)
+        signs = component_signs(self.axes, position, momentum, found[:-1])
+        start_at(packed, signs=signs)
+        found[:-1] *= np.tile(signs @ self.axes.members, 2)
+        return found
+
+    def _missed(self, y: Array, found: Array, condition: float) -> float:
         """Return by how much the torus misses the state, or raise `DomainError`."""
-        rows = state_rows(len(self.a))
-        found = evaluated(at_tau, self._params, np.zeros(1), rows, self._work)
         pairs = zip(np.split(self.outward(found[:-1]), 2), np.split(y, 2), strict=True)
         off = max(float(np.max(np.abs(x - z)) / np.max(np.abs(z))) for x, z in pairs)
         if not (off <= MISSED and found[-1] <= LEFT and np.isfinite(condition)):
@@ -190,7 +200,7 @@ class ExactFlow(MadeOfNumbers):
     @property
     def ovals(self) -> Array:
         """The ends of the intervals in which the λ_k run to and fro, shape (d, 2)."""
-        ends = [[float(o.lower), float(o.upper)] for o in self.separation.ovals]
+        ends = [[oval.lower, oval.upper] for oval in self.separation.ovals]
         return self.unit * np.array(ends).reshape(-1, 2)
 
     def theta(self, y: Any) -> Array:
@@ -308,4 +318,4 @@ class ExactFlow(MadeOfNumbers):
     def _angles(self, gamma: Array, p_tilde: Array) -> Array:
         position, momentum, psi, _ = self.axes.components(gamma, p_tilde)
         theta = theta_of(self.axes, self.torus, position, momentum)
-        return linear_angles(self._params, theta, psi)
+        return linear_angles(self.torus, theta, psi)

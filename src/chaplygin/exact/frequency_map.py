@@ -145,7 +145,7 @@ def action_variables(exact: ExactFlow) -> Array:
             value = value * width * sine[:, 0]
         value = -value if oval.high_axis is not None else value * width * (1.0 - sine[:, 0])
         result.append(float(np.mean(value)))
-    turning = [float(ell) for ell in exact.separation.ell if ell]
+    turning = exact.separation.ell[exact.separation.paired, 0].tolist()
     return exact.unit_p * np.array([*result, *turning])
 
 

@@ -22,10 +22,10 @@ import numpy as np
 import geomint as gi
 from geomint import part, section
 
-from .inversion import shift_sums, solve_theta, whole_nearest
+from .inversion import solve_theta, whole_nearest
 from .packing import torus_rows, torus_sizes
 
-__all__ = ["at_angles", "at_tau", "phases", "shifts", "state_rows", "state_work"]
+__all__ = ["at_angles", "at_tau", "phases", "state_rows", "state_work"]
 
 
 def state_work(ovals: int, angles: int) -> int:
@@ -160,9 +160,3 @@ def at_angles(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
     """(φ, Φ) ↦ state, what is left of Newton's last step."""
     _, _, _, n = torus_sizes(params)
     out[2 * n] = state_at(params, x, out, work)
-
-
-@gi.field
-def shifts(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
-    """(θ) ↦ (φ, Φ) − (θ, ψ)."""
-    shift_sums(params, x, out, work)

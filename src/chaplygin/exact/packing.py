@@ -18,7 +18,7 @@ from .branch_points import Separation
 from .symmetry import ReducedAxes
 from .torus import Torus
 
-__all__ = ["HEAD", "evaluated", "packed_torus", "torus_rows", "torus_sizes"]
+__all__ = ["HEAD", "evaluated", "packed_torus", "start_at", "torus_rows", "torus_sizes"]
 
 # Sizes: ovals d, angles d + pairs, axes q, rows n of γ, numbers of the series; three numbers; sections.
 Parts = namedtuple(
@@ -58,21 +58,15 @@ def packed_torus(
     axes: ReducedAxes,
     separation: Separation,
     torus: Torus,
-    signs: Array,
-    start: Array,
     scale: float,
     physical: bool,
-) -> Array:
-    """Return the parameters of the functions of a torus; those of its clock may follow.
+) -> Any:
+    """Return the block of the parameters of a torus, at (θ, ψ) = 0; those of its clock may follow.
 
     Parameters
     ----------
     axes, separation, torus
         Of the motion.
-    signs : array, shape (q,)
-        Of the components, but for the sines and cosines of half angles.
-    start : array, shape (d + pairs,)
-        The linear angles at τ = 0.
     scale : float
         The unit of p̃; where states are (γ, p), times p/(p̃ Π√λ_k).
     physical : bool
@@ -86,7 +80,7 @@ def packed_torus(
         if oval.high_axis is not None:
             high[oval.high_axis] = k
     pair[axes.paired] = np.arange(np.count_nonzero(axes.paired))
-    spread = [1.0 / np.prod(np.abs(np.delete(alpha, g) - alpha[g])) for g in range(count)]
+    spread = 1.0 / np.abs(np.prod(alpha[:, None] - alpha + np.eye(count), axis=1))
     series = np.concatenate([np.zeros(0), *(s.T.reshape(-1) for s in torus.shifts)])
     sizes = len(torus.middle), len(torus.turns), count, axes.first.shape[1], len(series)
     names = ("radius", "branch_gaps", "axis_gaps", "oval_gaps", "turns", "turns_low", "lead")
@@ -98,17 +92,32 @@ def packed_torus(
         physical=physical,
         terms=[s.shape[1] for s in torus.shifts],
         series=series,
-        start=start,
-        signs=signs,
+        start=np.zeros(sizes[1]),
+        signs=np.ones(count),
         spread=spread,
         low=low,
         high=high,
         pair=pair,
-        ell=[float(x) for x in separation.ell],
+        ell=separation.ell[:, 0],
         first=axes.first,
         second=axes.second,
         clock=(),
-    ).data
+    )
+
+
+def start_at(packed: Any, **where: Array) -> None:
+    """Write where the motion begins into the block of the parameters.
+
+    Parameters
+    ----------
+    start : array, shape (d + pairs,), optional
+        The linear angles at τ = 0.
+    signs : array, shape (q,), optional
+        Of the components, but for the sines and cosines of half angles.
+    """
+    rows = torus_rows(packed)
+    for name, numbers in where.items():
+        section(packed, rows, name).data[:] = numbers
 
 
 def padded(values: Array) -> Array:

@@ -1,41 +1,114 @@
-"""Means over one turn of the differentials on an oval: the trapezoidal rule in double-double arrays.
+"""Means over one turn of the differentials on the ovals: the trapezoidal rule in double-doubles.
 
-How many points it takes follows from the gap to the nearest singular point, before any is computed.
+The differentials are even in θ, so that half a turn is enough. How many points it takes follows from
+the gap to the nearest singular point, before any is computed. `torus` has the formulas.
 """
 
 from __future__ import annotations
 
 import functools
 import math
+from collections import namedtuple
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 import geomint as gi
+from geomint import section
 
 from ..manifold import Array
-from .branch_points import DIGITS, Oval, Separation, mp
-from .double_double import DoubleDouble
+from .branch_points import Separation
+from .double_double import added, inverse_root, load, negative, times
+from .whole_numbers import double_double, whole_over
 
-__all__ = ["gap_of", "means_of", "points_of", "strip_of"]
+__all__ = ["Periods", "periods_of"]
 
 FEWEST_POINTS, MOST_POINTS = 16, 16384  # of the trapezoidal rule
 DECAY = 79.0  # e^−DECAY: to what the periods are computed
+TABLE_BITS = 256
 
 
-def gap_of(oval: Oval, b: Any) -> Any:
-    """Return the gap from b below, or minus that from b above."""
-    return oval.lower - b if b <= oval.lower else oval.upper - b
+@dataclass(frozen=True)
+class Periods:
+    """Means of the differentials over one turn, and the differentials along it.
+
+    Those of the pairs are over 2ℓ_gα_g, the others times Π_{s≠j} (m_j − m_s).
+
+    Parameters
+    ----------
+    strips : array, shape (d,)
+        η: cosh η = 1 + gap/d for the singular point next to an oval.
+    means : array, shape (d, d + pairs, 2)
+        Of those of λ_k, double-doubles.
+    samples : list of array, shape (d + pairs, N/2 + 1)
+        For every λ_k at θ = 2πi/N.
+    """
+
+    strips: Array
+    means: Array
+    samples: list[Array]
 
 
-def strip_of(oval: Oval, separation: Separation) -> float:
-    """Return η: cosh η = 1 + gap/d for the nearest singular point."""
-    pairs = [x for x, ell in zip(separation.alpha, separation.ell, strict=True) if ell]
-    gap = min(abs(gap_of(oval, b)) for b in (*oval.others, *pairs))
-    return 2.0 * math.asinh(math.sqrt(float(gap / (oval.upper - oval.lower))))
+# Sizes: ovals d, axes q, pairs; the g of pairs; then double-doubles.
+Parts = namedtuple("Parts", "ovals axes pairs pair lead widths branch_gaps axis_gaps oval_gaps")
+HEAD = Parts._make([*[1] * 3, *[0] * 5, gi.REST])
 
 
-def points_of(strip: float, separation: Separation) -> int:
+@gi.helper
+def parts_of(ovals: int, axes: int, pairs: int) -> Any:
+    """Return the layout of the parameters."""
+    gaps = 2 * ovals * (2 * ovals - 1), 2 * ovals * axes, 2 * ovals * ovals
+    return Parts(1, 1, 1, pairs, 2, 2 * ovals, *gaps)
+
+
+def periods_of(separation: Separation) -> Periods:
+    """Return the periods of a torus.
+
+    Raises
+    ------
+    geomint.DomainError
+        If they take too many points: the motion is next to a separatrix.
+    """
+    pairs, size = np.flatnonzero(separation.paired), len(separation.ovals)
+    strips = _strips(separation)
+    counts = [_points(strip, separation) for strip in strips.tolist()]
+    tables = [_sine_squares(count) for count in counts]
+    sizes = size, len(separation.alpha), len(pairs)
+    params = gi.packed(
+        parts_of(*sizes),
+        **dict(zip(Parts._fields, sizes, strict=False)),
+        pair=pairs,
+        **{name: getattr(separation, name) for name in Parts._fields[4:]},
+    )
+    ends = np.cumsum([len(table) for table in tables])
+    points = np.concatenate([np.zeros((0, 5)), *tables])
+    points[:, 0] = np.searchsorted(ends, np.arange(len(points)), side="right")
+    rows = size + len(pairs)
+    values = gi.pointwise(differentials, params.data, points, 2 * rows)
+    along = np.split(values.reshape(-1, rows, 2), ends[:-1]) if size else []
+    means = np.array([_means(part) for part in along]).reshape(size, rows, 2)
+    return Periods(strips, means, [part[..., 0].T for part in along])
+
+
+def _means(values: Array) -> list[tuple[float, float]]:
+    """Return the means over θ from values over half a turn, from one end to the other."""
+    found, turn = [], len(values) - 1
+    for row in np.moveaxis(values, 1, 0):
+        parts = [*row[1:-1].reshape(-1).tolist(), *(0.5 * row[[0, -1]]).reshape(-1).tolist()]
+        high = math.fsum(parts)
+        (above, rest), bits = whole_over((high, math.fsum([*parts, -high])))
+        found.append(double_double(above + rest, turn << bits))
+    return found
+
+
+def _strips(separation: Separation) -> Array:
+    gaps = [separation.branch_gaps[..., 0], separation.axis_gaps[:, separation.paired, 0]]
+    nearest = np.min(np.abs(np.concatenate(gaps, axis=1)), axis=1, initial=np.inf)
+    return np.asarray(2.0 * np.arcsinh(np.sqrt(nearest / separation.widths[:, 0])))
+
+
+def _points(strip: float, separation: Separation) -> int:
     """Return how many points the trapezoidal rule takes: 2^k or 3·2^k."""
     needed = max(FEWEST_POINTS, DECAY / max(strip, 1e-300))
     if needed > MOST_POINTS:
@@ -44,58 +117,68 @@ def points_of(strip: float, separation: Separation) -> int:
             "a motion that is not next to a separatrix: a branch point is beside an oval that is "
             f"{ratio:.3g} times as wide as their distance, condition {ratio:.3g}"
         )
-        raise gi.DomainError("state", [float(x) for x in separation.polynomial], expected)
+        raise gi.DomainError("state", separation.polynomial, expected)
     power: int = 2 ** math.ceil(math.log2(needed))
     return 3 * power // 4 if needed <= 3 * power // 4 else power
 
 
 @functools.lru_cache(maxsize=32)
-def _sine_squares(count: int) -> DoubleDouble:
-    """Return sin²(θ/2) at θ = 2πi/count, i = 0 … count/2."""
-    with mp.workdps(DIGITS):
-        quarter = [mp.sin(mp.pi * i / count) ** 2 for i in range(count // 4 + 1)]
-        return DoubleDouble.of(quarter + [1 - x for x in quarter[-2::-1]])
+def _sine_squares(count: int) -> Array:
+    """Return 0, sin²(θ/2), cos²(θ/2) at θ = 2πi/N, i = 0 … N/2: Chebyshev's recurrence for cos θ."""
+    one = 1 << TABLE_BITS
+    step, cosine = (3, one >> 1) if count % 3 == 0 else (2, 0)  # cos(π/step)
+    while 2 * step < count:
+        step, cosine = 2 * step, math.isqrt((one + cosine) * one >> 1)
+    cosines = [one, cosine]
+    for _ in range(count // 2 - 1):
+        cosines.append((cosine * cosines[-1] >> (TABLE_BITS - 1)) - cosines[-2])
+    sines = np.array([double_double(one - x, 2 * one) for x in cosines])
+    return np.concatenate([np.zeros((len(sines), 1)), sines, sines[::-1]], axis=1)
 
 
-def means_of(
-    separation: Separation, k: int, nodes: list[Any], pairs: list[int], count: int
-) -> tuple[list[Any], Array]:
-    """Return the means over θ_k of all differentials, and samples at θ = 2πi/N, shape (rows, N)."""
-    oval = separation.ovals[k]
-    sine = _sine_squares(count)
-    cosine = sine[::-1]
-    width = DoubleDouble.one(oval.upper - oval.lower)
-
-    def away(b: Any) -> DoubleDouble:  # |λ − b|
-        below = b <= oval.lower
-        gap = oval.lower - b if below else b - oval.upper
-        return DoubleDouble.one(gap) + width * (sine if below else cosine)
-
-    def product(points: list[Any], scale: Any) -> DoubleDouble:  # of |λ − b|, times scale
-        value = DoubleDouble.one(scale)
-        for b in points:
-            value = value * away(b)
-        return value
-
-    density = product(list(oval.others), 16 * separation.lead).root().inverse()  # 1/(4√Q)
-    rows = []
-    for j, node in enumerate(nodes):  # −ℓ_j/(4√Q)
-        others = [(s, x) for s, x in enumerate(nodes) if s not in (j, k)]
-        scale = -1 / mp.fprod(node - x for s, x in enumerate(nodes) if s != j)
-        scale *= (-1) ** sum(s > k for s, _ in others)
-        value = density * product([x for _, x in others], scale)
-        rows.append(value if j == k else value * width * (sine + DoubleDouble.one(mp.mpf(-0.5))))
-    alpha = separation.alpha
-    for g in pairs:  # −½ ℓ_g α_g P/((λ − α_g)² √Q)
-        scale = -2 * separation.ell[g] * alpha[g] * (-1) ** sum(x >= oval.upper for x in alpha)
-        others = [x for h, x in enumerate(alpha) if h != g]
-        rows.append(density * product(others, scale) * away(alpha[g]).inverse())
-    half = np.array([row.high for row in rows])
-    return [_mean(row, count) for row in rows], np.concatenate([half, half[:, -2:0:-1]], axis=1)
+@gi.helper
+def half(x: Any) -> Any:
+    """Return x/2."""
+    return 0.5 * x[0], 0.5 * x[1]
 
 
-def _mean(row: DoubleDouble, count: int) -> Any:
-    """Return the mean of an even function of θ from its values over half of the circle."""
-    ends, inside = row[[0, -1]].total(), row[1:-1].total()
-    parts = (2 * inside.high, 2 * inside.low, ends.high, ends.low)
-    return mp.fsum(mp.mpf(float(x)) for x in parts) / count
+@gi.helper
+def beyond(gap: Any, below: Any, above: Any) -> Any:
+    """Return λ − b, b not within the oval of λ, from the gap between both; see `Separation`."""
+    return added(gap, below if math.copysign(1.0, gap[0]) > 0.0 else negative(above))
+
+
+@gi.field
+def differentials(params: Any, t: Any, x: Any, out: Any, work: Any) -> None:
+    """(k, sin²(θ_k/2), cos²(θ_k/2)) ↦ −Π_{s≠j} (λ − m_s)/(4√Q), −P/(4(λ − α_g)²√Q)."""
+    ovals, axes = int(section(params, HEAD, "ovals")[0]), int(section(params, HEAD, "axes")[0])
+    pairs = int(section(params, HEAD, "pairs")[0])
+    rows = parts_of(ovals, axes, pairs)
+    branch, axis = section(params, rows, "branch_gaps"), section(params, rows, "axis_gaps")
+    gaps, widths = section(params, rows, "oval_gaps"), section(params, rows, "widths")
+    pair, k = section(params, rows, "pair"), int(x[0])
+    width = load(widths, k)
+    below, above = times(width, (x[1], x[2])), times(width, (x[3], x[4]))
+    q = load(section(params, rows, "lead"), 0)
+    for b in range(2 * ovals - 1):
+        q = times(q, beyond(load(branch, k * (2 * ovals - 1) + b), below, above))
+    density = half(half(inverse_root(q if q[0] > 0.0 else negative(q))))
+    for j in range(ovals + pairs):
+        value = negative(density)
+        for s in range(ovals):
+            if s != j < ovals:
+                ends = half(load(widths, s))
+                if s == k:
+                    value = times(value, added(below, negative(ends)))
+                else:
+                    gap = load(gaps, k * ovals + s)
+                    value = times(value, beyond(gap, added(below, ends), added(above, ends)))
+        for g in range(axes):
+            if j >= ovals:
+                apart = beyond(load(axis, k * axes + g), below, above)
+                if g == pair[j - ovals]:
+                    inverse = inverse_root(times(apart, apart))
+                    value = times(value, inverse if apart[0] > 0.0 else negative(inverse))
+                else:
+                    value = times(value, apart)
+        out[2 * j], out[2 * j + 1] = value[0], value[1]

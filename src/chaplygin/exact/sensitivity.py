@@ -14,15 +14,13 @@ harm, and how much separatrices do.
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 
 from ..manifold import Array
 from .branch_points import Separation
 from .separated_energy import SeparatedEnergy
 from .symmetry import ReducedAxes
-from .torus import Torus, distances
+from .torus import Torus, distances, products_without_one
 
 __all__ = ["frequency_gradients"]
 
@@ -42,67 +40,49 @@ def frequency_gradients(
     size, paired = len(torus.middle), np.flatnonzero(axes.paired)
     # In units of time in which nothing overflows.
     unit = float(np.max(np.abs(torus.frequencies))) or 1.0
-    turning = np.array([float(energy.turning(separation.alpha[g], 1)) / unit for g in paired])
+    turning = np.array([energy.turning(separation.alpha[g]) / unit for g in paired])
     gradients = _constants(axes, torus, gamma, p_tilde)
     omega, means = torus.frequencies[:size] / unit, torus.means
-    second = np.zeros((size + len(paired),) * 2)
-    for k in range(size):
-        second += omega[k] * _second_derivatives(axes, separation, torus, k)
-    changed = second @ gradients
+    second = _second_derivatives(separation, torus) if size else np.zeros((0, 1, 1))
+    changed = np.tensordot(omega, second, 1) @ gradients
     separated = -np.linalg.solve(means[:, :size].T, changed[:size])
     pairs = turning[:, None] * gradients[size:] - changed[size:] - means[:, size:].T @ separated
     return np.asarray(unit * np.linalg.norm(np.concatenate([separated, pairs]), axis=1))
 
 
-def _second_derivatives(axes: ReducedAxes, separation: Separation, torus: Torus, k: int) -> Array:
+def _second_derivatives(separation: Separation, torus: Torus) -> Array:
     """Return S_k: −h_i h_j λP/(8 d² sin²θ Q^(3/2)), and −½ αP/((λ − α)²√Q) for a pair's ∂²/∂ℓ².
 
-    h_i is Lagrange's polynomial, or 2αℓP/(λ − α)².
+    h_i is Lagrange's polynomial, or 2αℓP/(λ − α)². Shape (d, d + pairs, d + pairs).
     """
-    radius, size = torus.radius[k], len(torus.middle)
-    shift = 0.5 * min(float(torus.strips[k]), WIDEST)
-    count = int(np.ceil(FINENESS / shift)) + 4
-    theta = 2.0 * np.pi * np.arange(count) / count + 1j * shift
-    sine = np.sin(0.5 * theta) ** 2
-    branch = distances(torus.branch_gaps[k, :, None], radius, sine)
-    axis = distances(torus.axis_gaps[k, :, None], radius, sine)
-    lam, product = branch[0], np.prod(axis, axis=0)
-    roots = np.sqrt(np.where(torus.branch_gaps[k, :, None] < 0.0, -branch, branch))
-    root_q = np.sqrt(torus.lead) * np.prod(roots, axis=0)
-    rows = []
-    for j in range(size):
-        row = np.asarray(1.0 + 0.0 * sine)
-        for s in range(size):
-            if s != j:
-                row = row * _from_middle(torus, k, s, sine) / _between_middles(torus, j, s)
-        rows.append(row)
-    for g in np.flatnonzero(axes.paired):
-        momentum = 2.0 * float(separation.alpha[g]) * float(separation.ell[g])
-        rows.append(momentum * product / axis[g] ** 2)
-    h = np.array(rows)
-    ends = 4.0 * radius * radius * sine * (1.0 - sine)
+    radius, pairs = torus.radius[:, None], np.flatnonzero(separation.paired)
+    size = len(radius)
+    shift = 0.5 * np.minimum(torus.strips, WIDEST)
+    count = int(np.ceil(FINENESS / np.min(shift))) + 4
+    sine = np.sin(np.pi * np.arange(count) / count + 0.5j * shift[:, None])[:, None] ** 2
+    branch = distances(torus.branch_gaps[..., None], radius[..., None], sine)
+    axis = distances(torus.axis_gaps[..., None], radius[..., None], sine)
+    lam, product = branch[:, 0], np.prod(axis, axis=1)
+    roots = np.sqrt(np.where(torus.branch_gaps[..., None] < 0.0, -branch, branch))
+    root_q = np.sqrt(torus.lead) * np.prod(roots, axis=1)
+    h = np.ones((size, size + len(pairs), count), dtype=np.complex128)
+    sides = 2.0 * np.tri(size, k=-1) - 1.0  # of the oval in the row, seen from that in the column
+    from_middle = distances(torus.oval_gaps[..., None], radius[..., None], sine)
+    from_middle += (sides * radius.T)[..., None]
+    between = torus.oval_gaps + sides * (radius + radius.T)
+    for s in range(size):
+        others = np.flatnonzero(np.arange(size) != s)
+        h[:, others] *= from_middle[:, s, None] / between[others, s, None]
+    alpha = separation.alpha[pairs, None]
+    own = alpha * product[:, None] / axis[:, pairs] ** 2
+    h[:, size:] = 2.0 * separation.ell[pairs, :1] * own
+    ends = 4.0 * radius * radius * sine[:, 0] * (1.0 - sine[:, 0])
     # In an order in which neither gaps of 1e-16 between ten a_i nor their quotients are too small.
     weight = -lam * (product / root_q) / root_q / (8.0 * ends * count) / root_q
-    result = ((h * weight) @ h.T).real
-    for i, g in enumerate(np.flatnonzero(axes.paired), start=size):
-        own = float(separation.alpha[g]) * product / (axis[g] ** 2 * root_q)
-        result[i, i] -= 0.5 * float(np.mean(own.real))
+    result = ((h * weight[:, None]) @ h.transpose(0, 2, 1)).real
+    diagonal = np.arange(size, size + len(pairs))
+    result[:, diagonal, diagonal] -= 0.5 * np.mean((own / root_q[:, None]).real, axis=2)
     return np.asarray(result)
-
-
-def _between_middles(torus: Torus, j: int, s: int) -> float:
-    """Return m_j − m_s."""
-    widths = float(torus.radius[j] + torus.radius[s])
-    return float(torus.oval_gaps[j, s]) + (widths if j > s else -widths)
-
-
-def _from_middle(torus: Torus, k: int, s: int, sine: Array) -> Array:
-    """Return λ_k − m_s."""
-    if k == s:
-        return np.asarray(torus.radius[k] * (2.0 * sine - 1.0))
-    gap, radius = torus.oval_gaps[k, s], torus.radius[k]
-    beyond = distances(np.asarray(gap), radius, sine)
-    return np.asarray(beyond + (torus.radius[s] if k > s else -torus.radius[s]))
 
 
 def _constants(axes: ReducedAxes, torus: Torus, gamma: Array, p_tilde: Array) -> Array:
@@ -115,32 +95,28 @@ def _constants(axes: ReducedAxes, torus: Torus, gamma: Array, p_tilde: Array) ->
     momentum = float(np.linalg.norm(p_tilde))
     p = p_tilde / momentum
     A, B, C = members @ (gamma * gamma), members @ (gamma * p), members @ (p * p)
-    count = len(A)
-    rows = []
-    for k in range(len(torus.middle)):
-        lam = float(torus.middle[k])
-        away = (
-            torus.axis_gaps[k]
-            + np.where(np.signbit(torus.axis_gaps[k]), -1.0, 1.0) * torus.radius[k]
-        )
-        single = np.array([np.prod(np.delete(away, g)) for g in range(count)])
-        double = np.zeros((count, count))
-        for i, j in itertools.permutations(range(count), 2):
-            double[i, j] = np.prod(np.delete(away, [i, j]))
-        pairs = np.where(axes.paired, single, 0.0)
-        by_a = -single + lam * (double @ C) + pairs * C
-        by_b = -2.0 * lam * (double @ B) - 2.0 * pairs * B
-        by_c = -float(A @ single) + lam * (double @ A) + pairs * A
-        rows.append(_by_state(by_a @ members, by_b @ members, by_c @ members, gamma, p))
-    result = [momentum**2 * row for row in rows]
+    lam, away = torus.middle[:, None], distances(torus.axis_gaps, torus.radius[:, None], 0.5)
+    single, double = products_without_one(away), _products_without_two(away)
+    pairs = np.where(axes.paired, single, 0.0)
+    by_a = -single + lam * (double @ C) + pairs * C
+    by_b = -2.0 * lam * (double @ B) - 2.0 * pairs * B
+    by_c = -(single @ A)[:, None] + lam * (double @ A) + pairs * A
+    rows = [momentum**2 * _by_state(by_a @ members, by_b @ members, by_c @ members, gamma, p)]
     for g in np.flatnonzero(axes.paired):
         inside = members[g]
         ell = max(float(np.sqrt(max(A[g] * C[g] - B[g] * B[g], 0.0))), 1e-300)
         row = _by_state(C[g] * inside, -2.0 * B[g] * inside, A[g] * inside, gamma, p)
-        result.append(momentum * row / (2.0 * ell))
-    return np.array(result).reshape(-1, 2 * len(gamma))
+        rows.append(momentum * row[None] / (2.0 * ell))
+    return np.concatenate(rows)
+
+
+def _products_without_two(factors: Array) -> Array:
+    """Return the products of all but two different ones, shape (d, q) ↦ (d, q, q), 0 for one twice."""
+    one = np.eye(factors.shape[1], dtype=bool)
+    left_out = one[:, None] | one
+    return np.asarray(np.prod(np.where(left_out, 1.0, factors[:, None, None]), axis=-1) * ~one)
 
 
 def _by_state(by_a: Array, by_b: Array, by_c: Array, gamma: Array, p: Array) -> Array:
     """Return a gradient by γ and p from that by the products."""
-    return np.concatenate([2.0 * by_a * gamma + by_b * p, 2.0 * by_c * p + by_b * gamma])
+    return np.concatenate([2.0 * by_a * gamma + by_b * p, 2.0 * by_c * p + by_b * gamma], axis=-1)

@@ -2,42 +2,43 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Any
-
-from .branch_points import mp
 
 __all__ = ["SeparatedEnergy"]
 
 
 @dataclass(frozen=True)
 class SeparatedEnergy:
-    """A Hamiltonian that is separated in spheroconical coordinates: H = ½ (x F(0) + y (p̃, Ap̃)).
+    """A Hamiltonian that is separated in spheroconical coordinates: H = 2^e · ½ (x F(0) + y (p̃, Ap̃)).
 
     (p̃, Ap̃) is the limit of λ²F. Sphere: x = D, y = −1; Veselova: x = 0, y = D².
 
     Parameters
     ----------
-    at_zero, at_infinity : float or mpf
+    at_zero, at_infinity : float
         x and y.
+    exponent : int
+        e: numbers of any size, of which products are finite.
     """
 
-    at_zero: Any
-    at_infinity: Any
+    at_zero: float
+    at_infinity: float
+    exponent: int = 0
 
     def in_units(self, unit: float, unit_p: float) -> SeparatedEnergy:
-        """Return the energy whose flow is the same in time where a and p̃ are measured in units."""
-        a, p = mp.mpf(unit), mp.mpf(unit_p)
-        return SeparatedEnergy(mp.mpf(self.at_zero) * p / a, mp.mpf(self.at_infinity) * p * a)
+        """Return the energy whose flow is the same in time where a and p̃ are measured in units.
 
-    def slopes(self, alpha: Any) -> list[Any]:
-        """Return ∂H/∂c_j, j = 0 … q−2."""
-        weights = [mp.mpf(0)] * (len(alpha) - 1)
-        if weights:
-            weights[0] += mp.mpf(self.at_zero) / (2 * mp.fprod(-x for x in alpha))
-            weights[-1] += mp.mpf(self.at_infinity) / 2
-        return weights
+        Units are powers of two.
+        """
+        (x, i), (y, j) = math.frexp(self.at_zero), math.frexp(self.at_infinity)
+        a, p = math.frexp(unit)[1] - 1, math.frexp(unit_p)[1] - 1
+        i, j = i + p - a, j + p + a
+        e = max(i if x else j, j if y else i)
+        return SeparatedEnergy(
+            math.ldexp(x, max(i - e, -2000)), math.ldexp(y, max(j - e, -2000)), self.exponent + e
+        )
 
-    def turning(self, alpha: Any, ell: Any) -> Any:
-        """Return ∂H/∂ℓ of a pair."""
-        return ell * (mp.mpf(self.at_zero) / alpha + mp.mpf(self.at_infinity) * alpha)
+    def turning(self, alpha: float) -> float:
+        """Return ∂H/∂ℓ of a pair, over ℓ."""
+        return math.ldexp(self.at_zero / alpha + self.at_infinity * alpha, self.exponent)

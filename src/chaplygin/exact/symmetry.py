@@ -84,8 +84,15 @@ def reduced_axes(a: Array, gamma: Array, p_tilde: Array) -> ReducedAxes:
     """
     n = len(a)
     rows = []
-    for value in np.unique(a):
+    for value in sorted(set(a.tolist())):
         inside = a == value
+        if np.count_nonzero(inside) == 1:
+            direction = (
+                np.sign(gamma) * inside if np.any(gamma[inside]) else np.sign(p_tilde) * inside
+            )
+            if np.any(direction):
+                rows.append((value, inside, False, direction, np.zeros(n)))
+            continue
         g, p = np.where(inside, gamma, 0.0), np.where(inside, p_tilde, 0.0)
         if not np.any(g) and not np.any(p):
             continue

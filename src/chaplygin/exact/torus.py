@@ -26,8 +26,8 @@ b below or above: with the gap from that end to b known to rounding, it keeps al
 nearly equal and ovals narrow.
 
 Coefficients decay like e^{−mη}, cosh η = 1 + gap/d for the nearest point. So the trapezoidal rule gives
-the periods to more than 32 digits with a few dozen points (`DoubleDouble`) where points are apart, and
-how many it takes is known beforehand.
+the periods to 32 digits with a few dozen points (`periods`) where points are apart, and how many it
+takes is known beforehand.
 """
 
 from __future__ import annotations
@@ -38,11 +38,12 @@ from typing import Any
 import numpy as np
 
 from ..manifold import Array
-from .branch_points import Oval, Separation, mp
-from .periods import gap_of, means_of, points_of, strip_of
+from .branch_points import Separation
+from .periods import Periods, periods_of
+from .rates import Rates, rates_of
 from .separated_energy import SeparatedEnergy
 
-__all__ = ["Torus", "distances", "frequencies_on", "torus_of"]
+__all__ = ["Torus", "distances", "frequencies_on", "products_without_one", "torus_of"]
 
 TERMS = 1e-17  # Fourier coefficients below this, in radians, are left out: FFT's noise is 1e-18
 
@@ -94,6 +95,13 @@ def distances(gaps: Array, radius: Any, sine: Any) -> Array:
     return np.asarray(gaps + 2.0 * radius * np.where(np.signbit(gaps), sine - 1.0, sine))
 
 
+def products_without_one(factors: Array) -> Array:
+    """Return the products of all but one along the last axis, shape (..., q) ↦ (..., q)."""
+    size = factors.shape[-1]
+    kept = np.where(np.eye(size, dtype=bool), 1.0, factors[..., None, :])
+    return np.asarray(np.prod(kept, axis=-1))
+
+
 def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     """Return the torus of a motion, for the flow of an energy.
 
@@ -102,110 +110,48 @@ def torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
     geomint.DomainError
         If the periods take too many points: the motion is next to a separatrix.
     """
-    with mp.workdps(separation.digits):
-        return _torus_of(separation, energy)
-
-
-def _torus_of(separation: Separation, energy: SeparatedEnergy) -> Torus:
-    ovals, size = separation.ovals, len(separation.ovals)
-    nodes = [(o.lower + o.upper) / 2 for o in ovals]
-    pairs = [g for g, ell in enumerate(separation.ell) if ell]
-    strips = [strip_of(oval, separation) for oval in ovals]
-    counts = [points_of(strip, separation) for strip in strips]
-    sampled = [means_of(separation, k, nodes, pairs, count) for k, count in enumerate(counts)]
-    means = [mean for mean, _ in sampled]
-    inverse = _inverse(means, size)
-    turns = _turns(separation, energy, nodes, pairs, means, inverse)
-    high = [float(x) for x in turns]
-    shifts = [_shift(values, inverse, means, k) for k, (_, values) in enumerate(sampled)]
+    found = periods_of(separation)
+    rates = rates_of(separation, energy, found)
+    scales = _scales(separation)
     return Torus(
-        np.array([float(x) for x in nodes]),
-        np.array([float((o.upper - o.lower) / 2) for o in ovals]),
-        np.array([[float(gap_of(o, b)) for b in o.others] for o in ovals]),
-        np.array([[_signed_gap(o, x) for x in separation.alpha] for o in ovals]),
-        np.array([[0.0 if s is o else float(_oval_gap(o, s)) for s in ovals] for o in ovals]),
-        float(separation.lead),
-        np.array([[float(x) for x in row] for row in means]).reshape(size, size + len(pairs)),
-        tuple(_heard(s) for s in shifts),
-        np.array(strips),
-        np.array(high),
-        np.array([float(x - y) for x, y in zip(turns, high, strict=True)]),
+        separation.middles[:, 0],
+        0.5 * separation.widths[:, 0],
+        separation.branch_gaps[..., 0],
+        separation.axis_gaps[..., 0],
+        separation.oval_gaps[..., 0],
+        float(separation.lead[0]),
+        found.means[..., 0] * scales,
+        tuple(_heard(_shift(x, found, rates, scales)) for x in found.samples),
+        found.strips,
+        rates.turns,
+        rates.turns_low,
     )
 
 
-def _signed_gap(oval: Oval, x: Any) -> float:
-    return -0.0 if x == oval.upper else float(gap_of(oval, x))
-
-
-def _oval_gap(oval: Oval, other: Oval) -> Any:
-    below = other.upper <= oval.lower
-    return oval.lower - other.upper if below else oval.upper - other.lower
-
-
-def _inverse(means: list[list[Any]], size: int) -> Any:
-    """Return 2πΠ⁻¹."""
-    periods = mp.matrix(size, size)
-    for k in range(size):
-        for j in range(size):
-            periods[j, k] = 2 * mp.pi * means[k][j]
-    return 2 * mp.pi * mp.inverse(periods) if size else periods
-
-
-def _turns(
-    separation: Separation,
-    energy: SeparatedEnergy,
-    nodes: list[Any],
-    pairs: list[int],
-    means: list[list[Any]],
-    inverse: Any,
-) -> list[Any]:
-    """Return ω and Ω over 4π."""
-    size = len(nodes)
-    rates = _mixed(nodes, energy.slopes(separation.alpha))
-    omega = [mp.fsum(inverse[k, j] * rates[j] for j in range(size)) for k in range(size)]
-    for row, g in enumerate(pairs, start=size):
-        turning = energy.turning(separation.alpha[g], separation.ell[g])
-        omega.append(turning - mp.fsum(means[k][row] * omega[k] for k in range(size)))
-    return [rate / (4 * mp.pi) for rate in omega]
-
-
-def frequencies_on(torus: Torus, separation: Separation, energy: SeparatedEnergy) -> Array:
+def frequencies_on(separation: Separation, energy: SeparatedEnergy) -> Array:
     """Return ω and Ω of the flow of another energy on a torus, linear in it."""
-    with mp.workdps(separation.digits):
-        nodes = [(o.lower + o.upper) / 2 for o in separation.ovals]
-        pairs = [g for g, ell in enumerate(separation.ell) if ell]
-        means = [[mp.mpf(x) for x in row] for row in torus.means.tolist()]
-        inverse = _inverse(means, len(nodes))
-        turns = _turns(separation, energy, nodes, pairs, means, inverse)
-        return 4.0 * np.pi * np.array([float(x) for x in turns])
+    return 4.0 * np.pi * rates_of(separation, energy, periods_of(separation)).turns
 
 
-def _mixed(nodes: list[Any], weights: list[Any]) -> list[Any]:
-    """Return Σ_i x_ji ∂H/∂c_i, ℓ_j = Σ_i x_ji λ^i: the rates of what ℓ_j stands for."""
-    rates = []
-    for j, node in enumerate(nodes):
-        coefficients = [mp.mpf(1)]
-        for s, other in enumerate(nodes):
-            if s != j:
-                longer = [mp.mpf(0), *coefficients]
-                shifted = [*coefficients, mp.mpf(0)]
-                scale = node - other
-                coefficients = [
-                    (x - other * y) / scale for x, y in zip(longer, shifted, strict=True)
-                ]
-        rates.append(mp.fsum(c * w for c, w in zip(coefficients, weights, strict=True)))
-    return rates
+def _scales(separation: Separation) -> Array:
+    """Return the units of `periods`: 1/Π_{s≠j} (m_j − m_s), then 2ℓ_gα_g, shape (d + pairs,)."""
+    size, paired = len(separation.ovals), separation.paired
+    radius = 0.5 * separation.widths[:, 0]
+    sides = np.tri(size, k=-1) - np.tri(size, k=-1).T
+    apart = separation.oval_gaps[..., 0] + sides * (radius[:, None] + radius) + np.eye(size)
+    pairs = 2.0 * separation.ell[paired, 0] * separation.alpha[paired]
+    return np.concatenate([1.0 / np.prod(apart, axis=1), pairs])
 
 
-def _shift(values: Array, inverse: Any, means: list[list[Any]], k: int) -> Array:
+def _shift(values: Array, found: Periods, rates: Rates, scales: Array) -> Array:
     """Return the coefficients of sin mθ_k in (φ, Φ) − (θ, ψ), shape (d + pairs, terms)."""
-    count, size = values.shape[1], inverse.rows
-    cosines = np.fft.rfft(values, axis=1).real[:, 1 : count // 2] * (2.0 / count)
-    sines = cosines / np.arange(1, count // 2)
-    matrix = np.array(inverse.tolist(), dtype=np.float64).reshape(size, size)
-    phi = matrix @ sines[:size]
-    slopes = np.array([[float(m) for m in mean[size:]] for mean in means]).reshape(size, -1)
-    return np.concatenate([phi, sines[size:] - slopes.T @ phi])
+    half, size = values.shape[1] - 1, len(rates.inverse)
+    even = np.concatenate([values, values[:, -2:0:-1]], axis=1)
+    cosines = np.fft.rfft(even, axis=1).real[:, 1:half] / half
+    sines = cosines / np.arange(1, half)
+    phi = rates.inverse @ sines[:size]
+    pairs = sines[size:] - found.means[:, size:, 0].T @ phi
+    return np.concatenate([phi, scales[size:, None] * pairs])
 
 
 def _heard(series: Array) -> Array:
