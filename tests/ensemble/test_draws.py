@@ -273,7 +273,7 @@ def test_a_bent_level() -> None:
     assert stats.kstest(phase, "uniform").pvalue > SIGNIFICANT
 
 
-@pytest.mark.parametrize("energy", [1 / 12, 1 / 8])
+@pytest.mark.parametrize("energy", [1 / 12, 1 / 8, 0.16])
 def test_a_bounded_part_is_not_left_for_an_unbounded_one(energy: float) -> None:
     """Hénon–Heiles below the saddles: in two dimensions q is uniform where the potential is below."""
     problem = henon_heiles.problem()
