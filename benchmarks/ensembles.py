@@ -1,11 +1,12 @@
 """Ensembles: what lanes, cores and members cost, and heyoka's ensembles beside them.
 
 Throughput: seconds a step of single runs (`run_seconds`, median over states) over those of a member
-of an ensemble on one core (wall time of the whole call). Overhead: wall time of a call with short
-runs, less that of the steps, a member. Cores: wall times of one thread over two. heyoka: 4096 random
-states of the Hamiltonised sphere to T = 250 in τ, both cores, an error of 1e-9 (the 95th percentile
-over 64 states, against double-double references), each at its fastest setting: ours by stages, step
-and tolerance of the iteration, heyoka's by tolerance and batch.
+of an ensemble on one core (wall time of the whole call). What vectors gain at most here is in
+`vector_limit`. Overhead: wall time of a call with short runs, less that of the steps, a member.
+Cores: wall times of one thread over two. heyoka: 4096 random states of the Hamiltonised sphere to
+T = 250 in τ, both cores, an error of 1e-9 (the 95th percentile over 64 states, against double-double
+references), each at its fastest setting: ours by stages, step and tolerance of the iteration,
+heyoka's by tolerance and batch.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import geomint as gi
 from geomint.compare.reference import reference_solution
 from hamiltonized_n3 import A, D, heyoka_field
 from machine import describe
+from vector_limit import vector_limit
 
 LANES = {
     "hamiltonized-n3": ("rk-4", "dop853", "verlet-4", "gauss-8"),
@@ -206,6 +208,8 @@ def main() -> None:
             "floor": 1.0, "goal": 1.5,
         }  # fmt: skip
         print(best, round(ratio, 2))
+    result["vectors"] = vector_limit()
+    print(result["vectors"])
     result["machine"] = describe(["geomint", "heyoka", "numba", "numpy"])
     path.write_text(json.dumps(result, indent=1), encoding="utf-8")
     print(f"wrote {path}")
