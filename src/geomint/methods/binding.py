@@ -17,8 +17,9 @@ from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
 from ..problems.spaces.repair import warn
+from .method import Start
 
-__all__ = ["lane_field", "no_clock"]
+__all__ = ["lane_field", "lane_functions", "no_clock"]
 
 
 Work = namedtuple("Work", "y out work padding")
@@ -89,6 +90,15 @@ def _runs_on_lanes(f: Recorded, params: Block, y: npt.NDArray[np.float64], work:
     except (TypeError, ValueError):
         return False
     return True
+
+
+def lane_functions(
+    functions: tuple[Bound, ...], s: Start, n: int, m: int
+) -> tuple[tuple[Bound, ...], int]:
+    """Return (gradients, constraint, clock) for eight numbers at once, and their rows of scratch.
+
+    """
+    return tuple(f.in_lanes for f in functions), s.problem.work
 
 
 @Recorded
