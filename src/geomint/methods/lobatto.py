@@ -19,9 +19,8 @@ from ..kernels.solve.lobatto import (
     lobatto_work,
 )
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
-from .binding import lane_functions
-from .bound_forms import hamiltonian_of
 from .gauss import MAX_EXTRAPOLATION, spread_columns, spread_vector
+from .lane_hamiltonian import lane_hamiltonian
 from .method import Method, Start, iteration_tolerance
 from .rattle import MAX_UNROLLED_CONSTRAINTS, MAX_UNROLLED_ROWS
 from .stepper import Stepper
@@ -79,14 +78,13 @@ class Lobatto(Method):
         )
 
     def start(self, s: Start) -> Stepper:
-        functions, n, m = hamiltonian_of(s)
+        functions, n, m, scratch = lane_hamiltonian(s)
         clock = int(s.clock)
-        in_lanes, scratch = lane_functions(functions, s, n, m)
         unrolled = (n, m) if n <= MAX_UNROLLED_ROWS and m <= MAX_UNROLLED_CONSTRAINTS else (0, 0)
         return s.stepper(
             s.y0,
             kernel=lobatto_stepper(*unrolled),
-            functions=in_lanes,
+            functions=functions,
             coefficients=packed(
                 lobatto_coefficients(len(s.lengths)),
                 rows=n,
