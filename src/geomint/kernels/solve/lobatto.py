@@ -46,7 +46,7 @@ Coefficients = namedtuple(
     "rows constraints cap tolerance clock_rows padding c b later last mu nu impulses predictors",
 )
 Memory = namedtuple("Memory", "state clock carry padding K L lam")
-Work = namedtuple("Work", "Q P dp0 dp1 trial three G1 response matrix g scratch")
+Work = namedtuple("Work", "Q P dp0 dp1 trial pushes three G1 response matrix g scratch")
 
 FOLLOW = 4.0  # iterations after which slopes are solved for where values are
 
@@ -99,6 +99,7 @@ def lobatto_work(n: int, m: int, scratch: int) -> Work:
         dp0=n,
         dp1=n,
         trial=n,
+        pushes=n,
         three=3 * n,
         G1=m * n,
         response=m * n,
@@ -145,7 +146,7 @@ def lobatto_step(
     K, L, lam = lane_rows(kept.K, n), lane_rows(kept.L, n), lane_rows(kept.lam, m)
     lanes = as_lanes(work, 0, len(work) // 8)
     own = sections(lanes, lobatto_work(n, m, REST))
-    Q, P, dq, dp, trial, _, G, response, matrix, g, scratch = own
+    Q, P, dq, dp, trial, pushes, _, G, response, matrix, g, scratch = own
     zero = 0.0 * c
     one = zero + 1.0
     times = zero + t + c * h
@@ -164,6 +165,7 @@ def lobatto_step(
     for i in range(n):
         Q[i] = q[i] + combine(mu, K[i], zero + carry_q[i])
         P[i] = p[i] + combine(nu, L[i], zero + carry_p[i])
+        pushes[i] = zero
     last = BEGINNING
     before = BEGINNING
     coarse = True
@@ -189,19 +191,23 @@ def lobatto_step(
         solve_small(m, matrix, g)
         for a in range(m):
             g[a] = later * g[a]
-            lam[a] = lam[a] - inverse_h * combine(impulses, g[a], zero)
         if coarse:
             q_inverse = inverse_size(max(top(larger(q, q, n)), top(larger(K, K, n))))
             p_inverse = inverse_size(max(top(larger(p, p, n)), top(larger(L, L, n))))
         worst = 0.0 * plain(c)
+        for a in range(m):
+            lam[a] = lam[a] - inverse_h * combine(impulses, g[a], zero)
         for i in range(n):
-            L[i] = along(n, m, i, G, lam) - weights * dq[i]
-            new_q = trial[i] - along(n, m, i, response, g)
-            new_p = p[i] + combine(nu, L[i], zero + carry_p[i])
-            worst = maximum(abs(plain(new_q) - plain(Q[i])) * q_inverse, worst)
-            worst = maximum(abs(plain(new_p) - plain(P[i])) * p_inverse, worst)
-            Q[i] = new_q
-            P[i] = new_p
+            push = weights * dq[i]
+            L[i] = along(n, m, i, G, lam) - push
+            lack = along(n, m, i, response, g)
+            new = trial[i] - lack
+            worst = maximum(abs(plain(new) - plain(Q[i])) * q_inverse, worst)
+            worst = maximum(abs(plain(lack)) * q_inverse, worst)
+            worst = maximum(abs(plain(push) - plain(pushes[i])) * p_inverse, worst)
+            Q[i] = new
+            P[i] = p[i] + combine(nu, L[i], zero + carry_p[i])
+            pushes[i] = push
         delta = top(worst)
         if not finite(delta):
             return failure(iteration), iteration + 1, delta
