@@ -48,7 +48,7 @@ Coefficients = namedtuple(
 Memory = namedtuple("Memory", "state clock carry padding K L lam")
 Work = namedtuple("Work", "Q P dp0 dp1 trial pushes three G1 response matrix g scratch")
 
-FOLLOW = 4.0  # iterations after which slopes are solved for where values are
+FOLLOW = 4.0
 
 
 @inlined
@@ -187,7 +187,7 @@ def lobatto_step(
         contract(n, m, G, response, matrix)
         size = top(largest(m * m, matrix))
         if not finite(size):
-            return NOT_FINITE, iteration + 1, size
+            return failure(iteration), iteration + 1, size
         solve_small(m, matrix, g)
         for a in range(m):
             g[a] = later * g[a]
