@@ -37,7 +37,7 @@ from ..manifold import Array
 
 __all__ = ["dilation_coefficients", "hamiltonized_splitting", "splitting_parameters"]
 
-Parts = namedtuple("Parts", "kappa axis rho mu")
+Parts = namedtuple("Parts", "kappa part rho mu")
 
 WEIGHT = 0.3
 WITHOUT_CIRCLE = 3  # the largest n for which κ is 0
@@ -50,7 +50,7 @@ DOUBLINGS = 12  # up to |s| = 2048, beyond the largest numbers
 @gi.helper
 def splitting_rows(n: int) -> Any:
     """Return the layout of a splitting's parameters: κ; numbers of the axes in their order, ϱ, μ."""
-    return Parts(kappa=1, axis=n, rho=n, mu=n)
+    return Parts(kappa=1, part=n, rho=n, mu=n)
 
 
 def splitting_parameters(inertia: SpecialInertia) -> Array:
@@ -59,21 +59,18 @@ def splitting_parameters(inertia: SpecialInertia) -> Array:
     d = D / inertia.a
     f = d + inertia.a
     order = np.argsort(inertia.a, kind="stable")
-    if n <= WITHOUT_CIRCLE:
-        u = (d.sum() + (n - 2) * (d.sum() - f).sum()) / (n * (1 + (n - 2) ** 2))
-        v = d.sum() - (n - 2) * u
-        kappa = 0.0
-        order[:2] = order[1::-1]
-    else:
-        # The normal equations of least squares for (u, v).
-        matrix = np.array(
-            [[n + WEIGHT * (n - 2) ** 2, WEIGHT * (n - 2)], [WEIGHT * (n - 2), n + WEIGHT]]
-        )
-        right = np.array([d.sum() * (1.0 + WEIGHT * (n - 2)), f.sum() + WEIGHT * d.sum()])
-        u, v = np.linalg.solve(matrix, right)
-        kappa = d.sum() - (n - 2) * u - v
-    rho, mu = u - d[order], f[order] - v
-    return gi.packed(splitting_rows(n), kappa=kappa, axis=order, rho=rho, mu=mu).data
+    left_out = order[(n - 1) // 2]
+    u, v = d[left_out], f[left_out]
+    kappa = d.sum() - (n - 2) * u - v
+    axes = [i for i in order[::-1] if i != left_out]
+    parts = np.array(ORDER(axes,n))
+    at = np.minimum(parts, n - 1)
+    rho, mu = u - d[at], f[at] - v
+    return gi.packed(splitting_rows(n), kappa=kappa, part=parts, rho=rho, mu=mu).data
+
+
+def ORDER(axes,n):
+    return [*axes[:-1], n, axes[-1]]
 
 
 @gi.helper
@@ -95,7 +92,7 @@ def dilation_coefficients(s: Any) -> Any:
 
 
 @gi.helper
-def turn_and_dilate(i: int, turn: Any, dilation: Any, y: Any, out: Any, clean: bool) -> None:
+def turn_and_dilate(i: int, turn: Any, dilation: Any, y: Any, out: Any) -> None:
     """Write the increment of the flows of ½ R_i over `turn` and of ½ p_i² over `dilation`.
 
     They commute. p_i is constant, and s = p_i · dilation; with w = cosh s + γ_i sinh s ≥ exp(−|s|) ::
@@ -108,12 +105,10 @@ def turn_and_dilate(i: int, turn: Any, dilation: Any, y: Any, out: Any, clean: b
     """
     n = len(y) // 2
     pole, momentum = y[i], y[n + i]
-    defect = gi.fma(-pole, pole, 1.0)
     gg, gp, pp = 0.0 * pole, 0.0 * pole, 0.0 * pole
     for j in range(n):
         if j != i:
             g, p = y[j], y[n + j]
-            defect = gi.fma(-g, g, defect)
             gg += g * g
             gp += g * p
             pp += p * p
@@ -141,13 +136,6 @@ def turn_and_dilate(i: int, turn: Any, dilation: Any, y: Any, out: Any, clean: b
             out[n + j] = p_p * p - p_gamma * g
     out[i] = sinh * gg * inverse
     out[n + i] = 0.0 * momentum
-    if clean:
-        half = 0.5 * (defect * inverse * inverse)
-        back = gp + momentum * pole + lower * defect
-        for j in range(n):
-            g = y[j] + out[j]
-            out[j] = out[j] + half * g
-            out[n + j] = out[n + j] - back * g
 
 
 @gi.helper
@@ -158,17 +146,16 @@ def hamiltonized_flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, wor
     """
     n = len(y) // 2
     rows = splitting_rows(n)
-    size = rows.kappa + rows.axis + rows.rho + rows.mu
+    size = rows.kappa + rows.part + rows.rho + rows.mu
     own = section(params, special_rows(n, size), "splitting")
-    if n > WITHOUT_CIRCLE and k == 0:
+    part = int(section(own, rows, "part")[k])
+    if part == n:
         gi.great_circle(section(own, rows, "kappa")[0] * h, y, out)
     else:
-        at = k - 1 if n > WITHOUT_CIRCLE else k
-        axis = int(section(own, rows, "axis")[at])
-        turn, dilation = section(own, rows, "rho")[at] * h, -section(own, rows, "mu")[at] * h
-        turn_and_dilate(axis, turn, dilation, y, out, n <= WITHOUT_CIRCLE and k == n - 1)
+        turn, dilation = section(own, rows, "rho")[k] * h, -section(own, rows, "mu")[k] * h
+        turn_and_dilate(part, turn, dilation, y, out)
 
 
 def hamiltonized_splitting(n: int) -> gi.Splitting:
     """Return the splitting for the sphere in n dimensions, of n or n + 1 parts."""
-    return gi.Splitting(hamiltonized_flow, n + 1 if n > WITHOUT_CIRCLE else n)
+    return gi.Splitting(hamiltonized_flow, n)
