@@ -93,7 +93,8 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["gauss-3", "rattle-2", "rattle-4", "rattle-kahan-li-6", "gauss-1-suzuki-4"]
+    "name",
+    ["gauss-3", "lobatto-4", "rattle-2", "rattle-4", "rattle-kahan-li-6", "gauss-1-suzuki-4"],
 )
 def test_options_keep_the_rest(name: str) -> None:
     """Order, name and composition."""

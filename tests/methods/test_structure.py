@@ -141,6 +141,7 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
     [
         pytest.param("rattle-2", 0.02, marks=pytest.mark.slow),
         ("rattle-4", 0.05),
+        ("lobatto-5", 0.05),
         pytest.param("rattle-6", 0.1, marks=pytest.mark.slow),
     ],
 )
@@ -378,6 +379,7 @@ ON_MANIFOLDS = {
 SPLIT = ("hamiltonized-3", "hamiltonized-5", "neumann-3", "neumann-5")
 SYMPLECTIC = [
     *((case, name) for name in ("rattle-2", "rattle-4", "rattle-6") for case in ON_MANIFOLDS),
+    *((case, name) for name in ("lobatto-3", "lobatto-8") for case in ON_MANIFOLDS),
     *((case, name) for name in ("verlet-2", "verlet-6") for case in SPLIT),
 ]
 

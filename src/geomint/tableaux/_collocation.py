@@ -38,9 +38,7 @@ def extrapolation(c: tuple[Decimal, ...], b: tuple[Decimal, ...], ratio: float) 
         for b_i, c_i in zip(b, c, strict=True):
             factors = [1 + rho * c_i - c_k for c_k in c]
             products = (prod(factors[:j]) * prod(factors[j + 1 :]) for j in range(len(c)))
-            matrix.append(
-                [float(rho * b_i * p / w) for p, w in zip(products, scaled, strict=True)]
-            )
+            matrix.append([float(rho * b_i * p / w) for p, w in zip(products, scaled, strict=True)])
     return read_only(matrix)
 
 

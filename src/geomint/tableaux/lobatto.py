@@ -97,9 +97,7 @@ class LobattoPair:
         with localcontext(DIGITS):
             rows = [
                 [
-                    sum(
-                        ((HALF + E[i][j]) * b[j] * (HALF - E[k][j]) for j in range(s)), Decimal(0)
-                    )
+                    sum(((HALF + E[i][j]) * b[j] * (HALF - E[k][j]) for j in range(s)), Decimal(0))
                     for k in range(s - 1)
                 ]
                 for i in range(1, s)
