@@ -73,7 +73,7 @@ class Lobatto(Method):
             max_iterations=whole("max_iterations", self.max_iterations, 1),
             name=f"lobatto-{stages}",
             order=2 * stages - 2,
-            step_fraction=0.02 * 1.65 ** (stages - 2),
+            step_fraction=min(0.02 * 1.65 ** (stages - 2), 0.15),
             summary=f"RATTLE with {stages} stages, implicit",
         )
 
@@ -114,8 +114,8 @@ def _lane_coefficients(stages: int, lengths: tuple[float, ...]) -> Mapping[str, 
         {
             "c": spread_vector(pair.c, at, LANES),
             "b": spread_vector(pair.b, at, LANES),
-            "later": spread_vector(1.0 * (number > 0), at, LANES),
-            "last": spread_vector(1.0 * (number == stages - 1), at, LANES),
+            "later": spread_vector(np.where(number > 0, 1.0, 0.0), at, LANES),
+            "last": spread_vector(np.where(number == stages - 1, 1.0, 0.0), at, LANES),
             "mu": spread_columns(pair.mu, at, LANES),
             "nu": spread_columns(pair.nu, at, LANES),
             "impulses": spread_columns(pair.impulses, at, LANES),

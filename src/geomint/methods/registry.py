@@ -34,7 +34,7 @@ _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
 
 @functools.cache
 def methods() -> dict[str, Method]:
-    """Return all named methods: the tableaux', Gauss, Lobatto, RATTLE, Verlet, and those of entry points.
+    """Return all named methods: the tableaux', implicit ones, splittings, those of entry points.
 
     Any symmetric method with the name of a composition appended, such as
     ``gauss-1-suzuki-4``, is a method too.

@@ -1,7 +1,8 @@
 """Coefficients of integration methods, as data: exact, validated, and rounded once.
 
 The registries `RUNGE_KUTTA`, `COMMUTATOR_FREE` and `COMPOSITIONS` map names to frozen records;
-`gauss_legendre` makes the Gauss methods, `lobatto_pair` the pairs of Lobatto IIIA and IIIB. Arrays of binary coefficients are shared and read-only.
+`gauss_legendre` makes the Gauss methods, `lobatto_pair` the pairs of Lobatto IIIA and IIIB. Arrays of
+binary coefficients are shared and read-only.
 """
 
 from ._commutator_free import CommutatorFreeTableau, Flow, flow

@@ -84,7 +84,9 @@ class LobattoPair:
     @cached_property
     def nu(self) -> Array:
         """Ratios ``â_ij / b_j`` in float64, shape (s, s), for p; ``nu[i, j] + mu[j, i] == 1``."""
-        return read_only([[halves_about_half(-x)[0] for x in row] for row in zip(*self.excess)])
+        return read_only(
+            [[halves_about_half(-x)[0] for x in row] for row in zip(*self.excess, strict=True)]
+        )
 
     @cached_property
     def impulses(self) -> Array:

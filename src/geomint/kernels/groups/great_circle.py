@@ -22,7 +22,7 @@ B1, B2, B3, B4, B5, B6 = (1 / math.factorial(2 * k + 2) * (-1) ** k for k in ran
 
 @helper
 def short_series(x: Any, c0: Any, c1: Any, c2: Any, c3: Any, c4: Any, c5: Any, c6: Any) -> Any:
-    """Return ``Σ_k c_k x^k`` for small x, by a tree of multiplications: half as long as Horner's chain."""
+    """Return ``Σ_k c_k x^k`` for small x, by a tree: half as long as Horner's chain."""
     x2 = x * x
     low = fma(x2, fma(x, c3, c2), fma(x, c1, c0))
     return fma(x2 * x2, fma(x2, c6, fma(x, c5, c4)), low)

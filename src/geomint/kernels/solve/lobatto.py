@@ -134,7 +134,7 @@ def lobatto_step(
     by what would move the stages so if G H_pp Gᵀ were the same at all of them. A clock row is
     integrated by Lobatto's quadrature, as a component of q would be.
     """
-    gradients, constraint, clock = functions
+    gradients, constraint, _ = functions
     given = sections(coefficients, lobatto_coefficients(REST))
     cap, tolerance = int(top(given.cap[0])), top(given.tolerance[0])
     clock_rows = int(top(given.clock_rows[0]))
