@@ -141,7 +141,7 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
     [
         pytest.param("rattle-2", 0.02, marks=pytest.mark.slow),
         ("rattle-4", 0.05),
-        ("lobatto-5", 0.05),
+        ("lobatto-3", 0.05),
         pytest.param("rattle-6", 0.1, marks=pytest.mark.slow),
     ],
 )
