@@ -218,7 +218,7 @@ def test_what_is_kept_by_which_method() -> None:
 
 
 def test_rattle_costs_what_pages_say() -> None:
-    """60 to 300 times gauss-8, Lobatto's pair 1 to 4 times: the least of points with no larger error."""
+    """60 to 300 times gauss-8, the pair 1 to 4 times: the least of points with no larger error."""
     ours = ladder("sphere", "gauss-8")
     bounds = {"rattle-4": (60, 300), "rattle-6": (60, 300), "rattle-8": (60, 300)}
     for name, (low, high) in (bounds | {"lobatto-8": (0.7, 4)}).items():
