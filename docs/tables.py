@@ -164,15 +164,12 @@ def on_the_manifold() -> str:
     """Return what symplectic maps on the manifold cost against gauss-8: one state, and means."""
     record = result("on_the_manifold")
     readme, means = record["states"]["readme"], record["means"]
-    rows = [
-        [
-            f"`{method}`",
-            str(readme["steps"][method]),
-            *(f"{readme[kind][method] / readme[kind]['gauss-8']:.2g}" for kind in means),
-            *(f"{mean[method]:.2g}" for mean in means.values()),
-        ]
-        for method in readme["steps"]
-    ]
+    rows = []
+    for method, steps in readme["steps"].items():
+        ratios = [readme[kind][method] / readme[kind]["gauss-8"] for kind in means]
+        ratios += [mean[method] for mean in means.values()]
+        times = [f"{x:.1f}" if x < 10 else f"{x:.0f}" for x in ratios]
+        rows.append([f"`{method}`", str(steps), *times])
     heads = ["method", "steps", "call", "steps alone", "nine states: call", "steps alone"]
     return _table(heads, rows)
 
