@@ -156,8 +156,10 @@ def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     ):
         names = [*problem.invariants, *problem.constraints]
         sol = gi.solve(problem, y0, t_end=h * STEPS, step=h, method=name, observe=names)
+        # Between two moving points, of scale 5.2, all stages of a pair leave a little more.
+        bound = (16 if name.startswith("lobatto") else 8) * EPSILON
         for quantity in problem.constraints:
-            assert sol.drift[quantity].max_abs_error <= 8 * EPSILON, sol.drift[quantity]
+            assert sol.drift[quantity].max_abs_error <= bound, sol.drift[quantity]
         if "angular-momentum" in problem.invariants:
             assert_no_drift(sol.drift["angular-momentum"], 1.0)
             irregular = problem is frame  # noise to the rule: a small trend is not excluded
