@@ -160,6 +160,20 @@ def elsewhere() -> dict[str, str]:
     return {"elsewhere_errors": " and ".join(errors).replace("e-0", "e-")}
 
 
+def on_the_manifold() -> str:
+    """Return what symplectic maps on the manifold cost against gauss-8: one state, and means."""
+    record = result("on_the_manifold")
+    readme, means = record["states"]["readme"], record["means"]
+    rows = []
+    for method, steps in readme["steps"].items():
+        ratios = [readme[kind][method] / readme[kind]["gauss-8"] for kind in means]
+        ratios += [mean[method] for mean in means.values()]
+        times = [f"{x:.1f}" if x < 10 else f"{x:.0f}" for x in ratios]
+        rows.append([f"`{method}`", str(steps), *times])
+    heads = ["method", "steps", "call", "steps alone", "nine states: call", "steps alone"]
+    return _table(heads, rows)
+
+
 def short_runs() -> dict[str, str]:
     """Return what short calls cost, in microseconds."""
     found = result("short_runs")["microseconds"]
@@ -619,6 +633,8 @@ def substitutions() -> dict[str, str]:
         "methods_sphere": methods("sphere"),
         "methods_rkmk": methods("rkmk"),
         "methods_machine": measured_on(result("method_tables")),
+        "on_the_manifold": on_the_manifold(),
+        "on_the_manifold_machine": measured_on(result("on_the_manifold")),
         "splittings": splittings(),
         "plan_scenes": plan_scenes(),
         "plan_rules": plan_rules(),

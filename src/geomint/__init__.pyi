@@ -55,6 +55,7 @@ from .methods.composition import Compose as Compose
 from .methods.exact import Exact as Exact
 from .methods.explicit import RungeKutta as RungeKutta
 from .methods.gauss import Gauss as Gauss
+from .methods.lobatto import Lobatto as Lobatto
 from .methods.method import Method as Method
 from .methods.rattle import Rattle as Rattle
 from .methods.registry import (
@@ -171,6 +172,7 @@ __all__ = [
     "Hamiltonian",
     "Histogram",
     "Integrator",
+    "Lobatto",
     "Lyapunov",
     "Measure",
     "Method",

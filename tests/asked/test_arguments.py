@@ -427,7 +427,8 @@ BELOW = {
     "event": {"function", "options"},  # tested in tests/methods/test_events.py
 }
 FAMILIES = (
-    "Adaptive", "CommutatorFree", "Compose", "Gauss", "RKMK", "Rattle", "RungeKutta", "Verlet",
+    "Adaptive", "CommutatorFree", "Compose", "Gauss", "Lobatto", "RKMK", "Rattle", "RungeKutta",
+    "Verlet",
 )  # fmt: skip
 READINGS = ("Exponents", "Histogram", "Reading", "SectionPoints", "Windows")
 # All but the families: tests/ensemble.

@@ -22,7 +22,7 @@ BOTH = {  # two values of every option
     "max_step": (math.inf, 0.01),
     "max_steps": (10**8, 7),
 }
-MAKERS = {"adaptive": (gi.RungeKutta, gi.RKMK), "implicit": (gi.Gauss, gi.Rattle)}
+MAKERS = {"adaptive": (gi.RungeKutta, gi.RKMK), "implicit": (gi.Gauss, gi.Lobatto, gi.Rattle)}
 
 ON_SPHERE, BODY = sphere_metric.problem(), pulsating_body.problem()
 STARTS = {

@@ -18,7 +18,7 @@ HENON = henon_heiles.problem()
 STATES = np.random.default_rng(7).uniform(-0.2, 0.2, (21, 4))
 
 LANES = ("rk-4", "dop853", "cf-4", "cg-3", "rkmk-4", "rkmk-cayley-4", "verlet-2", "verlet-6")
-ALONE = ("gauss-2", "gauss-8", "rattle-2", "gauss-1-suzuki-4")
+ALONE = ("gauss-2", "gauss-8", "rattle-2", "lobatto-4", "gauss-1-suzuki-4")
 FAST = ("hamiltonized-n3", "ball-3d", "neumann-n3")
 SLOW = ("sphere-n3", "ball-poisson", "veselova-n4", "rolling-ball-n3")
 PAIRS = [

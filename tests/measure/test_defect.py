@@ -36,6 +36,7 @@ def observed(problem: gi.Problem, name: str, y0, h: float, steps: int = 1, **opt
         ("rkmk-4", "pulsating-body", 0.2),
         ("rattle-2", "double-pendulum", 0.05),
         ("rattle-4", "spherical-pendulum", 0.1),
+        ("lobatto-3", "spherical-pendulum", 0.1),
     ],
 )
 def test_defect_is_the_definition(name: str, problem: str, h: float) -> None:

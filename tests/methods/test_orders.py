@@ -23,8 +23,10 @@ from mpmath import mp
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block, section
 from geomint.kernels.solve.gauss import gauss_coefficients
+from geomint.kernels.solve.lobatto import lobatto_coefficients
 from geomint.methods import Method, Start, find_method, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
+from geomint.methods.lobatto import lane_positions as lobatto_positions
 from geomint.methods.stepper import Stepper
 from geomint.problems.testproblems import (
     abc_flow,
@@ -42,6 +44,7 @@ from geomint.tableaux import (
     RUNGE_KUTTA,
     Composition,
     gauss_legendre,
+    lobatto_pair,
 )
 
 T_END = 2.0
@@ -197,7 +200,8 @@ def plain_start(method: Method, problem: gi.Problem, y0: np.ndarray) -> Stepper:
     return method.start(Start(problem, y0, 0.0, 1.0, compiled=False))
 
 
-IN_LONGDOUBLE = [name for name in NAMES if find_method(name).order == 10 and name != "gauss-5"]
+SOLVED = ("gauss-5", "lobatto-6")  # in many digits, below
+IN_LONGDOUBLE = [name for name in NAMES if find_method(name).order == 10 and name not in SOLVED]
 
 
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="longdouble is float64 here")
@@ -335,6 +339,46 @@ def test_order_in_many_digits(stages: int) -> None:
     """Gauss methods up to order 32, against Taylor series."""
     found = gauss_slopes(stages, (14, 15, 16) if stages < 14 else (16, 17, 18))
     assert found == pytest.approx([2 * stages] * 2, abs=0.2), found
+
+
+def lobatto_end(stages: int, steps: int, spoil: Any = 0) -> np.ndarray:
+    """The end of a run of a Lobatto pair in mpmath numbers, coefficients and all."""
+    problem, y0 = cases("hamiltonian")[0]
+    plain = plain_start(gi.Lobatto(stages, max_iterations=1000), problem, y0)
+    stepper = extended(plain, mp.mpf, mp.mpf(T_END) / steps)
+    pair, at, layout = lobatto_pair(stages), lobatto_positions(stages), lobatto_coefficients(1)
+    nodes, weights = ([mp.mpf(str(x)) for x in row] for row in (pair.nodes, pair.weights))
+    for name, values in (("c", nodes), ("b", weights)):
+        section(stepper.coefficients, layout, name).data[at] = values
+    mu = np.array([[mp.mpf("0.5") + mp.mpf(str(x)) for x in row] for row in pair.excess])
+    mu[1, 1] += spoil
+    for name, values in (("mu", mu), ("nu", 1 - mu.T)):
+        matrix = np.full((8, 8), mp.mpf(0), dtype=object)
+        matrix[np.ix_(at, at)] = values
+        section(stepper.coefficients, layout, name).data[:] = matrix.T.ravel()
+    q = stepper.memory.data[: len(y0) // 2]
+    q[:] = q / mp.sqrt(q @ q)  # on the sphere in all digits, where all later states are
+    return np.array(end_of(stepper, steps))
+
+
+def lobatto_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list[float]:
+    with mp.workdps(40):
+        *ends, fine = [lobatto_end(stages, n, spoil) for n in (*counts, 3 * counts[-1])]
+        return slopes(counts, [np.max(np.abs(end - fine)) for end in ends])
+
+
+@pytest.mark.parametrize("stages", [*(pytest.param(s, marks=pytest.mark.slow) for s in (6, 7)), 8])
+def test_order_of_lobatto_pairs_in_many_digits(stages: int) -> None:
+    """Up to order 14, against three times as many steps."""
+    found = lobatto_slopes(stages, (14, 16, 18))
+    assert found == pytest.approx([2 * stages - 2] * 2, abs=0.3), found
+
+
+@pytest.mark.slow
+def test_a_spoiled_pair_is_noticed() -> None:
+    """The 14th digit of a coefficient; the pair stays symplectic."""
+    found = lobatto_slopes(7, (14, 16, 18), mp.mpf(10) ** -14)
+    assert found != pytest.approx([12] * 2, abs=0.3)
 
 
 def rkmk_end(coordinates: str, index: int, steps: int) -> list[Any]:

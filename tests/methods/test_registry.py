@@ -45,7 +45,7 @@ def test_what_a_method_states(name: str) -> None:
     assert 0.0 < method.step_fraction <= 1.0
     assert method.summary
     assert method.reference
-    assert method.symplectic is (name.startswith(("gauss", "rattle", "verlet")))
+    assert method.symplectic is (name.startswith(("gauss", "lobatto", "rattle", "verlet")))
     assert method.symmetric is method.symplectic
 
 
@@ -93,7 +93,8 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["gauss-3", "rattle-2", "rattle-4", "rattle-kahan-li-6", "gauss-1-suzuki-4"]
+    "name",
+    ["gauss-3", "lobatto-4", "rattle-2", "rattle-4", "rattle-kahan-li-6", "gauss-1-suzuki-4"],
 )
 def test_options_keep_the_rest(name: str) -> None:
     """Order, name and composition."""

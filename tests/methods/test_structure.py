@@ -141,6 +141,7 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
     [
         pytest.param("rattle-2", 0.02, marks=pytest.mark.slow),
         ("rattle-4", 0.05),
+        ("lobatto-3", 0.05),
         pytest.param("rattle-6", 0.1, marks=pytest.mark.slow),
     ],
 )
@@ -155,8 +156,10 @@ def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     ):
         names = [*problem.invariants, *problem.constraints]
         sol = gi.solve(problem, y0, t_end=h * STEPS, step=h, method=name, observe=names)
+        # Between two moving points, of scale 5.2, all stages of a pair leave a little more.
+        bound = (16 if name.startswith("lobatto") else 8) * EPSILON
         for quantity in problem.constraints:
-            assert sol.drift[quantity].max_abs_error <= 8 * EPSILON, sol.drift[quantity]
+            assert sol.drift[quantity].max_abs_error <= bound, sol.drift[quantity]
         if "angular-momentum" in problem.invariants:
             assert_no_drift(sol.drift["angular-momentum"], 1.0)
             irregular = problem is frame  # noise to the rule: a small trend is not excluded
@@ -378,6 +381,7 @@ ON_MANIFOLDS = {
 SPLIT = ("hamiltonized-3", "hamiltonized-5", "neumann-3", "neumann-5")
 SYMPLECTIC = [
     *((case, name) for name in ("rattle-2", "rattle-4", "rattle-6") for case in ON_MANIFOLDS),
+    *((case, name) for name in ("lobatto-3", "lobatto-8") for case in ON_MANIFOLDS),
     *((case, name) for name in ("verlet-2", "verlet-6") for case in SPLIT),
 ]
 

@@ -108,7 +108,7 @@ def test_methods(name: str, problem: str) -> None:
     assert method.order + 0.4 < order < method.order + 2.3
 
 
-@pytest.mark.parametrize("name", ["rk-4", "gauss-1", "rattle-2", "verlet-2"])
+@pytest.mark.parametrize("name", ["rk-4", "gauss-1", "rattle-2", "verlet-2", "lobatto-4"])
 def test_against_plain_products(name: str) -> None:
     """DΦ of one step, canonical form and projections in numpy."""
     p = gi.load_scene("hamiltonized-n3").problem
@@ -148,7 +148,7 @@ def test_units() -> None:
     assert two.max_abs_error == pytest.approx(one.max_abs_error, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["gauss-4", "rattle-2", "verlet-2"])
+@pytest.mark.parametrize("name", ["gauss-4", "rattle-2", "verlet-2", "lobatto-4"])
 def test_special_states(name: str) -> None:
     """At rest, at an equilibrium, backwards, huge and tiny momenta."""
     p, y0 = PROBLEMS["neumann"]

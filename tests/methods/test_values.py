@@ -22,6 +22,7 @@ VALUES = [
     gi.Gauss(8, tolerance=2.0**-56),
     gi.Gauss(8, max_iterations=7),
     gi.Rattle(tolerance=1e-9),
+    gi.Lobatto(5, max_iterations=12),
     gi.Compose(gi.Rattle(tolerance=1e-9), 4),
     gi.Adaptive(gi.RKMK("dop853", "cayley"), rtol=1e-6, max_step=0.5, max_steps=10),
     gi.RungeKutta(MINE),

@@ -6,6 +6,7 @@ from .composition import Compose
 from .exact import Exact
 from .explicit import RungeKutta
 from .gauss import Gauss
+from .lobatto import Lobatto
 from .method import Method, Start
 from .rattle import Rattle
 from .registry import find_method, find_solver, method_names, methods
@@ -19,6 +20,7 @@ __all__ = [
     "Compose",
     "Exact",
     "Gauss",
+    "Lobatto",
     "Method",
     "Rattle",
     "RungeKutta",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 from collections import namedtuple
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +14,13 @@ from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD
+from ..kernels.compiling.signatures import FIELD, Signature
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
 from ..problems.spaces.repair import warn
 
-__all__ = ["lane_field", "no_clock"]
+__all__ = ["lane_field", "no_clock", "takes_lanes"]
 
 
 Work = namedtuple("Work", "y out work padding")
@@ -58,37 +60,53 @@ def lane_field(
 
     One that takes a number at a time is called for lane after lane, with a warning that says why.
     """
-    f = field.recorded
-    if f.made(_compiles_for_lanes) if compiled else _runs_on_lanes(f, Block(params), y, work):
+    f, out, scratch = field.recorded, np.zeros(len(y)), np.zeros(work)
+    if takes_lanes(field, params, compiled, y=y, out=out, work=scratch):
         return field.in_lanes, work
     return _adapted(f, len(y), work).in_lanes, sum(_adapter_work(len(y), work)) // LANES
 
 
-def _compiles_for_lanes(f: Recorded) -> bool:
-    field = Bound(f, FIELD)
-    try:
-        field.entry(number_type=LANE)
-        return True
-    except Exception as error:
-        reason = reason_of(error.__cause__ or error, f)
-    field.entry(number_type=SCALAR)  # a field that compiles for neither is wrong
-    warn(
-        f"field {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
-        f"{reason}; see geomint.field"
-    )
-    return False
+def takes_lanes(
+    f: Bound, params: npt.NDArray[np.float64], compiled: bool, **blocks: npt.NDArray[np.float64]
+) -> bool:
+    """Tell whether a function takes eight numbers at once; if not, warn and say why.
 
-
-def _runs_on_lanes(f: Recorded, params: Block, y: npt.NDArray[np.float64], work: int) -> bool:
-    """Tell whether a bound field, in plain Python, takes lane values."""
-    lanes = LaneBlock(np.repeat(y[:, None], LANES, axis=1))
-    out, scratch = (LaneBlock(np.zeros((size, LANES))) for size in (len(y), work))
+    `blocks` are what it is tried on in plain Python, by name.
+    """
+    if compiled:
+        found: bool = f.recorded.made(_tests(f.signature))
+        return found
+    values: dict[str, Any] = {"params": Block(params), "t": Lanes(np.zeros(LANES))}
+    for name, numbers in blocks.items():
+        values[name] = LaneBlock(np.repeat(numbers[:, None], LANES, axis=1))
     try:
         with np.errstate(all="ignore"):
-            f(params, Lanes(np.zeros(LANES)), lanes, out, scratch)
+            f.recorded(*(values[name] for name, _ in f.signature.arguments))
     except (TypeError, ValueError):
         return False
     return True
+
+
+@functools.cache
+def _tests(signature: Signature) -> Callable[[Recorded], bool]:
+    """Return what tells of a function of that signature whether it compiles for lanes."""
+
+    def compiles_for_lanes(f: Recorded) -> bool:
+        bound = Bound(f, signature)
+        try:
+            bound.entry(number_type=LANE)
+            return True
+        except Exception as error:
+            reason = reason_of(error.__cause__ or error, f)
+        bound.entry(number_type=SCALAR)  # a function that compiles for neither is wrong
+        what = "field" if signature is FIELD else "function"
+        warn(
+            f"{what} {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
+            f"{reason}; see geomint.field"
+        )
+        return False
+
+    return compiles_for_lanes
 
 
 @Recorded

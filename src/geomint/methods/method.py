@@ -273,7 +273,7 @@ _SAID = ("name", "order", "needs", "step_fraction")
 FITTING = {
     "field": "gauss-8, dop853, rk-4",
     "action": "cf-4, rkmk-4",
-    "hamiltonian": "rattle-2, rattle-4, rattle-6",
+    "hamiltonian": "lobatto-8, rattle-2, rattle-4",
     "splitting": "verlet-2, verlet-4, verlet-6",
 }
 

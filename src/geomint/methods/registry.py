@@ -7,13 +7,20 @@ import warnings
 from importlib.metadata import entry_points
 
 from ..errors import GeomintWarning, MethodError, nearest, quoted
-from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, DEFAULT_COMPOSITION, RUNGE_KUTTA
+from ..tableaux import (
+    COMMUTATOR_FREE,
+    COMPOSITIONS,
+    DEFAULT_COMPOSITION,
+    MAX_LOBATTO_STAGES,
+    RUNGE_KUTTA,
+)
 from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose
 from .exact import NO_STEPS, Exact
 from .explicit import RungeKutta
 from .gauss import Gauss
+from .lobatto import Lobatto
 from .method import Method, checked_method
 from .rattle import Rattle
 from .rkmk import RKMK
@@ -27,7 +34,7 @@ _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
 
 @functools.cache
 def methods() -> dict[str, Method]:
-    """Return all named methods: the tableaux', Gauss, RATTLE, Verlet, and those of entry points.
+    """Return all named methods: the tableaux', implicit ones, splittings, those of entry points.
 
     Any symmetric method with the name of a composition appended, such as
     ``gauss-1-suzuki-4``, is a method too.
@@ -39,6 +46,7 @@ def methods() -> dict[str, Method]:
         own += [Adaptive(RungeKutta(name)), Adaptive(RKMK(name)), Adaptive(RKMK(name, "cayley"))]
     own += [CommutatorFree(name) for name in COMMUTATOR_FREE]
     own += [Gauss(s) for s in range(1, 17)]
+    own += [Lobatto(s) for s in range(3, MAX_LOBATTO_STAGES + 1)]
     for base in (Rattle(), Verlet()):
         own += [base, *(Compose(base, order) for order in DEFAULT_COMPOSITION)]
     found = {method.name: method for method in own}

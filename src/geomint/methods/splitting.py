@@ -11,6 +11,7 @@ from ..kernels.solve.splitting import (
     splitting_stepper,
     splitting_work,
 )
+from ..problems.time_scale import names_time
 from .bound_forms import splitting_of
 from .method import Method, Start
 from .stepper import Stepper
@@ -49,7 +50,14 @@ class Verlet(Method):
             s.y0,
             kernel=splitting_stepper(),
             functions=functions,
-            coefficients=packed(SPLITTING, rows=rows, parts=parts, clock_rows=clock),
+            coefficients=packed(
+                SPLITTING,
+                rows=rows,
+                parts=parts,
+                clock_rows=clock,
+                substeps=len(s.lengths),
+                merged=float(not names_time(s.problem)),
+            ),
             memory=splitting_memory(rows, clock),
             work=splitting_work(rows, s.problem.work),
             evaluations=2 * parts - 1,

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
+from decimal import Decimal, localcontext
 from fractions import Fraction
 from functools import cached_property
-from math import isfinite, prod
 from typing import Literal
 
 import numpy as np
 
+from ._collocation import DIGITS, HALF, extrapolation, halves, halves_about_half
 from ._exact import Array, Row, read_only
 from ._tableau import Tableau
 
-__all__ = ["DIGITS", "HALF", "GaussTableau"]
+__all__ = ["GaussTableau"]
 
-DIGITS = Context(prec=60, rounding=ROUND_HALF_EVEN)
-HALF = Decimal("0.5")
 _TABLEAU_TOLERANCE = Fraction(1, 10**45)
 
 
@@ -126,23 +124,7 @@ class GaussTableau:
         ndarray, shape (s, s)
             P, each entry rounded once.
         """
-        if not isfinite(ratio):
-            raise ValueError(f"the ratio of two steps must be finite, got {ratio}")
-        c, b = self.nodes, self.weights
-        with localcontext(DIGITS):
-            rho = Decimal(ratio)
-            scaled = [
-                b_j * prod(c_j - c_k for k, c_k in enumerate(c) if k != j)
-                for j, (b_j, c_j) in enumerate(zip(b, c, strict=True))
-            ]
-            matrix = []
-            for b_i, c_i in zip(b, c, strict=True):
-                factors = [1 + rho * c_i - c_k for c_k in c]
-                products = (prod(factors[:j]) * prod(factors[j + 1 :]) for j in range(len(c)))
-                matrix.append(
-                    [float(rho * b_i * p / w) for p, w in zip(products, scaled, strict=True)]
-                )
-        return read_only(matrix)
+        return extrapolation(self.nodes, self.weights, ratio)
 
     @cached_property
     def between(self) -> Array:
@@ -197,9 +179,9 @@ class GaussTableau:
     def _splits(self) -> dict[str, tuple[Array, Array]]:
         """High and low parts of all coefficients."""
         with localcontext(DIGITS):
-            b = [_halves(x) for x in self.weights]
-            c = [_halves_about_half(x - HALF) for x in self.nodes]
-            mu = [[_halves_about_half(x) for x in e] for e in self.skew]
+            b = [halves(x) for x in self.weights]
+            c = [halves_about_half(x - HALF) for x in self.nodes]
+            mu = [[halves_about_half(x) for x in e] for e in self.skew]
         pairs = {"b": np.array(b), "c": np.array(c), "mu": np.array(mu)}
         return {name: (read_only(x[..., 0]), read_only(x[..., 1])) for name, x in pairs.items()}
 
@@ -214,15 +196,3 @@ def _integrals(nodes: Array, ends: Array) -> Array:
         values = np.prod((places[..., None] - others) / (node - others), axis=-1)
         columns.append(0.5 * ends * (values @ weights))
     return np.stack(columns, axis=1)
-
-
-def _halves(x: Decimal) -> tuple[float, float]:
-    """Return the float64 nearest to x and the rounded remainder."""
-    hi = float(x)
-    return hi, float(x - Decimal(hi))
-
-
-def _halves_about_half(e: Decimal) -> tuple[float, float]:
-    """Split ``1/2 + e`` so that the parts for e and -e add up to 1 and 0 exactly."""
-    hi, lo = _halves(HALF + abs(e))
-    return (hi, lo) if e >= 0 else (1.0 - hi, -lo)

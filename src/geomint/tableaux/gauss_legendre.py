@@ -24,7 +24,8 @@ from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 from functools import cache
 from math import cos, pi
 
-from ._gauss_tableau import DIGITS, HALF, GaussTableau
+from ._collocation import DIGITS, HALF, legendre
+from ._gauss_tableau import GaussTableau
 
 __all__ = ["MAX_GAUSS_STAGES", "gauss_legendre"]
 
@@ -55,7 +56,7 @@ def gauss_legendre(stages: int) -> GaussTableau:
         middle = [HALF] if stages % 2 else []
         c = (*below, *middle, *(1 - x for x in reversed(below)))
         x = [2 * c_i - 1 for c_i in c]
-        P = [_legendre(x_i, stages) for x_i in x]
+        P = [legendre(x_i, stages) for x_i in x]
         b = tuple((1 - x_i * x_i) / (stages * P_i[-2]) ** 2 for x_i, P_i in zip(x, P, strict=True))
         G = [[_half_integral(x_i, P_i, P_j) for P_j in P] for x_i, P_i in zip(x, P, strict=True)]
         # Half the difference of G and its transpose is G up to the last digits, and exactly skew.
@@ -67,17 +68,9 @@ def _node(i: int, stages: int) -> Decimal:
     """Return the i-th node (1 + x)/2, P_s(x) = 0, to 50 digits."""
     x = Decimal(-cos(pi * (i + 0.75) / (stages + 0.5)))  # three digits or more, by asymptotics
     for _ in range(5):  # of Newton's method: every one doubles the digits
-        P = _legendre(x, stages)
+        P = legendre(x, stages)
         x -= P[-1] * (1 - x * x) / (stages * (P[-2] - x * P[-1]))
     return _NODE_DIGITS.plus((1 + x) / 2)
-
-
-def _legendre(x: Decimal, degree: int) -> list[Decimal]:
-    """Return P_0(x), ..., P_degree(x) by the three-term recurrence."""
-    P = [Decimal(1), x]
-    for k in range(1, degree):
-        P.append(((2 * k + 1) * x * P[k] - k * P[k - 1]) / (k + 1))
-    return P
 
 
 def _half_integral(x: Decimal, P: Sequence[Decimal], Q: Sequence[Decimal]) -> Decimal:

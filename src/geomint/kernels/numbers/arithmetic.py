@@ -215,6 +215,8 @@ def total(x: Any) -> Any:
 def epsilon(x: Any) -> float:
     """Return the relative spacing of numbers of the cls of `x`; 2⁻⁵² for float64 and lanes."""
     dtype = getattr(x, "dtype", None)
-    if dtype is not None and dtype != np.object_:
-        return float(np.finfo(dtype).eps)
+    if dtype is not None:
+        if dtype != np.object_:
+            return float(np.finfo(dtype).eps)
+        x = np.ravel(x)[0]
     return float(getattr(getattr(x, "context", None), "eps", 2.0**-52))

@@ -1,0 +1,93 @@
+"""The Hamiltonian form for eight numbers at once, also of functions that take one at a time."""
+
+from __future__ import annotations
+
+import functools
+from collections import namedtuple
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
+from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.recorded import Recorded
+from ..kernels.compiling.signatures import CONSTRAINT, GRADIENTS, VALUE
+from ..kernels.numbers.arithmetic import lane
+from ..kernels.numbers.blocks import as_singles, part, section, sections, set_lane
+from ..kernels.numbers.lanes import LANES
+from .binding import takes_lanes
+from .bound_forms import hamiltonian_of
+from .method import Start
+
+__all__ = ["lane_hamiltonian"]
+
+Work = namedtuple("Work", "q p first second work result")
+
+
+def lane_hamiltonian(s: Start) -> tuple[tuple[Bound, ...], int, int, int]:
+    """Return (gradients, constraint, clock), all in lanes; n, m, and lane values of scratch."""
+    functions, n, m = hamiltonian_of(s)
+    work, params, q, p = s.problem.work, s.problem.params, s.y0[:n], s.y0[n:]
+    out, scratch = np.zeros(n), np.zeros(work)
+    blocks: tuple[dict[str, Array], ...] = (
+        {"q": q, "p": p, "dq": out, "dp": out},
+        {"q": q, "g": np.zeros(m), "G": np.zeros(m * n)},
+        {"y": s.y0},
+    )
+    fit = [
+        takes_lanes(f, params, s.compiled, work=scratch, **given)
+        for f, given in zip(functions, blocks, strict=True)
+    ]
+    if all(fit):
+        return tuple(f.in_lanes for f in functions), n, m, work
+    layout = _adapter_work(n, m, work)
+    adapted = _adapted(*(f.recorded for f in functions), layout)
+    return tuple(f.in_lanes for f in adapted), n, m, sum(layout) // LANES
+
+
+def _adapter_work(n: int, m: int, work: int) -> Work:
+    """Return the layout of scratch for a function of one state, and for a lane value of results."""
+    results = max(n, m * n)
+    used = 2 * n + 2 * results + work
+    return Work(n, n, results, results, work + -used % LANES, LANES)
+
+
+@functools.cache
+def _adapted(
+    gradients: Recorded, constraint: Recorded, clock: Recorded, layout: Work
+) -> tuple[Bound, ...]:
+    """Make functions for lanes of functions that compile for float64 only: lane after lane."""
+
+    def lane_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, work: Any) -> None:
+        q1, p1, dq1, dp1, work1, _ = sections(as_singles(work), layout)
+        for i in range(LANES):
+            for r in range(len(q)):
+                q1[r] = lane(q[r], i)
+                p1[r] = lane(p[r], i)
+            gradients(params, lane(t, i), q1, p1, dq1, dp1, work1)
+            for r in range(len(q)):
+                set_lane(dq, r, i, dq1[r])
+                set_lane(dp, r, i, dp1[r])
+
+    def lane_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
+        q1, _, g1, G1, work1, _ = sections(as_singles(work), layout)
+        for i in range(LANES):
+            for r in range(len(q)):
+                q1[r] = lane(q[r], i)
+            constraint(params, q1, g1, G1, work1)
+            for r in range(len(g)):
+                set_lane(g, r, i, g1[r])
+            for r in range(len(G)):
+                set_lane(G, r, i, G1[r])
+
+    def lane_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
+        singles, last = as_singles(work), len(work) - 1
+        y1, work1 = part(singles, 0, len(y)), section(singles, layout, "work")
+        for i in range(LANES):
+            for r in range(len(y)):
+                y1[r] = lane(y[r], i)
+            set_lane(work, last, i, clock(params, lane(t, i), y1, work1))
+        return work[last]
+
+    made = ((lane_gradients, GRADIENTS), (lane_constraint, CONSTRAINT), (lane_clock, VALUE))
+    return tuple(Bound(Recorded(f), signature) for f, signature in made)
