@@ -28,6 +28,7 @@ from ..initial_states import initial_tangent, multiplier
 from ..integrable import factors, special_parameters
 from ..manifold import Array, wedge
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
+from .path import integrated_path
 
 __all__ = ["hamiltonized_problem"]
 
@@ -167,6 +168,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         make_state=make_state,
         make_random=gi.TangentSphere(n).random,
         make_exact=exact_sphere(inertia.a, D, False),
+        make_path=integrated_path(inertia, D, physical),
         physical=physical,
         parameters=parameters_of(inertia, D),
     )

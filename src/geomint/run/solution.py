@@ -16,6 +16,7 @@ from ..methods.exact import Exact
 from ..problems.shown import Shown
 from .dense import DenseOutput, Output
 from .exact.dense import ExactOutput
+from .pictures import Pictures
 from .provenance import run_provenance
 from .result import Result
 from .stored import StoredMethod, StoredProblem
@@ -28,7 +29,7 @@ __all__ = ["Solution"]
 
 
 @dataclass(repr=False, eq=False)
-class Solution(Shown, Result):
+class Solution(Shown, Pictures, Result):
     """The result of `geomint.solve`.
 
     Attributes
