@@ -55,7 +55,7 @@ def integrated_path(
     """
     if inertia.n != 3:
         return None
-    inverse = np.linalg.inv(_tensor(inertia) + D * np.eye(3))
+    inverse: Array = np.linalg.inv(_tensor(inertia) + D * np.eye(3))
 
     def path(t: Array, states: Array) -> gi.BodyPath:
         found = [physical(y) for y in states]

@@ -145,7 +145,9 @@ def draw_plane(
     axes: Axes, points: Array, labels: tuple[str, str], joined: bool, equal: bool = False
 ) -> None:
     """Draw a path in a plane; `equal`: a unit is as long to the right as upwards."""
-    style = {"linewidth": 0.8} if joined else {"linestyle": "none", "marker": ".", "markersize": 3}
+    style: dict[str, Any] = {"linewidth": 0.8}
+    if not joined:
+        style = {"linestyle": "none", "marker": ".", "markersize": 3}
     axes.plot(*points.T, color=COLOURS[0], rasterized=len(points) > 20_000, **style)
     if joined:
         _ends(axes, points)

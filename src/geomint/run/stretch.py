@@ -8,7 +8,7 @@ states that are too far apart are points, of which pictures say so.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..problems.problem import Time
 from .variables import time_of
 
 if TYPE_CHECKING:
+    from .dense import Output
     from .result import Result
     from .solution import Solution
 
@@ -27,6 +28,7 @@ __all__ = ["MOST", "Stretch", "stretch_of", "with_times"]
 
 NEAR = 1.0 / 250.0  # of the range of a piece: as far as a joining line may be from the motion
 MOST = 8_000  # samples of a picture: some hundred turns
+FEW_STEPS = 50_000  # of a run: states after them are looked at for lines
 COARSE = 400  # intervals of a stretch to begin with
 TRIED = 512  # of them, by which their length is found
 FINEST = 1.0 / 16.0  # of a step: a method's step resolves its motion
@@ -58,6 +60,10 @@ class Stretch:
     states: Array
     joined: bool
     note: str = ""
+
+    def lifted(self, lift: Callable[[Array], Array]) -> Stretch:
+        """Return the same motion in other states, which a map of states gives."""
+        return replace(self, states=lift(self.states))
 
 
 def stretch_of(solution: Solution, span: Any = None) -> Stretch:
@@ -123,6 +129,10 @@ def _of_dense(solution: Solution, time: Time, span: Any) -> Stretch:
     if first == last:
         raise DomainError("span", span, "a run that has taken a step")
     begin, end = _span(span, first, last, time)
+    if span is None and 5 <= len(output.times) <= FEW_STEPS:
+        by_steps = _of_steps(output, time)
+        if by_steps is not None:
+            return by_steps
     at = _dense(solution, time)
     smallest = abs(solution.step_sizes.min) or abs(end - begin) / COARSE
     if time == "t" and output.clock:
@@ -140,6 +150,28 @@ def _of_dense(solution: Solution, time: Time, span: Any) -> Stretch:
     times = _grid(begin, end, length, spacing, shown)
     note = "" if whole else f"the first {shown * spacing / length:.2g} of it"
     return _samples(solution, time, times, note)
+
+
+def _of_steps(output: Output, time: Time) -> Stretch | None:
+    """Return the states after steps, if lines may join them and nothing more need be found."""
+    rows = output.problem.rows
+    known = output.states[:, -1] if time == "t" and output.clock else output.times
+    chosen = _thinned(known, output.states[:, :rows], np.arange(len(known)))
+    if chosen is None or len(chosen) > MOST:
+        return None
+    return Stretch(time, known[chosen], output.times[chosen], output.states[chosen, :rows], True)
+
+
+def _thinned(times: Array, states: Array, rows: npt.NDArray[np.int64]) -> Any:
+    """Return as few of the rows as lines may join, or None where all of them are too few."""
+    if not _joined(times[rows], states[rows]):
+        return None
+    while len(rows) > COARSE:
+        fewer = np.unique(np.append(rows[::2], rows[-1]))
+        if not _joined(times[fewer], states[fewer]):
+            break
+        rows = fewer
+    return rows
 
 
 def _samples(solution: Solution, time: Time, times: Array, note: str = "") -> Stretch:
@@ -192,9 +224,9 @@ def _of_saved(solution: Solution, time: Time, span: Any) -> Stretch:
     rows = np.flatnonzero(inside)
     if len(rows) < 2:
         raise DomainError("span", span, more)
-    joined = _joined(known[rows], solution.y[rows])
-    while joined and len(rows) > COARSE and _joined(known[rows[::2]], solution.y[rows[::2]]):
-        rows = np.unique(np.append(rows[::2], rows[-1]))
+    fewer = _thinned(known, solution.y, rows)
+    joined = fewer is not None
+    rows = fewer if joined else rows
     note, count = "", len(rows)
     if joined and count > MOST:
         rows, note = rows[:MOST], f"the first {MOST / count:.2g} of it"
