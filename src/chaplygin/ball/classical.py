@@ -248,6 +248,10 @@ def classical_problem(
     group, frame = gi.so3(5 if attitude else 2), space.slices.get("g")
     return gi.Problem(
         name="classical-ball",
+        equations=(
+            "k̇ = k × ω,  γ̇ = γ × ω",
+            "k = Iω + Dω − D(ω, γ)γ",
+        ),
         space=space,
         params=params.data,
         field=forms["field"],

@@ -135,6 +135,10 @@ def contact_problem(
 
     return gi.Problem(
         name="ball-with-contact",
+        equations=(
+            "k̇ = [k, ω],  γ̇ = −ωγ,  ġ = gω,  ṙ = ρ gωγ",
+            "k = Iω + D(ωγγᵀ + γγᵀω),  D = mρ²",
+        ),
         space=space,
         params=params,
         field=forms["field"],

@@ -156,6 +156,11 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
 
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",
+        equations=(
+            "H = ½(D U (p̃, p̃) − (p̃, Ap̃)),  U = (γ, A⁻¹γ)",
+            "γ′ = D U p̃ − Ap̃ − μγ,  p̃′ = −D(p̃, p̃)A⁻¹γ + (p̃, Ap̃)γ + μp̃,  μ = −(γ, Ap̃)",
+            "′ = d/dτ,  dτ = dt/(D√U)",
+        ),
         space=space,
         params=params,
         field=hamiltonized_field,

@@ -101,6 +101,10 @@ def _ball(
 
     return gi.Problem(
         name=name,
+        equations=(
+            "k̇ = [k, ω],  γ̇ = −ωγ,  ġ = gω",
+            "k = Iω + D(ωγγᵀ + γγᵀω)",
+        ),
         space=space,
         params=params,
         field=forms.field,

@@ -55,7 +55,7 @@ def integrated_path(
     """
     if inertia.n != 3:
         return None
-    inverse: Array = np.linalg.inv(_tensor(inertia) + D * np.eye(3))
+    inverse = np.asarray(np.linalg.inv(_tensor(inertia) + D * np.eye(3)), dtype=np.float64)
 
     def path(t: Array, states: Array) -> gi.BodyPath:
         found = [physical(y) for y in states]
@@ -70,7 +70,11 @@ def integrated_path(
 
 
 def _tensor(inertia: SpecialInertia | GeneralInertia) -> Array:
-    return np.diag(inertia.moments) if isinstance(inertia, SpecialInertia) else inertia.tensor
+    return (
+        np.asarray(np.diag(inertia.moments))
+        if isinstance(inertia, SpecialInertia)
+        else inertia.tensor
+    )
 
 
 def _omega(inverse: Array, D: float, k: Array, gamma: Array) -> Array:

@@ -112,6 +112,11 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
 
     return gi.Problem(
         name="ball-poisson",
+        equations=(
+            "k′ = f k × ω,  γ′ = f γ × ω",
+            "k = Iω + Dω − D(ω, γ)γ",
+            "′ = d/dτ,  dτ = dt/f,  f = c√(γ, Wγ),  W = (I + D)⁻¹I,  c⁴ = D³/det W",
+        ),
         space=classical.space,
         params=params.data,
         field=forms["field"],

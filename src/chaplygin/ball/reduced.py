@@ -223,6 +223,10 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
 
     return gi.Problem(
         name="chaplygin-sphere-reduced",
+        equations=(
+            "γ̇ = −ωγ,  ṗ = −ωp",
+            "k = γ∧p = Iω + D(ωγγᵀ + γγᵀω)",
+        ),
         space=space,
         params=params,
         field=field,

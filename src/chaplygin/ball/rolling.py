@@ -165,6 +165,10 @@ def rolling_problem(
 
     return gi.Problem(
         name="rolling-ball",
+        equations=(
+            "Iω̇ = [Iω, ω] − ρ(g⁻¹Λ)∧γ,  m v̇ = Λ,  ġ = gω,  ṙ = v",
+            "v = ρ gωγ,  γ = g⁻¹E_n,  Λ ⟂ E_n",
+        ),
         space=space,
         params=params,
         field=forms["field"],

@@ -193,6 +193,10 @@ def rubber_rolling_problem(
     observables.pop("pivoting", None)  # which is the twist
     return gi.Problem(
         name="rubber-ball-rolling",
+        equations=(
+            "(I + D)ω̇ = [Iω, ω] + Σ τ_pq e_p∧e_q,  ġ = gω,  ṙ = v",
+            "v = ρ gωγ,  ⟨ω, e_p∧e_q⟩ = 0 for p < q < n,  e_p row p of g",
+        ),
         space=space,
         params=gi.packed(rows, bound=bound, rho=rho, m=m, inertia=entries).data,
         field=forms["field"],

@@ -67,19 +67,20 @@ def first_turns(plan: Plan) -> FirstTurns | None:
 
 def _short_run(plan: Plan, end: float) -> Solution:
     """Return the run to an own time, or as far as it gets."""
-    given = plan.scene.content.integrate.step
+    given, in_tau = plan.scene.content.integrate.step, plan.problem.time == "tau"
     try:
         return solve(
             plan.problem,
             plan.state,
-            **{f"{plan.problem.time}_end": end},
+            t_end=None if in_tau else end,
+            tau_end=end if in_tau else None,
             method=plan.method.chosen,
             step=given if plan.method.chosen.adaptive else abs(plan.timeline.h),
             dense=True,
-            clock=False if plan.problem.time == "tau" else None,
+            clock=False if in_tau else None,
             progress=False,
         )
     except StepError as error:
-        if error.partial is None:
+        if not isinstance(error.partial, Solution):
             raise
         return error.partial

@@ -16,7 +16,7 @@ from ..errors import DomainError
 from ..problems.body_path import BodyPath
 from .canvas import new_figure
 from .film_page import film_page
-from .motion_plots import FRAME, symbol
+from .motion_plots import FRAME, label_axes
 from .style import COLOURS
 from .view import FAINT, View, great_circles
 
@@ -268,9 +268,7 @@ class SphereScene:
         axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=FRAME, linewidth=0.8))
         for circle in great_circles():
             view.draw_curve(axes, circle, color=FRAME, linewidth=0.5)
-        for i in range(3):
-            x, y, _ = view(1.14 * np.eye(3)[i])
-            axes.text(x, y, symbol(self._name, i), ha="center", va="center", fontsize=10)
+        label_axes(axes, self._name, view)
         (self._front,) = axes.plot([], [], color=COLOURS[0], linewidth=1.4, zorder=3)
         (self._back,) = axes.plot([], [], color=COLOURS[0], linewidth=1.4, alpha=FAINT, zorder=1)
         (self._point,) = axes.plot([], [], "o", color=COLOURS[1], markersize=7, zorder=4)

@@ -26,6 +26,7 @@ __all__ = [
     "draw_curves",
     "draw_plane",
     "draw_sphere",
+    "label_axes",
     "motion_figure",
     "plane_figure",
     "sphere_figure",
@@ -181,19 +182,28 @@ def draw_sphere(axes: Axes, points: Array, name: str, joined: bool, view: View) 
     if joined:
         view.draw_curve(axes, points, color=COLOURS[0], linewidth=0.9)
         _ends(axes, view(points)[:, :2])
-        axes.legend(loc="upper right", borderaxespad=0.0, handletextpad=0.1)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.03), ncols=2, handletextpad=0.1,
+                    borderaxespad=0.0)  # fmt: skip
     else:
         shown = view(points)
         for part, dark in ((shown[:, 2] < 0.0, 0.3), (shown[:, 2] >= 0.0, 1.0)):
             axes.plot(*shown[part, :2].T, ".", color=COLOURS[0], alpha=dark, markersize=3)
-    for i in range(3):
-        x, y, near = view(1.14 * np.eye(3)[i])
-        dark = "black" if near >= -0.2 else FRAME
-        axes.text(x, y, symbol(name, i), color=dark, fontsize=9,
-                  ha="center", va="center")  # fmt: skip
+    label_axes(axes, name, view)
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set(xlim=(-1.25, 1.25), ylim=(-1.25, 1.25))
+
+
+def label_axes(axes: Axes, name: str, view: View) -> None:
+    """Mark where the axes of the body leave the sphere, with the name of the component."""
+    for i in range(3):
+        x, y, near = view(np.eye(3)[i])
+        size = float(np.hypot(x, y)) or 1.0
+        dark = "black" if near >= 0.0 else FRAME
+        axes.plot(x, y, ".", color=dark, markersize=3.5, zorder=4)
+        axes.text(x + 0.13 * x / size, y + 0.13 * y / size, symbol(name, i), color=dark, fontsize=9,
+                  ha="center", va="center", zorder=6,
+                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3})  # fmt: skip
 
 
 def _ends(axes: Axes, points: Array) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -55,7 +56,8 @@ def report_figure(result: SeveralRuns) -> Figure:
         if folded:
             drift = result[0].drift
             words = [f"{n} {number(drift[n].max_abs_error)}" for ns in folded.values() for n in ns]
-            figure.supxlabel(f"No larger than 32 ε × scale: {', '.join(words)}", fontsize=8)
+            told = textwrap.fill(f"No larger than 32 ε × scale: {', '.join(words)}", 100)
+            figure.supxlabel(told, fontsize=8)
     return figure
 
 

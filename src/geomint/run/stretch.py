@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MOST", "Stretch", "stretch_of", "with_times"]
 
-NEAR = 1.0 / 250.0  # of the range of a piece: as far as a joining line may be from the motion
+NEAR = 1.0 / 1000.0  # of the range of a piece: as far as a joining line may be from the motion
 MOST = 8_000  # samples of a picture: some hundred turns
 FEW_STEPS = 50_000  # of a run: states after them are looked at for lines
 COARSE = 400  # intervals of a stretch to begin with
@@ -49,7 +49,7 @@ class Stretch:
         The problem's own times.
     states : array, shape (N, rows)
     joined : bool
-        Whether lines between them are the motion, to a 250th of what is seen.
+        Whether lines between them are the motion, to a thousandth of what is seen.
     note : str
         What was left out, for the picture.
     """
