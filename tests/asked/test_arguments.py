@@ -456,7 +456,11 @@ METHODS_BELOW = {  # methods of classes
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
     "Lyapunov": {"save"},  # tested in tests/methods/test_lyapunov.py
-    "Solution": {"piece", "save", "words"},
+    # Tested in tests/pictures as well.
+    "Solution": {
+        "piece", "save", "words", "plot", "plot_phase", "plot_sphere", "plot_trace", "animate",
+    },
+    "View": {"draw_curve"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.
     "Integrator": {
         "propagate_for", "propagate_until", "reset", "step",
@@ -714,9 +718,11 @@ WHOLE: dict[str, Any] = {
     "make_state": make_state,
     "make_random": lambda rng: {"x": rng.normal()},
     "make_exact": lambda y: ("exact", y.tolist()),
+    "make_path": lambda t, states: gi.BodyPath(states),
     "admit": lambda y: y + 0.0,
     "physical": lambda y: {"y": y},
     "parameters": {"a": 1.0},
+    "equations": ["ẏ = f(y)"],
 }
 PULSATING = gi.GroupAction(gi.field(lambda params, t, y, out, work: None), gi.so_n(2, "vector"))
 OTHERS: dict[str, Any] = {
@@ -738,9 +744,11 @@ OTHERS: dict[str, Any] = {
     "make_state": lambda **components: np.array([5.0, 6.0]),
     "make_random": lambda rng: {"x": rng.uniform()},
     "make_exact": lambda y: ("another", y.tolist()),
+    "make_path": lambda t, states: gi.BodyPath(-states),
     "admit": lambda y: 2.0 * y,
     "physical": lambda y: {"half": 0.5 * y},
     "parameters": {"a": 2.0},
+    "equations": ["ẏ = g(y)"],
     "space": gi.Sphere(2, "y"),
 }
 
@@ -760,7 +768,8 @@ def of_problem(**given: Any) -> Any:
     return [
         problem.name, problem.forms, problem.state(x=3.0), problem.random_state(1),
         problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
-        solution, problem.slices, problem.symplectic_form is None,
+        solution, problem.slices, problem.symplectic_form is None, problem.equations,
+        problem.make_path(np.zeros(1), y[None]).attitude,
     ]  # fmt: skip
 
 

@@ -201,9 +201,9 @@ def label_axes(axes: Axes, name: str, view: View) -> None:
         size = float(np.hypot(x, y)) or 1.0
         dark = "black" if near >= 0.0 else FRAME
         axes.plot(x, y, ".", color=dark, markersize=3.5, zorder=4)
+        ground = {"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3}
         axes.text(x + 0.13 * x / size, y + 0.13 * y / size, symbol(name, i), color=dark, fontsize=9,
-                  ha="center", va="center", zorder=6,
-                  bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.3})  # fmt: skip
+                  ha="center", va="center", zorder=6, bbox=ground)  # fmt: skip
 
 
 def _ends(axes: Axes, points: Array) -> None:

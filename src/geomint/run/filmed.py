@@ -51,6 +51,7 @@ def write_film(
     rate, follow = positive("fps", fps), switch("follow", follow)
     pace = None if speed is None else positive("speed", speed)
     target = check_ending(file)
+    check_file(target)
     stretch = stretch_of(solution, span)
     fastest = _fastest(solution, stretch)
     times = _frames(stretch, fastest, pace, rate, cut=span is None)
@@ -63,7 +64,6 @@ def write_film(
     )
     time = "τ" if every.time == "tau" else "t"
     stamp = Stamp(told(shown).text, time, "dimensionless", shown.times)
-    check_file(target)
     with whole_file(target) as unfinished:
         save_film(scene, stamp, unfinished, rate, progress)
     return target

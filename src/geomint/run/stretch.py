@@ -176,10 +176,8 @@ def _thinned(times: Array, states: Array, rows: npt.NDArray[np.int64]) -> Any:
 
 def _samples(solution: Solution, time: Time, times: Array, note: str = "") -> Stretch:
     """Return the states at times of a run that has dense output."""
-    output, own = solution.sol, times
-    if time == "t" and output.clock:  # as exactly as quantities of pictures need it
-        forwards = slice(None, None, 1 if output.states[-1, -1] >= output.states[0, -1] else -1)
-        own = np.interp(times, output.states[forwards, -1], output.times[forwards])
+    output = solution.sol
+    own = output.own_times(times) if time == "t" and output.clock else times
     return Stretch(time, times, own, _dense(solution, time)(times), True, note)
 
 
