@@ -1,4 +1,4 @@
-"""Pictures of docs/see-the-motion.md. python benchmarks/motion_pictures.py [--out DIR]"""
+"""Pictures of docs/see-the-motion.md: ``python benchmarks/motion_pictures.py [--out DIR]``."""
 
 from __future__ import annotations
 
