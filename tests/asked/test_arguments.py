@@ -445,7 +445,7 @@ OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
 METHODS_BELOW = {  # methods of classes
-    "Problem": {"canonical", "exact", "physical_state", "random_state", "state"},
+    "Problem": {"canonical", "exact", "physical_state", "random_state", "state", "unit"},
     **dict.fromkeys((*FAMILIES, "Method", "Exact"), OF_METHODS),
     "Scene": {
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
@@ -723,6 +723,7 @@ WHOLE: dict[str, Any] = {
     "physical": lambda y: {"y": y},
     "parameters": {"a": 1.0},
     "equations": ["ẏ = f(y)"],
+    "units": {"y": "m"},
 }
 PULSATING = gi.GroupAction(gi.field(lambda params, t, y, out, work: None), gi.so_n(2, "vector"))
 OTHERS: dict[str, Any] = {
@@ -749,6 +750,7 @@ OTHERS: dict[str, Any] = {
     "physical": lambda y: {"half": 0.5 * y},
     "parameters": {"a": 2.0},
     "equations": ["ẏ = g(y)"],
+    "units": {"y": "N"},
     "space": gi.Sphere(2, "y"),
 }
 
@@ -768,7 +770,7 @@ def of_problem(**given: Any) -> Any:
     return [
         problem.name, problem.forms, problem.state(x=3.0), problem.random_state(1),
         problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
-        solution, problem.slices, problem.symplectic_form is None, problem.equations,
+        solution, problem.slices, problem.symplectic_form is None, problem.equations, problem.units,
         problem.make_path(np.zeros(1), y[None]).attitude,
     ]  # fmt: skip
 
@@ -790,6 +792,7 @@ def test_methods_of_a_problem() -> None:
         (problem.exact, [1.0, 2.0], [2.0, 1.0]),
         (problem.physical_state, np.ones(2), np.zeros(2)),
         (problem.random_state, 1, 2),
+        (problem.unit, "y[0]", "size"),
     ):
         assert seen(method(one)) != seen(method(other))
     assert problem.state(x=1.0)[0] != problem.state(x=2.0)[0]

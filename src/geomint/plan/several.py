@@ -99,6 +99,11 @@ class SeveralRuns(Compared):
         """The time of all drifts, ``"t"`` or ``"tau"``: that in which the scene's end is given."""
         return "t" if self.scene.content.time.tau_end is None else "tau"
 
+    @property
+    def time_label(self) -> str:
+        """Its name with its unit, for axes."""
+        return f"{'τ' if self.time == 'tau' else 't'} ({self.scene.problem.unit(self.time)})"
+
     def __getitem__(self, which: str | int) -> MethodRun:
         if isinstance(which, int):
             return self.runs[which]

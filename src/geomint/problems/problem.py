@@ -96,6 +96,9 @@ class Problem(Shown, Sendable):
         The parameters by name, for reports and files.
     equations : tuple of str
         The equations of motion, one a line, for reports.
+    units : mapping of str to str
+        The units of pieces of the state, quantities and times (``"t"``, ``"tau"``) by name, for labels;
+        those of ``omega-1``, ``omega-2`` may be told as ``omega``. What is not named is dimensionless.
     space : Space, optional
         The space of states, such as ``geomint.TangentSphere(3)``. `make_state`, `make_random`, `admit`
         and the manifold of the measure are taken from it where they are not given, and its
@@ -125,6 +128,7 @@ class Problem(Shown, Sendable):
     physical: Callable[[Array], dict[str, Array]] | None = None
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     equations: tuple[str, ...] = ()
+    units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     space: Space | None = None
 
     def __post_init__(self) -> None:
@@ -133,6 +137,11 @@ class Problem(Shown, Sendable):
         object.__setattr__(self, "parameters", _own_parameters(self.parameters))
         _check_text("name", self.name)
         object.__setattr__(self, "equations", _lines(self.equations))
+        check_types(self, {"units": Mapping})
+        object.__setattr__(self, "units", dict(self.units))
+        for name, unit in self.units.items():
+            _check_text("units", name)
+            _check_text(f"units[{name!r}]", unit)
         if self.space is not None:
             self._stand_on(self.space)
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
@@ -261,6 +270,13 @@ class Problem(Shown, Sendable):
     def diagnostics(self) -> dict[str, Recorded]:
         """Everything that can be observed by name: invariants, constraints, observables."""
         return {**self.invariants, **self.constraints, **self.observables}
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a piece, a component, a quantity or a time by its name."""
+        piece = name.partition("[")[0]
+        family = piece.rstrip("0123456789").removesuffix("-")
+        known = (self.units[key] for key in (piece, family) if key in self.units)
+        return next(known, "dimensionless")
 
     def state(self, **components: Any) -> Array:
         """Return a flat state from named components; see the problem's own documentation."""

@@ -133,7 +133,8 @@ def quantities(result: SeveralRuns) -> Content:
     if not runs:
         return None
     unit = symbol(result.time)
-    return {"runs": runs, "notes": notes, "several": several, "unit": unit}
+    units = "have the units of the problem" if result.scene.problem.units else "are dimensionless"
+    return {"runs": runs, "notes": notes, "several": several, "unit": unit, "units": units}
 
 
 def classes(result: SeveralRuns) -> Content:

@@ -63,7 +63,7 @@ def report_figure(result: SeveralRuns) -> Figure:
 
 def draw_means_of(result: SeveralRuns, name: str, axes: Axes) -> None:
     """Draw the means of a quantity of one run."""
-    draw_means(axes, name, result[0].drift[name], result.time)
+    draw_means(axes, name, result[0].drift[name], result.time_label)
 
 
 def kinds_figure(result: SeveralRuns) -> Figure:
@@ -109,7 +109,7 @@ def draw_own_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Ax
         for i, (name, d) in enumerate((name, drift[name]) for name in names)
     ]
     title = KINDS[kind].title
-    draw_lines(axes, title, lines, ROUNDOFF, result.time, relative=True)
+    draw_lines(axes, title, lines, ROUNDOFF, result.time_label, relative=True)
     handles = len(lines)
     axes.legend(loc="lower left", ncols=2 if handles > 3 else 1, fontsize=7)
 
@@ -126,7 +126,7 @@ def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
         for i, run in enumerate(result)
         if name in run.drift
     ]
-    draw_sizes(axes, name, runs, result.time)
+    draw_sizes(axes, name, runs, result.time_label)
 
 
 def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) -> None:
@@ -154,7 +154,7 @@ def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) 
         KINDS[kind].title,
         lines,
         ROUNDOFF if relative else None,
-        result.time,
+        result.time_label,
         relative=relative,
         subtitle=words or (" " if relative else "not scaled; dashes at the right: noise of each"),
     )

@@ -12,7 +12,6 @@ from ..errors import DomainError
 from ..plan import SeveralRuns
 from ..plan.first_turns import FirstTurns
 from ..plots.motion_plots import Curves, draw_curves, draw_plane, draw_sphere, symbol
-from ..plots.panels import time_name
 from ..plots.view import View
 from ..run.shown_body import direction_of, has_path, path_along
 
@@ -93,7 +92,10 @@ def _components(motion: FirstTurns) -> Iterator[MotionDraw]:
     names = [(name, i) for name, rows in problem.pieces for i in range(rows)]
     single = problem.pieces[0][1] == 1
     labels = [symbol(n, i) if dict(problem.pieces)[n] > 1 else symbol(n) for n, i in names[:2]]
-    axes = f"{labels[0]} (dimensionless)", f"{labels[1]} (dimensionless)"
+    axes = (
+        f"{labels[0]} ({problem.unit(names[0][0])})",
+        f"{labels[1]} ({problem.unit(names[1][0])})",
+    )
     draw = partial(_plane, points=states[:, :2], labels=axes, joined=motion.stretch.joined)
     draw = partial(draw, title=f"{labels[0]}, {labels[1]}", equal=not single)
     yield MotionDraw(draw, f"the path of {labels[0]} and {labels[1]} in their plane", True)
@@ -108,7 +110,8 @@ def _over_time(motion: FirstTurns) -> Iterator[MotionDraw]:
         shown = min(rows, MOST_CURVES)
         labels = [symbol(name, i) for i in range(shown)] if rows > 1 else [symbol(name)]
         start = problem.slices[name].start
-        curves = Curves(symbol(name), labels, stretch.states[:, start : start + shown])
+        values, unit = stretch.states[:, start : start + shown], problem.unit(name)
+        curves = Curves(symbol(name), labels, values, unit)
         draw = partial(_curve, curves=curves, motion=motion)
         yield MotionDraw(draw, f"{', '.join(labels)} over time")
 
@@ -129,4 +132,6 @@ def _curve(axes: Axes, curves: Curves, motion: FirstTurns) -> None:
     draw_curves(axes, motion.stretch.times, curves, motion.stretch.joined)
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=6, handlelength=1.4,
                 columnspacing=1.0, borderaxespad=0.1)  # fmt: skip
-    axes.set_xlabel(time_name(motion.stretch.time))
+    time = motion.stretch.time
+    unit = motion.problem.unit(time)
+    axes.set_xlabel(f"{'τ' if time == 'tau' else 't'} ({unit})")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError
+from ..errors import DomainError, MissingCodeError
 from ..problems.problem import Problem
 from .at_states import values_at
 from .events import quantity
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ..plots.view import View
     from .solution import Solution
 
-__all__ = ["Pictures", "curves_of", "heading_of"]
+__all__ = ["Pictures", "curves_of", "heading_of", "time_label", "unit_of"]
 
 MOST_PANELS = 8  # over time
 MOST_COLUMNS = 9  # in a panel: those of a rotation of R³
@@ -50,7 +50,8 @@ class Pictures:
         ----------
         *names : str
             Pieces of the state (``"gamma"``), components (``"gamma[0]"``), or quantities of the problem
-            by name (``"energy"``, ``"contact-1"``); by default all pieces.
+            by name (``"energy"``, ``"contact-1"``, or ``"contact"`` for all of that name); by default
+            all pieces.
         span : (float, float), optional
             Two times of the run, physical ones where they are known.
 
@@ -64,7 +65,8 @@ class Pictures:
         stretch = stretch_of(self, span)
         chosen = names or tuple(name for name, _ in self.about.pieces[:MOST_PANELS])
         panels = [curves_of(self, stretch, name) for name in chosen]
-        return motion_figure(stretch.times, panels, _time_label(stretch), heading_of(self, stretch))
+        label = time_label(self, stretch.time)
+        return motion_figure(stretch.times, panels, label, heading_of(self, stretch))
 
     def plot_phase(self: Any, x: str, y: str, span: Any = None) -> Figure:
         """Plot one component or quantity against another.
@@ -87,8 +89,8 @@ class Pictures:
         found = [Named.of(self.about, name) for name in (x, y)]
         points = np.stack([each.along(self, stretch) for each in found], axis=1)
         one_piece = len({each.name.partition("[")[0] for each in found}) == 1
-        labels = f"{found[0].label} (dimensionless)", f"{found[1].label} (dimensionless)"
-        return plane_figure(points, labels, heading_of(self, stretch), equal=one_piece)
+        labels = [f"{each.label} ({unit_of(self, each.name)})" for each in found]
+        return plane_figure(points, (labels[0], labels[1]), heading_of(self, stretch), one_piece)
 
     def plot_sphere(
         self: Any, piece: str | None = None, span: Any = None, view: View | None = None
@@ -215,15 +217,27 @@ def curves_of(solution: Solution, stretch: Stretch, name: str) -> Curves:
     from ..plots.motion_plots import Curves, symbol
 
     about = solution.about
-    if not (isinstance(name, str) and name in about.slices):
-        found = Named.of(about, name)
-        return Curves(found.label, [found.label], found.along(solution, stretch)[:, None])
-    columns = stretch.states[:, about.slices[name]]
-    if columns.shape[1] > MOST_COLUMNS:
-        expected = f"components, such as {name}[0]: a panel has room for {MOST_COLUMNS} numbers"
-        raise DomainError("names", name, expected)
-    labels = [Named.of(about, f"{name}[{i}]").label for i in range(columns.shape[1])]
-    return Curves(symbol(name), labels if len(labels) > 1 else [symbol(name)], columns)
+    if isinstance(name, str) and name in about.slices:
+        columns = stretch.states[:, about.slices[name]]
+        if columns.shape[1] > MOST_COLUMNS:
+            expected = f"components, such as {name}[0]: a panel has room for {MOST_COLUMNS} numbers"
+            raise DomainError("names", name, expected)
+        labels = [Named.of(about, f"{name}[{i}]").label for i in range(columns.shape[1])]
+        labels, label = labels if len(labels) > 1 else [symbol(name)], symbol(name)
+        return Curves(label, labels, columns, unit_of(solution, name))
+    found = [Named.of(about, each) for each in _family(solution, name) or [name]]
+    columns = np.stack([each.along(solution, stretch) for each in found], axis=1)
+    label = found[0].label if len(found) == 1 else name
+    return Curves(label, [each.label for each in found], columns, unit_of(solution, name))
+
+
+def _family(solution: Solution, name: str) -> list[str]:
+    """Return the quantities NAME-1, NAME-2, … if no quantity or component has the name itself."""
+    if not isinstance(name, str) or "[" in name:
+        return []
+    known = solution.problem.diagnostics
+    family = [each for each in known if re.fullmatch(re.escape(name) + r"-\d+", each)]
+    return [] if name in known or len(family) > MOST_COLUMNS else family
 
 
 class Named(NamedTuple):
@@ -269,5 +283,14 @@ class Named(NamedTuple):
         return values_at(solution.problem, function, stretch.states, stretch.own)
 
 
-def _time_label(stretch: Stretch) -> str:
-    return f"{NAMES[stretch.time]} (dimensionless)"
+def unit_of(solution: Solution, name: str) -> str:
+    """Return the unit of a piece, a quantity or a time, as far as a file tells of its problem."""
+    try:
+        return solution.problem.unit(name)
+    except MissingCodeError:
+        return "unit unknown"
+
+
+def time_label(solution: Solution, time: str) -> str:
+    """Return the label of a time axis."""
+    return f"{NAMES[time]} ({unit_of(solution, time)})"
