@@ -122,6 +122,7 @@ def test_labels_have_units() -> None:
     assert labels == ["omega-body\n(rad/s)", "contact\n(m)", "reaction-1\n(N)", "r\n(m)"]
     assert [len(axes.lines) for axes in figure.axes] == [3, 2, 1, 2]
     assert figure.axes[-1].get_xlabel() == "t (s)"
+    assert "t = 0 … 1 s" in figure.axes[0].get_title(loc="left")
     assert solution.plot_trace().axes[0].get_xlabel() == "r₁ (m)"
     phase = solution.plot_phase("omega-space-1", "reaction")
     assert phase.axes[0].get_ylabel() == "reaction (N)"

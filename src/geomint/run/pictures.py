@@ -32,6 +32,7 @@ __all__ = ["Pictures", "curves_of", "heading_of", "time_label", "unit_of"]
 MOST_PANELS = 8  # over time
 MOST_COLUMNS = 9  # in a panel: those of a rotation of R³
 COMPONENT = re.compile(r"(.+?)\[(\d+)\]")
+NO_UNIT, UNKNOWN = "dimensionless", "unit unknown"
 NAMES = {"t": "t", "tau": "τ"}
 
 
@@ -202,6 +203,8 @@ def heading_of(solution: Solution, stretch: Stretch) -> Heading:
     first, last = stretch.times[[0, -1]]
     way = solution.route or solution.by.name
     text = f"{solution.about.name}, {way}, {NAMES[stretch.time]} = {first:.6g} … {last:.6g}"
+    unit = unit_of(solution, stretch.time)
+    text += "" if unit in (NO_UNIT, UNKNOWN) else f" {unit}"
     if solution.status != "success":
         text += f", run {solution.status}"
     return Heading(text, stretch.note, stretch.joined)
@@ -288,7 +291,7 @@ def unit_of(solution: Solution, name: str) -> str:
     try:
         return solution.problem.unit(name)
     except MissingCodeError:
-        return "unit unknown"
+        return UNKNOWN
 
 
 def time_label(solution: Solution, time: str) -> str:
