@@ -52,9 +52,9 @@ def path_of(name: str, y0: Any) -> gi.BodyPath:
 def test_every_representation_tells_the_same(name: str) -> None:
     path = path_of(name, FIRST)
     attitude, contact = truth(FIRST)
-    np.testing.assert_allclose(path.attitude, attitude, atol=1e-5)
+    np.testing.assert_allclose(path.attitude, attitude, atol=1e-7)
     assert path.contact is not None
-    np.testing.assert_allclose(path.contact, contact, atol=1e-5)
+    np.testing.assert_allclose(path.contact, contact, atol=1e-7)
     own = "m" if "rho" in MAKERS[name]().parameters else "radii"
     assert path.unit == ("dimensionless" if own == "m" else "radii")
 

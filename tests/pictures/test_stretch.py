@@ -109,6 +109,13 @@ def test_what_moves_by_roundings_alone_is_constant() -> None:
     assert len(stretch.times) < 500
 
 
+def test_roundings_beside_a_motion_are_constant() -> None:
+    times = np.linspace(0.0, 6.0, 400)
+    noise = 1.0 + 4e-16 * np.random.default_rng(1).integers(-2, 3, len(times))
+    assert module._joined(times, np.stack([np.cos(times), noise], axis=1))
+    assert not module._joined(times, np.stack([np.cos(times), 1e9 * (noise - 1.0)], axis=1))
+
+
 def test_physical_times_of_a_problem_in_tau() -> None:
     solution = run(8.0, problem=circle(tau=True), dense=True, clock=True)
     stretch = stretch_of(solution, (2.0, 9.0))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -76,6 +78,20 @@ def test_what_is_within_roundoff_is_folded(reported: tuple[gi.SeveralRuns, str])
         drift = result[0].drift[name]
         assert drift.within_roundoff
         assert f"{drift.max_abs_error:.3g}" in page
+
+
+def test_one_quantity_beyond_roundoff_shows_its_kind(
+    reported: tuple[gi.SeveralRuns, str],
+) -> None:
+    run = reported[0][0]
+    assert run.solution is not None
+    lost = dataclasses.replace(run.drift["norm"], max_abs_error=1.0)
+    solution = copy.copy(run.solution)
+    solution.drift = {**run.drift, "norm": lost}
+    result = gi.SeveralRuns(reported[0].scene, [dataclasses.replace(run, solution=solution)])
+    shown, folded = by_roundoff(result)
+    assert shown["constraints"] == ["norm", "spatial-momentum"]
+    assert "constraints" not in folded
 
 
 def test_the_first_turns_are_those_of_the_run(reported: tuple[gi.SeveralRuns, str]) -> None:
