@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -127,6 +128,17 @@ def test_labels_have_units() -> None:
     phase = solution.plot_phase("omega-space-1", "reaction")
     assert phase.axes[0].get_ylabel() == "reaction (N)"
     assert "t (s)" in {axes.get_xlabel() for axes in solution.plot_drift().axes}
+
+
+def test_a_file_keeps_the_units(tmp_path: Any) -> None:
+    """Also where the code of the problem is not there."""
+    y0 = PROBLEM.state(gamma=UP, omega_body=[3.0, -4.0, 12.0])
+    solution = gi.solve(PROBLEM, y0, t_end=0.1, method="cf-4", step=0.01, save_every=1)
+    solution.save(tmp_path / "run.nc")
+    saved = gi.load(tmp_path / "run.nc")
+    saved.problem = dataclasses.replace(saved.about, content=b"", missing="elsewhere")
+    assert saved.plot("r").axes[0].get_ylabel() == "r\n(m)"
+    assert saved.plot().axes[-1].get_xlabel() == "t (s)"
 
 
 @pytest.mark.parametrize(

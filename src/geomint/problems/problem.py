@@ -38,6 +38,7 @@ from .shown import Shown
 from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
 from .two_form import SymplecticForm
+from .units import unit_among
 
 __all__ = ["Problem", "Time"]
 
@@ -273,10 +274,7 @@ class Problem(Shown, Sendable):
 
     def unit(self, name: str) -> str:
         """Return the unit of a piece, a component, a quantity or a time by its name."""
-        piece = name.partition("[")[0]
-        family = piece.rstrip("0123456789").removesuffix("-")
-        known = (self.units[key] for key in (piece, family) if key in self.units)
-        return next(known, "dimensionless")
+        return unit_among(self.units, name)
 
     def state(self, **components: Any) -> Array:
         """Return a flat state from named components; see the problem's own documentation."""

@@ -63,7 +63,7 @@ def write_film(
         every.time, every.times[rows], every.own[rows], every.states[rows], every.joined
     )
     time = "τ" if every.time == "tau" else "t"
-    stamp = Stamp(told(shown).text, time, solution.problem.unit(every.time), shown.times)
+    stamp = Stamp(told(shown).text, time, solution.about.unit(every.time), shown.times)
     with whole_file(target) as unfinished:
         save_film(scene, stamp, unfinished, rate, progress)
     return target

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DomainError, MissingCodeError
+from ..errors import DomainError
 from ..problems.problem import Problem
+from ..problems.units import NO_UNIT
 from .at_states import values_at
 from .events import quantity
 from .shown_body import direction_of, path_along
@@ -27,12 +28,11 @@ if TYPE_CHECKING:
     from ..plots.view import View
     from .solution import Solution
 
-__all__ = ["Pictures", "curves_of", "heading_of", "time_label", "unit_of"]
+__all__ = ["Pictures", "curves_of", "heading_of", "time_label"]
 
 MOST_PANELS = 8  # over time
 MOST_COLUMNS = 9  # in a panel: those of a rotation of R³
 COMPONENT = re.compile(r"(.+?)\[(\d+)\]")
-NO_UNIT, UNKNOWN = "dimensionless", "unit unknown"
 NAMES = {"t": "t", "tau": "τ"}
 
 
@@ -90,7 +90,7 @@ class Pictures:
         found = [Named.of(self.about, name) for name in (x, y)]
         points = np.stack([each.along(self, stretch) for each in found], axis=1)
         one_piece = len({each.name.partition("[")[0] for each in found}) == 1
-        labels = [f"{each.label} ({unit_of(self, each.name)})" for each in found]
+        labels = [f"{each.label} ({self.about.unit(each.name)})" for each in found]
         return plane_figure(points, (labels[0], labels[1]), heading_of(self, stretch), one_piece)
 
     def plot_sphere(
@@ -203,8 +203,8 @@ def heading_of(solution: Solution, stretch: Stretch) -> Heading:
     first, last = stretch.times[[0, -1]]
     way = solution.route or solution.by.name
     text = f"{solution.about.name}, {way}, {NAMES[stretch.time]} = {first:.6g} … {last:.6g}"
-    unit = unit_of(solution, stretch.time)
-    text += "" if unit in (NO_UNIT, UNKNOWN) else f" {unit}"
+    unit = solution.about.unit(stretch.time)
+    text += "" if unit == NO_UNIT else f" {unit}"
     if solution.status != "success":
         text += f", run {solution.status}"
     return Heading(text, stretch.note, stretch.joined)
@@ -227,11 +227,11 @@ def curves_of(solution: Solution, stretch: Stretch, name: str) -> Curves:
             raise DomainError("names", name, expected)
         labels = [Named.of(about, f"{name}[{i}]").label for i in range(columns.shape[1])]
         labels, label = labels if len(labels) > 1 else [symbol(name)], symbol(name)
-        return Curves(label, labels, columns, unit_of(solution, name))
+        return Curves(label, labels, columns, solution.about.unit(name))
     found = [Named.of(about, each) for each in _family(solution, name) or [name]]
     columns = np.stack([each.along(solution, stretch) for each in found], axis=1)
     label = found[0].label if len(found) == 1 else name
-    return Curves(label, [each.label for each in found], columns, unit_of(solution, name))
+    return Curves(label, [each.label for each in found], columns, solution.about.unit(name))
 
 
 def _family(solution: Solution, name: str) -> list[str]:
@@ -286,14 +286,6 @@ class Named(NamedTuple):
         return values_at(solution.problem, function, stretch.states, stretch.own)
 
 
-def unit_of(solution: Solution, name: str) -> str:
-    """Return the unit of a piece, a quantity or a time, as far as a file tells of its problem."""
-    try:
-        return solution.problem.unit(name)
-    except MissingCodeError:
-        return UNKNOWN
-
-
 def time_label(solution: Solution, time: str) -> str:
     """Return the label of a time axis."""
-    return f"{NAMES[time]} ({unit_of(solution, time)})"
+    return f"{NAMES[time]} ({solution.about.unit(time)})"

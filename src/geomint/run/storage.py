@@ -120,6 +120,7 @@ def save_solution(
         "format": _FORMAT,
         "history": f"written by geomint {__version__}",
         **solution.words(provenance),
+        **({"units": json.dumps(dict(problem.units))} if problem.units else {}),
         "run": json.dumps({name: getattr(solution, name) for name in _RUN}),
         "restart": json.dumps(restart),
         "kept": json.dumps(kept),
@@ -282,7 +283,8 @@ def _read(file: Any) -> Solution:
         *(words["time"], values["parameter"], values["params"].get("problem", np.zeros(0))),
         *((origin.get("scene") or {}).get(section) for section in ("system", "initial")),
     )
-    problem: Any = StoredProblem(words["problem"], *places["problem"], *known)
+    units = json.loads(words.get("units", "{}"))
+    problem: Any = StoredProblem(words["problem"], *places["problem"], *known, units)
     method: Any = StoredMethod(words["method"], *places["method"], words["adaptive"] == "True")
     return Solution(
         problem=problem,
