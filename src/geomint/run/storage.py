@@ -278,13 +278,18 @@ def _read(file: Any) -> Solution:
     places = {
         of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
     }
-    known = (
-        {name: piece.shape[1:] for name, piece in pieces.items()},
-        *(words["time"], values["parameter"], values["params"].get("problem", np.zeros(0))),
-        *((origin.get("scene") or {}).get(section) for section in ("system", "initial")),
+    scene = origin.get("scene") or {}
+    problem: Any = StoredProblem(
+        words["problem"],
+        *places["problem"],
+        shapes={name: piece.shape[1:] for name, piece in pieces.items()},
+        time=words["time"],
+        parameters=values["parameter"],
+        params=values["params"].get("problem", np.zeros(0)),
+        system=scene.get("system"),
+        initial=scene.get("initial"),
+        units=json.loads(words.get("units", "{}")),
     )
-    units = json.loads(words.get("units", "{}"))
-    problem: Any = StoredProblem(words["problem"], *places["problem"], *known, units)
     method: Any = StoredMethod(words["method"], *places["method"], words["adaptive"] == "True")
     return Solution(
         problem=problem,
