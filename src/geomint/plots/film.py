@@ -193,8 +193,10 @@ class BallScene:
         low, high = trace.min(axis=0) - MARGIN * rho, trace.max(axis=0) + MARGIN * rho
         if self._follow:
             low, high = low - 2.0 * AROUND * rho, high + 2.0 * AROUND * rho
+        cell = rho * max(1.0, np.ceil(float((high - low)[:2].max()) / rho / 40.0))
+        low, high = cell * np.floor(low / cell), cell * np.ceil(high / cell)
         if self._rolls:
-            self._plane(axes, low, high)
+            self._plane(axes, low, high, cell)
         (self._line,) = axes.plot([], [], color="black", linewidth=1.0, zorder=0.5)
         (self._edge,) = axes.plot([], [], color="black", linewidth=1.2, zorder=4)
         self._circles = [
@@ -214,11 +216,10 @@ class BallScene:
         axes.set_ylim(corners[:, 1].min(), corners[:, 1].max())
         self._outline = great_circles()[2][:, :2]
 
-    def _plane(self, axes: Axes, low: Array, high: Array) -> None:
+    def _plane(self, axes: Axes, low: Array, high: Array, cell: float) -> None:
         """Draw a grid whose lines are whole radii apart."""
-        cell = self._radius * max(1.0, np.ceil(float((high - low)[:2].max()) / self._radius / 40.0))
         for i, j in ((0, 1), (1, 0)):
-            for at in cell * np.arange(np.floor(low[i] / cell), np.ceil(high[i] / cell) + 1):
+            for at in cell * np.arange(round(low[i] / cell), round(high[i] / cell) + 1):
                 ends = np.zeros((2, 3))
                 ends[:, i], ends[:, j] = at, (low[j], high[j])
                 shown = self._view(ends)
