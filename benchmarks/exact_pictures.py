@@ -12,11 +12,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import chaplygin as ch
-from chaplygin.pictures.animation import rolling_animation
+import geomint as gi
 from chaplygin.pictures.diagrams import draw_bifurcations, draw_rotation_numbers
 from chaplygin.pictures.motion import motion_figure
 
-FRAMES, SECONDS = 60, 12.0
+FRAMES, FPS, SECONDS = 60, 20.0, 12.0
 
 
 def main() -> None:
@@ -26,10 +26,12 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     sphere = ch.ChaplyginSphere(inertia=ch.SpecialInertia.from_moments([1.0, 1.5, 2.6], 1.0))
     problem = sphere.classical()
-    exact = problem.exact(problem.state(gamma=[0.36, 0.48, 0.8], k=[1.2, -0.9, 0.6]))
+    y0 = problem.state(gamma=[0.36, 0.48, 0.8], k=[1.2, -0.9, 0.6])
+    exact = problem.exact(y0)
     path = ch.ContactPath(exact, 1.0)
     motion_figure(exact, path).savefig(out / "rolling-trace.png", dpi=110)
-    rolling_animation(path, np.linspace(0.0, SECONDS, FRAMES), out / "rolling.gif")
+    motion = gi.solve(problem, y0, t_end=SECONDS, method="exact", dense=True)
+    motion.animate(out / "rolling.gif", fps=FPS, speed=SECONDS * FPS / (FRAMES - 1))
     families().savefig(out / "families.png", dpi=130)
     print(f"drift {path.drift}, frequencies {exact.mean_frequencies}")
 

@@ -1,5 +1,6 @@
 # The public names, for type checkers and for lazy_loader: what is not here is not public.
 
+from .ball.body import Ball as Ball
 from .ball.classical import classical_problem as classical_problem
 from .ball.contact import contact_problem as contact_problem
 from .ball.hamiltonized import hamiltonized_problem as hamiltonized_problem
@@ -61,6 +62,7 @@ from .veselova.reduced import veselova_reduced_problem as veselova_reduced_probl
 from .veselova.stiefel import stiefel_problem as stiefel_problem
 
 __all__ = [
+    "Ball",
     "ChaplyginSphere",
     "ContactPath",
     "Correspondence",

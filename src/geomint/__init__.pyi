@@ -70,6 +70,8 @@ from .plan import (
     run_methods as run_methods,
     run_scene as run_scene,
 )
+from .plots.view import View as View
+from .problems.body_path import BodyPath as BodyPath
 from .problems.derivatives import gradient as gradient, jacobian as jacobian
 from .problems.evaluate import derivative as derivative, value as value
 from .problems.forms import (
@@ -150,6 +152,7 @@ __all__ = [
     "Adaptive",
     "ArgumentError",
     "Average",
+    "BodyPath",
     "ClockError",
     "CommutatorFree",
     "Compose",
@@ -216,6 +219,7 @@ __all__ = [
     "Term",
     "UnknownReferenceError",
     "Verlet",
+    "View",
     "Watcher",
     "WatcherError",
     "Windows",

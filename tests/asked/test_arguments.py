@@ -446,7 +446,7 @@ OF_METHODS = {
     "check_fits", "default_step", "start", "start_adaptive", "structure", "with_options",
 }  # fmt: skip
 METHODS_BELOW = {  # methods of classes
-    "Problem": {"canonical", "exact", "physical_state", "random_state", "state"},
+    "Problem": {"canonical", "exact", "physical_state", "random_state", "state", "unit"},
     **dict.fromkeys((*FAMILIES, "Method", "Exact"), OF_METHODS),
     "Scene": {
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
@@ -457,7 +457,11 @@ METHODS_BELOW = {  # methods of classes
     "Event": {"function", "row"},
     "Section": {"coordinates", "plot", "save", "values"},  # tested in tests/methods/test_section.py
     "Lyapunov": {"save"},  # tested in tests/methods/test_lyapunov.py
-    "Solution": {"piece", "save", "words"},
+    # Tested in tests/pictures as well.
+    "Solution": {
+        "piece", "save", "words", "plot", "plot_phase", "plot_sphere", "plot_trace", "animate",
+    },
+    "View": {"draw_curve"},
     # Tested in tests/methods/test_integrator.py; the last ones by all runs.
     "Integrator": {
         "propagate_for", "propagate_until", "reset", "step",
@@ -715,9 +719,12 @@ WHOLE: dict[str, Any] = {
     "make_state": make_state,
     "make_random": lambda rng: {"x": rng.normal()},
     "make_exact": lambda y: ("exact", y.tolist()),
+    "make_path": lambda t, states: gi.BodyPath(states),
     "admit": lambda y: y + 0.0,
     "physical": lambda y: {"y": y},
     "parameters": {"a": 1.0},
+    "equations": ["ẏ = f(y)"],
+    "units": {"y": "m"},
 }
 PULSATING = gi.GroupAction(gi.field(lambda params, t, y, out, work: None), gi.so_n(2, "vector"))
 OTHERS: dict[str, Any] = {
@@ -739,9 +746,12 @@ OTHERS: dict[str, Any] = {
     "make_state": lambda **components: np.array([5.0, 6.0]),
     "make_random": lambda rng: {"x": rng.uniform()},
     "make_exact": lambda y: ("another", y.tolist()),
+    "make_path": lambda t, states: gi.BodyPath(-states),
     "admit": lambda y: 2.0 * y,
     "physical": lambda y: {"half": 0.5 * y},
     "parameters": {"a": 2.0},
+    "equations": ["ẏ = g(y)"],
+    "units": {"y": "N"},
     "space": gi.Sphere(2, "y"),
 }
 
@@ -761,7 +771,8 @@ def of_problem(**given: Any) -> Any:
     return [
         problem.name, problem.forms, problem.state(x=3.0), problem.random_state(1),
         problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
-        solution, problem.slices, problem.symplectic_form is None,
+        solution, problem.slices, problem.symplectic_form is None, problem.equations, problem.units,
+        problem.make_path(np.zeros(1), y[None]).attitude,
     ]  # fmt: skip
 
 
@@ -782,6 +793,7 @@ def test_methods_of_a_problem() -> None:
         (problem.exact, [1.0, 2.0], [2.0, 1.0]),
         (problem.physical_state, np.ones(2), np.zeros(2)),
         (problem.random_state, 1, 2),
+        (problem.unit, "y[0]", "size"),
     ):
         assert seen(method(one)) != seen(method(other))
     assert problem.state(x=1.0)[0] != problem.state(x=2.0)[0]

@@ -202,6 +202,10 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "veselova_reduced_problem": ({"a": A, "D": 1.0}, {"a": OTHER_A, "D": 2.0}),
     # classes
+    "Ball": (
+        {"mass": 1.0, "radius": 2.0, "moments": MOMENTS},
+        {"mass": 2.0, "radius": 1.0, "moments": OTHER_MOMENTS},
+    ),
     "ChaplyginSphere": ({"a": A, "D": 4.0}, {"a": OTHER_A, "D": 5.0}),
     "ChaplyginSphere of any inertia": (
         {"inertia": GENERAL, "D": 4.0},
@@ -227,6 +231,7 @@ LOOK: dict[str, Callable[..., Any]] = {
     "to_neumann": lambda **given: change_of(ch.to_neumann(**given)),
     "fedorov_ball": lambda **given: ch.fedorov_ball(**given).classical(),
     "fedorov_body": lambda **given: ch.fedorov_body(**given).reduced(),
+    "Ball": lambda **given: ch.Ball(**given).problem(),
     "ChaplyginSphere": lambda **given: ch.ChaplyginSphere(**given).ball(),
     "ContactPath": lambda **given: path_of(ch.ContactPath(**given)),
     "GeneralInertia": lambda **given: ch.GeneralInertia(**given).matrix,

@@ -1,21 +1,16 @@
 """Pictures of exact motions, and the command that makes them."""
 
-import itertools
-
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from exact_support import problem_of
 from matplotlib.figure import Figure
-from PIL import Image
 
 import chaplygin as ch
 import geomint as gi
-from chaplygin.pictures.animation import rolling_animation
 from chaplygin.pictures.command import exact as command
 from chaplygin.pictures.diagrams import draw_bifurcations, draw_rotation_numbers
 from chaplygin.pictures.motion import draw_vertical, motion_figure
-from chaplygin.pictures.view import View
 
 
 @pytest.fixture(scope="module")
@@ -24,13 +19,6 @@ def path():
         inertia=ch.SpecialInertia.from_moments([1.0, 1.5, 2.6], 1.0)
     ).classical()
     return ch.ContactPath(problem.exact(problem.random_state(1)), 1.0)
-
-
-def test_a_view_is_a_rotation():
-    axes = View(30.0, 40.0).axes
-    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-15)
-    assert np.linalg.det(axes) == pytest.approx(1.0)
-    assert axes[1, 2] > 0.0  # E_3 points upwards
 
 
 def test_the_vertical_stays_within_its_curves(path):
@@ -57,27 +45,6 @@ def test_the_vertical_needs_three_dimensions():
     problem = problem_of("4", "sphere-tau")
     with pytest.raises(gi.DomainError, match="three dimensions"):
         draw_vertical(Figure().subplots(), problem.exact(problem.random_state(1)))
-
-
-def test_an_animation(path, tmp_path):
-    """As many frames as times, and no two alike; as HTML with everything in one file."""
-    times = np.linspace(0.0, 2.0, 5)
-    seen = []
-    film = rolling_animation(path, times, tmp_path / "a.gif", progress=lambda i, n: seen.append(n))
-    with Image.open(film) as image:
-        assert image.n_frames == 5
-        frames = []
-        for i in range(5):
-            image.seek(i)
-            frames.append(np.asarray(image.convert("L")))
-    assert all(np.any(x != y) for x, y in itertools.pairwise(frames))
-    assert seen == [5] * len(seen)
-    page = rolling_animation(path, times[:2], tmp_path / "a.html")
-    assert "data:image/png;base64" in page.read_text(encoding="utf-8")
-    with pytest.raises(gi.DomainError, match=r"\.gif"):
-        rolling_animation(path, times, tmp_path / "a.txt")
-    with pytest.raises(gi.DomainError, match="two times"):
-        rolling_animation(path, [0.0], tmp_path / "a.gif")
 
 
 def test_diagrams():

@@ -29,6 +29,7 @@ PYTHON = [
     "tutorial",
     "systems",
     "exact-flow",
+    "see-the-motion",
     "states-at-my-times",
     "poincare-section",
     "stop-when",

@@ -188,7 +188,8 @@ def test_sections_of_one_and_of_several_methods(result, page):
     for run in result:
         for drift in run.drift.values():
             assert number(drift.final_error) in page
-    assert page.count('<dl class="facts">') == sum(bool(run.drift) for run in result)
+    facts = sum(bool(run.drift) for run in result) + 1  # the parameters
+    assert page.count('<dl class="facts">') == facts
 
 
 def test_what_was_watched_to_the_end_is_not_said_to_be_shorter(page):
@@ -248,7 +249,8 @@ def test_the_page_needs_nothing_but_itself(page):
     tags = Tags()
     tags.feed(page)
     assert all(link.startswith("data:image/svg+xml;base64,") for link in tags.links)
-    assert len(tags.images) == 2 * len(METHODS) + 4 + 5  # lines twice, four kinds, five quantities
+    pictures = 4 + 5 + 2  # four kinds, five quantities, the motion
+    assert len(tags.images) == 2 * len(METHODS) + pictures  # lines twice
     for words in ("Kinds of drift", "time per step", "What it cost", "other integrals", "hash"):
         assert words in page
 

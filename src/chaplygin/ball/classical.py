@@ -35,6 +35,7 @@ from ..manifold import (
     triangle_of_vector,
     vector_of_triangle,
 )
+from .path import integrated_path
 
 __all__ = ["classical_problem"]
 
@@ -244,9 +245,13 @@ def classical_problem(
     def physical(y: Array) -> dict[str, Array]:
         return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
 
-    group = gi.so3(5 if attitude else 2)
+    group, frame = gi.so3(5 if attitude else 2), space.slices.get("g")
     return gi.Problem(
         name="classical-ball",
+        equations=(
+            "k̇ = k × ω,  γ̇ = γ × ω",
+            "k = Iω + Dω − D(ω, γ)γ",
+        ),
         space=space,
         params=params.data,
         field=forms["field"],
@@ -261,6 +266,7 @@ def classical_problem(
         measure=gi.Measure(forms["log_density"]),
         make_state=make_state,
         make_exact=None if attitude else exact_ball(inertia, D),
+        make_path=integrated_path(inertia, D, physical, frame),
         make_random=make_random,
         physical=physical,
         parameters=parameters_of(inertia, D),

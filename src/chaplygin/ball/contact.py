@@ -24,6 +24,7 @@ from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, turn
 from .integrals import ball_integrals
+from .path import carried_path
 from .rolling_dynamics import (
     contact_observables,
     rolled,
@@ -134,6 +135,10 @@ def contact_problem(
 
     return gi.Problem(
         name="ball-with-contact",
+        equations=(
+            "k̇ = [k, ω],  γ̇ = −ωγ,  ġ = gω,  ṙ = ρ gωγ",
+            "k = Iω + D(ωγγᵀ + γγᵀω),  D = mρ²",
+        ),
         space=space,
         params=params,
         field=forms["field"],
@@ -144,6 +149,7 @@ def contact_problem(
         measure=gi.Measure(ball.log_density),
         observables=contact_observables(rolling_dynamics(omega, n, rows), n, rows, forms["locate"]),
         make_state=make_state,
+        make_path=carried_path(space, rho),
         make_random=(gi.Rotations(n) * gi.Skew(n) * gi.Euclidean(n - 1, "r")).random,
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},

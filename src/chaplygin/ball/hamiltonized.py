@@ -28,6 +28,7 @@ from ..initial_states import initial_tangent, multiplier
 from ..integrable import factors, special_parameters
 from ..manifold import Array, wedge
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
+from .path import integrated_path
 
 __all__ = ["hamiltonized_problem"]
 
@@ -155,6 +156,11 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
 
     return gi.Problem(
         name="chaplygin-sphere-hamiltonized",
+        equations=(
+            "H = ½(D U (p̃, p̃) − (p̃, Ap̃)),  U = (γ, A⁻¹γ)",
+            "γ′ = D U p̃ − Ap̃ − μγ,  p̃′ = −D(p̃, p̃)A⁻¹γ + (p̃, Ap̃)γ + μp̃,  μ = −(γ, Ap̃)",
+            "′ = d/dτ,  dτ = dt/(D√U)",
+        ),
         space=space,
         params=params,
         field=hamiltonized_field,
@@ -167,6 +173,7 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         make_state=make_state,
         make_random=gi.TangentSphere(n).random,
         make_exact=exact_sphere(inertia.a, D, False),
+        make_path=integrated_path(inertia, D, physical),
         physical=physical,
         parameters=parameters_of(inertia, D),
     )

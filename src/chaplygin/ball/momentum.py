@@ -24,6 +24,7 @@ from ..initial_states import initial_momentum
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, ball_work
 from .integrals import ball_integrals
+from .path import integrated_path
 from .rolling_states import initial_attitude
 
 __all__ = ["ball_problem", "cotangent_problem"]
@@ -94,8 +95,16 @@ def _ball(
     omega, rows, params = ball_parameters(inertia, D, k0)
     forms = ball_forms(omega, n, rows, vertical)
     kept = ball_integrals(n, rows, vertical, frame)
+
+    def physical(y: Array) -> dict[str, Array]:
+        return {"gamma": np.array(y[vertical : vertical + n]), "k": np.array(y[:size])}
+
     return gi.Problem(
         name=name,
+        equations=(
+            "k̇ = [k, ω],  γ̇ = −ωγ,  ġ = gω",
+            "k = Iω + D(ωγγᵀ + γγᵀω)",
+        ),
         space=space,
         params=params,
         field=forms.field,
@@ -107,10 +116,8 @@ def _ball(
         make_state=make_state,
         make_random=make_random,
         make_exact=make_exact,
-        physical=lambda y: {
-            "gamma": np.array(y[vertical : vertical + n]),
-            "k": np.array(y[:size]),
-        },
+        make_path=integrated_path(inertia, D, physical, space.slices.get("g")),
+        physical=physical,
         parameters=parameters_of(inertia, D),
     )
 

@@ -37,6 +37,7 @@ from .classical import (
     inertia_tensor,
     turn,
 )
+from .path import integrated_path
 
 __all__ = ["poisson_problem", "poisson_tensor"]
 
@@ -105,8 +106,17 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     square = D * np.sqrt(D / np.prod(weights))
     full, params = classical_parameters(moments, D, square)
     forms = poisson_forms(full)
+
+    def physical(y: Array) -> dict[str, Array]:
+        return {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])}
+
     return gi.Problem(
         name="ball-poisson",
+        equations=(
+            "k′ = f k × ω,  γ′ = f γ × ω",
+            "k = Iω + Dω − D(ω, γ)γ",
+            "′ = d/dτ,  dτ = dt/f,  f = c√(γ, Wγ),  W = (I + D)⁻¹I,  c⁴ = D³/det W",
+        ),
         space=classical.space,
         params=params.data,
         field=forms["field"],
@@ -117,7 +127,8 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         measure=gi.Measure(forms["log_density"]),
         make_state=classical.make_state,
         make_random=classical.make_random,
-        physical=lambda y: {"gamma": np.array(y[3:6]), "k": triangle_of_vector(y[:3])},
+        make_path=integrated_path(inertia, D, physical),
+        physical=physical,
         parameters=parameters_of(inertia, D),
     )
 

@@ -34,6 +34,7 @@ from ..initial_states import initial_tangent
 from ..integrable import factors, special_parameters, weighted_square
 from ..manifold import Array, wedge
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
+from .path import integrated_path
 
 __all__ = ["reduced_problem"]
 
@@ -217,8 +218,15 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
     def make_state(gamma: Any = None, **components: Any) -> Array:
         return np.concatenate(initial_tangent(inertia, D, gamma, **components))
 
+    def physical(y: Array) -> dict[str, Array]:
+        return {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])}
+
     return gi.Problem(
         name="chaplygin-sphere-reduced",
+        equations=(
+            "γ̇ = −ωγ,  ṗ = −ωp",
+            "k = γ∧p = Iω + D(ωγγᵀ + γγᵀω)",
+        ),
         space=space,
         params=params,
         field=field,
@@ -228,6 +236,7 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         measure=gi.Measure(log_density),
         make_state=make_state,
         make_exact=exact,
-        physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
+        make_path=integrated_path(inertia, D, physical),
+        physical=physical,
         parameters=parameters_of(inertia, D),
     )

@@ -36,6 +36,7 @@ from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_a
 from .fields import ball_parameters
 from .integrals import ball_integrals
 from .multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
+from .path import carried_path
 from .rolling_dynamics import (
     contact_observables,
     rolling_dynamics,
@@ -164,6 +165,10 @@ def rolling_problem(
 
     return gi.Problem(
         name="rolling-ball",
+        equations=(
+            "Iω̇ = [Iω, ω] − ρ(g⁻¹Λ)∧γ,  m v̇ = Λ,  ġ = gω,  ṙ = v",
+            "v = ρ gωγ,  γ = g⁻¹E_n,  Λ ⟂ E_n",
+        ),
         space=space,
         params=params,
         field=forms["field"],
@@ -178,6 +183,7 @@ def rolling_problem(
         ),
         observables=contact_observables(dynamics, n, rows, forms["locate"]),
         make_state=make_state,
+        make_path=carried_path(space, rho),
         make_random=(gi.Rotations(n) * velocities * gi.Euclidean(n - 1, "r")).random,
         admit=admit,
         physical=physical,

@@ -14,6 +14,7 @@ __all__ = ["exact"]
 
 ENDINGS = (".gif", ".html", ".mp4")
 FRAMES = 200
+FRAMES_PER_SECOND = 20.0
 MOST_FRAMES = 10_000  # the writers of .gif and .html hold all of them
 FRAME = 0.2  # time between frames over the time of a turn of the fastest angle by one
 
@@ -74,7 +75,7 @@ def exact(
     if animate is not None:
         if path is None:
             raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
-        _animate(path, animate, FRAMES if frames is None else frames)
+        _animate(model, path, animate, FRAMES if frames is None else frames)
         click.echo(f"animation: {animate}")
 
 
@@ -128,18 +129,21 @@ def _print_motion(name: str, motion: Any) -> None:
     row("a turn of the fastest angle takes τ", [6.283185307179586 / fastest], ".6g")
 
 
-def _animate(path: Any, file: Path, frames: int) -> None:
+def _animate(model: gi.Model, path: Any, file: Path, frames: int) -> None:
     import numpy as np
     from rich.console import Console
     from rich.progress import Progress
 
-    from .animation import rolling_animation
-
     fastest = float(np.max(np.abs(path.exact.mean_frequencies)))
-    times = FRAME / fastest * np.arange(frames)
+    end = FRAME / fastest * (frames - 1)
+    problem, state = model.problems["classical"], model.states["classical"]
+    solution = gi.solve(problem, state, t_end=end, method="exact", dense=True, progress=False)
     screen = Console(stderr=True)
     with Progress(console=screen, transient=True, disable=not screen.is_terminal) as bar:
         task = bar.add_task("frames", total=frames)
-        rolling_animation(
-            path, times, file, progress=lambda done, total: bar.update(task, completed=done)
+        solution.animate(
+            file,
+            fps=FRAMES_PER_SECOND,
+            speed=end * FRAMES_PER_SECOND / (frames - 1),
+            progress=lambda done, total: bar.update(task, completed=done),
         )

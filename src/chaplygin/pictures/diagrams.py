@@ -10,7 +10,7 @@ import geomint as gi
 
 from ..exact.frequency_map import critical_energies, discriminant, frequency_map
 from ..manifold import Array
-from .view import COLOURS
+from .motion import COLOURS
 
 __all__ = ["draw_bifurcations", "draw_rotation_numbers"]
 

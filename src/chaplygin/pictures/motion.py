@@ -14,7 +14,6 @@ import geomint as gi
 
 from ..manifold import Array
 from ..spheroconical import Spheroconical
-from .view import COLOURS, View, draw_curve
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,8 +21,17 @@ if TYPE_CHECKING:
     from ..exact.flow import ExactFlow
     from ..exact.reconstruction import ContactPath
 
-__all__ = ["draw_contact_point", "draw_separation", "draw_torus", "draw_vertical", "motion_figure"]
+__all__ = [
+    "COLOURS",
+    "draw_contact_point",
+    "draw_separation",
+    "draw_torus",
+    "draw_vertical",
+    "motion_figure",
+]
 
+# Okabe and Ito's: colour-blind readers distinguish them.
+COLOURS = {"blue": "#0072b2", "orange": "#d55e00", "green": "#009e73", "grey": "#999999"}
 TURNS = 40.0  # of the fastest angle, in figures of trajectories
 SAMPLES = 6000
 BOUNDARY = 400  # points of a curve
@@ -54,7 +62,7 @@ def motion_figure(exact: ExactFlow, path: ContactPath | None = None) -> Figure:
     return figure
 
 
-def draw_vertical(axis: Any, exact: ExactFlow, view: View | None = None) -> None:
+def draw_vertical(axis: Any, exact: ExactFlow, view: gi.View | None = None) -> None:
     """Draw γ on the sphere, n = 3, and the curves λ = const that bound it.
 
     Of the ball with area constant zero, where the motion is that of a ball with another.
@@ -63,12 +71,12 @@ def draw_vertical(axis: Any, exact: ExactFlow, view: View | None = None) -> None
 
     if len(exact.a) != 3:
         raise gi.DomainError("n", len(exact.a), "a motion in three dimensions")
-    view = View() if view is None else view
+    view = gi.View() if view is None else view
     gamma = exact.inward(exact.at_tau(_times(exact)))[:, :3]
     axis.add_patch(Circle((0, 0), 1, fill=False, color=COLOURS["grey"], lw=0.8))
     for curve in _boundaries(exact):
-        draw_curve(axis, view, curve, color=COLOURS["orange"], lw=1.6)
-    draw_curve(axis, view, gamma, color=COLOURS["blue"], lw=0.6)
+        view.draw_curve(axis, curve, color=COLOURS["orange"], lw=1.6)
+    view.draw_curve(axis, gamma, color=COLOURS["blue"], lw=0.6)
     for i, name in enumerate(("$\\gamma_1$", "$\\gamma_2$", "$\\gamma_3$")):
         x, y, _ = view(1.12 * np.eye(3)[i])
         axis.text(x, y, name, ha="center", va="center", fontsize=9)

@@ -268,6 +268,10 @@ def _problem(
     integrals = {f"N{k}": neumann_integral(n, at) for at, k in enumerate(degrees)}
     return gi.Problem(
         name=name,
+        equations=(
+            "q′ = −Wq,  v′ = −Wv − f + (q, f)q,  W_ij = c_ij(q_i v_j − q_j v_i),  f_i = d_i q_i",
+            "c_ij = x + y/(a_i a_j),  d_i = σ(x a_i − y/a_i)",
+        ),
         space=space(n),
         params=gi.packed(clebsch_rows(n), sigma=sigma, d=d, c=c, tables=tables).data,
         invariants={"energy": energy, **integrals},

@@ -266,6 +266,10 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
     integrals = {f"F{k}": chasles_integral(n, at) for at, k in enumerate(degrees)}
     return gi.Problem(
         name="ellipsoid",
+        equations=(
+            "ẋ = p,  ṗ = −λA⁻¹x",
+            "(x, A⁻¹x) = 1,  λ = (p, A⁻¹p)/|A⁻¹x|²",
+        ),
         space=space,
         params=gi.packed(ellipsoid_rows(n), b=1.0 / squares, tables=tables).data,
         field=ellipsoid_field,

@@ -27,6 +27,7 @@ from geomint import as_vector, part, section, sqrt
 from ..ball.angular_velocity import about_vertical, apply_to_gamma
 from ..ball.fields import turn
 from ..ball.multiplier_fields import multiplier_fields, rolling_conditions, rolling_space
+from ..ball.path import carried_path
 from ..ball.rolling_dynamics import RollingDynamics, contact_observables
 from ..ball.rolling_states import (
     admit_velocity,
@@ -192,6 +193,10 @@ def rubber_rolling_problem(
     observables.pop("pivoting", None)  # which is the twist
     return gi.Problem(
         name="rubber-ball-rolling",
+        equations=(
+            "(I + D)ω̇ = [Iω, ω] + Σ τ_pq e_p∧e_q,  ġ = gω,  ṙ = v",
+            "v = ρ gωγ,  ⟨ω, e_p∧e_q⟩ = 0 for p < q < n,  e_p row p of g",
+        ),
         space=space,
         params=gi.packed(rows, bound=bound, rho=rho, m=m, inertia=entries).data,
         field=forms["field"],
@@ -207,6 +212,7 @@ def rubber_rolling_problem(
         ),
         make_state=make_state,
         make_random=make_random,
+        make_path=carried_path(space, rho),
         admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "m": m, "rho": rho},

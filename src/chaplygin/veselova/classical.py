@@ -149,6 +149,10 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
 
     return gi.Problem(
         name="veselova-classical",
+        equations=(
+            "k̇ = k × w,  γ̇ = γ × w",
+            "w = 𝓘⁻¹(k + mγ),  (w, γ) = (k, γ) = f₁",
+        ),
         space=VECTORS,
         params=gi.packed(LEVEL, B=inverse, f1=level).data,
         field=veselova_vectors_field,

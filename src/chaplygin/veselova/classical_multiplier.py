@@ -157,6 +157,10 @@ def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem
     make_state = classical.make_state
     return gi.Problem(
         name="veselova-multiplier",
+        equations=(
+            "𝓘ẇ = 𝓘w × w + λγ,  γ̇ = γ × w",
+            "λ = −(𝓘w × w, 𝓘⁻¹γ)/(𝓘⁻¹γ, γ)",
+        ),
         space=SPACE,
         params=classical.params,
         field=multiplier_field,

@@ -118,6 +118,11 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
 
     return gi.Problem(
         name="veselova-hamiltonized",
+        equations=(
+            "H = ½D²(p̃, Ap̃)",
+            "γ′ = D²Ap̃ − μγ,  p̃′ = −D²(p̃, Ap̃)γ + μp̃,  μ = D²(γ, Ap̃)",
+            "′ = d/dτ,  dτ = dt/(D√U),  U = (γ, A⁻¹γ)",
+        ),
         space=space,
         params=params,
         field=geodesic_field,

@@ -238,6 +238,10 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
 
     return gi.Problem(
         name="veselova-lr",
+        equations=(
+            "𝓘ẇ = [𝓘w, w] + Σ λ_pq e_p∧e_q,  ġ = gw",
+            "⟨w, e_p∧e_q⟩ = 0 for r < p < q ≤ n,  e_i row i of g",
+        ),
         space=space,
         params=params,
         field=forms["field"],

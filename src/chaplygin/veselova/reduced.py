@@ -126,6 +126,10 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
 
     return gi.Problem(
         name="veselova-reduced",
+        equations=(
+            "γ̇ = −wγ,  ṗ = −wp",
+            "w = γ∧Ap/U,  U = (γ, A⁻¹γ)",
+        ),
         space=space,
         params=params,
         field=veselova_field,

@@ -160,6 +160,10 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
 
     return gi.Problem(
         name="veselova-stiefel",
+        equations=(
+            "Ẋ = −wX,  Ṗ = −wP",
+            "XPᵀ − PXᵀ = the part of 𝓘w in span{e_s∧Rⁿ},  w ∈ span{e_s∧Rⁿ},  X = (e_1, …, e_r)",
+        ),
         space=space,
         params=params,
         field=forms["field"],

@@ -17,6 +17,7 @@ from ..scene.entries import methods_and_steps
 from ..scene.scene import Scene
 from ..watch.drift import Drift
 from ..watch.growth import NOT_FINITE
+from .first_turns import FirstTurns, first_turns
 from .plan import Plan, make_plan
 
 __all__ = ["MethodRun", "SeveralRuns", "common_notes", "expected_plans", "run_methods", "run_plan"]
@@ -84,16 +85,24 @@ class SeveralRuns(Compared):
     ----------
     physical_end : float or None
         Where methods in physical time end, if the scene's end is in τ and there are any.
+    motion : FirstTurns or None
+        The first turns by the first method that got anywhere, for pictures.
     """
 
     scene: Scene
     runs: list[MethodRun] = field(default_factory=list)
     physical_end: float | None = None
+    motion: FirstTurns | None = None
 
     @property
     def time(self) -> Time:
         """The time of all drifts, ``"t"`` or ``"tau"``: that in which the scene's end is given."""
         return "t" if self.scene.content.time.tau_end is None else "tau"
+
+    @property
+    def time_label(self) -> str:
+        """Its name with its unit, for axes."""
+        return f"{'τ' if self.time == 'tau' else 't'} ({self.scene.problem.unit(self.time)})"
 
     def __getitem__(self, which: str | int) -> MethodRun:
         if isinstance(which, int):
@@ -174,6 +183,9 @@ def run_methods(
         take(MethodRun(label, None, None, "not run", "the report was interrupted"))
     if all(run.solution is None for run in result):
         raise (result.status == "failed" and result[0].error) or KeyboardInterrupt
+    plan = next(run.plan for run in result if run.solution is not None)
+    if plan is not None and result.status != "interrupted":
+        result.motion = first_turns(plan)
     return result
 
 

@@ -82,9 +82,13 @@ def grid_figure(draws: Sequence[Draw], height: float) -> Iterator[tuple[Figure, 
 _PANEL = {"left": 0.2, "right": 0.96, "bottom": 0.2, "top": 0.86}
 
 
-def panel_figure(draw: Draw, roomy: bool = False) -> Figure:
-    """Return one panel, small enough for a telephone; `roomy`: with room for words below its title."""
-    with new_figure(3.6, 2.6 if roomy else 2.3, layout="constrained" if roomy else None) as figure:
+def panel_figure(draw: Draw, roomy: bool = False, square: bool = False) -> Figure:
+    """Return one panel, small enough for a telephone.
+
+    `roomy`: with room for words below its title; `square`: as high as wide without its labels.
+    """
+    height = 3.0 if square else 2.6 if roomy else 2.3
+    with new_figure(3.6, height, layout="constrained" if roomy else None) as figure:
         if not roomy:
             figure.subplots_adjust(**_PANEL)
         draw(figure.subplots())

@@ -183,8 +183,8 @@ def _power_of_ten(value: float, position: int | None = None) -> str:
 
 
 def time_name(label: str) -> str:
-    """Return the label of a time axis."""
-    return f"{_TIMES.get(label, label)} (dimensionless)"
+    """Return the label of a time axis; one that is more than ``"t"`` or ``"tau"`` as it is."""
+    return f"{_TIMES[label]} (dimensionless)" if label in _TIMES else label
 
 
 def shared_legend(figure: Figure, grid: Any) -> None:

@@ -24,6 +24,7 @@ from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, check_name, fl
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
+from .body_path import BodyPath
 from .forms import (
     FORMS,
     GroupAction,
@@ -37,6 +38,7 @@ from .shown import Shown
 from .spaces.pieces import joined_pieces, piece_slices
 from .spaces.space import Space
 from .two_form import SymplecticForm
+from .units import unit_among
 
 __all__ = ["Problem", "Time"]
 
@@ -83,6 +85,9 @@ class Problem(Shown, Sendable):
     make_exact : callable, optional
         ``f(y0)``: the exact motion through a state; `Problem.exact` calls it, and with
         ``method="exact"`` `geomint.solve`.
+    make_path : callable, optional
+        ``f(t, states)``: the `BodyPath` of a body along samples of a motion, states one a row, at
+        physical times: attitude and contact point, for pictures of it.
     admit : callable
         Checks a flat state: returns it (possibly projected) or raises `DomainError`.
     physical : callable
@@ -90,6 +95,11 @@ class Problem(Shown, Sendable):
         what makes results in different times and representations comparable.
     parameters : mapping
         The parameters by name, for reports and files.
+    equations : tuple of str
+        The equations of motion, one a line, for reports.
+    units : mapping of str to str
+        The units of pieces of the state, quantities and times (``"t"``, ``"tau"``) by name, for labels;
+        those of ``omega-1``, ``omega-2`` may be told as ``omega``. What is not named is dimensionless.
     space : Space, optional
         The space of states, such as ``geomint.TangentSphere(3)``. `make_state`, `make_random`, `admit`
         and the manifold of the measure are taken from it where they are not given, and its
@@ -114,9 +124,12 @@ class Problem(Shown, Sendable):
     make_state: Callable[..., Array] | None = None
     make_random: Callable[[np.random.Generator], dict[str, Any]] | None = None
     make_exact: Callable[[Array], Any] | None = None
+    make_path: Callable[[Array, Array], BodyPath] | None = None
     admit: Callable[[Array], Array] | None = None
     physical: Callable[[Array], dict[str, Array]] | None = None
     parameters: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    equations: tuple[str, ...] = ()
+    units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     space: Space | None = None
 
     def __post_init__(self) -> None:
@@ -124,6 +137,12 @@ class Problem(Shown, Sendable):
         object.__setattr__(self, "params", flat("params", self.params))
         object.__setattr__(self, "parameters", _own_parameters(self.parameters))
         _check_text("name", self.name)
+        object.__setattr__(self, "equations", _lines(self.equations))
+        check_types(self, {"units": Mapping})
+        object.__setattr__(self, "units", dict(self.units))
+        for name, unit in self.units.items():
+            _check_text("units", name)
+            _check_text(f"units[{name!r}]", unit)
         if self.space is not None:
             self._stand_on(self.space)
         object.__setattr__(self, "work", whole("work", self.work, 0, MOST_NUMBERS))
@@ -159,12 +178,14 @@ class Problem(Shown, Sendable):
         check_recorded(self, optional=("field", "clock"))
         if self.clock is not None and self.time == "t":
             raise DomainError("clock", self.clock, "None: the problem's own time is physical time")
-        for name in ("make_state", "make_random", "make_exact", "admit", "physical"):
-            f = getattr(self, name)
+        counts = {"make_random": 1, "make_exact": 1, "make_path": 2, "admit": 1, "physical": 1}
+        for name in ("make_state", *counts):
+            f, count = getattr(self, name), counts.get(name)
             if not (f is None or callable(f)):
                 raise DomainError(name, f, "a function or None")
-            if f is not None and name != "make_state" and not _takes_one(f):
-                raise DomainError(name, f, "a function of one argument")
+            if f is not None and count is not None and not _takes(f, count):
+                said = "one argument" if count == 1 else "two arguments"
+                raise DomainError(name, f, f"a function of {said}")
         seen: set[str] = set()
         for group in _GROUPS:
             quantities = getattr(self, group)
@@ -251,6 +272,10 @@ class Problem(Shown, Sendable):
         """Everything that can be observed by name: invariants, constraints, observables."""
         return {**self.invariants, **self.constraints, **self.observables}
 
+    def unit(self, name: str) -> str:
+        """Return the unit of a piece, a component, a quantity or a time by its name."""
+        return unit_among(self.units, name)
+
     def state(self, **components: Any) -> Array:
         """Return a flat state from named components; see the problem's own documentation."""
         if self.make_state is None:
@@ -322,10 +347,20 @@ def _own_parameters(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return own
 
 
-def _takes_one(f: Callable[..., Any]) -> bool:
-    """Tell whether a function can be called with one argument, as far as it says."""
+def _lines(equations: Any) -> tuple[str, ...]:
+    """Return lines of text as a tuple."""
+    expected = "a list of texts, a line each"
+    if isinstance(equations, str) or not isinstance(equations, list | tuple):
+        raise DomainError("equations", equations, expected)
+    for line in equations:
+        _check_text("equations", line)
+    return tuple(equations)
+
+
+def _takes(f: Callable[..., Any], count: int) -> bool:
+    """Tell whether a function can be called with that many arguments, as far as it says."""
     try:
-        inspect.signature(f).bind(None)
+        inspect.signature(f).bind(*[None] * count)
     except TypeError:
         return False
     except ValueError:  # one that does not say

@@ -11,16 +11,18 @@ from functools import partial
 from typing import Any
 
 from ..plan import MethodRun, SeveralRuns
-from ..plots.drift_plots import draw_means, panel_figure
+from ..plots.drift_plots import panel_figure
 from ..plots.style import data_uri
 from ..watch.drift import ROUNDOFF
 from ..watch.growth import RULE
 from ..watch.quantities import KINDS
-from .kind_plots import draw_kind, draw_quantity, swatch
-from .kinds import conserved_by_kind, kinds_in_words, names_by_kind, outcomes
+from .kind_plots import draw_kind, draw_means_of, draw_own_kind, draw_quantity, swatch, worst
+from .kinds import by_roundoff, conserved_by_kind, kinds_in_words, names_by_kind, outcomes
+from .motion_panels import motion_draws, motion_words
 from .text import (
     duration,
     number,
+    parameter,
     rule_details,
     short_slope,
     step_of,
@@ -46,6 +48,20 @@ def head(result: SeveralRuns) -> Content:
         "words": outcomes(result),
         "end": _end(result),
     }
+
+
+def motion(result: SeveralRuns) -> Content:
+    """Return pictures of the first turns, the equations, and the parameters."""
+    model = result.scene.problem if result.motion is None else result.motion.problem
+    panels = [
+        {"image": data_uri(panel_figure(each.draw, square=each.square)), "alt": each.words}
+        for each in motion_draws(result)
+    ]
+    parameters = {name: parameter(value) for name, value in model.parameters.items()}
+    if not (panels or model.equations or parameters):
+        return None
+    said = motion_words(result)
+    return {"panels": panels, "equations": model.equations, "parameters": parameters, "said": said}
 
 
 def facts(result: SeveralRuns) -> Content:
@@ -117,7 +133,8 @@ def quantities(result: SeveralRuns) -> Content:
     if not runs:
         return None
     unit = symbol(result.time)
-    return {"runs": runs, "notes": notes, "several": several, "unit": unit}
+    units = "have the units of the problem" if result.scene.problem.units else "are dimensionless"
+    return {"runs": runs, "notes": notes, "several": several, "unit": unit, "units": units}
 
 
 def classes(result: SeveralRuns) -> Content:
@@ -128,25 +145,21 @@ def classes(result: SeveralRuns) -> Content:
 
 
 def over_time(result: SeveralRuns) -> Content:
-    """Return pictures of each quantity: sizes of all methods; of one method means as well."""
-    names = [name for names in names_by_kind(result).values() for name in names]
-    several = len(result) > 1
-    panels = []
-    for name in names:
-        sizes = panel_figure(partial(draw_quantity, result, name), roomy=several)
-        alt = f"{name}: largest deviation of each window over time, a line a method"
-        panels.append({"image": data_uri(sizes), "alt": alt})
-        if not several:
-            drift = result[0].drift[name]
-            means = partial(draw_means, name=name, drift=drift, time=result.time)
-            alt = f"{name}: mean deviation of each window"
-            panels.append({"image": data_uri(panel_figure(means)), "alt": alt})
-            panels[-2]["alt"] = (
-                f"{name}: largest deviation {number(drift.max_abs_error)}, "
-                f"final {number(drift.final_error)}, {drift.drift_class} "
-                f"{what_happened(drift, result.time)}".rstrip()
-            )
-    return {"panels": panels, "several": several} if panels else None
+    """Return pictures of what is beyond round-off, and folded those of the rest.
+
+    Of one method each kind, with the means of the quantity that is lost most; of several each quantity.
+    """
+    shown, folded = by_roundoff(result)
+    panels = _quantity_panels if len(result) > 1 else _kind_panels
+    if not (shown or folded):
+        return None
+    within = ", ".join(name for names in folded.values() for name in names)
+    return {
+        "panels": panels(result, shown),
+        "folded": panels(result, folded),
+        "within": within,
+        "several": len(result) > 1,
+    }
 
 
 def choices(result: SeveralRuns) -> Content:
@@ -156,6 +169,7 @@ def choices(result: SeveralRuns) -> Content:
 
 SECTIONS: tuple[Callable[[SeveralRuns], Content], ...] = (
     head,
+    motion,
     facts,
     kinds,
     methods,
@@ -165,6 +179,42 @@ SECTIONS: tuple[Callable[[SeveralRuns], Content], ...] = (
     over_time,
     choices,
 )
+
+
+def _quantity_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
+    """Return a picture of each quantity, a line a method."""
+    return [
+        {
+            "image": data_uri(panel_figure(partial(draw_quantity, result, name), roomy=True)),
+            "alt": f"{name}: largest deviation of each window over time, a line a method",
+        }
+        for names in kinds.values()
+        for name in names
+    ]
+
+
+def _kind_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
+    """Return two pictures of each kind of one run: sizes, and means with their sign."""
+    panels = []
+    for kind, names in kinds.items():
+        alt = "; ".join(_in_words(result, name) for name in names)
+        sizes = partial(draw_own_kind, result, kind, names)
+        panels.append({"image": data_uri(panel_figure(sizes)), "alt": alt})
+        most = worst(result, names)
+        means = partial(draw_means_of, result, most)
+        alt = f"{most}: mean deviation of each window"
+        panels.append({"image": data_uri(panel_figure(means)), "alt": alt})
+    return panels
+
+
+def _in_words(result: SeveralRuns, name: str) -> str:
+    """Return what a picture of a quantity of one run shows."""
+    drift = result[0].drift[name]
+    return (
+        f"{name}: largest deviation {number(drift.max_abs_error)}, "
+        f"final {number(drift.final_error)}, {drift.drift_class} "
+        f"{what_happened(drift, result.time)}".rstrip()
+    )
 
 
 def _end(result: SeveralRuns) -> str:

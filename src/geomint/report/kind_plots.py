@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -10,25 +11,59 @@ import numpy as np
 
 from ..plan import SeveralRuns
 from ..plots.canvas import new_figure
-from ..plots.drift_plots import draw_sizes, drift_figure, grid_figure
+from ..plots.drift_plots import draw_means, draw_sizes, grid_figure
 from ..plots.panels import Line, draw_lines, line_style, shared_legend, thinned
 from ..plots.style import series_style
 from ..watch.drift import ROUNDOFF
 from ..watch.quantities import KINDS
-from .kinds import conserved_by_kind
+from .kinds import by_roundoff, conserved_by_kind
+from .motion_panels import motion_draws
+from .text import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["draw_kind", "draw_quantity", "kinds_figure", "report_figure", "swatch"]
+__all__ = [
+    "draw_kind",
+    "draw_means_of",
+    "draw_own_kind",
+    "draw_quantity",
+    "kinds_figure",
+    "report_figure",
+    "swatch",
+    "worst",
+]
 
 
 def report_figure(result: SeveralRuns) -> Figure:
-    """Return the picture of a report: of one method every quantity, of several each kind."""
+    """Return the picture of a report.
+
+    Of one method the first turns of the motion, and the kinds of quantities beyond round-off, with
+    the mean of the one that is lost most; of several methods each kind.
+    """
     if len(result) > 1:
         return kinds_figure(result)
-    return drift_figure([(result[0].label, result[0].drift)], result.time, result.status)
+    shown, folded = by_roundoff(result)
+    draws = [each.draw for each in motion_draws(result)]
+    draws = draws[: len(draws) // 2 * 2]  # in pairs
+    for kind, names in shown.items():
+        draws.append(partial(draw_own_kind, result, kind, names))
+        draws.append(partial(draw_means_of, result, worst(result, names)))
+    with grid_figure(draws, 1.9) as (figure, _):
+        if result.status != "success":
+            figure.suptitle(f"run {result.status}", color="#b00020", weight="bold")
+        if folded:
+            drift = result[0].drift
+            words = [f"{n} {number(drift[n].max_abs_error)}" for ns in folded.values() for n in ns]
+            told = textwrap.fill(f"No larger than 32 ε × scale: {', '.join(words)}", 100)
+            figure.supxlabel(told, fontsize=8)
+    return figure
+
+
+def draw_means_of(result: SeveralRuns, name: str, axes: Axes) -> None:
+    """Draw the means of a quantity of one run."""
+    draw_means(axes, name, result[0].drift[name], result.time_label)
 
 
 def kinds_figure(result: SeveralRuns) -> Figure:
@@ -54,6 +89,31 @@ def kinds_figure(result: SeveralRuns) -> Figure:
     return figure
 
 
+def worst(result: SeveralRuns, names: Sequence[str]) -> str:
+    """Return the quantity of one run that is lost most, measured by its scale."""
+    drift = result[0].drift
+    return max(names, key=lambda name: drift[name].max_abs_error / (drift[name].scale or 1.0))
+
+
+def draw_own_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) -> None:
+    """Draw the quantities of one kind of one run, a line each, relative to their scales.
+
+    One quantity alone is in its own units.
+    """
+    if len(names) == 1:
+        draw_quantity(result, names[0], axes)
+        return
+    drift = result[0].drift
+    lines = [
+        thinned(Line(name, d.windows.times, d.windows.maxima / (d.scale or 1.0), i))
+        for i, (name, d) in enumerate((name, drift[name]) for name in names)
+    ]
+    title = KINDS[kind].title
+    draw_lines(axes, title, lines, ROUNDOFF, result.time_label, relative=True)
+    handles = len(lines)
+    axes.legend(loc="lower left", ncols=2 if handles > 3 else 1, fontsize=7)
+
+
 def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
     """Draw one quantity in its own units, a line a method."""
     drift = next(run.drift[name] for run in result if name in run.drift)
@@ -66,7 +126,7 @@ def draw_quantity(result: SeveralRuns, name: str, axes: Axes) -> None:
         for i, run in enumerate(result)
         if name in run.drift
     ]
-    draw_sizes(axes, name, runs, result.time)
+    draw_sizes(axes, name, runs, result.time_label)
 
 
 def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) -> None:
@@ -94,7 +154,7 @@ def draw_kind(result: SeveralRuns, kind: str, names: Sequence[str], axes: Axes) 
         KINDS[kind].title,
         lines,
         ROUNDOFF if relative else None,
-        result.time,
+        result.time_label,
         relative=relative,
         subtitle=words or (" " if relative else "not scaled; dashes at the right: noise of each"),
     )

@@ -8,7 +8,7 @@ from .text import OUTCOMES, what_happened
 
 SMALL = "32 ε × scale"  # whatever the class of what is so small
 
-__all__ = ["conserved_by_kind", "kinds_in_words", "names_by_kind", "outcomes"]
+__all__ = ["by_roundoff", "conserved_by_kind", "kinds_in_words", "names_by_kind", "outcomes"]
 
 
 def names_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
@@ -24,6 +24,18 @@ def conserved_by_kind(result: SeveralRuns) -> dict[str, list[str]]:
     """Return the same without what is not conserved, whose changes are no errors."""
     found = names_by_kind(result)
     return {kind: names for kind, names in found.items() if KINDS[kind].conserved}
+
+
+def by_roundoff(result: SeveralRuns) -> tuple[dict[str, list[str]], dict[str, list[str]]]:
+    """Return the quantities by kind: kinds that any method takes beyond round-off, and the others."""
+    found = names_by_kind(result)
+    kept = {
+        kind
+        for kind, names in found.items()
+        if all(run.drift[n].within_roundoff for run in result for n in names if n in run.drift)
+    }
+    folded = {kind: names for kind, names in found.items() if kind in kept}
+    return {kind: names for kind, names in found.items() if kind not in kept}, folded
 
 
 def outcomes(result: SeveralRuns) -> list[tuple[str, str]]:

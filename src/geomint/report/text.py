@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import numpy as np
+
+from ..errors import shortened
 from ..plan import MethodRun
 from ..run.solution import Solution
 from ..watch.drift import Drift
+
+MOST_ENTRIES = 36  # of a matrix that is shown
 
 __all__ = [
     "OUTCOMES",
     "duration",
     "number",
+    "parameter",
     "rule_details",
     "short_slope",
     "step_of",
@@ -30,6 +37,18 @@ def number(value: float | None, digits: int = 3) -> str:
         return "not finite"
     text = f"{value:.{digits}g}"
     return f"−{text[1:]}" if text.startswith("-") else text
+
+
+def parameter(value: Any) -> str:
+    """Return a parameter of a problem for readers: numbers to ten digits, of matrices the rows."""
+    shown = np.asarray(value)
+    if shown.dtype.kind not in "iuf" or shown.size > MOST_ENTRIES:
+        return shortened(str(value), 200)
+    if shown.ndim == 0:
+        return number(float(shown), 10)
+    if shown.ndim == 1:
+        return ", ".join(number(float(x), 10) for x in shown)
+    return "; ".join(parameter(row) for row in shown)
 
 
 def step_of(solution: Solution, digits: int = 6) -> str:

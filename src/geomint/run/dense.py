@@ -92,6 +92,10 @@ class Output:
         states = self._found(times, by_clock)
         return states.reshape(*wanted.shape, self.problem.rows)
 
+    def own_times(self, t: Array) -> Array:
+        """Return the problem's own times at physical ones within the run, where these are known."""
+        raise NotImplementedError
+
     def _found(self, times: Array, by_clock: bool) -> Array:
         """Return the states at times of the clock, or the problem's own, shape (m,) ↦ (m, rows)."""
         raise NotImplementedError
@@ -115,7 +119,15 @@ class DenseOutput(Output):
     def __reduce__(self) -> Any:
         return DenseOutput, self._made
 
+    def own_times(self, t: Array) -> Array:
+        """Return those of the real steps that lead there."""
+        return self._steps(t, True)[0]
+
     def _found(self, times: Array, by_clock: bool) -> Array:
+        return self._steps(times, by_clock)[1]
+
+    def _steps(self, times: Array, by_clock: bool) -> tuple[Array, Array]:
+        """Return the problem's own times, and the states."""
         nodes = Nodes(self.times, self.states, np.arange(len(self.times)))
         order = np.argsort(times, kind="stable")
         at = nodes.before(times[order], self._sign, by_clock)
@@ -123,6 +135,6 @@ class DenseOutput(Output):
         found = taken(nodes, at, times[order])
         if found.error is not None:
             raise found.error
-        states = np.empty((len(times), self.problem.rows))
-        states[order] = found.states[:, : self.problem.rows]
-        return states
+        own, states = np.empty(len(times)), np.empty((len(times), self.problem.rows))
+        own[order], states[order] = found.times, found.states[:, : self.problem.rows]
+        return own, states

@@ -16,6 +16,7 @@ from ..methods.exact import Exact
 from ..problems.shown import Shown
 from .dense import DenseOutput, Output
 from .exact.dense import ExactOutput
+from .pictures import Pictures, time_label
 from .provenance import run_provenance
 from .result import Result
 from .stored import StoredMethod, StoredProblem
@@ -28,7 +29,7 @@ __all__ = ["Solution"]
 
 
 @dataclass(repr=False, eq=False)
-class Solution(Shown, Result):
+class Solution(Shown, Pictures, Result):
     """The result of `geomint.solve`.
 
     Attributes
@@ -122,7 +123,8 @@ class Solution(Shown, Result):
         """Plot the largest deviation of every observed quantity, window by window."""
         from ..plots.drift_plots import drift_figure
 
-        return drift_figure([(self.by.name, self.drift)], self.drift_time, self.status)
+        label = time_label(self, self.drift_time)
+        return drift_figure([(self.by.name, self.drift)], label, self.status)
 
     def to_xarray(self) -> Any:
         """Return times, pieces, drifts and parameters as an `xarray.Dataset`, as in files.

@@ -120,6 +120,7 @@ def save_solution(
         "format": _FORMAT,
         "history": f"written by geomint {__version__}",
         **solution.words(provenance),
+        **({"units": json.dumps(dict(problem.units))} if problem.units else {}),
         "run": json.dumps({name: getattr(solution, name) for name in _RUN}),
         "restart": json.dumps(restart),
         "kept": json.dumps(kept),
@@ -277,12 +278,18 @@ def _read(file: Any) -> Solution:
     places = {
         of: (code[of].tobytes() if of in code else b"", reason) for of, reason in missing.items()
     }
-    known = (
-        {name: piece.shape[1:] for name, piece in pieces.items()},
-        *(words["time"], values["parameter"], values["params"].get("problem", np.zeros(0))),
-        *((origin.get("scene") or {}).get(section) for section in ("system", "initial")),
+    scene = origin.get("scene") or {}
+    problem: Any = StoredProblem(
+        words["problem"],
+        *places["problem"],
+        shapes={name: piece.shape[1:] for name, piece in pieces.items()},
+        time=words["time"],
+        parameters=values["parameter"],
+        params=values["params"].get("problem", np.zeros(0)),
+        system=scene.get("system"),
+        initial=scene.get("initial"),
+        units=json.loads(words.get("units", "{}")),
     )
-    problem: Any = StoredProblem(words["problem"], *places["problem"], *known)
     method: Any = StoredMethod(words["method"], *places["method"], words["adaptive"] == "True")
     return Solution(
         problem=problem,

@@ -16,6 +16,7 @@ from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..problems.spaces.pieces import piece_slices
 from ..problems.systems import find_system
+from ..problems.units import unit_among
 
 __all__ = ["Found", "Stored", "StoredMethod", "StoredProblem"]
 
@@ -76,6 +77,7 @@ class StoredProblem(Stored):
     ----------
     parameters : mapping
         Of a file those that are numbers.
+    units : mapping of str to str
     system, initial : mapping, optional
         Sections of the scene: with them the problem is made anew, in any version that knows the system.
     """
@@ -89,6 +91,7 @@ class StoredProblem(Stored):
     params: Any = None
     system: Mapping[str, Any] | None = None
     initial: Mapping[str, Any] | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, problem: Problem | StoredProblem) -> StoredProblem:
@@ -97,7 +100,7 @@ class StoredProblem(Stored):
             return problem
         content, missing = _sent(problem)
         known = problem.shapes, problem.time, problem.parameters, problem.params
-        return cls(problem.name, content, missing, *known)
+        return cls(problem.name, content, missing, *known, units=problem.units)
 
     @property
     def pieces(self) -> tuple[tuple[str, int], ...]:
@@ -108,6 +111,10 @@ class StoredProblem(Stored):
     def slices(self) -> dict[str, slice]:
         """Where each piece lies in the flat state."""
         return piece_slices(self.pieces)
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a piece, a component, a quantity or a time by its name."""
+        return unit_among(self.units, name)
 
     def found(self) -> Problem:
         """Return the problem of the system, or that whose functions are where they were."""

@@ -28,5 +28,9 @@ class ExactOutput(Output):
     def __reduce__(self) -> Any:
         return ExactOutput, self._made
 
+    def own_times(self, t: Array) -> Array:
+        """Return those of the motion."""
+        return self._path.own(t)
+
     def _found(self, times: Array, by_clock: bool) -> Array:
         return self._path.at_physical(times) if by_clock else self._path.states(times)
