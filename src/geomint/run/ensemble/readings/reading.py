@@ -20,6 +20,7 @@ from ..outcome import ENDED_EARLY, Outcome
 __all__ = ["Ran", "Reading", "read_off"]
 
 EVEN = 1e-6  # of a step: by that much steps of one length may differ
+ROUNDED = 4.0  # units in the last place of the times: so much beside
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +92,14 @@ class Ran:
         gaps = np.diff(times)
         if not len(gaps):
             return len(times), 0.0
-        uneven = np.flatnonzero(np.abs(gaps - gaps[0]) > EVEN * abs(gaps[0]))
+        rounded = ROUNDED * np.spacing(np.abs(times).max())  # more than that of a step, late
+        uneven = np.flatnonzero(np.abs(gaps - gaps[0]) > EVEN * abs(gaps[0]) + rounded)
         if len(uneven) and uneven[0] < len(gaps) - 1:
             raise DomainError("readings", times, "states at equal steps, such as by tau_eval")
-        return len(times) - len(uneven), float(gaps[0])
+        count = len(times) - len(uneven)
+        if rounded < EVEN * abs(gaps[0]):
+            return count, float(gaps[0])
+        return count, float((times[count - 1] - times[0]) / (count - 1))
 
 
 class Reading(ABC):
