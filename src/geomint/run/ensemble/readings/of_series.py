@@ -67,7 +67,8 @@ class Drift(OfQuantity):
 
     def read(self, ran: Ran) -> Array:
         values = ran.series(self.of)
-        return _reduced(np.fmax, np.abs(values - values[:, :1]))
+        with np.errstate(invalid="ignore"):  # ∞ − ∞, of which there is no number
+            return _reduced(np.maximum, np.abs(values - values[:, :1]), ran)
 
 
 class Lowest(OfQuantity):
@@ -76,7 +77,7 @@ class Lowest(OfQuantity):
     kind = "lowest"
 
     def read(self, ran: Ran) -> Array:
-        return _reduced(np.fmin, ran.series(self.of))
+        return _reduced(np.minimum, ran.series(self.of), ran)
 
 
 class Highest(OfQuantity):
@@ -85,12 +86,14 @@ class Highest(OfQuantity):
     kind = "highest"
 
     def read(self, ran: Ran) -> Array:
-        return _reduced(np.fmax, ran.series(self.of))
+        return _reduced(np.maximum, ran.series(self.of), ran)
 
 
-def _reduced(function: np.ufunc, values: Array) -> Array:
-    """Return the largest or least of each row, without what is no number."""
-    return np.asarray(function.reduce(values, axis=1))
+def _reduced(function: np.ufunc, values: Array, ran: Ran) -> Array:
+    """Return the largest or least of each member's states; NaN where one of these has no number."""
+    last = np.maximum(ran.found.counts - 1, 0)
+    filled = np.arange(values.shape[1]) <= last[:, None]  # a member has fewer states than others
+    return np.asarray(function.reduce(np.where(filled, values, values[:, :1]), axis=1))
 
 
 class OfEvenSamples(OfQuantity):
@@ -171,7 +174,9 @@ class Windows(OfQuantity):
     def read(self, ran: Ran) -> Array:
         values, read = ran.series(self.of), np.full((len(ran), self.count), np.nan)
         for k in ran.ended:
-            parts = np.array_split(values[k, 1 : ran.found.counts[k]] - values[k, 0], self.count)
+            with np.errstate(invalid="ignore"):
+                off = values[k, 1 : ran.found.counts[k]] - values[k, 0]
+            parts = np.array_split(off, self.count)
             read[k] = [np.sqrt(np.mean(p * p)) if len(p) else np.nan for p in parts]
         return read
 

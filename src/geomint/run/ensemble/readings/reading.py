@@ -129,7 +129,10 @@ class Reading(ABC):
 
     @abstractmethod
     def read(self, ran: Ran) -> Any:
-        """Return an array whose first axis is that of the members; NaN where there is nothing."""
+        """Return an array whose first axis is that of the members; NaN where there is nothing.
+
+        What it says of members that have not come to their ends is not looked at: they have NaN.
+        """
 
 
 def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
@@ -140,7 +143,7 @@ def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
     DomainError
         For a reading of a user that fails, or is no array of the right length.
     """
-    found = ran.found
+    found, early = ran.found, np.setdiff1d(np.arange(len(ran)), ran.ended)
     for name, reading in readings.items():
         expected = f"numbers, a row for each of {len(ran)} members"
         try:
@@ -152,6 +155,9 @@ def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
             raise DomainError(f"readings[{name!r}]", reading, said) from error
         if not reading.merges and (values.ndim == 0 or len(values) != len(ran)):
             raise DomainError(f"readings[{name!r}]", values, expected)
+        if not reading.merges and len(early):
+            values = values.copy()  # it may be the reading's own
+            values[early] = np.nan
         found.readings[name] = values
     if not ran.asked.keep_states:
         found.keep_last()
