@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -207,6 +208,46 @@ def test_late_times_are_even_as_early_ones_are(begin: float) -> None:
     late = gi.solve_ensemble(HENON, states, **run, t0=begin, t_end=begin + 50.0)
     assert np.isfinite(early.readings[name]).all()
     assert np.allclose(late.readings[name], early.readings[name], rtol=1e-5)
+
+
+class Uneven(gi.Reading):
+    """What has another shape in every block."""
+
+    name = "uneven"
+
+    def __init__(self, axes: int, merges: bool) -> None:
+        self._axes, self.merges = axes, merges  # type: ignore[misc]
+
+    def read(self, ran: Any) -> Any:
+        if self.merges:
+            return np.ones(len(ran))
+        return np.ones((len(ran),) if len(ran) < 64 else (len(ran),) + (1,) * self._axes)
+
+
+@pytest.mark.parametrize("asked", [Uneven(0, True), Uneven(1, False)])
+@pytest.mark.parametrize("out", [None, "a.zarr"])
+def test_blocks_that_do_not_fit_together(asked: Any, out: Any, tmp_path: Path) -> None:
+    place = None if out is None else tmp_path / out
+    states = np.full((70, 1), 0.1)
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "workers": 1}
+    with pytest.raises(gi.DomainError, match="'uneven'.*as of other members"):
+        gi.solve_ensemble(BURSTING, states, **run, readings=asked, out=place)
+
+
+@pytest.mark.parametrize("wanted", [{}, {"events": "x"}])
+def test_states_that_are_not_to_be_kept_are_not(wanted: Any) -> None:
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "save_every": 1}
+    run |= {"states": [[0.1]], "keep_states": False, **wanted}
+    many = gi.solve_ensemble(BURSTING, **run)
+    assert many.y.shape == (1, 1, 1)
+    assert many.tau[0, 0] == 2.0
+
+
+@pytest.mark.parametrize(("t0", "t_end", "what"), [(3.0, 5.0, "t0"), (0.0, -5.0, "t_end")])
+def test_points_of_sections_begin_at_time_0_and_go_forward(t0: Any, t_end: Any, what: str) -> None:
+    points = gi.SectionPoints("q[0]", 3)
+    with pytest.raises(gi.DomainError, match=f"{what} = "):
+        gi.solve_ensemble(HENON, 0.2 * np.eye(4), t0=t0, t_end=t_end, readings=points)
 
 
 class Wrong(Turns):

@@ -14,6 +14,7 @@ from ....errors import MissingCodeError
 from ...files.workplace import synced
 from ...variables import optional
 from ..dataset import free_name
+from ..outcome import check_alike
 from .columns import Column
 
 __all__ = ["CHUNK", "ROW", "Arrays", "needed_zarr"]
@@ -110,6 +111,8 @@ class Arrays:
             self.make(column)
             self.gathered()
         array = self._known[key]
+        if column.role in ("reading", "merged"):
+            check_alike(column.of, shape, array.shape[1:], column.role == "merged")
         wider = [max(n, old) for n, old in zip(shape, array.shape[1:], strict=True)]
         if list(array.shape[1:]) != wider:
             if "sample" in column.axes:  # one axis of several arrays
