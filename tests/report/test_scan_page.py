@@ -140,6 +140,9 @@ def test_command(tmp_path: Path) -> None:
         ({"vary": {"D": "2:3:2"}, "show": ["drift:enrgy"]}, "energy"),
         ({"vary": {"D": "2:3:2"}, "show": []}, "show"),
         ({"draws": 0}, "draws"),
+        ({"vary": {"D": "2:3:2"}, "keep": ["K"]}, r"keep = \['K'\].*--draws"),
+        ({"vary": {"D": "2:3:2"}, "temperature": 0.1}, "temperature.*--draws"),
+        ({"vary": {"D": "2:3:2"}, "seed": 1}, "seed = 1.*--draws"),
         ({"draws": 3, "keep": ["enrgy"]}, "energy"),
     ],
 )
