@@ -148,6 +148,9 @@ def _members(
             where = told_values(variations, numbers)
             raise SceneError(f"with {where}: the system has no representation {route.name!r}")
         problem, state = model.problems[route.name], model.states[route.name]
+        if problem.pieces != (problems or [problem])[0].pieces:
+            where, before = told_values(variations, numbers), told_values(variations, values[0])
+            raise SceneError(f"with {where}: the state has other pieces than with {before}")
         drawn = state[None, :]
         if section.draws is not None:
             drawn = draw_states(
