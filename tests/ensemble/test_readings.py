@@ -210,6 +210,24 @@ def test_late_times_are_even_as_early_ones_are(begin: float) -> None:
     assert np.allclose(late.readings[name], early.readings[name], rtol=1e-5)
 
 
+@pytest.mark.parametrize("more", [{"save_every": 3}, {"t_eval": [0.5, 1.0]}, {"out": "a.zarr"}])
+def test_too_few_states_for_an_average_are_told(more: dict[str, Any], tmp_path: Path) -> None:
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, **more}
+    if "out" in more:
+        run |= {"step": 0.25, "out": tmp_path / "a.zarr"}
+    asked = ["mean:x", "final:x", "digits:x"]
+    with pytest.warns(gi.GeomintWarning, match="2 of 2 .* fewer than 16 states.* mean:x, digits:x"):
+        many = gi.solve_ensemble(BURSTING, [[0.1], [0.2]], **run, readings=asked)
+    assert np.isnan(many.readings["mean:x"]).all()
+    assert np.isfinite(many.readings["final:x"]).all()
+
+
+def test_a_quantity_that_some_problems_lack_is_told_before() -> None:
+    problems = [BURSTING, replace(BURSTING, observables={"far": far})]
+    with pytest.raises(gi.DomainError, match="readings = 'left'"):
+        gi.solve_ensemble(problems, [0.1], t_end=2.0, readings="final:left")
+
+
 class Uneven(gi.Reading):
     """What has another shape in every block."""
 

@@ -99,6 +99,8 @@ def _reduced(function: np.ufunc, values: Array, ran: Ran) -> Array:
 class OfEvenSamples(OfQuantity):
     """A reading of samples at equal steps."""
 
+    fewest = FEWEST
+
     def check(self, problem: Problem, asked: Asked) -> None:
         super().check(problem, asked)
         times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
@@ -111,7 +113,7 @@ class OfEvenSamples(OfQuantity):
         for k in ran.ended:
             count, gap = ran.even(k)
             samples = values[k, :count]
-            if count >= FEWEST and np.isfinite(samples).all():
+            if count >= self.fewest and np.isfinite(samples).all():
                 read[k] = self.of_samples(samples, gap)
         return read
 
@@ -141,7 +143,7 @@ class Digits(OfEvenSamples):
 class Frequency(OfEvenSamples):
     """``frequency:NAME``: of its largest term beside the mean, in radians per unit of own time.
 
-    By `geomint.frequencies`; NaN for what does not vary.
+    Of physical time where states are at `t_eval`. By `geomint.frequencies`; NaN for what does not vary.
     """
 
     kind = "frequency"

@@ -114,10 +114,13 @@ class Reading(ABC):
         Whether states along the run are needed, not only the last.
     merges : bool
         Whether what is read has no axis of members, and is added up: such as a histogram.
+    fewest : int
+        States at equal steps that it takes: of members with fewer a warning tells.
     """
 
     along: ClassVar[bool] = False
     merges: ClassVar[bool] = False
+    fewest: ClassVar[int] = 1
 
     @property
     @abstractmethod
