@@ -185,7 +185,11 @@ def test_what_is_no_number_at_a_state_has_no_extremes(kind: str) -> None:
     states = np.array([[0.1], [0.25], [0.35]])  # never; on the way; from the first state on
     run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
     found = gi.solve_ensemble(BURSTING, states, **run, readings=f"{kind}:left").readings
-    assert list(np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)) == [True, False, False]
+    assert list(np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)) == [
+        True,
+        False,
+        False,
+    ]
 
 
 def test_infinite_values_are_no_warning_of_their_own() -> None:

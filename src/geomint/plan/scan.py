@@ -105,7 +105,9 @@ def plan_scan(scene: Scene, **keys: Any) -> ScanPlan:
     if section.draws is None:
         for key in sorted(section.model_fields_set & {*OF_DRAWS}):
             what = f"[ensemble] {key} = {quoted(getattr(section, key))}"
-            raise SceneError(f"scene {quoted(scene.name)}: {what}: expected draws with it (--draws)")
+            raise SceneError(
+                f"scene {quoted(scene.name)}: {what}: expected draws with it (--draws)"
+            )
     if len(variations) > MOST_KEYS:
         names = [v.key for v in variations]
         raise SceneError(f"vary: {quoted(names)}: expected at most {MOST_KEYS} of them")

@@ -193,7 +193,9 @@ def _edges(many: Ensemble, count: int) -> Array:
     _, end = _end(asked)
     if many.asked.method.adaptive or end is None:
         raise DomainError("method", asked.method.name, "steps of one length, or t_eval or tau_eval")
-    steps = float(np.median(many.steps[_at_their_ends(many)])) / (asked.shared.get("save_every") or 1)
+    steps = float(np.median(many.steps[_at_their_ends(many)])) / (
+        asked.shared.get("save_every") or 1
+    )
     samples = max(round(steps), count)
     small, more = divmod(samples, count)
     numbers = np.arange(count + 1)

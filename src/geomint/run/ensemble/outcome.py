@@ -179,9 +179,7 @@ class Outcome:
             own[here] = values
 
 
-def check_alike(
-    name: str, shape: tuple[int, ...], before: tuple[int, ...], adds: bool
-) -> None:
+def check_alike(name: str, shape: tuple[int, ...], before: tuple[int, ...], adds: bool) -> None:
     """Raise `DomainError` for a reading that cannot stand beside what it was for other members.
 
     What is added up has one shape, what is not one number of axes: it may be longer for some.
