@@ -122,9 +122,7 @@ def test_eight_steps_at_once_are_single_ones(
     """To rounding; of one, of some more than eight, and where a momentum outgrows its units."""
     p, y0 = PROBLEMS[problem]
     if problem == "spherical-pendulum":
-        p = spherical_pendulum.problem(
-            gravity=60.0
-        )  # |p| outgrows its unit in the second eight steps
+        p = spherical_pendulum.problem(gravity=60.0)  # |p| outgrows its unit in the second eight steps
     for steps in (1, 7, 8, 9, 41):
         at_once = run(p, y0, name, 0.01, steps).drift["measure"]
         with monkeypatch.context() as patch:
