@@ -252,7 +252,7 @@ def test_blocks_that_do_not_fit_together(asked: Any, out: Any, tmp_path: Path) -
     place = None if out is None else tmp_path / out
     states = np.full((70, 1), 0.1)
     run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "workers": 1}
-    with pytest.raises(gi.DomainError, match="'uneven'.*as of other members"):
+    with pytest.raises(gi.DomainError, match=r"'uneven'.*as of other members"):
         gi.solve_ensemble(BURSTING, states, **run, readings=asked, out=place)
 
 

@@ -143,6 +143,15 @@ def test_command(tmp_path: Path) -> None:
     assert quiet.stdout == ""
 
 
+@pytest.mark.filterwarnings("always")
+def test_warnings_are_lines_of_the_command(tmp_path: Path) -> None:
+    given = ["hamiltonized-n3", "--tau-end", "2", "--vary", "D=4", "--show", "mean:K"]
+    result = CliRunner().invoke(main, ["scan", *given, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert "\ngeomint: warning: 1 of 1 members have fewer" in result.stderr
+    assert ".py" not in result.stderr
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

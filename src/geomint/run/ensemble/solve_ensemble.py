@@ -17,6 +17,7 @@ from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
 from ..calls import explained
 from ..progress import Progress
+from ..solve import tell_short_run
 from .given import Asked, canonical_members
 from .outcome import ENDED_EARLY, empty_outcome
 from .place import place_for
@@ -201,6 +202,11 @@ def solve_ensemble(
         finally:
             many.found, many.run_seconds = place.found, time.perf_counter() - start
     _tell_few(many)
+    if step is not None and asked.steps_alone and "success" in many.status:
+        own_end = t_end if tau_end is None else tau_end
+        if given.problem(0).time == "t" or t_end is None:  # else runs of their own have told it
+            begin = begin if given.problem(0).time == "t" else 0.0
+            tell_short_run(given.problem(0), abs(float(own_end) - begin), float(step))
     return many
 
 
@@ -218,7 +224,7 @@ def _tell_few(many: Ensemble) -> None:
     names = [name for name, count in few.items() if count]
     if names:
         words = (
-            f"{few[names[0]]} of {len(many)} members have fewer than {needed[names[0]]} states at equal "
-            f"steps, and no value of {', '.join(names)}: take shorter steps or a later end"
+            f"{few[names[0]]} of {len(many)} members have fewer than {needed[names[0]]} states at "
+            f"equal steps, and no value of {', '.join(names)}: take shorter steps or a later end"
         )
         warnings.warn(words, GeomintWarning, stacklevel=4)  # who called `solve_ensemble`
