@@ -195,6 +195,16 @@ def test_of_every_kind_of_state(name: str) -> None:
     assert not np.array_equal(states, other)
 
 
+@pytest.mark.parametrize("theta", [1e-200, 1e-12])
+def test_a_temperature_that_chains_do_not_come_to_is_told(theta: float) -> None:
+    """Energies in units of it are large, their squares too large for numbers: no success of that."""
+    with pytest.warns(gi.GeomintWarning, match="depend on where chains began"):
+        gi.draw_states(OSCILLATORS, 9, temperature=theta)
+    near = np.sqrt(theta) * np.array([0.05, 1.0, 1.0, 1.0])  # the problem has no random states
+    states = gi.draw_states(OSCILLATORS, 400, temperature=1e-12, at=near * np.sqrt(1e-12 / theta))
+    assert stats.kstest(states[:, 1] / 1e-6, "norm").pvalue > SIGNIFICANT
+
+
 def test_a_level_without_bounds_is_told() -> None:
     """The contact point of a rolling ball may be anywhere."""
     scene = gi.load_scene("rolling-ball-n3")

@@ -230,6 +230,14 @@ def test_ctrl_c_ends_a_member_that_takes_long() -> None:
     assert not found.counts.any()
 
 
+@pytest.mark.parametrize("begin", [0.0, 5.0])
+def test_a_step_longer_than_the_run_is_told_once(begin: float) -> None:
+    run: dict[str, Any] = {"method": "rk-4", "step": 100.0, "t0": begin, "t_end": begin + 0.5}
+    with pytest.warns(gi.GeomintWarning, match="longer than the run") as told:
+        gi.solve_ensemble(HENON, 0.1 * np.eye(4), **run)
+    assert len(told) == 1
+
+
 def test_an_error_travels() -> None:
     error = gi.EnsembleError("workers have ended")
     assert str(pickle.loads(pickle.dumps(error))) == "workers have ended"

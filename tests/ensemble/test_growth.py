@@ -65,6 +65,12 @@ def test_times_of_windows_and_members_that_fail(tmp_path: Path) -> None:
         (STATES, {"readings": gi.Windows("energy", 999)}, {"name": "energy"}, "at least 8 members"),
         (
             STATES,
+            {"readings": READ, "t_eval": np.linspace(0.0, 10.0, 99), "save_every": 1},
+            {"name": "energy"},
+            "save_every = 1: expected None beside times",
+        ),
+        (
+            STATES,
             {"readings": READ, "method": "dop853-adaptive", "step": None},
             {"name": "energy"},
             "steps of one length",
@@ -76,6 +82,20 @@ def test_what_cannot_be_told(states: Any, more: Any, ask: Any, said: str) -> Non
     many = gi.solve_ensemble(HENON, states, **run)
     with pytest.raises(gi.DomainError, match=said):
         many.growth(**ask)
+
+
+@pytest.mark.parametrize("times", [None, np.linspace(0.0, 60.0, 301)])
+def test_members_that_an_event_ends_have_no_part_in_it(times: Any) -> None:
+    """Their windows are of shorter runs: the same times would be wrong."""
+    run: dict[str, Any] = {"t_end": 60.0, "step": 0.05, "method": "rk-4", "readings": READ}
+    run["t_eval"] = times
+    stop = gi.Event("q[0]", level=0.2, terminal=True)
+    many = gi.solve_ensemble(HENON, STATES[:40], **run, events=stop)
+    whole = np.array([len(met.t) == 0 for met in many.events["q[0] = 0.2"]])
+    assert 8 <= whole.sum() < 40
+    alone = gi.solve_ensemble(HENON, STATES[:40][whole], **run)
+    assert many.growth("energy").members == whole.sum()
+    assert np.array_equal(many.growth("energy").rms, alone.growth("energy").rms)
 
 
 def test_pictures() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
+from geomint.problems.testproblems import henon_heiles
 
 
 @gi.observable
@@ -20,6 +22,7 @@ def product(params: Any, t: Any, y: Any, work: Any) -> Any:
 
 PROBLEM = replace(gi.load_scene("hamiltonized-n3").problem, observables={"product": product})
 STATES = np.array([PROBLEM.random_state(seed) for seed in range(9)])
+HENON = henon_heiles.problem()
 RUN: dict[str, Any] = {"tau_end": 12.0, "method": "rk-4", "step": 0.05}
 
 
@@ -119,14 +122,9 @@ def test_several_problems_read_their_own_quantities() -> None:
 
 
 def test_of_a_member_that_fails_nothing_is_read() -> None:
-    @gi.field
-    def bursting(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
-        out[0] = y[0] * y[0]
-
-    problem = gi.Problem("bursting", pieces=(("x", 1),), field=bursting)
     states = np.array([[0.1], [3.0], [0.2]])
     many = gi.solve_ensemble(
-        problem, states, t_end=2.0, method="rk-4", step=0.01, readings=["final:x", "drift:x"]
+        BURSTING, states, t_end=2.0, method="rk-4", step=0.01, readings=["final:x", "drift:x"]
     )
     assert list(many.status) == ["success", "failed", "success"]
     for values in many.readings.values():
@@ -141,6 +139,137 @@ class Turns(gi.Reading):
 
     def read(self, ran: Any) -> Any:
         return np.count_nonzero(np.diff(np.sign(ran.series("gamma[0]")), axis=1), axis=1)
+
+
+@gi.field
+def bursting(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[0] * y[0]
+
+
+@gi.observable
+def far(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 1.0 / y[0]
+
+
+@gi.observable
+def left(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return (0.3 - y[0]) ** 0.5
+
+
+BURSTING = gi.Problem(
+    "bursting", pieces=(("x", 1),), field=bursting, observables={"left": left, "far": far}
+)
+
+
+class Always(gi.Reading):
+    """What looks at nothing, and keeps what it says."""
+
+    name, said = "always", np.ones(2)
+
+    def read(self, ran: Any) -> Any:
+        return self.said[: len(ran)]
+
+
+def test_what_ones_own_says_of_members_that_fail_is_not_looked_at() -> None:
+    states = np.array([[0.1], [3.0]])
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.01}
+    many = gi.solve_ensemble(BURSTING, states, **run, readings=Always())
+    assert list(many.status) == ["success", "failed"]
+    assert np.array_equal(many.readings["always"], [1.0, np.nan], equal_nan=True)
+    assert Always.said[1] == 1.0
+
+
+@pytest.mark.parametrize("kind", ["drift", "lowest", "highest", "mean", "windows"])
+def test_what_is_no_number_at_a_state_has_no_extremes(kind: str) -> None:
+    """Of the root of what becomes negative: neither its largest value until then, nor any other."""
+    states = np.array([[0.1], [0.25], [0.35]])  # never; on the way; from the first state on
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
+    found = gi.solve_ensemble(BURSTING, states, **run, readings=f"{kind}:left").readings
+    assert list(np.isfinite(found[f"{kind}:left"].reshape(3, -1)).all(axis=1)) == [
+        True,
+        False,
+        False,
+    ]
+
+
+def test_infinite_values_are_no_warning_of_their_own() -> None:
+    states = np.array([[0.0], [0.1]])
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05}
+    asked = ["drift:far", "highest:far", "windows:far"]
+    found = gi.solve_ensemble(BURSTING, states, **run, readings=asked).readings
+    assert np.isnan(found["drift:far"][0])
+    assert found["highest:far"][0] == np.inf
+    assert np.isfinite(found["drift:far"][1])
+
+
+@pytest.mark.parametrize("begin", [1e9, -1e10])
+def test_late_times_are_even_as_early_ones_are(begin: float) -> None:
+    """Ten digits before the point leave few behind it for a step."""
+    name = "frequency:q[0]"
+    run: dict[str, Any] = {"method": "rk-4", "step": 0.05, "readings": name}
+    states = 0.2 * np.eye(4)[[0, 2]]
+    early = gi.solve_ensemble(HENON, states, **run, t_end=50.0)
+    late = gi.solve_ensemble(HENON, states, **run, t0=begin, t_end=begin + 50.0)
+    assert np.isfinite(early.readings[name]).all()
+    assert np.allclose(late.readings[name], early.readings[name], rtol=1e-5)
+
+
+@pytest.mark.parametrize("more", [{"save_every": 3}, {"t_eval": [0.5, 1.0]}, {"out": "a.zarr"}])
+def test_too_few_states_for_an_average_are_told(more: dict[str, Any], tmp_path: Path) -> None:
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, **more}
+    if "out" in more:
+        run |= {"step": 0.25, "out": tmp_path / "a.zarr"}
+    asked = ["mean:x", "final:x", "digits:x"]
+    with pytest.warns(gi.GeomintWarning, match="2 of 2 .* fewer than 16 states.* mean:x, digits:x"):
+        many = gi.solve_ensemble(BURSTING, [[0.1], [0.2]], **run, readings=asked)
+    assert np.isnan(many.readings["mean:x"]).all()
+    assert np.isfinite(many.readings["final:x"]).all()
+
+
+def test_a_quantity_that_some_problems_lack_is_told_before() -> None:
+    problems = [BURSTING, replace(BURSTING, observables={"far": far})]
+    with pytest.raises(gi.DomainError, match="readings = 'left'"):
+        gi.solve_ensemble(problems, [0.1], t_end=2.0, readings="final:left")
+
+
+class Uneven(gi.Reading):
+    """What has another shape in every block."""
+
+    name = "uneven"
+
+    def __init__(self, axes: int, merges: bool) -> None:
+        self._axes, self.merges = axes, merges  # type: ignore[misc]
+
+    def read(self, ran: Any) -> Any:
+        if self.merges:
+            return np.ones(len(ran))
+        return np.ones((len(ran),) if len(ran) < 64 else (len(ran),) + (1,) * self._axes)
+
+
+@pytest.mark.parametrize("asked", [Uneven(0, True), Uneven(1, False)])
+@pytest.mark.parametrize("out", [None, "a.zarr"])
+def test_blocks_that_do_not_fit_together(asked: Any, out: Any, tmp_path: Path) -> None:
+    place = None if out is None else tmp_path / out
+    states = np.full((70, 1), 0.1)
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "workers": 1}
+    with pytest.raises(gi.DomainError, match=r"'uneven'.*as of other members"):
+        gi.solve_ensemble(BURSTING, states, **run, readings=asked, out=place)
+
+
+@pytest.mark.parametrize("wanted", [{}, {"events": "x"}])
+def test_states_that_are_not_to_be_kept_are_not(wanted: Any) -> None:
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "save_every": 1}
+    run |= {"states": [[0.1]], "keep_states": False, **wanted}
+    many = gi.solve_ensemble(BURSTING, **run)
+    assert many.y.shape == (1, 1, 1)
+    assert many.tau[0, 0] == 2.0
+
+
+@pytest.mark.parametrize(("t0", "t_end", "what"), [(3.0, 5.0, "t0"), (0.0, -5.0, "t_end")])
+def test_points_of_sections_begin_at_time_0_and_go_forward(t0: Any, t_end: Any, what: str) -> None:
+    points = gi.SectionPoints("q[0]", 3)
+    with pytest.raises(gi.DomainError, match=f"{what} = "):
+        gi.solve_ensemble(HENON, 0.2 * np.eye(4), t0=t0, t_end=t_end, readings=points)
 
 
 class Wrong(Turns):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -374,8 +375,8 @@ def test_without_zarr(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_is_no_ensemble(tmp_path: Path) -> None:
-    for path in (tmp_path, tmp_path / "nothing"):
-        with pytest.raises(gi.GeomintError, match="holds no ensemble"):
+    for path in (tmp_path, tmp_path / "nothing", "a\0b"):
+        with pytest.raises(gi.GeomintError, match=r"holds no ensemble|null"):
             gi.open_ensemble(path)
     with pytest.raises(gi.DomainError):
         gi.open_ensemble(7)  # type: ignore[arg-type]
@@ -386,6 +387,31 @@ def test_a_file_that_power_has_left_half_written(tmp_path: Path) -> None:
     on_disk("readings", out)
     (out / "status" / "c.1").write_bytes(b"")
     assert_same(in_memory("readings"), on_disk("readings", out))
+
+
+def _looked_at(out: Path) -> None:
+    many = gi.open_ensemble(out)
+    assert len(many.status) == len(many.final)
+
+
+@pytest.mark.parametrize("broken", ["y/zarr.json", "y/c.0.0.0", "status/c.0", "states/c.0.0"])
+def test_a_damaged_file_is_one_error_that_names_it(broken: str, tmp_path: Path) -> None:
+    out = tmp_path / "a.zarr"
+    on_disk("readings", out)
+    (out / broken).write_bytes(b"nonsense")
+    with pytest.raises(gi.GeomintError, match=r"a\.zarr.*is damaged"):
+        _looked_at(out)
+
+
+@pytest.mark.parametrize("lost", ["block", "members", "identity"])
+def test_a_store_that_lacks_what_it_is(lost: str, tmp_path: Path) -> None:
+    out = tmp_path / "a.zarr"
+    on_disk("readings", out)
+    told = json.loads((out / "zarr.json").read_text("utf-8"))
+    del told["attributes"][lost]
+    (out / "zarr.json").write_text(json.dumps(told), "utf-8")
+    with pytest.raises(gi.GeomintError, match=r"damaged|another ensemble"):
+        on_disk("readings", out)
 
 
 def test_parts_of_arrays_and_xarray(tmp_path: Path) -> None:

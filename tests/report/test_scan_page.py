@@ -94,6 +94,29 @@ def test_the_section_of_a_scene_says_it_all(tmp_path: Path) -> None:
     assert list(other.readings) == ["lowest:K"]
 
 
+def fixed_directions(multipliers: bool, show: str) -> dict[str, Any]:
+    """Return a scene of a key that is a whole number, r."""
+    system = {"name": "veselova-lr", "a": [1.0, 1.2, 1.5, 1.9], "multipliers": multipliers}
+    w = [0.3, -0.2, 0.5, 0.0, 0.0, 0.0]
+    scene = {"system": system, "initial": {"w": w}, "time": {"t_end": 0.5}, "save": {"every": 1}}
+    return {**scene, "ensemble": {"vary": {"r": "1:3:3"}, "show": [show]}}
+
+
+def test_over_a_whole_number() -> None:
+    plan = plan_scan(gi.Scene("r", **fixed_directions(True, "drift:energy")))
+    for r, problem, state in zip((1, 2, 3), plan.problems, plan.states, strict=True):
+        scene = fixed_directions(True, "drift:energy")
+        scene["system"]["r"] = r
+        alone = gi.Scene("r", **scene).model
+        assert np.array_equal(state, alone.states[plan.route.name])
+        assert np.array_equal(problem.params, alone.problems[plan.route.name].params)
+
+
+def test_members_with_other_pieces_are_refused() -> None:
+    with pytest.raises(gi.SceneError, match="r = 2: the state has other pieces than with r = 1"):
+        plan_scan(gi.Scene("r", **fixed_directions(False, "drift:energy")))
+
+
 def test_of_members_that_fail_page_and_json_tell(tmp_path: Path) -> None:
     """A step much too long for one value of a parameter, which hurts no other."""
     scene = {**SCENE, "integrate": {"step": 1.5}}
@@ -120,6 +143,15 @@ def test_command(tmp_path: Path) -> None:
     assert quiet.stdout == ""
 
 
+@pytest.mark.filterwarnings("always")
+def test_warnings_are_lines_of_the_command(tmp_path: Path) -> None:
+    given = ["hamiltonized-n3", "--tau-end", "2", "--vary", "D=4", "--show", "mean:K"]
+    result = CliRunner().invoke(main, ["scan", *given, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert "\ngeomint: warning: 1 of 1 members have fewer" in result.stderr
+    assert ".py" not in result.stderr
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -140,6 +172,9 @@ def test_command(tmp_path: Path) -> None:
         ({"vary": {"D": "2:3:2"}, "show": ["drift:enrgy"]}, "energy"),
         ({"vary": {"D": "2:3:2"}, "show": []}, "show"),
         ({"draws": 0}, "draws"),
+        ({"vary": {"D": "2:3:2"}, "keep": ["K"]}, r"keep = \['K'\].*--draws"),
+        ({"vary": {"D": "2:3:2"}, "temperature": 0.1}, "temperature.*--draws"),
+        ({"vary": {"D": "2:3:2"}, "seed": 1}, "seed = 1.*--draws"),
         ({"draws": 3, "keep": ["enrgy"]}, "energy"),
     ],
 )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import importlib
 import os
 import sys
 import traceback
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import GeomintError
+from ..errors import GeomintError, GeomintWarning
 from .options import print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
@@ -43,6 +44,20 @@ COMMANDS = {
 
 def _others() -> dict[str, EntryPoint]:
     return {p.name: p for p in entry_points(group="geomint.commands") if p.name not in COMMANDS}
+
+
+def _show_warning(
+    other: Callable[..., None],
+    message: Warning | str,
+    category: type[Warning],
+    *where: Any,
+    **more: Any,
+) -> None:
+    """Show a warning of geomint as a line of its own, not as one of the code that it comes from."""
+    if issubclass(category, GeomintWarning):
+        print_message(f"warning: {message}")
+    else:
+        other(message, category, *where, **more)
 
 
 class _Named(click.ParamType):  # type: ignore[type-arg]
@@ -88,6 +103,7 @@ class LazyGroup(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; the warnings that it has shown in other words come back after it."""
         with warnings.catch_warnings():
+            warnings.showwarning = functools.partial(_show_warning, warnings.showwarning)
             return super().invoke(ctx)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

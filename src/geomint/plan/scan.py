@@ -29,6 +29,7 @@ from .representation import has
 __all__ = ["ScanPlan", "plan_scan"]
 
 MOST_KEYS = 2  # what a picture shows
+OF_DRAWS = ("keep", "temperature", "seed")  # without draws they would do nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +102,12 @@ def plan_scan(scene: Scene, **keys: Any) -> ScanPlan:
     variations = tuple(chosen_variations(scene, section.vary))
     if not variations and section.draws is None:
         raise SceneError(f"scene {quoted(scene.name)}: nothing varies: give vary (--vary) or draws")
+    if section.draws is None:
+        for key in sorted(section.model_fields_set & {*OF_DRAWS}):
+            what = f"[ensemble] {key} = {quoted(getattr(section, key))}"
+            raise SceneError(
+                f"scene {quoted(scene.name)}: {what}: expected draws with it (--draws)"
+            )
     if len(variations) > MOST_KEYS:
         names = [v.key for v in variations]
         raise SceneError(f"vary: {quoted(names)}: expected at most {MOST_KEYS} of them")
@@ -143,6 +150,9 @@ def _members(
             where = told_values(variations, numbers)
             raise SceneError(f"with {where}: the system has no representation {route.name!r}")
         problem, state = model.problems[route.name], model.states[route.name]
+        if problem.pieces != (problems or [problem])[0].pieces:
+            where, before = told_values(variations, numbers), told_values(variations, values[0])
+            raise SceneError(f"with {where}: the state has other pieces than with {before}")
         drawn = state[None, :]
         if section.draws is not None:
             drawn = draw_states(

@@ -98,7 +98,8 @@ class Chains:
             before = self._seen()
             self._move()
             change = self._seen() - before
-            moved += change.T @ change / len(change)
+            with np.errstate(over="ignore", invalid="ignore"):
+                moved += change.T @ change / len(change)
             done += 1
             if done % PILOT == 0:
                 rate, slowest = _slowest(self._seen(), moved / done)
@@ -195,9 +196,14 @@ class Chains:
 def _slowest(seen: Array, moved: Array) -> tuple[float, int]:
     """Return the least of uᵀ M u / 2 uᵀ C u over u, and the number that has most of it.
 
-    M = `moved` is the mean square of a move, C the spread of what is `seen`.
+    M = `moved` is the mean square of a move, C the spread of what is `seen`. Numbers that are too large
+    to tell are forgotten at no rate.
     """
-    spreads, ways = np.linalg.eigh(np.cov(seen.T))
+    with np.errstate(over="ignore", invalid="ignore"):
+        covariance = np.cov(seen.T)
+    if not (np.isfinite(covariance).all() and np.isfinite(moved).all()):
+        return 0.0, int(np.abs(seen[:, : (seen.shape[1] - 1) // 2]).max(axis=0).argmax())
+    spreads, ways = np.linalg.eigh(covariance)
     varies = spreads > 1e-12
     if not varies.any():
         return 1.0, 0

@@ -75,7 +75,8 @@ class Level:
         if self._write is None:
             return np.zeros((len(states), 0))
         found = self._write(np.zeros(len(states)), states)
-        return np.asarray((found - self._wanted) / self.sizes)
+        with np.errstate(over="ignore", invalid="ignore"):  # ∞ is off too
+            return np.asarray((found - self._wanted) / self.sizes)
 
     def gradients(self, states: Array, ways: Array) -> Array:
         """Return the derivatives of `off` along ways, one a row: shape (states, conditions, ways).

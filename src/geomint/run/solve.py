@@ -216,8 +216,8 @@ def solve(
 
         status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
-    if step is not None and not recorder.stopped:
-        _tell_short_run(solution, abs(recorder.own_time - timeline.start), float(step))
+    if step is not None and not recorder.stopped and solution.success:
+        tell_short_run(problem, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):
         status.partial = solution
         raise status
@@ -230,11 +230,11 @@ def solve(
     return solution
 
 
-def _tell_short_run(solution: Solution, end: float, step: float) -> None:
+def tell_short_run(problem: Problem, end: float, step: float) -> None:
     """Warn if the run was shorter than the step that was asked for, which it did not take."""
-    if solution.success and end < step * (1.0 - 1e-9):
+    if end < step * (1.0 - 1e-9):
         warnings.warn(
-            f"step = {step:.9g} is longer than the run to {solution.problem.time} = "
+            f"step = {step:.9g} is longer than the run to {problem.time} = "
             f"{end:.9g}: a step of that length was taken instead",
             GeomintWarning,
             stacklevel=4,

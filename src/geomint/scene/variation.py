@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic.fields import FieldInfo
 
 from ..arguments import Array
 from ..errors import GeomintError, GeomintWarning, SceneError, nearest, quoted
@@ -38,6 +39,8 @@ class Variation(Compared):
     at : tuple of int
         Where in a list the number is; () for a number itself.
     values : array
+    counts : bool
+        Whether the scene takes whole numbers there: 2.0 is then written as 2.
     """
 
     key: str
@@ -45,12 +48,13 @@ class Variation(Compared):
     name: str
     at: tuple[int, ...]
     values: Array
+    counts: bool
 
     def put(self, tables: Mapping[str, dict[str, Any]], value: float) -> None:
         """Write a value into tables of the sections, whose lists are copied."""
         table = tables[self.section]
         if not self.at:
-            table[self.name] = value
+            table[self.name] = int(value) if self.counts and value.is_integer() else value
             return
         table[self.name] = _with(table[self.name], self.at, value)
 
@@ -93,13 +97,14 @@ def _variation(scene: Scene, key: str, values: Any) -> Variation:
     here = raw.get(having[0], {}).get(name)
     if at or isinstance(here, list):
         _check_place(key, here, at)
-    return Variation(key.strip(), having[0], name, at, _values(key, values))
+    counts = known[having[0]][name].annotation is int
+    return Variation(key.strip(), having[0], name, at, _values(key, values), counts)
 
 
-def _known(scene: Scene) -> dict[str, list[str]]:
+def _known(scene: Scene) -> dict[str, dict[str, FieldInfo]]:
     system = find_system(scene.content.system.name)
     models = {"system": system.parameters, "initial": system.initial}
-    return {section: list(model.model_fields) for section, model in models.items()}
+    return {section: dict(model.model_fields) for section, model in models.items()}
 
 
 def _check_place(key: str, here: Any, at: tuple[int, ...]) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arguments import Array, finite, whole
 from ...errors import DomainError
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["FEWEST_MEMBERS", "EnsembleGrowth", "growth_of_ensemble"]
 
+SAME_END = 1e-9  # of the length of a run
 FEWEST_MEMBERS, FEWEST_WINDOWS = 8, 8  # of which anything can be told
 
 
@@ -100,7 +102,7 @@ def growth_of_ensemble(many: Ensemble, name: Any, since: Any, seed: Any) -> Ense
     """Return what `Ensemble.growth` does."""
     key = _key(many, name)
     values = np.asarray(many.readings[key])
-    values = values[np.isfinite(values).all(axis=1)]
+    values = values[np.isfinite(values).all(axis=1) & _at_their_ends(many)]
     if len(values) < FEWEST_MEMBERS:
         expected = (
             f"at least {FEWEST_MEMBERS} members that came to their ends, with states in windows"
@@ -116,7 +118,7 @@ def growth_of_ensemble(many: Ensemble, name: Any, since: Any, seed: Any) -> Ense
     found: FoundGrowth = growth_over_members(values, edges, whole("seed", seed, 0))
     return EnsembleGrowth(
         name=many.asked.readings[key].of,
-        time=_end(many.asked)[0],
+        time=_times(many.asked)[0],
         t=0.5 * (edges[1:] + edges[:-1]),
         rms=found.rms,
         levels=np.array(LEVELS),
@@ -152,6 +154,26 @@ def _end(asked: Asked) -> tuple[str, float | None]:
     return "t" if asked.wanted.get("t_eval") is not None else "tau", None
 
 
+def _times(asked: Asked) -> tuple[str, Any]:
+    """Return the time of states that were asked for at times, and these; or the time of the end."""
+    for time, name in (("t", "t_eval"), ("tau", "tau_eval")):
+        if asked.wanted.get(name) is not None:
+            return time, np.atleast_1d(np.asarray(asked.wanted[name], dtype=np.float64))
+    return _end(asked)[0], None
+
+
+def _at_their_ends(many: Ensemble) -> npt.NDArray[np.bool_]:
+    """Return which members went on to the end: those that an event ended have shorter windows."""
+    time, times = _times(many.asked)
+    end = _end(many.asked)[1] if times is None else float(times[-1])
+    if end is None:
+        return np.ones(len(many), dtype=bool)
+    physical = time == "t" and many.problems[0].time == "tau"
+    saved = many.found.physical if physical else many.found.tau
+    reached = saved[np.arange(len(many)), np.maximum(many.counts - 1, 0)]
+    return np.asarray(np.abs(reached - end) <= SAME_END * abs(end - many.asked.shared["t0"]))
+
+
 def _edges(many: Ensemble, count: int) -> Array:
     """Return the times since the beginning that windows begin and end at: between saved states.
 
@@ -159,9 +181,11 @@ def _edges(many: Ensemble, count: int) -> Array:
     second order, for windows of one sample too.
     """
     asked = many.asked
-    times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
+    times = _times(asked)[1]
     if times is not None:
-        since = np.abs(np.asarray(times, dtype=np.float64) - times[0])[1:]
+        if asked.shared["save_every"]:
+            raise DomainError("save_every", asked.shared["save_every"], "None beside times")
+        since = np.abs(times - times[0])[1:]
         last = np.cumsum([len(part) for part in np.array_split(since, count)])
         inner = 0.5 * (since[last[:-1] - 1] + since[last[:-1]])
         last_gap = since[-1] - since[-2]
@@ -169,7 +193,9 @@ def _edges(many: Ensemble, count: int) -> Array:
     _, end = _end(asked)
     if many.asked.method.adaptive or end is None:
         raise DomainError("method", asked.method.name, "steps of one length, or t_eval or tau_eval")
-    steps = float(np.median(many.steps[many.steps > 0])) / (asked.shared.get("save_every") or 1)
+    steps = float(np.median(many.steps[_at_their_ends(many)])) / (
+        asked.shared.get("save_every") or 1
+    )
     samples = max(round(steps), count)
     small, more = divmod(samples, count)
     numbers = np.arange(count + 1)

@@ -18,6 +18,7 @@ __all__ = [
     "INTERRUPTED",
     "NOT_RUN",
     "Outcome",
+    "check_alike",
     "check_room",
     "empty_outcome",
 ]
@@ -155,7 +156,10 @@ class Outcome:
     def take_readings(self, which: npt.NDArray[np.int64], other: Outcome, merged: Set[str]) -> None:
         """Take what was read off some members elsewhere; what is `merged` is added up."""
         for name, values in other.readings.items():
-            if name in merged:
+            adds, before = name in merged, self.readings.get(name, values)
+            own = slice(None) if adds else slice(1, None)  # without the axis of members
+            check_alike(name, values.shape[own], before.shape[own], adds)
+            if adds:
                 self.readings[name] = (
                     self.readings[name] + values if name in self.readings else values
                 )
@@ -173,6 +177,16 @@ class Outcome:
                 own = self.readings[name] = np.pad(own, wide, constant_values=np.nan)
             here: Any = (which, *(slice(0, size) for size in values.shape[1:]))
             own[here] = values
+
+
+def check_alike(name: str, shape: tuple[int, ...], before: tuple[int, ...], adds: bool) -> None:
+    """Raise `DomainError` for a reading that cannot stand beside what it was for other members.
+
+    What is added up has one shape, what is not one number of axes: it may be longer for some.
+    """
+    if len(shape) != len(before) or (adds and shape != before):
+        expected = f"an array of shape {before} as of other members"
+        raise DomainError(f"readings[{name!r}]", shape, expected)
 
 
 def check_room(members: int, samples: int, rows: int) -> None:

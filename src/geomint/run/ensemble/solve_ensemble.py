@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from os import PathLike
 from typing import Any
 
+import numpy as np
+
 from ...arguments import finite, whole
-from ...errors import DomainError, EnsembleError
+from ...errors import DomainError, EnsembleError, GeomintWarning
 from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
 from ..calls import explained
 from ..progress import Progress
+from ..solve import tell_short_run
 from .given import Asked, canonical_members
-from .outcome import empty_outcome
+from .outcome import ENDED_EARLY, empty_outcome
 from .place import place_for
 from .readings.spelled import chosen_readings
 from .result import Ensemble
@@ -117,6 +121,12 @@ def solve_ensemble(
         If workers of the executor have died, or what they run cannot: ``partial`` is the ensemble with
         the members that are done.
 
+    Warns
+    -----
+    GeomintWarning
+        Of states that were projected, and of members with too few states for an average or a
+        frequency, which have NaN.
+
     Examples
     --------
     >>> import geomint as gi
@@ -160,8 +170,10 @@ def solve_ensemble(
         if value is not None
     }
     asked = Asked(chosen, shared, len(given), wanted, chosen_for, keep, out is not None)
+    alike = {tuple(problem.diagnostics): problem for problem in given.problems}
     for reading in chosen_for.values():
-        reading.check(given.problem(0), asked)
+        for problem in alike.values():
+            reading.check(problem, asked)
     count = len(given)
     many = Ensemble(given, asked, empty_outcome(1, 1, given.states.shape[1]))
     with (
@@ -189,4 +201,30 @@ def solve_ensemble(
             raise
         finally:
             many.found, many.run_seconds = place.found, time.perf_counter() - start
+    _tell_few(many)
+    if step is not None and asked.steps_alone and "success" in many.status:
+        own_end = t_end if tau_end is None else tau_end
+        if given.problem(0).time == "t" or t_end is None:  # else runs of their own have told it
+            begin = begin if given.problem(0).time == "t" else 0.0
+            tell_short_run(given.problem(0), abs(float(own_end) - begin), float(step))
     return many
+
+
+def _tell_few(many: Ensemble) -> None:
+    """Warn of readings that members have none of, since they have few states."""
+    asked = many.asked
+    needed = {name: r.fewest for name, r in asked.readings.items() if r.fewest > 1}
+    if not needed:
+        return
+    times = asked.wanted.get("t_eval", asked.wanted.get("tau_eval"))
+    every = asked.shared["save_every"]
+    states = many.steps // every + 1 if times is None else np.full(len(many), np.size(times))
+    states = states[~np.isin(many.status, ENDED_EARLY)]
+    few = {name: int((states < fewest).sum()) for name, fewest in needed.items()}
+    names = [name for name, count in few.items() if count]
+    if names:
+        words = (
+            f"{few[names[0]]} of {len(many)} members have fewer than {needed[names[0]]} states at "
+            f"equal steps, and no value of {', '.join(names)}: take shorter steps or a later end"
+        )
+        warnings.warn(words, GeomintWarning, stacklevel=4)  # who called `solve_ensemble`

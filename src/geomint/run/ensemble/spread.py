@@ -98,7 +98,7 @@ def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcom
 
 
 def _read(asked: Asked, given: Members, found: Outcome, stop: Array) -> None:
-    if asked.readings:
+    if asked.readings or not asked.keep_states:
         read_off(Ran(given, asked, found, stop), asked.readings)
 
 

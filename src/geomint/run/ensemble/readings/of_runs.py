@@ -26,7 +26,7 @@ class Exponents(Reading):
     """``exponent``: the largest Lyapunov exponents by `geomint.lyapunov`, one or several.
 
     Of one the reading has shape (N,), of several (N, count); per unit of the problem's own time, in
-    which the end has to be given.
+    which the end has to be given: to that, whatever events end runs before.
     """
 
     count: int = 1
@@ -67,7 +67,8 @@ class SectionPoints(Reading):
     """Points of a Poincaré section by `geomint.poincare_section`, of every member.
 
     Shape (N, points, rows + 1): the problem's own time, then the state; NaN where a member crosses no
-    more. Members are followed until they have their points, whatever the end of the ensemble.
+    more. Members are followed from time 0 until they have their points, whatever the end of the
+    ensemble and events that end its runs.
 
     Parameters
     ----------
@@ -88,6 +89,13 @@ class SectionPoints(Reading):
         whole("points", self.points, 1)
         if len(choose_events(self.event)) != 1:
             raise DomainError("event", self.event, "one event")
+        begin, why = asked.shared["t0"], "points of a section are looked for from there on"
+        if begin != 0.0:
+            raise DomainError("t0", begin, f"0: {why}")
+        for name in ("t_end", "tau_end"):
+            end = asked.shared[name]
+            if end is not None and not float(end) > 0.0:
+                raise DomainError(name, end, f"an end after 0: {why}")
 
     def read(self, ran: Ran) -> Array:
         rows = ran.given.states.shape[1]

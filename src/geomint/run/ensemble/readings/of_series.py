@@ -67,7 +67,8 @@ class Drift(OfQuantity):
 
     def read(self, ran: Ran) -> Array:
         values = ran.series(self.of)
-        return _reduced(np.fmax, np.abs(values - values[:, :1]))
+        with np.errstate(invalid="ignore"):  # ∞ − ∞, of which there is no number
+            return _reduced(np.maximum, np.abs(values - values[:, :1]), ran)
 
 
 class Lowest(OfQuantity):
@@ -76,7 +77,7 @@ class Lowest(OfQuantity):
     kind = "lowest"
 
     def read(self, ran: Ran) -> Array:
-        return _reduced(np.fmin, ran.series(self.of))
+        return _reduced(np.minimum, ran.series(self.of), ran)
 
 
 class Highest(OfQuantity):
@@ -85,16 +86,20 @@ class Highest(OfQuantity):
     kind = "highest"
 
     def read(self, ran: Ran) -> Array:
-        return _reduced(np.fmax, ran.series(self.of))
+        return _reduced(np.maximum, ran.series(self.of), ran)
 
 
-def _reduced(function: np.ufunc, values: Array) -> Array:
-    """Return the largest or least of each row, without what is no number."""
-    return np.asarray(function.reduce(values, axis=1))
+def _reduced(function: np.ufunc, values: Array, ran: Ran) -> Array:
+    """Return the largest or least of each member's states; NaN where one of these has no number."""
+    last = np.maximum(ran.found.counts - 1, 0)
+    filled = np.arange(values.shape[1]) <= last[:, None]  # a member has fewer states than others
+    return np.asarray(function.reduce(np.where(filled, values, values[:, :1]), axis=1))
 
 
 class OfEvenSamples(OfQuantity):
     """A reading of samples at equal steps."""
+
+    fewest = FEWEST
 
     def check(self, problem: Problem, asked: Asked) -> None:
         super().check(problem, asked)
@@ -108,7 +113,7 @@ class OfEvenSamples(OfQuantity):
         for k in ran.ended:
             count, gap = ran.even(k)
             samples = values[k, :count]
-            if count >= FEWEST and np.isfinite(samples).all():
+            if count >= self.fewest and np.isfinite(samples).all():
                 read[k] = self.of_samples(samples, gap)
         return read
 
@@ -138,7 +143,7 @@ class Digits(OfEvenSamples):
 class Frequency(OfEvenSamples):
     """``frequency:NAME``: of its largest term beside the mean, in radians per unit of own time.
 
-    By `geomint.frequencies`; NaN for what does not vary.
+    Of physical time where states are at `t_eval`. By `geomint.frequencies`; NaN for what does not vary.
     """
 
     kind = "frequency"
@@ -171,7 +176,9 @@ class Windows(OfQuantity):
     def read(self, ran: Ran) -> Array:
         values, read = ran.series(self.of), np.full((len(ran), self.count), np.nan)
         for k in ran.ended:
-            parts = np.array_split(values[k, 1 : ran.found.counts[k]] - values[k, 0], self.count)
+            with np.errstate(invalid="ignore"):
+                off = values[k, 1 : ran.found.counts[k]] - values[k, 0]
+            parts = np.array_split(off, self.count)
             read[k] = [np.sqrt(np.mean(p * p)) if len(p) else np.nan for p in parts]
         return read
 

@@ -20,6 +20,7 @@ from ..outcome import ENDED_EARLY, Outcome
 __all__ = ["Ran", "Reading", "read_off"]
 
 EVEN = 1e-6  # of a step: by that much steps of one length may differ
+ROUNDED = 4.0  # units in the last place of the times: so much beside
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +92,14 @@ class Ran:
         gaps = np.diff(times)
         if not len(gaps):
             return len(times), 0.0
-        uneven = np.flatnonzero(np.abs(gaps - gaps[0]) > EVEN * abs(gaps[0]))
+        rounded = ROUNDED * np.spacing(np.abs(times).max())  # more than that of a step, late
+        uneven = np.flatnonzero(np.abs(gaps - gaps[0]) > EVEN * abs(gaps[0]) + rounded)
         if len(uneven) and uneven[0] < len(gaps) - 1:
             raise DomainError("readings", times, "states at equal steps, such as by tau_eval")
-        return len(times) - len(uneven), float(gaps[0])
+        count = len(times) - len(uneven)
+        if rounded < EVEN * abs(gaps[0]):
+            return count, float(gaps[0])
+        return count, float((times[count - 1] - times[0]) / (count - 1))
 
 
 class Reading(ABC):
@@ -109,10 +114,13 @@ class Reading(ABC):
         Whether states along the run are needed, not only the last.
     merges : bool
         Whether what is read has no axis of members, and is added up: such as a histogram.
+    fewest : int
+        States at equal steps that it takes: of members with fewer a warning tells.
     """
 
     along: ClassVar[bool] = False
     merges: ClassVar[bool] = False
+    fewest: ClassVar[int] = 1
 
     @property
     @abstractmethod
@@ -124,7 +132,10 @@ class Reading(ABC):
 
     @abstractmethod
     def read(self, ran: Ran) -> Any:
-        """Return an array whose first axis is that of the members; NaN where there is nothing."""
+        """Return an array whose first axis is that of the members; NaN where there is nothing.
+
+        What it says of members that have not come to their ends is not looked at: they have NaN.
+        """
 
 
 def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
@@ -135,7 +146,7 @@ def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
     DomainError
         For a reading of a user that fails, or is no array of the right length.
     """
-    found = ran.found
+    found, early = ran.found, np.setdiff1d(np.arange(len(ran)), ran.ended)
     for name, reading in readings.items():
         expected = f"numbers, a row for each of {len(ran)} members"
         try:
@@ -147,6 +158,9 @@ def read_off(ran: Ran, readings: dict[str, Reading]) -> None:
             raise DomainError(f"readings[{name!r}]", reading, said) from error
         if not reading.merges and (values.ndim == 0 or len(values) != len(ran)):
             raise DomainError(f"readings[{name!r}]", values, expected)
+        if not reading.merges and len(early):
+            values = values.copy()  # it may be the reading's own
+            values[early] = np.nan
         found.readings[name] = values
     if not ran.asked.keep_states:
         found.keep_last()

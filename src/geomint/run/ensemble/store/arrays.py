@@ -14,12 +14,14 @@ from ....errors import MissingCodeError
 from ...files.workplace import synced
 from ...variables import optional
 from ..dataset import free_name
-from .columns import Column
+from ..outcome import check_alike
+from .columns import Column, readable
 
 __all__ = ["CHUNK", "ROW", "Arrays", "needed_zarr"]
 
 MEMBER, BLOCK, ROW = "member", "block", "row"
 CHUNK = 1 << 20  # numbers: 8 MB
+FIRST = ("tau", "states", "status")  # arrays that a store has from the beginning
 AT_ONCE = 8  # files brought to the disk: it takes them together, in a fifth of the time
 _DIMENSIONS = {MEMBER, BLOCK, ROW, "sample"}
 
@@ -40,29 +42,33 @@ class Arrays:
     root : Path
         Of a Zarr group.
     writing : bool
+
+    Attributes
+    ----------
+    members, size : int
+        How many there are in all, and in a block: a chunk of every array.
+
+    Raises
+    ------
+    GeomintError
+        For a store that is damaged.
     """
 
     def __init__(self, root: Path, writing: bool) -> None:
         self._zarr = needed_zarr("an ensemble on disk")
         self._root = root
         mode = "r+" if writing else "r"
-        self.group = self._zarr.open_group(os.fspath(root), mode=mode, use_consolidated=False)
-        self.about: dict[str, Any] = dict(self.group.attrs)
         self._known: dict[tuple[str, str, str], Any] = {}
-        for _, array in self.group.arrays():
-            told = dict(array.attrs)
-            self._known[told.get("role", ""), told.get("of", ""), told.get("part", "")] = array
+        with readable(root):
+            self.group = self._zarr.open_group(os.fspath(root), mode=mode, use_consolidated=False)
+            self.about: dict[str, Any] = dict(self.group.attrs)
+            for _, array in self.group.arrays():
+                told = dict(array.attrs)
+                self._known[told.get("role", ""), told.get("of", ""), told.get("part", "")] = array
+            self.members, self.size = int(self.about["members"]), int(self.about["block"])
+            for role in FIRST if self._known else ():  # none of one that is being made
+                self._known[role, "", ""]
         self._touched: set[Path] = set()
-
-    @property
-    def members(self) -> int:
-        """How many members there are."""
-        return int(self.about["members"])
-
-    @property
-    def size(self) -> int:
-        """How many members a block has, and a chunk of every array."""
-        return int(self.about["block"])
 
     @property
     def blocks(self) -> int:
@@ -110,6 +116,8 @@ class Arrays:
             self.make(column)
             self.gathered()
         array = self._known[key]
+        if column.role in ("reading", "merged"):
+            check_alike(column.of, shape, array.shape[1:], column.role == "merged")
         wider = [max(n, old) for n, old in zip(shape, array.shape[1:], strict=True)]
         if list(array.shape[1:]) != wider:
             if "sample" in column.axes:  # one axis of several arrays

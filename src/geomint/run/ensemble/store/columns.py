@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from .... import errors
-from ....errors import GeomintError
+from ....errors import GeomintError, quoted
 from ..given import Asked
 from ..outcome import NOT_RUN, Outcome
 
-__all__ = ["Column", "columns_of", "error_of", "status_of", "words_in"]
+__all__ = [
+    "Column",
+    "columns_of",
+    "error_of",
+    "numbers_in",
+    "readable",
+    "status_of",
+    "words_in",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +85,29 @@ def status_of(status: Any) -> Column:
     return Column("status", status, fill=NOT_RUN)
 
 
-def words_in(array: Any, here: Any = slice(None)) -> Any:
+@contextmanager
+def readable(what: Any) -> Iterator[None]:
+    """Make of whatever damaged files are found by one error that names them."""
+    try:
+        yield
+    except GeomintError:
+        raise
+    except Exception as error:  # of the library, of JSON, of what decompresses
+        reason = f"{type(error).__name__}: {error}"
+        raise GeomintError(
+            f"{quoted(str(what))} is damaged, or cannot be read ({reason})"
+        ) from error
+
+
+def numbers_in(array: Any, here: Any = ...) -> Any:
+    """Return an array of a store, or a part of it."""
+    with readable(array.store_path):
+        return np.asarray(array[here])
+
+
+def words_in(array: Any, here: Any = ...) -> Any:
     """Return words of a store as an array of objects."""
-    return np.asarray(array[here]).astype(object)
+    return numbers_in(array, here).astype(object)
 
 
 def _errors(role: str, found: Outcome, told: Callable[[GeomintError], str]) -> Column:

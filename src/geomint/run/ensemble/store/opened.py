@@ -9,14 +9,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ....arguments import Array
 from ....errors import DomainError, GeomintError, quoted
 from ...stored import StoredMethod, StoredProblem
 from ..given import Asked, Members
 from ..result import Ensemble
 from .arrays import Arrays, needed_zarr
+from .columns import numbers_in, readable
 from .identity import is_store
 from .read import StoredOutcome
 
@@ -55,7 +54,7 @@ def open_ensemble(path: str | PathLike[str]) -> Ensemble:
     Raises
     ------
     GeomintError
-        If there is none.
+        If there is none, or one whose files are damaged.
     MissingCodeError
         Without the library zarr.
 
@@ -69,23 +68,27 @@ def open_ensemble(path: str | PathLike[str]) -> Ensemble:
     needed_zarr("open_ensemble")
     if not isinstance(path, str | PathLike):
         raise DomainError("path", path, "the path of a folder")
-    place = Path(os.path.realpath(path))
+    with readable(path):
+        place = Path(os.path.realpath(path))
     if not is_store(place):
         raise GeomintError(f"{quoted(os.fspath(path))} holds no ensemble of geomint")
-    arrays = Arrays(place, writing=False)
-    about = arrays.about
-    shapes = {name: tuple(shape) for name, shape in about["shapes"].items()}
-    problem: Any = StoredProblem(about["problem"], shapes=shapes, time=about["time"])
-    method: Any = StoredMethod(about["method"], adaptive=about["adaptive"])
-    differing = {of: np.asarray(a[...]) for (of, _), a in arrays.of_role("parameter").items()}
-    given = _Known((problem,), np.asarray(arrays.find("states")[...]), differing)
-    readings = {
-        of: _Read(role == "merged", str(a.attrs["kind"]), str(a.attrs["quantity"]))
-        for role in ("reading", "merged")
-        for (of, _), a in arrays.of_role(role).items()
-    }
-    known = json.loads(about["provenance"])
-    shared = {name: known.get(name) for name in ("t0", "t_end", "tau_end", "step", "save_every")}
-    wanted = {name: known[name] for name in ("t_eval", "tau_eval") if name in known}
-    asked = Asked(method, shared, arrays.members, wanted, readings, streamed=True)
+    with readable(path):
+        arrays = Arrays(place, writing=False)
+        about = arrays.about
+        shapes = {name: tuple(shape) for name, shape in about["shapes"].items()}
+        problem: Any = StoredProblem(about["problem"], shapes=shapes, time=about["time"])
+        method: Any = StoredMethod(about["method"], adaptive=about["adaptive"])
+        differing = {of: numbers_in(a) for (of, _), a in arrays.of_role("parameter").items()}
+        given = _Known((problem,), numbers_in(arrays.find("states")), differing)
+        readings = {
+            of: _Read(role == "merged", str(a.attrs["kind"]), str(a.attrs["quantity"]))
+            for role in ("reading", "merged")
+            for (of, _), a in arrays.of_role(role).items()
+        }
+        known = json.loads(about["provenance"])
+        shared = {
+            name: known.get(name) for name in ("t0", "t_end", "tau_end", "step", "save_every")
+        }
+        wanted = {name: known[name] for name in ("t_eval", "tau_eval") if name in known}
+        asked = Asked(method, shared, arrays.members, wanted, readings, streamed=True)
     return Ensemble(given, asked, StoredOutcome(arrays))

@@ -13,7 +13,7 @@ from ....errors import GeomintError
 from ...met import Met
 from ..outcome import NOT_RUN
 from .arrays import Arrays
-from .columns import error_of, words_in
+from .columns import error_of, numbers_in, readable, words_in
 
 __all__ = ["StoredOutcome"]
 
@@ -33,11 +33,11 @@ class StoredOutcome:
             tau, states = self.arrays.find("tau"), self.arrays.find("states")
             shape = (*tau.shape, states.shape[1]) if role == "y" else tau.shape
             return np.full(shape, np.nan)
-        return np.asarray(array[...])
+        return numbers_in(array)
 
     def _counted(self, role: str) -> npt.NDArray[np.int64]:
         array = self.arrays.find(role)
-        return np.zeros(self.arrays.members, np.int64) if array is None else np.asarray(array[...])
+        return np.zeros(self.arrays.members, np.int64) if array is None else numbers_in(array)
 
     @property
     def tau(self) -> Array:
@@ -58,7 +58,7 @@ class StoredOutcome:
     def error_estimate(self) -> Array | None:
         """How far they are from the motion."""
         array = self.arrays.find("error_estimate")
-        return None if array is None else np.asarray(array[...])
+        return None if array is None else numbers_in(array)
 
     @property
     def counts(self) -> npt.NDArray[np.int64]:
@@ -83,7 +83,8 @@ class StoredOutcome:
         if array is None:
             return {}
         told = words_in(array)
-        return {int(k): error_of(told[k]) for k in np.flatnonzero(told != "")}
+        with readable(array.store_path):
+            return {int(k): error_of(told[k]) for k in np.flatnonzero(told != "")}
 
     @property
     def readings(self) -> Mapping[str, Array]:
@@ -98,7 +99,8 @@ class StoredOutcome:
         for block in range(self.arrays.blocks) if array is not None else ():
             first, last = self.arrays.bounds(block)
             of = np.maximum(counts[first:last] - 1, 0)
-            final[first:last] = array[first:last][np.arange(last - first), of]
+            here = numbers_in(array, slice(first, last))
+            final[first:last] = here[np.arange(last - first), of]
         return final
 
     def met(self) -> dict[str, list[Met | None]]:
@@ -108,8 +110,8 @@ class StoredOutcome:
         for name, part in arrays:
             if part != "met":
                 continue
-            counts = np.asarray(arrays[name, "count"][...])
-            table, timed = np.asarray(arrays[name, part][...]), arrays[name, part].attrs["timed"]
+            counts = numbers_in(arrays[name, "count"])
+            table, timed = numbers_in(arrays[name, part]), arrays[name, part].attrs["timed"]
             found[name] = [
                 None if n < 0 else Met.of_table(table[k, :n], timed) for k, n in enumerate(counts)
             ]
@@ -121,7 +123,7 @@ class StoredOutcome:
         for (name, part), array in self.arrays.of_role("drift").items():
             words = part == "class"
             found.setdefault(name, {})[part] = (
-                words_in(array).astype(str) if words else np.asarray(array[...])
+                words_in(array).astype(str) if words else numbers_in(array)
             )
         return found
 
@@ -137,7 +139,7 @@ class _Readings(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name in self._merged:
             return _sum(self._arrays, self._merged[name])
-        return np.asarray(self._own[name][...])
+        return numbers_in(self._own[name])
 
     def __iter__(self) -> Iterator[str]:
         return iter((*self._own, *self._merged))
@@ -152,5 +154,5 @@ def _sum(arrays: Arrays, array: Any) -> Array:
     total = np.zeros(array.shape[1:])
     for block in range(arrays.blocks):
         if status[arrays.bounds(block)[0]] != NOT_RUN:  # else what is there may be half written
-            total = total + array[block]
+            total = total + numbers_in(array, block)
     return total

@@ -125,7 +125,7 @@ class Store:
         self._hold()
         arrays = self._arrays
         assert arrays is not None
-        told = differences(arrays.about["identity"], self._identity)
+        told = differences(arrays.about.get("identity", {}), self._identity)
         if told:
             reason = f"another ensemble is there, which is left alone: they differ in {told}"
             raise OutputError(self._named, reason)
