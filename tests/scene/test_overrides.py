@@ -15,7 +15,7 @@ SCENE = """
 system = {name = "chaplygin-sphere-hamiltonized", a = [0.8, 1.1, 1.5], D = 4.0}
 initial = {gamma = [0.6, 0.0, 0.8], p = [0.8, 1.0, -0.6]}
 time = {tau_end = 9.0}
-integrate = {method = "rattle-4", tolerance = 1e-13, representation = "own"}
+integrate = {method = "rattle-4", iteration_tolerance = 1e-13, representation = "own"}
 observe = {quantities = ["energy", "measure"], measure = {steps = 3}}
 [drift]
 method = "gauss-8"

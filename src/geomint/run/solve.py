@@ -16,6 +16,7 @@ from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
+from .accuracy.asked import TOO_LONG, check_alone, choose_for
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
@@ -45,6 +46,7 @@ def solve(
     tau_end: float | None = None,
     method: str | Method | None = None,
     step: float | None = None,
+    tolerance: float | None = None,
     t_eval: Any = None,
     tau_eval: Any = None,
     dense: bool = False,
@@ -84,6 +86,11 @@ def solve(
         a whole number of steps away, to 1e-9, the step is adjusted to meet it; else a last partial
         step is. For an adaptive method the first step, by default one that its tolerances allow;
         all further ones are the method's choice.
+    tolerance : float, optional
+        In place of `step`: the error that is wanted of the state at the end, relative to the largest
+        number of each piece, estimated. The step, or the local tolerances of an adaptive method, and
+        where an implicit step's iteration stops are chosen from trials on a stretch of the motion
+        (`geomint.run.accuracy`); what was chosen is ``sol.accuracy``.
     t_eval, tau_eval : array_like, optional
         Times in the order of the run and within it at which states are wanted, met exactly by partial
         steps beside the run, which they do not disturb; at most one of both: physical times, or (for a
@@ -134,6 +141,65 @@ def solve(
     WatcherError
         Likewise, where what watches a quantity fails, or the callback.
     """
+    named: dict[str, Any] = {
+        "t0": t0,
+        "t_end": t_end,
+        "tau_end": tau_end,
+        "t_eval": t_eval,
+        "tau_eval": tau_eval,
+        "dense": dense,
+        "events": events,
+        "save_every": save_every,
+        "observe": observe,
+        "observe_every": observe_every,
+        "clock": clock,
+        "callback": callback,
+        "estimate_error": estimate_error,
+        "progress": progress,
+        "compiled": compiled,
+    }
+    if tolerance is None:
+        return _solved(problem, y0, method=method, step=step, **named)
+    check_alone(problem, step, tolerance)
+    accuracy = choose_for(problem, y0, method, tolerance, named)
+    while True:
+        try:
+            options = {"method": accuracy.method, "step": accuracy.step}
+            solution = _solved(problem, y0, **options, **named)
+            break
+        except TOO_LONG:
+            shorter = accuracy.shorter()
+            if shorter is None:
+                raise
+            accuracy = shorter
+    accuracy.tell()
+    solution.accuracy = accuracy
+    return solution
+
+
+def _solved(
+    problem: Problem | Solution,
+    y0: Any,
+    *,
+    t0: float,
+    t_end: float | None,
+    tau_end: float | None,
+    method: str | Method | None,
+    step: float | None,
+    t_eval: Any,
+    tau_eval: Any,
+    dense: bool,
+    events: Any,
+    save_every: int | None,
+    observe: Any,
+    observe_every: int,
+    clock: bool | None,
+    callback: Callback | None,
+    estimate_error: bool,
+    progress: bool | None,
+    compiled: bool,
+) -> Solution:
+    """Return what `solve` does with a step, or the default one."""
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
@@ -237,7 +303,7 @@ def _tell_short_run(solution: Solution, end: float, step: float) -> None:
             f"step = {step:.9g} is longer than the run to {solution.problem.time} = "
             f"{end:.9g}: a step of that length was taken instead",
             GeomintWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
 
 

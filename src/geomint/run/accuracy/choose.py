@@ -1,0 +1,190 @@
+"""From a tolerance to a method with its options, and a step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ...arguments import Array, number
+from ...methods.adaptive import LARGEST_RTOL, Adaptive
+from ...methods.method import Method, Start
+from ...problems.evaluate import value
+from ...problems.problem import Problem
+from ...problems.time_scale import characteristic_time
+from ..integrator import Integrator
+from .accuracy import Accuracy
+from .adaptive_stretch import adaptive_stretch, at_tolerance
+from .growth import extrapolated
+from .search import Search, Trial
+from .stretch import Motion, Stretch, stretch
+
+__all__ = ["checked_tolerance", "choose"]
+
+LEAST, MOST = 2.0**-52, 0.1
+AIM = 0.3  # of the tolerance: that is what steps shall err by
+TURNS, PART = 20.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
+LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
+FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(1/p) of that time
+IMPLICIT = 1.2  # of that time: a first implicit step, at most
+ROUNDING = 0.2  # see `rounding_floor`
+BIAS = 0.1  # see `with_iteration_tolerance`
+BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
+
+
+def checked_tolerance(value: Any) -> float:
+    """Return a tolerance, or raise `DomainError`."""
+    return number("tolerance", value, LEAST, MOST, "a number from 2⁻⁵² = 2.2e-16 to below 0.1")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A motion, the error that is wanted at its end, and its characteristic time at y0.
+
+    Attributes
+    ----------
+    clock, compiled
+        As the run will have them.
+    """
+
+    motion: Motion
+    tolerance: float
+    time: float
+    clock: bool
+    compiled: bool
+
+    @property
+    def turns(self) -> float:
+        """Characteristic times of the run; 1 at least."""
+        return max(abs(self.motion.span) / self.time, 1.0)
+
+    @property
+    def goal(self) -> float:
+        """What steps shall make of the error."""
+        return AIM * self.tolerance
+
+    def length(self, turns: float, part: float) -> float:
+        """Return the length of a stretch."""
+        whole = abs(self.motion.span)
+        return min(whole, max(turns * self.time, part * whole))
+
+    def error(self, found: Stretch | None, method: Method) -> float | None:
+        """Return the error at the end of the run that follows from a stretch."""
+        if found is None:
+            return None
+        motion = self.motion
+        span = motion.span if motion.physical is None else motion.physical / found.rate
+        return extrapolated(found.times, found.errors, abs(span), method.symmetric)
+
+
+def choose(
+    problem: Problem,
+    method: Method,
+    y0: Array,
+    span: float,
+    tolerance: float,
+    *,
+    begin: float = 0.0,
+    physical: bool = False,
+    clock: bool = False,
+    compiled: bool = True,
+) -> Accuracy:
+    """Return how a method meets a tolerance at the end of a run.
+
+    Parameters
+    ----------
+    y0 : array
+        Canonical.
+    span : float
+        Of the run, with its sign, in the problem's own time or, if `physical`, in physical time beside
+        it.
+    begin : float
+        The problem's own time at y0.
+    clock, compiled
+        As the run will have them.
+    """
+    motion = Motion(problem, y0, begin, span)
+    if physical:
+        assert problem.clock is not None
+        rate = value(problem, problem.clock, y0)
+        motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
+    time = characteristic_time(problem, y0, span, begin)
+    wanted = Wanted(motion, tolerance, time, clock, compiled)
+    if isinstance(method, Adaptive):
+        return _local_tolerance(wanted, method)
+    return _step(wanted, method)
+
+
+def _step(wanted: Wanted, method: Method) -> Accuracy:
+    """Return the step of a method with which a run errs by what is wanted."""
+    motion, time, p = wanted.motion, wanted.time, method.order
+    implicit, most = "max_iterations" in method.options, 0.5 * abs(motion.span)
+    first = (FIRST[0] + FIRST[1] * p) * (wanted.goal / wanted.turns) ** (1.0 / p)
+    first = min(time * (min(first, IMPLICIT) if implicit else first), most)
+    own = with_iteration_tolerance(method, wanted.tolerance, wanted.turns, abs(motion.span) / first)
+    start = Start(
+        motion.problem,
+        motion.y0,
+        motion.begin,
+        math.copysign(first, motion.span),
+        wanted.clock,
+        wanted.compiled,
+    )
+    integrator = Integrator.of(own, start)
+    integrator.prepare()
+
+    def tried(step: float, length: float) -> Trial:
+        found = stretch(integrator.stepper, motion, p, step, length)
+        return Trial(step, wanted.error(found, own), found)
+
+    short, long = wanted.length(TURNS, PART), wanted.length(LONG_TURNS, LONG_PART)
+    search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit)
+    step, expected = search.run(first)
+    if not method.symmetric and long > short and math.isfinite(expected):
+        step, expected = search.corrected(step, expected, lambda step: tried(step, long))
+    floor = rounding_floor(wanted.turns, step / time)
+    return Accuracy(wanted.tolerance, own, step, expected, floor, search.record)
+
+
+def _local_tolerance(wanted: Wanted, method: Adaptive) -> Accuracy:
+    """Return the local tolerance of an adaptive method with which a run errs by what is wanted."""
+    power = method.order / (method.base.estimate_order or method.order)
+
+    def tried(rtol: float, length: float) -> Trial:
+        clock, compiled = wanted.clock, wanted.compiled
+        found = adaptive_stretch(method, wanted.motion, rtol, length, clock, compiled)
+        return Trial(rtol, wanted.error(found, method), found)
+
+    short, long = wanted.length(TURNS, PART), wanted.length(LONG_TURNS, LONG_PART)
+    search = Search(lambda rtol: tried(rtol, short), wanted.goal, power, LARGEST_RTOL, False)
+    rtol, expected = search.run(wanted.goal / wanted.turns)
+    if long > short and math.isfinite(expected):
+        rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
+    own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
+    return Accuracy(wanted.tolerance, own, None, expected, floor, search.record)
+
+
+def rounding_floor(turns: float, step: float) -> float:
+    """Return about what roundings make of a regular motion: a walk of frequencies, summed to phases.
+
+    Every step of h changes the state by a rounding of its increment, ε h/T of it with T its
+    characteristic time, and frequencies alike; after N = turns/step steps phases are off by √N of that
+    times `turns`. The factor is measured (`benchmarks/tolerance.py`).
+    """
+    return ROUNDING * 2.0**-52 * turns**1.5 * math.sqrt(step)
+
+
+def with_iteration_tolerance(
+    method: Method, tolerance: float, turns: float, steps: float
+) -> Method:
+    """Return the method with an iteration that stops where what is left does not count.
+
+    What an iteration leaves is often on the same side: N steps of error δ drive frequencies away by
+    N δ, and phases by N δ times the turns. Of that a part `BIAS` was measured. What a user has chosen
+    stays.
+    """
+    if method.options.get("iteration_tolerance") != 0.0:
+        return method
+    allowed = AIM * tolerance / (BIAS * steps * turns)
+    bits = max(BITS * math.ceil(-math.log2(allowed) / BITS), LEAST_BITS)
+    return method if bits > MOST_BITS else method.with_options(iteration_tolerance=2.0**-bits)
