@@ -100,8 +100,8 @@ class Method(ABC):
 
     Methods are values: they compare, hash and pickle by what they are made of, `dataclasses.replace`
     changes them, and their repr can be pasted. Fields that only keywords may give are the method's
-    *options*, which scenes and `with_options` may change, such as `max_iterations`. The attributes below
-    are those of the class, or set by ``__post_init__`` where they depend on the fields.
+    *options*, which scenes and `with_options` may change, such as `max_iterations`. The attributes
+    below are those of the class, or set by ``__post_init__`` where they depend on the fields.
 
     Attributes
     ----------

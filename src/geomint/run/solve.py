@@ -16,7 +16,9 @@ from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
-from .accuracy.asked import TOO_LONG, check_alone, choose_for
+from .accuracy.asked import TOO_LONG, choose_for
+from .accuracy.auto import is_auto
+from .accuracy.spots import Spots
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
@@ -76,10 +78,11 @@ def solve(
         Exactly one: the end in physical time, met by a last partial step, or (for a problem in τ)
         in the problem's own time. Before the beginning: backwards.
     method : str or Method
-        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default. ``"exact"`` is the exact
-        motion of a problem that has one (`geomint.Problem.exact`): no steps, so neither `step` nor
-        `save_every`; states where they are asked for, events on the motion itself, quantities watched
-        at the times that are asked for, of which `observe_every` counts.
+        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default; with a `tolerance` also
+        ``"auto"``, which problem and tolerance choose (`geomint.run.accuracy.auto`). ``"exact"`` is the
+        exact motion of a problem that has one (`geomint.Problem.exact`): no steps, so neither `step`
+        nor `save_every`; states where they are asked for, events on the motion itself, quantities
+        watched at the times that are asked for, of which `observe_every` counts.
     step : float, optional
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
         characteristic time at y0 (`geomint.problems.time_scale.characteristic_time`). If the end is
@@ -158,22 +161,23 @@ def solve(
         "progress": progress,
         "compiled": compiled,
     }
-    if tolerance is None:
+    if tolerance is None and not is_auto(method):
         return _solved(problem, y0, method=method, step=step, **named)
-    check_alone(problem, step, tolerance)
-    accuracy = choose_for(problem, y0, method, tolerance, named)
-    while True:
+    chosen = choose_for(problem, y0, method, step, tolerance, named)
+    for last in (False, False, True):
+        spots = None if chosen.sample is None else Spots(chosen.sample)
+        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step, "spots": spots}
         try:
-            options = {"method": accuracy.method, "step": accuracy.step}
-            solution = _solved(problem, y0, **options, **named)
+            solution = _solved(problem, y0, **named, **by)
             break
         except TOO_LONG:
-            shorter = accuracy.shorter()
-            if shorter is None:
+            shorter = chosen.shorter()
+            if last or shorter is None:
                 raise
-            accuracy = shorter
-    accuracy.tell()
-    solution.accuracy = accuracy
+            chosen = shorter
+    found = () if spots is None else tuple(spots.found)
+    solution.accuracy = chosen.accuracy._replace(spots=found)
+    solution.accuracy.tell()
     return solution
 
 
@@ -198,8 +202,9 @@ def _solved(
     estimate_error: bool,
     progress: bool | None,
     compiled: bool,
+    spots: Spots | None = None,
 ) -> Solution:
-    """Return what `solve` does with a step, or the default one."""
+    """Return what `solve` does with a step, or the default one; look at the spots on the way."""
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
@@ -276,11 +281,23 @@ def _solved(
         bar.begin()
         account = Account()
 
+        if spots is not None:
+            spots.begin(integrator, timeline.expected)
+
         def asked_to_end_here() -> bool:
+            if spots is not None:
+                spots.look()
             bar.update(recorder.progress)
             return callback is not None and asked_to_end(callback, recorder.told())
 
-        status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
+        status = _integrate(
+            integrator,
+            timeline,
+            recorder,
+            account,
+            asked_to_end_here,
+            None if spots is None else spots.most,
+        )
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None and not recorder.stopped:
         _tell_short_run(solution, abs(recorder.own_time - timeline.start), float(step))
@@ -313,6 +330,7 @@ def _integrate(
     recorder: Recorder,
     account: Account,
     between: Callable[[], bool],
+    most: Callable[[int], float] | None,
 ) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
@@ -326,6 +344,7 @@ def _integrate(
             between,
             recorder.left,
             recorder.whole,
+            most,
         )
         recorder.catch_up()
         if asked:

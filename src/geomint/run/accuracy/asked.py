@@ -10,34 +10,46 @@ from ...errors import ConvergenceError, DomainError, NonFiniteError, StepSizeErr
 from ...methods import Exact, Method, find_solver
 from ...problems.declaration import check_problem
 from ...problems.problem import Problem
+from ..solution import Solution
 from ..timeline import ending
-from .accuracy import Accuracy
-from .choose import checked_tolerance, choose
+from .auto import auto_method, is_auto
+from .choose import Chosen, checked_tolerance, choose
 
-__all__ = ["TOO_LONG", "check_alone", "choose_for"]
+__all__ = ["TOO_LONG", "choose_for"]
 
 # What a step that is too long may end in; only on the way, where the motion is faster than before.
 TOO_LONG = (ConvergenceError, NonFiniteError, StepSizeError)
 
 
-def check_alone(problem: Any, step: Any, tolerance: Any) -> None:
-    """Raise `DomainError` where a tolerance meets a step, or a run that goes on with the one it has."""
-    checked_tolerance(tolerance)
-    if step is not None:
-        raise DomainError("step", step, "nothing beside tolerance, which chooses it")
-    if not isinstance(problem, Problem):
-        raise DomainError("tolerance", tolerance, "nothing: a solution goes on as it was")
-
-
 def choose_for(
-    problem: Problem,
+    problem: Problem | Solution,
     y0: Any,
     method: str | Method | None,
-    tolerance: float,
+    step: Any,
+    tolerance: Any,
     asked: Mapping[str, Any],
-) -> Accuracy:
-    """Return how a run of `geomint.solve`, with what else is asked of it, meets a tolerance."""
-    chosen, t0 = find_solver(method), finite("t0", asked["t0"])
+) -> Chosen:
+    """Return how a run of `geomint.solve`, with what else is asked of it, meets a tolerance.
+
+    Raises
+    ------
+    DomainError
+        For a tolerance that is none, beside a step, or for a run that goes on with the step it has.
+    MethodError
+        If a method is to be chosen and there is no tolerance.
+    """
+    if tolerance is not None:
+        tolerance = checked_tolerance(tolerance)
+    if step is not None:
+        raise DomainError("step", step, "nothing beside a tolerance, which chooses it")
+    if not isinstance(problem, Problem):
+        name, value = ("method", method) if tolerance is None else ("tolerance", tolerance)
+        raise DomainError(name, value, "nothing: a solution goes on as it was")
+    t0, reason = finite("t0", asked["t0"]), ""
+    if is_auto(method):
+        chosen, reason = auto_method(problem, tolerance)
+    else:
+        chosen = find_solver(method)
     if isinstance(chosen, Exact):
         raise DomainError("tolerance", tolerance, "nothing: the exact flow takes no steps")
     state = problem.canonical(y0)
@@ -53,9 +65,11 @@ def choose_for(
         chosen,
         state,
         end - begin,
-        checked_tolerance(tolerance),
+        tolerance,
         begin=begin if own else 0.0,
         physical=not own,
         clock=with_clock,
         compiled=compiled,
+        watched=bool(asked["observe"]),
+        reason=reason,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
@@ -17,9 +17,10 @@ from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .growth import extrapolated
 from .search import Search, Trial
+from .spots import Sample
 from .stretch import Motion, Stretch, stretch
 
-__all__ = ["checked_tolerance", "choose"]
+__all__ = ["Chosen", "checked_tolerance", "choose"]
 
 LEAST, MOST = 2.0**-52, 0.1
 AIM = 0.3  # of the tolerance: that is what steps shall err by
@@ -29,6 +30,7 @@ FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(
 IMPLICIT = 1.2  # of that time: a first implicit step, at most
 ROUNDING = 0.2  # see `rounding_floor`
 BIAS = 0.1  # see `with_iteration_tolerance`
+SHORTER = 0.75  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
 
@@ -37,14 +39,36 @@ def checked_tolerance(value: Any) -> float:
     return number("tolerance", value, LEAST, MOST, "a number from 2⁻⁵² = 2.2e-16 to below 0.1")
 
 
+class Chosen(NamedTuple):
+    """A method with its options, its step (None if it finds its own), and what is expected of both.
+
+    `sample` is what spots on the way are measured by, None without.
+    """
+
+    method: Method
+    step: float | None
+    accuracy: Accuracy
+    sample: Sample | None = None
+
+    def shorter(self) -> Chosen | None:
+        """Return what is tried after a step that failed on the way; None for an adaptive method."""
+        if self.step is None:
+            return None
+        accuracy = self.accuracy
+        expected = accuracy.expected * SHORTER**self.method.order
+        tried = (*accuracy.trials, (self.step, None))
+        accuracy = accuracy._replace(expected=expected, trials=tried)
+        return self._replace(step=SHORTER * self.step, accuracy=accuracy)
+
+
 @dataclass(frozen=True)
 class Wanted:
     """A motion, the error that is wanted at its end, and its characteristic time at y0.
 
     Attributes
     ----------
-    clock, compiled
-        As the run will have them.
+    clock, compiled, watched, reason
+        As `choose` takes them.
     """
 
     motion: Motion
@@ -52,6 +76,8 @@ class Wanted:
     time: float
     clock: bool
     compiled: bool
+    watched: bool
+    reason: str
 
     @property
     def turns(self) -> float:
@@ -60,13 +86,19 @@ class Wanted:
 
     @property
     def goal(self) -> float:
-        """What steps shall make of the error."""
-        return AIM * self.tolerance
+        """What steps shall make of the error: not less than roundings do."""
+        return AIM * max(self.tolerance, rounding_floor(self.turns, 1.0))
 
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
         whole = abs(self.motion.span)
         return min(whole, max(turns * self.time, part * whole))
+
+    def accuracy(
+        self, expected: float, floor: float, trials: tuple[tuple[float, float | None], ...]
+    ) -> Accuracy:
+        """Return what is expected of the run."""
+        return Accuracy(self.tolerance, expected, floor, trials, (), self.reason)
 
     def error(self, found: Stretch | None, method: Method) -> float | None:
         """Return the error at the end of the run that follows from a stretch."""
@@ -88,7 +120,9 @@ def choose(
     physical: bool = False,
     clock: bool = False,
     compiled: bool = True,
-) -> Accuracy:
+    watched: bool = False,
+    reason: str = "",
+) -> Chosen:
     """Return how a method meets a tolerance at the end of a run.
 
     Parameters
@@ -102,6 +136,11 @@ def choose(
         The problem's own time at y0.
     clock, compiled
         As the run will have them.
+    watched : bool
+        Whether anything is observed: the iteration of an implicit method goes on to rounding then, for
+        what it leaves is a drift.
+    reason : str
+        Why the method.
     """
     motion = Motion(problem, y0, begin, span)
     if physical:
@@ -109,19 +148,23 @@ def choose(
         rate = value(problem, problem.clock, y0)
         motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
     time = characteristic_time(problem, y0, span, begin)
-    wanted = Wanted(motion, tolerance, time, clock, compiled)
+    wanted = Wanted(motion, tolerance, time, clock, compiled, watched, reason)
     if isinstance(method, Adaptive):
         return _local_tolerance(wanted, method)
     return _step(wanted, method)
 
 
-def _step(wanted: Wanted, method: Method) -> Accuracy:
+def _step(wanted: Wanted, method: Method) -> Chosen:
     """Return the step of a method with which a run errs by what is wanted."""
     motion, time, p = wanted.motion, wanted.time, method.order
     implicit, most = "max_iterations" in method.options, 0.5 * abs(motion.span)
     first = (FIRST[0] + FIRST[1] * p) * (wanted.goal / wanted.turns) ** (1.0 / p)
     first = min(time * (min(first, IMPLICIT) if implicit else first), most)
-    own = with_iteration_tolerance(method, wanted.tolerance, wanted.turns, abs(motion.span) / first)
+    own = method
+    if not wanted.watched:
+        own = with_iteration_tolerance(
+            method, wanted.tolerance, wanted.turns, abs(motion.span) / first
+        )
     start = Start(
         motion.problem,
         motion.y0,
@@ -143,10 +186,12 @@ def _step(wanted: Wanted, method: Method) -> Accuracy:
     if not method.symmetric and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, lambda step: tried(step, long))
     floor = rounding_floor(wanted.turns, step / time)
-    return Accuracy(wanted.tolerance, own, step, expected, floor, search.record)
+    return Chosen(
+        own, step, wanted.accuracy(expected, floor, search.record), sample_of(search, p, step)
+    )
 
 
-def _local_tolerance(wanted: Wanted, method: Adaptive) -> Accuracy:
+def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
     """Return the local tolerance of an adaptive method with which a run errs by what is wanted."""
     power = method.order / (method.base.estimate_order or method.order)
 
@@ -161,7 +206,17 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Accuracy:
     if long > short and math.isfinite(expected):
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
-    return Accuracy(wanted.tolerance, own, None, expected, floor, search.record)
+    return Chosen(own, None, wanted.accuracy(expected, floor, search.record))
+
+
+def sample_of(search: Search, order: int, step: float) -> Sample | None:
+    """Return what spots of a run with that step are measured by: the last trial, scaled to it."""
+    found = [trial.stretch for trial in search.trials if trial.stretch is not None]
+    if not found:
+        return None
+    last = found[-1]
+    mean = float(last.errors[-1]) / len(last.errors) * (step / last.step) ** (order + 1)
+    return Sample(last.each, mean, last.sizes)
 
 
 def rounding_floor(turns: float, step: float) -> float:
@@ -171,7 +226,7 @@ def rounding_floor(turns: float, step: float) -> float:
     characteristic time, and frequencies alike; after N = turns/step steps phases are off by √N of that
     times `turns`. The factor is measured (`benchmarks/tolerance.py`).
     """
-    return ROUNDING * 2.0**-52 * turns**1.5 * math.sqrt(step)
+    return ROUNDING * 2.0**-52 * turns * math.sqrt(turns * step)
 
 
 def with_iteration_tolerance(

@@ -58,8 +58,6 @@ class Stretch:
         Own times since the beginning, > 0, of the states that are compared.
     errors : array
         Of the coarser run there: the largest number, relative to the largest of its piece.
-    jump : float
-        The largest difference of what both runs have made of one interval between these times.
     each : int
         Steps of an interval, divided by 2.
     work : float
@@ -73,7 +71,6 @@ class Stretch:
     step: float
     times: Array
     errors: Array
-    jump: float
     each: int
     work: float
     rate: float
@@ -94,7 +91,7 @@ def stretch(
     fine, _ = _states(stepper, motion, h * COARSE / FINE, count, FINE * each)
     if fine is None:
         return None
-    times = COARSE * each * step * np.arange(1, count + 1)
+    times = COARSE * each * step * np.arange(1.0, count + 1.0)
     factor = 1.0 - (COARSE / FINE) ** order
     return compared(motion, times, (coarse, fine), factor, step, each, work)
 
@@ -122,13 +119,10 @@ def compared(
             off[:, :rows] -= _moved(motion, fine, off[:, rows], times)
     off = off[:, :rows]
     sizes = sizes_along(motion, fine[:, :rows])
-    relative = np.abs(off) / sizes
-    errors = relative.max(axis=1)
+    errors = (np.abs(off) / sizes).max(axis=1)
     if not errors[-1] < LARGEST:
         return None
-    jumps = np.abs(np.diff(off, axis=0)) / sizes
-    jump = max(float(errors[0]), float(jumps.max(initial=0.0)))
-    return Stretch(step, times, errors, jump, each, work / float(times[-1]), rate, sizes)
+    return Stretch(step, times, errors, each, work / float(times[-1]), rate, sizes)
 
 
 def _states(
@@ -157,7 +151,7 @@ def sizes_along(motion: Motion, states: Array) -> Array:
     """Return for each number the largest of its piece, at the beginning or in any of the states."""
     largest = np.maximum(np.abs(motion.y0), np.abs(states).max(axis=0))
     whole = float(largest.max()) or 1.0
-    sizes = np.empty_like(largest)
+    sizes: Array = np.empty(len(largest))
     for rows in motion.problem.slices.values():
         sizes[rows] = float(largest[rows].max()) or whole
     return sizes
