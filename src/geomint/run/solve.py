@@ -175,8 +175,8 @@ def solve(
             if last or shorter is None:
                 raise
             chosen = shorter
-    found = () if spots is None else tuple(spots.found)
-    solution.accuracy = chosen.accuracy._replace(spots=found)
+    accuracy = chosen.accuracy
+    solution.accuracy = accuracy._replace(spots=() if spots is None else tuple(spots.found))
     solution.accuracy.tell()
     return solution
 

@@ -28,6 +28,9 @@ class Accuracy(NamedTuple):
     trials : tuple of (float, float or None)
         Steps, or values of ``rtol`` of an adaptive method, that were tried on a stretch of the motion,
         and the errors at the end that follow from it; None where the stretch could not be run.
+    rate : float
+        At which errors grow exponentially, in the problem's own time, as far as was seen; 0 for those
+        of regular motions.
     spots : tuple of (float, float)
         Where the run was sampled, in the problem's own time, and the errors of steps there, in units of
         their mean in the last trial.
@@ -39,6 +42,7 @@ class Accuracy(NamedTuple):
     expected: float
     floor: float
     trials: tuple[tuple[float, float | None], ...]
+    rate: float = 0.0
     spots: tuple[tuple[float, float], ...] = ()
     reason: str = ""
 
@@ -47,15 +51,21 @@ class Accuracy(NamedTuple):
         """Return what JSON has made lists of."""
         if numbers is None:
             return None
-        tolerance, expected, floor, trials, spots, reason = numbers
+        tolerance, expected, floor, trials, rate, spots, reason = numbers
         tried, seen = (tuple((a, b) for a, b in some) for some in (trials, spots))
-        return cls(tolerance, expected, floor, tried, seen, reason)
+        return cls(tolerance, expected, floor, tried, rate, seen, reason)
 
     @property
     def note(self) -> str:
         """What a user should know; empty if the tolerance is expected to be met."""
         if self.floor > self.tolerance:
-            return f"roundings alone make about {self.floor:.1g} of such a run"
+            what = f"roundings alone make about {self.floor:.1g} of such a run"
+            if not self.rate:
+                return what
+            what = what if self.floor < 1.0 else "roundings grow as large as the motion"
+            return (
+                f"errors grow by a factor of e in every {1.0 / self.rate:.3g} of time, and {what}"
+            )
         if not self.expected <= DOUBT * self.tolerance:
             known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
             return f"{len(self.trials)} trials let expect {known}"

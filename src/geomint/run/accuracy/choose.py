@@ -15,7 +15,7 @@ from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
-from .growth import extrapolated
+from .growth import amplified, exponential_rate, extrapolated
 from .search import Search, Trial
 from .spots import Sample
 from .stretch import Motion, Stretch, stretch
@@ -30,6 +30,9 @@ FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(
 IMPLICIT = 1.2  # of that time: a first implicit step, at most
 ROUNDING = 0.2  # see `rounding_floor`
 BIAS = 0.1  # see `with_iteration_tolerance`
+SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
+SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
+SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
 SHORTER = 0.75  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
@@ -89,16 +92,26 @@ class Wanted:
         """What steps shall make of the error: not less than roundings do."""
         return AIM * max(self.tolerance, rounding_floor(self.turns, 1.0))
 
+    def start(self, step: float) -> Start:
+        """Return the start of a run with a step."""
+        motion = self.motion
+        h = math.copysign(step, motion.span)
+        return Start(motion.problem, motion.y0, motion.begin, h, self.clock, self.compiled)
+
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
         whole = abs(self.motion.span)
         return min(whole, max(turns * self.time, part * whole))
 
     def accuracy(
-        self, expected: float, floor: float, trials: tuple[tuple[float, float | None], ...]
+        self,
+        expected: float,
+        floor: float,
+        trials: tuple[tuple[float, float | None], ...],
+        rate: float = 0.0,
     ) -> Accuracy:
         """Return what is expected of the run."""
-        return Accuracy(self.tolerance, expected, floor, trials, (), self.reason)
+        return Accuracy(self.tolerance, expected, floor, trials, rate, (), self.reason)
 
     def error(self, found: Stretch | None, method: Method) -> float | None:
         """Return the error at the end of the run that follows from a stretch."""
@@ -165,15 +178,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(
             method, wanted.tolerance, wanted.turns, abs(motion.span) / first
         )
-    start = Start(
-        motion.problem,
-        motion.y0,
-        motion.begin,
-        math.copysign(first, motion.span),
-        wanted.clock,
-        wanted.compiled,
-    )
-    integrator = Integrator.of(own, start)
+    integrator = Integrator.of(own, wanted.start(first))
     integrator.prepare()
 
     def tried(step: float, length: float) -> Trial:
@@ -185,10 +190,44 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     step, expected = search.run(first)
     if not method.symmetric and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, lambda step: tried(step, long))
-    floor = rounding_floor(wanted.turns, step / time)
-    return Chosen(
-        own, step, wanted.accuracy(expected, floor, search.record), sample_of(search, p, step)
-    )
+    rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0
+    growth = amplified(rate, abs(motion.span))
+    floor = growth * rounding_floor(wanted.turns, step / time)
+    if floor <= wanted.tolerance:
+        step *= growth ** (-1.0 / p)
+    else:  # shorter steps would not help
+        expected *= growth
+    accuracy = wanted.accuracy(expected, floor, search.record, rate)
+    return Chosen(own, step, accuracy, sample_of(search, p, step))
+
+
+def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
+    """Return at which rate errors grow exponentially, as far as a scout sees; 0 if they do not.
+
+    Chaos is not seen before some Lyapunov times have passed. A scout is a long stretch of runs that
+    cost little: longer steps, and an iteration that stops early. Only how their errors grow counts.
+    """
+    if wanted.turns < SCOUT_LEAST:
+        return 0.0
+    motion, p, span = wanted.motion, method.order, abs(wanted.motion.span)
+    most = search.largest
+    if search.implicit:
+        most = max(step, *(trial.setting for trial in search.trials if trial.stretch is not None))
+    if "iteration_tolerance" in method.options:
+        method = method.with_options(iteration_tolerance=SCOUT_ITERATION)
+    length = wanted.length(SCOUT_TURNS, SCOUT_PART)
+    error = wanted.goal * length / span
+    longer = min(max((SCOUT_ERROR / error) ** (1.0 / p), 1.0) * step, most)
+    scout = Integrator.of(method, wanted.start(longer))
+    scout.prepare()
+    rate = math.inf
+    for reach in (length, min(2.0 * length, span)):  # what a passing burst has made does not go on
+        found = stretch(scout.stepper, motion, p, longer, reach, math.inf)
+        again = 0.0 if found is None else exponential_rate(found.times, found.errors)
+        rate = min(rate, again)
+        if rate == 0.0:
+            break
+    return rate
 
 
 def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:

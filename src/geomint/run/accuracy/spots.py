@@ -21,7 +21,7 @@ from .stretch import COARSE, FINE
 
 __all__ = ["Sample", "Spots"]
 
-MOST, PART = 8, 0.015  # spots, and the part of the run's steps that they may cost
+MOST, PART = 5, 0.01  # spots, and the part of the run's steps that they may cost
 ROUNDING = 1e-14  # relative: less says nothing
 
 
@@ -46,12 +46,12 @@ class Sample:
 
 @dataclass
 class Spots:
-    """Where a run is sampled, and what was found there.
+    """Where a run is looked at, and what was found there.
 
     Attributes
     ----------
     found : list of (float, float)
-        Times, in the problem's own time, and differences in units of that mean.
+        Times, in the problem's own time, and differences in units of the mean of the sample.
     """
 
     sample: Sample
@@ -61,7 +61,7 @@ class Spots:
         """Place the spots in a run of about so many steps."""
         cost = (COARSE + FINE) * self.sample.each
         count = min(MOST, int(PART * min(expected, 1e15) / cost))
-        self._marks = [int(expected * i / count) for i in range(1, count + 1)][:-1] if count else []
+        self._marks = [int(expected * i / (count + 1)) for i in range(1, count + 1)]
         self._integrator = integrator
         self._beside: Stepper | None = None
 
@@ -70,11 +70,13 @@ class Spots:
         return self._marks[0] - done if self._marks else math.inf
 
     def look(self) -> None:
-        """Sample the run, if it is at a spot."""
-        done = self._integrator.done
-        if not self._marks or done < self._marks[0]:
-            return
-        self._marks.pop(0)
+        """Look at the run where it is, if that is a spot."""
+        if self._marks and self._integrator.done >= self._marks[0]:
+            self._marks.pop(0)
+            self._sample()
+
+    def _sample(self) -> None:
+        """Run the stretch of a sample from here, by both runs, and note how far they part."""
         stepper = self._integrator.stepper
         if self._beside is None:
             self._beside = stepper.renewed(stepper.state, stepper.t0, stepper.h)

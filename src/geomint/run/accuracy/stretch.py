@@ -78,9 +78,14 @@ class Stretch:
 
 
 def stretch(
-    stepper: Stepper, motion: Motion, order: int, step: float, length: float
+    stepper: Stepper,
+    motion: Motion,
+    order: int,
+    step: float,
+    length: float,
+    most: float = LARGEST,
 ) -> Stretch | None:
-    """Return how runs with a step over a length part, None where one of them fails."""
+    """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
     pairs = max(1, round(length / (COARSE * step)))
     each = max(1, pairs // SAMPLES)
     count = pairs // each
@@ -93,7 +98,7 @@ def stretch(
         return None
     times = COARSE * each * step * np.arange(1.0, count + 1.0)
     factor = 1.0 - (COARSE / FINE) ** order
-    return compared(motion, times, (coarse, fine), factor, step, each, work)
+    return compared(motion, times, (coarse, fine), factor, step, each, work, most)
 
 
 def compared(
@@ -104,10 +109,11 @@ def compared(
     step: float,
     each: int,
     work: float,
+    most: float = LARGEST,
 ) -> Stretch | None:
     """Return what two runs show whose difference is `factor` times the first one's error.
 
-    None where one of them is not finite, or they are so far apart that it says nothing.
+    None where one of them is not finite, or they part by `most`.
     """
     (coarse, fine), rows = runs, motion.problem.rows
     off, rate = (coarse - fine) / factor, 1.0
@@ -120,7 +126,7 @@ def compared(
     off = off[:, :rows]
     sizes = sizes_along(motion, fine[:, :rows])
     errors = (np.abs(off) / sizes).max(axis=1)
-    if not errors[-1] < LARGEST:
+    if not errors[-1] < most:
         return None
     return Stretch(step, times, errors, each, work / float(times[-1]), rate, sizes)
 
