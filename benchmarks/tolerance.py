@@ -74,7 +74,7 @@ def regular(problem: gi.Problem, y0: np.ndarray, end: float) -> tuple[bool, np.n
     times = np.arange(1, 17) / 16.0 * end
     name = "tau_eval" if problem.time == "tau" else "t_eval"
     off = 1e-9 * np.random.default_rng(1).choice([-1.0, 1.0], problem.rows)
-    given = {**ends_of(problem, end), name: times, "progress": False}
+    given = {**ends_of(problem, end), name: times, "progress": False, "tolerance": 1e-11}
     one, other = (gi.solve(problem, y, **given).y for y in (y0, y0 * (1.0 + off)))
     apart = np.abs(one - other).max(axis=1)
     return bool(apart[-1] < 400.0 * apart[0]), largest(problem, np.vstack((y0, one)))

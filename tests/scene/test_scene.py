@@ -127,7 +127,9 @@ def test_options_reach_the_method():
     scene = gi.Scene(**SECTIONS, integrate={"iteration_tolerance": 1e-10, "max_iterations": 7})
     assert scene.method.options["iteration_tolerance"] == 1e-10
     assert scene.method.options["max_iterations"] == 7
-    composed = gi.Scene(**SECTIONS, integrate={"method": "gauss-1-suzuki-4", "iteration_tolerance": 1e-9})
+    composed = gi.Scene(
+        **SECTIONS, integrate={"method": "gauss-1-suzuki-4", "iteration_tolerance": 1e-9}
+    )
     assert composed.method.options["iteration_tolerance"] == 1e-9
     assert composed.method.name == "gauss-1-suzuki-4"
 

@@ -32,27 +32,43 @@ def adaptive_stretch(
 
     What is called the step of the stretch is the tolerance.
     """
-    times = length * np.arange(1, SAMPLES + 1) / SAMPLES
     power = method.order / (method.base.estimate_order or method.order)
-    runs, work = [], 0
-    for factor in (1.0, 1.0 / FINER):
-        finer = at_tolerance(method, factor * rtol)
-        first = finer.default_step(motion.problem, motion.y0, motion.span, motion.begin)
-        h = math.copysign(first, motion.span)
-        start = Start(motion.problem, motion.y0, motion.begin, h, clock, compiled)
-        integrator = Integrator.of(finer, start)
-        try:
-            integrator.prepare()
-            runs.append(_states(integrator, motion, times, motion.problem.rows + clock))
-        except StepError:
-            return None
-        work = work or integrator.iterations
-    return compared(motion, times, (runs[0], runs[1]), 1.0 - FINER**-power, rtol, 1, work)
+    rows = motion.problem.rows + clock
+    coarse = _begun(at_tolerance(method, rtol), motion, clock, compiled)
+    fine = _begun(at_tolerance(method, rtol / FINER), motion, clock, compiled)
+    try:
+        times, states = _own_states(coarse, length, rows)
+        there = np.empty_like(states)
+        for i, time in enumerate(times):
+            fine.propagate_until(motion.begin + math.copysign(time, motion.span))
+            there[i] = fine.stepper.state[:rows]
+    except StepError:
+        return None
+    factor, work = 1.0 - FINER**-power, coarse.iterations
+    return compared(motion, times, (states, there), factor, rtol, 1, work)
 
 
-def _states(integrator: Integrator, motion: Motion, times: Array, rows: int) -> Array:
-    states = np.empty((len(times), rows))
-    for i, time in enumerate(times):
-        integrator.propagate_until(motion.begin + math.copysign(time, motion.span))
-        states[i] = integrator.stepper.state[:rows]  # without that of time
-    return states
+def _begun(method: Adaptive, motion: Motion, clock: bool, compiled: bool) -> Integrator:
+    first = method.default_step(motion.problem, motion.y0, motion.span, motion.begin)
+    h = math.copysign(first, motion.span)
+    start = Start(motion.problem, motion.y0, motion.begin, h, clock, compiled)
+    integrator = Integrator.of(method, start)
+    integrator.prepare()
+    return integrator
+
+
+def _own_states(integrator: Integrator, length: float, rows: int) -> tuple[Array, Array]:
+    """Return times and states after steps of the method's own, some of them, up to a length or beyond.
+
+    An end that steps are made to fit would make the last ones shorter than those of the run.
+    """
+    begin, many = integrator.time, 1
+    times: list[float] = []
+    states: list[Array] = []
+    while not times or times[-1] < length:
+        integrator.step(many)
+        times.append(abs(integrator.time - begin))
+        states.append(integrator.stepper.state[:rows].copy())  # without that of time
+        if len(times) == 2 * SAMPLES:
+            times, states, many = times[1::2], states[1::2], 2 * many
+    return np.array(times), np.array(states)

@@ -41,7 +41,7 @@ def auto_method(problem: Problem, tolerance: float | None) -> tuple[Method, str]
     Raises
     ------
     MethodError
-        Without a tolerance, or for a problem that has only an exact motion.
+        Without a tolerance.
     """
     if tolerance is None:
         raise MethodError(f"method = {AUTO!r} needs a tolerance, by which it is chosen")
@@ -55,6 +55,4 @@ def auto_method(problem: Problem, tolerance: float | None) -> tuple[Method, str]
         return RKMK("dop853"), "the problem has a group action and no field"
     if problem.splitting is not None:
         return Compose(Verlet(), order), "the problem has a splitting, and no field or action"
-    if problem.hamiltonian is not None:
-        return Compose(Rattle(), order), "the problem has a Hamiltonian form only"
-    raise MethodError(f"method = {AUTO!r}: problem {problem.name!r} has no form that takes steps")
+    return Compose(Rattle(), order), "the problem has a Hamiltonian form only"

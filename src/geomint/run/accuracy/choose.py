@@ -33,6 +33,7 @@ BIAS = 0.1  # see `with_iteration_tolerance`
 SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
+NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
 SHORTER = 0.75  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
@@ -240,7 +241,9 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
         return Trial(rtol, wanted.error(found, method), found)
 
     short, long = wanted.length(TURNS, PART), wanted.length(LONG_TURNS, LONG_PART)
-    search = Search(lambda rtol: tried(rtol, short), wanted.goal, power, LARGEST_RTOL, False)
+    search = Search(
+        lambda rtol: tried(rtol, short), wanted.goal, power, LARGEST_RTOL, False, NEAR_ADAPTIVE
+    )
     rtol, expected = search.run(wanted.goal / wanted.turns)
     if long > short and math.isfinite(expected):
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))

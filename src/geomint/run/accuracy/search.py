@@ -18,8 +18,8 @@ __all__ = ["Search", "Trial"]
 MOST = 8  # trials
 SEEN = 1e-13  # errors of a stretch that are clearly more than its roundings
 NOISE = 1e-15  # what roundings may make of one that is 0
-NEAR = 30.0  # factor in error over which the power is trusted without a further trial
-CHANGE = 3.0  # of the setting from one trial to the next, at most
+CHANGED = 30.0  # of the error, so far a setting may change in any case
+CHANGE = 3.0  # of the setting from one trial to the next, at most; of low orders more
 BACK = 0.4  # of a setting that failed
 WORTH = 0.97  # of the work: longer steps that save less are not worth their error
 BEYOND = 1.1  # of the longest step that has been tried: longer implicit ones may fail
@@ -48,6 +48,8 @@ class Search:
         No setting is larger.
     implicit : bool
         Whether larger settings may fail to converge, or cost more.
+    near : float
+        The factor in error over which the power is trusted without a further trial.
     """
 
     attempt: Callable[[float], Trial]
@@ -55,7 +57,13 @@ class Search:
     power: float
     largest: float
     implicit: bool
+    near: float = 30.0
     trials: list[Trial] = field(default_factory=list)
+
+    @property
+    def change(self) -> float:
+        """The factor by which a setting changes at most: of low orders more."""
+        return float(max(CHANGE, CHANGED ** (1.0 / self.power)))
 
     def run(self, first: float) -> tuple[float, float]:
         """Return the setting found, and the error expected of it."""
@@ -76,9 +84,9 @@ class Search:
         good = list(self._good())
         if not good:
             return setting, math.inf
-        trial, error, _ = min(good, key=lambda each: abs(math.log(each[1] / self.goal)))
         if self._not_worth():
-            return trial.setting, error
+            return good[-2][0].setting, good[-2][1]
+        trial, error, _ = min(good, key=lambda each: abs(math.log(each[1] / self.goal)))
         chosen = self._changed(trial, error, failed)
         if self.implicit:
             chosen = min(chosen, BEYOND * max(t.setting for t, _, _ in good))
@@ -93,7 +101,7 @@ class Search:
         if not trial.error:
             return setting, expected
         factor = (self.goal / trial.error) ** (1.0 / self.power)
-        changed = min(setting * min(max(factor, 1.0 / CHANGE), CHANGE), self.largest)
+        changed = min(setting * min(max(factor, 1.0 / self.change), self.change), self.largest)
         return changed, trial.error * (changed / setting) ** self.power
 
     @property
@@ -130,16 +138,16 @@ class Search:
         if seen < SEEN:  # by rounding, perhaps; what follows from a trial with more error is better
             if any(s >= SEEN for _, _, s in self._good()) or trial.setting >= self.largest:
                 return trial.setting, True
-            factor = min(1.2 * (SEEN / seen) ** (1.0 / self.power), CHANGE)
+            factor = min(1.2 * (SEEN / seen) ** (1.0 / self.power), self.change)
             return self._within(trial.setting, factor, failed), False
         wanted, ratio = self._changed(trial, error, failed), error / self.goal
-        near = 1.0 / NEAR <= ratio <= NEAR or abs(wanted / trial.setting - 1.0) < 0.03
+        near = 1.0 / self.near <= ratio <= self.near or abs(wanted / trial.setting - 1.0) < 0.03
         return wanted, near or seen < SEEN * ratio
 
     def _changed(self, trial: Trial, error: float, failed: float) -> float:
         """Return the setting that leads from a trial to the goal, as far as one goes at a time."""
         factor = (self.goal / error) ** (1.0 / self._power())
-        return self._within(trial.setting, min(max(factor, 1.0 / CHANGE), CHANGE), failed)
+        return self._within(trial.setting, min(max(factor, 1.0 / self.change), self.change), failed)
 
     def _within(self, setting: float, factor: float, failed: float) -> float:
         wanted = min(factor * setting, self.largest)

@@ -21,7 +21,7 @@ from .stretch import COARSE, FINE
 
 __all__ = ["Sample", "Spots"]
 
-MOST, PART = 4, 0.005  # spots, and the part of the run's steps that they may cost
+MOST, PART = 4, 0.03  # spots, and the part of the run's steps that they may cost
 ROUNDING = 1e-14  # relative: less says nothing
 
 
