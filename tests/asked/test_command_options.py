@@ -57,9 +57,10 @@ YES = {"--yes": (LONG, (*LONG, "--yes"))}
 AT = ("s.toml", "--event", "gamma[2]", "--points", "3")
 IN_T = ("s.toml", "--representation", "reduced")
 SCAN = ("s.toml", "--vary", "D=2:4:3")
+CHAOS = ("scene", "--method", "--step", "--tolerance", "--tau-end", "--debug")
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
-# command: {option: (arguments, other arguments)}CHAOS = ("scene", "--method", "--step", "--tolerance", "--tau-end", "--debug")
+# command: {option: (arguments, other arguments)}
 
 TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "scenes": {},

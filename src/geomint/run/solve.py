@@ -164,7 +164,7 @@ def solve(
     if tolerance is None and not is_auto(method):
         return _solved(problem, y0, method=method, step=step, **named)
     chosen = choose_for(problem, y0, method, step, tolerance, named)
-    for last in (False, False, True):
+    for last in (False, False, False, True):
         spots = None if chosen.sample is None else Spots(chosen.sample)
         by: dict[str, Any] = {"method": chosen.method, "step": chosen.step, "spots": spots}
         try:

@@ -34,7 +34,7 @@ SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
-SHORTER = 0.75  # of a step that failed on the way
+SHORTER = 0.6  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
 
