@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -63,7 +64,7 @@ def command(
     from ..report import SECTION_FILES
     from ..run.files.outputs import check_folder
 
-    given = {"method": method, "step": step, "tolerance": tolerance}
+    given: dict[str, Any] = {"method": method, "step": step, "tolerance": tolerance}
     chosen = chosen_scene(scene, **given, representation=representation)
     chosen = chosen.changed(integrate={"exact": True}) if exact else chosen
     changes = {"event": event, "direction": direction, "level": level, "points": points}
