@@ -372,7 +372,7 @@ def tolerance_words() -> dict[str, str]:
         f"{one['best_milliseconds']:.2g} ms"
         for end, one in spheres.items()
     )
-    every = [row for row in (*record["rows"], *record["rows of methods"])]
+    every = [*record["rows"], *record["rows of methods"]]
     beyond = [row for row in every if not 0.01 <= row["error_over_tolerance"] <= 10.0]
     return {
         "tolerance_runs": str(len(every)),

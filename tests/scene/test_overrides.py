@@ -85,6 +85,7 @@ def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
     assert drift.content.integrate.model_dump() == {
         "method": "gauss-8",
         "step": None,
+        "tolerance": None,
         "representation": "own",
         "exact": None,
     }

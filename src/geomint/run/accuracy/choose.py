@@ -25,6 +25,7 @@ __all__ = ["Chosen", "checked_tolerance", "choose"]
 LEAST, MOST = 2.0**-52, 0.1
 AIM = 0.3  # of the tolerance: that is what steps shall err by
 TURNS, PART = 20.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
+MORE_TURNS = 2.5  # for each order of a symmetric method: high ones err where a motion is fastest
 LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
 FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(1/p) of that time
 IMPLICIT = 1.2  # of that time: a first implicit step, at most
@@ -186,7 +187,8 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         found = stretch(integrator.stepper, motion, p, step, length)
         return Trial(step, wanted.error(found, own), found)
 
-    short, long = wanted.length(TURNS, PART), wanted.length(LONG_TURNS, LONG_PART)
+    turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
+    short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
     search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit)
     step, expected = search.run(first)
     if not method.symmetric and long > short and math.isfinite(expected):

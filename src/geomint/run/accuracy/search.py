@@ -141,7 +141,9 @@ class Search:
             factor = min(1.2 * (SEEN / seen) ** (1.0 / self.power), self.change)
             return self._within(trial.setting, factor, failed), False
         wanted, ratio = self._changed(trial, error, failed), error / self.goal
-        near = 1.0 / self.near <= ratio <= self.near or abs(wanted / trial.setting - 1.0) < 0.03
+        # So far below the goal that the last step, which is not much longer than those tried, is too.
+        low = BEYOND**-self.power if self.implicit else 1.0 / self.near
+        near = low <= ratio <= self.near or abs(wanted / trial.setting - 1.0) < 0.03
         return wanted, near or seen < SEEN * ratio
 
     def _changed(self, trial: Trial, error: float, failed: float) -> float:
