@@ -218,9 +218,11 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
         most = max(step, *(trial.setting for trial in search.trials if trial.stretch is not None))
     if "iteration_tolerance" in method.options:
         method = method.with_options(iteration_tolerance=SCOUT_ITERATION)
-    length = wanted.length(SCOUT_TURNS, SCOUT_PART)
-    error = wanted.goal * length / span
+    error = wanted.goal * wanted.length(SCOUT_TURNS, SCOUT_PART) / span
     longer = min(max((SCOUT_ERROR / error) ** (1.0 / p), 1.0) * step, most)
+    # Where much longer steps than the characteristic time serve, the motion is so much slower.
+    turns = SCOUT_TURNS * max(longer / (IMPLICIT * wanted.time), 1.0)
+    length = wanted.length(turns, SCOUT_PART)
     scout = Integrator.of(method, wanted.start(longer))
     scout.prepare()
     rate = math.inf
