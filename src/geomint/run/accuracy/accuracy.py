@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import Any, NamedTuple, Self
 
-from ...errors import GeomintWarning
+from ...problems.spaces.repair import warn
 
 __all__ = ["Accuracy"]
 
@@ -81,5 +80,4 @@ class Accuracy(NamedTuple):
     def tell(self) -> None:
         """Warn where the tolerance is not expected to be met."""
         if self.note:
-            said = f"tolerance = {self.tolerance:g} may not be met: {self.note}"
-            warnings.warn(said, GeomintWarning, stacklevel=4)
+            warn(f"tolerance = {self.tolerance:g} may not be met: {self.note}")
