@@ -102,7 +102,7 @@ def ours(repeats: int) -> list[dict[str, Any]]:
     truths = truth(problem, states)
     found = []
     for stages, tolerance in itertools.product((6, 7, 8), (0.0, 1e-15, 1e-13)):
-        method = gi.Gauss(stages, tolerance=tolerance)
+        method = gi.Gauss(stages, iteration_tolerance=tolerance)
         for step in STEPS:
             asked: dict[str, Any] = {"method": method, "step": step, "clock": False}
             run = lambda some, a=asked: gi.solve_ensemble(  # noqa: E731

@@ -57,7 +57,7 @@ Runner = Callable[[np.ndarray], tuple[float, np.ndarray]]
 def geomint_runner(problem: gi.Problem, setting: tuple[Any, ...]) -> Runner:
     """Return a function that integrates from a state and returns (seconds, final state)."""
     stages, step, tolerance, fused = setting
-    method = gi.Gauss(stages, tolerance=tolerance, fused=fused)
+    method = gi.Gauss(stages, iteration_tolerance=tolerance, fused=fused)
 
     def run(y0: np.ndarray) -> tuple[float, np.ndarray]:
         solution = gi.solve(

@@ -29,7 +29,7 @@ TOLERANCE = 1e-13
 STEPS = (0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8)
 EXTENDED_STEP = 0.25
 JUDGED = 1000
-METHOD = gi.Gauss(8, tolerance=2.0**-56)
+METHOD = gi.Gauss(8, iteration_tolerance=2.0**-56)
 SURFACE = gi.Event("gamma[2]", "up")
 
 

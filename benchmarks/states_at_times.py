@@ -79,7 +79,7 @@ def geomint_runners(problem: gi.Problem, y0: np.ndarray) -> dict[str, Runner]:
     """Return functions that give the states at all times, by setting."""
 
     def runner(step: float, tolerance: float) -> Runner:
-        method = gi.Gauss(8, tolerance=tolerance)
+        method = gi.Gauss(8, iteration_tolerance=tolerance)
 
         def run() -> np.ndarray:
             options: dict[str, Any] = {"method": method, "step": step, "progress": False}

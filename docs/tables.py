@@ -366,6 +366,38 @@ def error_words() -> dict[str, str]:
     }
 
 
+def tolerance_words() -> dict[str, str]:
+    """Return how well tolerances are met, and what choosing costs."""
+    record = result("tolerance")
+    rows = []
+    names = {f"auto, {key}": one for key, one in record["auto"].items() if key != "all"}
+    for name, one in {**names, **record["methods"]}.items():
+        times = [
+            f"{one[key]:.2f}" if key in one else "" for key in ("run_over_best", "call_over_best")
+        ]
+        cells = [one["within 0.01 … 10"], one["within 0.03 … 3"]]
+        share = [f"{100.0 * x:.0f} %" for x in cells]
+        ends = [f"{one[key]:.2g}" for key in ("median", "least", "largest")]
+        rows.append([name, str(one["runs"]), *share, *ends, *times])
+    heads = ["method, tolerance", "runs", "within 0.01 … 10", "within 0.03 … 3", "median", "least"]
+    spheres = record["hamiltonised sphere, tolerance 1e-9"]
+    told = "; ".join(
+        f"to τ = {end}: {one['run_over_best']:.2f} and {one['call_over_best']:.2f} of "
+        f"{one['best_milliseconds']:.2g} ms"
+        for end, one in spheres.items()
+    )
+    every = [*record["rows"], *record["rows of methods"]]
+    beyond = [row for row in every if not 0.01 <= row["error_over_tolerance"] <= 10.0]
+    return {
+        "tolerance_runs": str(len(every)),
+        "tolerance_beyond": str(len(beyond)),
+        "tolerance_end": f"{record['end']:g}",
+        "tolerance_table": _table([*heads, "largest", "run", "call"], rows),
+        "tolerance_spheres": f"On the Hamiltonised sphere, n = 3, at 1e-9, medians: {told}.",
+        "tolerance_machine": measured_on(record),
+    }
+
+
 def frequency_words() -> dict[str, str]:
     """Return how exact frequencies of runs are, and what their digits tell."""
     record = result("frequencies")
@@ -617,6 +649,7 @@ def substitutions() -> dict[str, str]:
         **times_words(),
         **sections_words(),
         **error_words(),
+        **tolerance_words(),
         **frequency_words(),
         **lyapunov_words(),
         **ensemble_words(),

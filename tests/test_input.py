@@ -104,8 +104,14 @@ REFUSED = {
     ),
     "resonances of any order": (lambda: ch.resonances([1.0, 2.0], 2**53), "order = 9007"),
     # numbers
-    "a tolerance of an array": (lambda: gi.Gauss(2, tolerance=np.zeros(2)), "tolerance = array"),
-    "a tolerance of None": (lambda: gi.Rattle(tolerance=None), "tolerance = None"),
+    "a tolerance of an array": (
+        lambda: gi.Gauss(2, iteration_tolerance=np.zeros(2)),
+        "iteration_tolerance = array",
+    ),
+    "a tolerance of None": (
+        lambda: gi.Rattle(iteration_tolerance=None),
+        "iteration_tolerance = None",
+    ),
     "a state of 10^400": (lambda: solved([10**400, 0, 0, 0]), "state = .* expected 4 numbers"),
     "a masked state": (lambda: solved(MASKED), "state = masked_array.* none of them masked"),
     "masked params": (lambda: dataclasses.replace(FIELD, params=MASKED), "params = masked"),

@@ -259,6 +259,10 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {**RUN, "problem": IN_TAU, "t_end": None, "tau_end": 1.0},
         {"tau_end": 2.0, "clock": False, "tau_eval": [0.5]},
     ),
+    "solve to a tolerance": (
+        {**RUN, "step": None, "tolerance": 1e-3},
+        {"tolerance": 1e-4},
+    ),
     "sensitivities": (
         {
             "problem": BENT,
@@ -397,6 +401,7 @@ LOOK: dict[str, Callable[..., Any]] = {
         (c.what, c.value, c.reason) for c in gi.make_plan(**given).choices
     ],
     "solve in tau": gi.solve,
+    "solve to a tolerance": gi.solve,
     "tangent_flow in tau": gi.tangent_flow,
     "tangent_flow by parameters": gi.tangent_flow,
     "sensitivities of a family": gi.sensitivities,

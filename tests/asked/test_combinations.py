@@ -135,9 +135,9 @@ def test_what_a_refused_run_costs_is_nothing() -> None:
 # --- scenes ---------------------------------------------------------------------------------------
 
 REFUSED_SCENES = {
-    "tolerance of an explicit method": (
-        {"integrate": {"method": "rk-4", "tolerance": 1e-15}},
-        r"tolerance = 1e-15: no such key, nor an option of 'rk-4'",
+    "iteration tolerance of an explicit method": (
+        {"integrate": {"method": "rk-4", "iteration_tolerance": 1e-15}},
+        r"iteration_tolerance = 1e-15: no such key, nor an option of 'rk-4'",
     ),
     "rtol at fixed step": ({"integrate": {"method": "dop853", "rtol": 1e-9}}, "rtol"),
     "every and t_eval": ({"save": {"every": 2, "t_eval": [0.5]}}, "every or t_eval"),

@@ -40,6 +40,7 @@ SCENE_OPTIONS = {
     "scene": (("s.toml",), ("o.toml",)),
     "--method": (("s.toml", "--method", "gauss-4"), ("s.toml", "--method", "gauss-5")),
     "--step": (("s.toml", "--step", "0.25"), ("s.toml", "--step", "0.0625")),
+    "--tolerance": (("s.toml", "--tolerance", "1e-3"), ("s.toml", "--tolerance", "1e-5")),
     "--t-end": (("s.toml", "--t-end", "2"), ("s.toml", "--t-end", "1")),
     "--tau-end": (("s.toml", "--tau-end", "2"), ("s.toml", "--tau-end", "1")),
     "--representation": (
@@ -56,9 +57,11 @@ YES = {"--yes": (LONG, (*LONG, "--yes"))}
 AT = ("s.toml", "--event", "gamma[2]", "--points", "3")
 IN_T = ("s.toml", "--representation", "reduced")
 SCAN = ("s.toml", "--vary", "D=2:4:3")
+CHAOS = ("scene", "--method", "--step", "--tolerance", "--tau-end", "--debug")
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
 # command: {option: (arguments, other arguments)}
+
 TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "scenes": {},
     "methods": {"--form": (("--form", "field"), ("--form", "action"))},
@@ -69,6 +72,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         **{name: SCENE_OPTIONS[name] for name in ("scene", "--debug")},
         "--method": (AT, (*AT, "--method", "gauss-4")),
         "--step": (AT, (*AT, "--step", "0.25")),
+        "--tolerance": (AT, (*AT, "--tolerance", "1e-5")),
         "--representation": (AT, (*AT, "--representation", "reduced")),
         "--event": (AT, ("s.toml", "--event", "gamma[1]", "--points", "3")),
         "--direction": (AT, (*AT, "--direction", "up")),
@@ -82,7 +86,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--quiet": (AT, (*AT, "--quiet")),
     },
     "chaos": {
-        **{n: SCENE_OPTIONS[n] for n in ("scene", "--method", "--step", "--tau-end", "--debug")},
+        **{n: SCENE_OPTIONS[n] for n in CHAOS},
         "--t-end": ((*IN_T, "--t-end", "1"), (*IN_T, "--t-end", "2")),
         "--representation": (
             ("s.toml", "--t-end", "1", "--representation", "reduced"),
@@ -97,6 +101,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "scene": ((*SCAN,), ("o.toml", *SCAN[1:])),
         "--method": ((*SCAN, "--method", "gauss-4"), (*SCAN, "--method", "gauss-5")),
         "--step": ((*SCAN, "--step", "0.25"), (*SCAN, "--step", "0.0625")),
+        "--tolerance": ((*SCAN, "--tolerance", "1e-3"), (*SCAN, "--tolerance", "1e-5")),
         "--t-end": ((*SCAN, "--t-end", "2"), (*SCAN, "--t-end", "1")),
         "--tau-end": ((*SCAN, "--tau-end", "2"), (*SCAN, "--tau-end", "1")),
         "--representation": (

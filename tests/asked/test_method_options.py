@@ -14,7 +14,7 @@ from geomint.methods.adaptive_stepper import AdaptiveStepper
 from geomint.problems.testproblems import pulsating_body, sphere_metric
 
 BOTH = {  # two values of every option
-    "tolerance": (0.0, 1e-6),
+    "iteration_tolerance": (0.0, 1e-6),
     "max_iterations": (50, 60),
     "fused": (False, True),
     "rtol": (1e-8, 1e-6),
@@ -82,7 +82,7 @@ def solved(method: gi.Method, **more: object) -> gi.Solution:
 
 @pytest.mark.parametrize("make", [gi.Rattle, lambda **o: gi.Gauss(2, **o)], ids=["rattle", "gauss"])
 def test_implicit_options_do_what_they_say(make) -> None:
-    full, short = (solved(make(tolerance=x), step=0.05) for x in (0.0, 1e-4))
+    full, short = (solved(make(iteration_tolerance=x), step=0.05) for x in (0.0, 1e-4))
     assert short.iterations < full.iterations
     with pytest.raises(gi.ConvergenceError, match="2 iterations"):
         solved(make(max_iterations=2), step=0.1)

@@ -110,6 +110,7 @@ def scan(scene: gi.Scene) -> Any:
 ALL = (run, drift, compare)
 SECTION = {**BASE, "section": {"event": "gamma[2]", "motions": 2}}
 DRAWS = {**BASE, "ensemble": {"draws": 2}}
+TO_TOLERANCE = {**BASE, "integrate": {"method": "gauss-8"}}
 # (section, key): value, other value, who notices, and the base.
 TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("", "title"): ("one", "other", (told,)),
@@ -120,6 +121,7 @@ TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("time", "tau_end"): (2.0, 3.0, ALL, IN_TAU),
     ("integrate", "method"): ("gauss-8", "rk-4", ALL),
     ("integrate", "step"): (0.25, 0.125, ALL),
+    ("integrate", "tolerance"): (1e-4, 1e-8, (run, drift, compare), TO_TOLERANCE),
     ("integrate", "representation"): ("own", "ball", ALL),
     ("integrate", "exact"): (None, True, (planned,), {**BASE, "observe": {"quantities": []}}),
     ("observe", "quantities"): (["energy"], ["K"], (run, drift)),

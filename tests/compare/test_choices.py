@@ -46,7 +46,7 @@ def from_scene(methods: list[str], **integrate: Any) -> list[Any]:
 
 def test_the_scenes_method_keeps_its_options(called) -> None:
     """Only it: the others have their own defaults."""
-    options = {"tolerance": 1e-6, "max_iterations": 60}
+    options = {"iteration_tolerance": 1e-6, "max_iterations": 60}
     points = from_scene(["gauss-8", "gauss-4"], method="gauss-8", step=0.125, **options)
     assert {p.tolerance for p in points if p.method == "gauss-8"} == {1e-6}
     assert {p.tolerance for p in points if p.method == "gauss-4"} == {0.0}

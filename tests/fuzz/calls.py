@@ -251,14 +251,14 @@ def calls() -> dict[str, Call]:
         **_bodies(),
         "Gauss": Call(
             _maker(gi.Gauss),
-            {"stages": 2, "tolerance": 0.0, "max_iterations": 100, "fused": False},
+            {"stages": 2, "iteration_tolerance": 0.0, "max_iterations": 100, "fused": False},
         ),
         "RungeKutta": Call(_maker(gi.RungeKutta), {"tableau": "dop853"}),
         "RKMK": Call(_maker(gi.RKMK), {"tableau": "dop853", "coordinates": "exp"}),
         "Adaptive": Call(_maker(gi.Adaptive), {"base": gi.RungeKutta("dop853"), **tolerances}),
         "CommutatorFree": Call(_maker(gi.CommutatorFree), {"tableau": "cf-4"}),
-        "Lobatto": Call(_maker(gi.Lobatto), {"stages": 3, "tolerance": 0.0, "max_iterations": 200}),
-        "Rattle": Call(_maker(gi.Rattle), {"tolerance": 0.0, "max_iterations": 200}),
+        "Lobatto": Call(_maker(gi.Lobatto), {"stages": 3, "iteration_tolerance": 0.0, "max_iterations": 200}),
+        "Rattle": Call(_maker(gi.Rattle), {"iteration_tolerance": 0.0, "max_iterations": 200}),
         "Compose": Call(_maker(gi.Compose), {"base": gi.Gauss(1), "scheme": "suzuki-4"}),
         "find_method": Call(_maker(gi.find_method), {"name": "gauss-1-suzuki-4"}),
         "with_options": Call(

@@ -53,7 +53,15 @@ def known_keys() -> dict[str, tuple[str, ...]]:
     systems = [find_system(name) for name in system_names()]
     keys["system"] = ("name", *dict.fromkeys(k for s in systems for k in s.parameters.model_fields))
     keys["initial"] = tuple(dict.fromkeys(k for s in systems for k in s.initial.model_fields))
-    options = ("tolerance", "max_iterations", "fused", "rtol", "atol", "max_step", "max_steps")
+    options = (
+        "iteration_tolerance",
+        "max_iterations",
+        "fused",
+        "rtol",
+        "atol",
+        "max_step",
+        "max_steps",
+    )
     keys["integrate"] = ("method", "step", "representation", *options)
     keys["events"] = ("crossing", "speed", "first")
     return keys

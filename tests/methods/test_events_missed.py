@@ -63,7 +63,7 @@ def test_none_is_missed(which: int, seed: int, benchmark: Any) -> None:
 def test_a_middle_that_is_nearly_zero(tolerance: float, benchmark: Any) -> None:
     """Along a polynomial that is not exact the sign in the middle of a step may not be known."""
     ball = benchmark.problems()[0]
-    method = gi.Gauss(8, tolerance=tolerance)
+    method = gi.Gauss(8, iteration_tolerance=tolerance)
     section = gi.poincare_section(
         ball, ball.random_state(0), gi.Event("gamma[2]", "up"), 1000, method=method, step=1.4
     )

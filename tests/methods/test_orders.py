@@ -302,7 +302,7 @@ def exact_gauss(stages: int) -> tuple[list[Any], list[Any], list[list[Any]]]:
 def gauss_end(stages: int, steps: int, spoil: Any = 0) -> list[Any]:
     """The end of a Gauss method's run in mpmath numbers."""
     problem, y0 = cases("field")[0]
-    method = gi.Gauss(stages, tolerance=0.0, max_iterations=1000)
+    method = gi.Gauss(stages, iteration_tolerance=0.0, max_iterations=1000)
     stepper = extended(plain_start(method, problem, y0), mp.mpf, mp.mpf(T_END) / steps)
     nodes, weights, mu = exact_gauss(stages)
     nodes[0] += spoil

@@ -154,7 +154,7 @@ def test_options() -> None:
     problem, y0 = CASES["three"]
     kwargs = {"t_end": 2.0, "step": 0.1, "compiled": False}
     exact = gi.solve(problem, y0, method=gi.Rattle(), **kwargs)
-    rough = gi.solve(problem, y0, method=gi.Rattle(tolerance=1e-6), **kwargs)
+    rough = gi.solve(problem, y0, method=gi.Rattle(iteration_tolerance=1e-6), **kwargs)
     assert rough.iterations < exact.iterations
     assert 1e-15 < np.max(np.abs(rough.y[-1] - exact.y[-1])) < 1e-4
     with pytest.raises(gi.ConvergenceError) as caught:

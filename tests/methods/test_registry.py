@@ -99,10 +99,10 @@ def test_entry_points_add_methods(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_options_keep_the_rest(name: str) -> None:
     """Order, name and composition."""
     method = find_method(name)
-    assert {"tolerance", "max_iterations"} <= set(method.options)
-    changed = method.with_options(max_iterations=7, tolerance=1e-9)
+    assert {"iteration_tolerance", "max_iterations"} <= set(method.options)
+    changed = method.with_options(max_iterations=7, iteration_tolerance=1e-9)
     assert changed.options["max_iterations"] == 7
-    assert changed.options["tolerance"] == 1e-9
+    assert changed.options["iteration_tolerance"] == 1e-9
     assert (changed.name, changed.order) == (method.name, method.order)
     assert method.with_options() is method
     for problem, y0 in examples():

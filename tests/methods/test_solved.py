@@ -65,7 +65,7 @@ class Steps:
 
     def __init__(self, problem: gi.Problem, stages: int, h: float, tolerance: float = 0.0) -> None:
         self.problem, self.stages = problem, stages
-        self.stepper = gi.Gauss(stages, tolerance=tolerance).start(
+        self.stepper = gi.Gauss(stages, iteration_tolerance=tolerance).start(
             Start(problem, np.ones(problem.rows), T0, h)
         )
         self.accepted: list[tuple[Array, ...]] = []

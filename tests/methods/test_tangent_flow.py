@@ -105,9 +105,9 @@ def test_symplectic_to_rounding(name: str, step: float, size: float) -> None:
 def test_tolerances_do_not_matter(base: gi.Method) -> None:
     p, y0 = PROBLEMS["henon-heiles"]
     coarse = (
-        gi.Gauss(4, tolerance=1e-6)
+        gi.Gauss(4, iteration_tolerance=1e-6)
         if isinstance(base, gi.Gauss)
-        else gi.Compose(gi.Gauss(1, tolerance=1e-6), "suzuki-4")
+        else gi.Compose(gi.Gauss(1, iteration_tolerance=1e-6), "suzuki-4")
     )
     exact, found = (gi.tangent_flow(p, y0, t_end=2.0, method=m, step=0.2) for m in (base, coarse))
     np.testing.assert_array_equal(found.slopes, exact.slopes)

@@ -34,6 +34,7 @@ PYTHON = [
     "poincare-section",
     "stop-when",
     "derivatives",
+    "how-accurate",
     "frequencies",
     "is-it-chaotic",
     "many-runs",

@@ -90,8 +90,8 @@ BAD = {
         ["[integrate] max_iterations = 2.5", "a whole number"],
     ),
     "option that the method lacks": (
-        changed('method = "cf-4"', 'method = "cf-4"\ntolerance = 0.1', BALL),
-        ["[integrate] tolerance = 0.1", "'cf-4'"],
+        changed('method = "cf-4"', 'method = "cf-4"\niteration_tolerance = 0.1', BALL),
+        ["[integrate] iteration_tolerance = 0.1", "'cf-4'"],
     ),
     "inertia operator not positive definite": (
         changed("moments = [1.0, 2.0, 3.0]", "inertia = [1.0, -2.0, 3.0]", BALL),

@@ -15,7 +15,7 @@ SCENE = """
 system = {name = "chaplygin-sphere-hamiltonized", a = [0.8, 1.1, 1.5], D = 4.0}
 initial = {gamma = [0.6, 0.0, 0.8], p = [0.8, 1.0, -0.6]}
 time = {tau_end = 9.0}
-integrate = {method = "rattle-4", tolerance = 1e-13, representation = "own"}
+integrate = {method = "rattle-4", iteration_tolerance = 1e-13, representation = "own"}
 observe = {quantities = ["energy", "measure"], measure = {steps = 3}}
 [drift]
 method = "gauss-8"
@@ -85,6 +85,7 @@ def test_the_command_line_comes_after_the_section_for_drift(tmp_path):
     assert drift.content.integrate.model_dump() == {
         "method": "gauss-8",
         "step": None,
+        "tolerance": None,
         "representation": "own",
         "exact": None,
     }

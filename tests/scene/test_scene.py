@@ -84,7 +84,7 @@ def test_the_hash_stands_for_what_is_computed():
         ("initial", {"p": [0.8, 1.0000001, -0.6]}),
         ("time", {"t_end": 3.0}),
         ("integrate", {"step": 0.1}),
-        ("integrate", {"tolerance": 1e-12}),
+        ("integrate", {"iteration_tolerance": 1e-12}),
         ("observe", {"every": 2}),
         ("save", {"every": 2}),
     ):
@@ -115,7 +115,7 @@ def test_changes_replace_the_end_and_leave_the_scene_alone():
 
 
 def test_another_method_takes_its_own_default_step_and_options():
-    scene = gi.Scene(**SECTIONS, integrate={"step": 0.1, "tolerance": 1e-10})
+    scene = gi.Scene(**SECTIONS, integrate={"step": 0.1, "iteration_tolerance": 1e-10})
     other = scene.changed_integration("rk-4")
     assert other.content.integrate.step is None
     assert other.content.integrate.options == {}
@@ -124,11 +124,13 @@ def test_another_method_takes_its_own_default_step_and_options():
 
 
 def test_options_reach_the_method():
-    scene = gi.Scene(**SECTIONS, integrate={"tolerance": 1e-10, "max_iterations": 7})
-    assert scene.method.options["tolerance"] == 1e-10
+    scene = gi.Scene(**SECTIONS, integrate={"iteration_tolerance": 1e-10, "max_iterations": 7})
+    assert scene.method.options["iteration_tolerance"] == 1e-10
     assert scene.method.options["max_iterations"] == 7
-    composed = gi.Scene(**SECTIONS, integrate={"method": "gauss-1-suzuki-4", "tolerance": 1e-9})
-    assert composed.method.options["tolerance"] == 1e-9
+    composed = gi.Scene(
+        **SECTIONS, integrate={"method": "gauss-1-suzuki-4", "iteration_tolerance": 1e-9}
+    )
+    assert composed.method.options["iteration_tolerance"] == 1e-9
     assert composed.method.name == "gauss-1-suzuki-4"
 
 

@@ -33,6 +33,7 @@ def command(
     scene: str,
     method: str | None,
     step: float | None,
+    tolerance: float | None,
     representation: str | None,
     t_end: float | None,
     tau_end: float | None,
@@ -50,8 +51,10 @@ def command(
     from ..run.exponents import Lyapunov
     from ..run.files.outputs import check_folder
 
-    given = {"method": method, "step": step, "representation": representation}
-    chosen = chosen_scene(scene, drift=True, **given, t_end=t_end, tau_end=tau_end)
+    by = {"method": method, "step": step, "tolerance": tolerance}
+    chosen = chosen_scene(
+        scene, drift=True, **by, representation=representation, t_end=t_end, tau_end=tau_end
+    )
     plan = plan_chaos(chosen, count)
     print_notes(chosen)
     check_folder(out, CHAOS_FILES)

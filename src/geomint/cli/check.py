@@ -36,7 +36,8 @@ def command(
 ) -> None:
     """Say what a scene would compute, how, why so, and how long it takes. Nothing is integrated.
 
-    Only where it may take longer than an hour the first steps are tried, for 0.1 seconds.
+    Only where it may take longer than an hour the first steps are tried, for 0.1 seconds, and a stretch
+    of the motion where a tolerance is given in place of a step.
 
     With --methods: what `geomint drift` would do with each of them.
     """

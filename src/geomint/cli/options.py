@@ -67,6 +67,11 @@ _CHOICE = (
     click.option("--method", metavar="NAME", help="Another method; see `geomint methods`."),
     click.option("--step", type=float, help="Step in the time that the method works in."),
     click.option(
+        "--tolerance",
+        type=float,
+        help="In place of a step: the error wanted at the end, relative; with --method auto too.",
+    ),
+    click.option(
         "--representation",
         metavar="NAME",
         help="Force a representation of the system; `own` is the scene's own.",
@@ -121,7 +126,7 @@ def end_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the argument SCENE and the options that change it, as `chosen_scene` takes them."""
-    others = (*_CHOICE[:3], *_ENDS, *_CHOICE[3:], *_WATCHED)
+    others = (*_CHOICE[:4], *_ENDS, *_CHOICE[4:], *_WATCHED)
     return functools.reduce(lambda f, option: option(f), reversed(others), command)
 
 
@@ -131,6 +136,9 @@ def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
     from ..scene.load import load_changed
 
     t_end, tau_end = changes.get("t_end"), changes.get("tau_end")
+    step, tolerance = changes.get("step"), changes.get("tolerance")
+    if step is not None and tolerance is not None:
+        raise SceneError(f"--step {step:g} and --tolerance {tolerance:g}: expected one of them")
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
     with warnings.catch_warnings(), patience("building the scene"):

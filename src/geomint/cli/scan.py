@@ -63,6 +63,7 @@ def command(
     scene: str,
     method: str | None,
     step: float | None,
+    tolerance: float | None,
     representation: str | None,
     t_end: float | None,
     tau_end: float | None,
@@ -80,7 +81,8 @@ def command(
     from ..report import SCAN_FILES
     from ..run.files.outputs import check_folder
 
-    given: dict[str, Any] = {"method": method, "step": step, "representation": representation}
+    given: dict[str, Any] = {"method": method, "step": step, "tolerance": tolerance}
+    given["representation"] = representation
     chosen = chosen_scene(scene, **given, t_end=t_end, tau_end=tau_end)
     plan = plan_scan(chosen, **keys)
     print_notes(chosen)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -41,6 +42,7 @@ def command(
     scene: str,
     method: str | None,
     step: float | None,
+    tolerance: float | None,
     representation: str | None,
     event: str | None,
     direction: str | None,
@@ -55,14 +57,15 @@ def command(
 ) -> int:
     """Follow motions of a scene until each has crossed a surface so many times.
 
-    The scene's own end is not used: motions are followed until they have their points, or do not cross
-    for a million steps.
+    The scene's own end is not used, but for the step that meets a tolerance there: motions are followed
+    until they have their points, or do not cross for a million steps.
     """
     from ..plan import plan_section
     from ..report import SECTION_FILES
     from ..run.files.outputs import check_folder
 
-    chosen = chosen_scene(scene, method=method, step=step, representation=representation)
+    given: dict[str, Any] = {"method": method, "step": step, "tolerance": tolerance}
+    chosen = chosen_scene(scene, **given, representation=representation)
     chosen = chosen.changed(integrate={"exact": True}) if exact else chosen
     changes = {"event": event, "direction": direction, "level": level, "points": points}
     plan = plan_section(chosen, **changes, motions=motions, seed=seed, axes=axes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from ..plan.tolerance import wanted_step
 from .endpoint import Source
 from .runs import Comparison, compare
 
@@ -24,20 +25,28 @@ def compare_scene(
 ) -> Comparison:
     """Compare methods on a scene.
 
-    The scene's own method, if it is one of them, runs with its options and about its step; all run in
-    the representation that the scene asks for, if it does. See `compare` for the rest.
+    The scene's own method, if it is one of them, runs with its options and about its step, or the one
+    that meets its tolerance; all run in the representation that the scene asks for, if it does. See
+    `compare` for the rest.
     """
     time, integrate = scene.content.time, scene.content.integrate
-    own = integrate.method
     end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
     return compare(
         scene.model,
         {key: value for key, value in end.items() if value is not None},
-        [scene.method if name == own else name for name in methods],
+        [scene.method if name == integrate.method else name for name in methods],
         steps=steps,
-        first_steps={} if integrate.step is None else {own: integrate.step},
+        first_steps=_first_steps(scene),
         representation=integrate.representation,
         repeats=repeats,
         reference=reference,
         report=report,
     )
+
+
+def _first_steps(scene: Scene) -> dict[str, float]:
+    """Return the step of the scene's own method, if it has one in the scene's own representation."""
+    integrate, step = scene.content.integrate, scene.content.integrate.step
+    if integrate.tolerance is not None and scene.method.needs in scene.problem.forms:
+        step = wanted_step(scene, scene.problem, scene.state)[1]
+    return {} if step is None else {scene.method.name: step}

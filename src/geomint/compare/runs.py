@@ -247,7 +247,7 @@ def _point(method: Method, representation: str, step: float | None) -> Point:
         method.order,
         representation,
         0.0 if method.adaptive else step or 0.0,
-        options.get("tolerance"),
+        options.get("iteration_tolerance"),
         rtol=options.get("rtol"),
     )
 

@@ -34,7 +34,7 @@ class Gauss(Method):
     ----------
     stages : int
         s; the order is 2 s. ``Gauss(1)`` is the implicit midpoint rule.
-    tolerance : float
+    iteration_tolerance : float
         0, the default: the fixed-point iteration goes on until rounding lets it fall no further,
         so that no bias is left and invariants do a random walk. Else it stops when what a further
         iteration would change, estimated from the last two, is less than the tolerance relative to
@@ -56,7 +56,7 @@ class Gauss(Method):
 
     stages: int = 8
     _: KW_ONLY
-    tolerance: float = 0.0
+    iteration_tolerance: float = 0.0
     max_iterations: int = 100
     fused: bool = False
 
@@ -71,7 +71,7 @@ class Gauss(Method):
         stages = whole("stages", self.stages, 1, 16)
         self._set(
             stages=stages,
-            tolerance=iteration_tolerance(self.tolerance),
+            iteration_tolerance=iteration_tolerance(self.iteration_tolerance),
             max_iterations=whole("max_iterations", self.max_iterations, 1),
             fused=switch("fused", self.fused),
             name=f"gauss-{stages}",
@@ -82,7 +82,7 @@ class Gauss(Method):
 
     def start(self, s: Start) -> Stepper:
         field, rows, y0, work = field_of(s)
-        stages, cap, tolerance = self.stages, self.max_iterations, self.tolerance
+        stages, cap, tolerance = self.stages, self.max_iterations, self.iteration_tolerance
         groups = 1 if stages <= LANES else 2
         function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
         numbers = _lane_coefficients(stages, groups, s.lengths)

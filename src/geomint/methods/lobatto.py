@@ -41,7 +41,7 @@ class Lobatto(Method):
     ----------
     stages : int
         s; the order is 2 s − 2.
-    tolerance, max_iterations
+    iteration_tolerance, max_iterations
         As for `geomint.Gauss`; the unknowns are measured relative to the size of q and of p.
 
     Notes
@@ -52,7 +52,7 @@ class Lobatto(Method):
 
     stages: int = 8
     _: KW_ONLY
-    tolerance: float = 0.0
+    iteration_tolerance: float = 0.0
     max_iterations: int = 200
 
     needs = "hamiltonian"
@@ -69,7 +69,7 @@ class Lobatto(Method):
         stages = whole("stages", self.stages, 3, MAX_LOBATTO_STAGES)
         self._set(
             stages=stages,
-            tolerance=iteration_tolerance(self.tolerance),
+            iteration_tolerance=iteration_tolerance(self.iteration_tolerance),
             max_iterations=whole("max_iterations", self.max_iterations, 1),
             name=f"lobatto-{stages}",
             order=2 * stages - 2,
@@ -90,7 +90,7 @@ class Lobatto(Method):
                 rows=n,
                 constraints=m,
                 cap=self.max_iterations,
-                tolerance=self.tolerance,
+                tolerance=self.iteration_tolerance,
                 clock_rows=float(clock),
                 **_lane_coefficients(self.stages, s.lengths),
             ),

@@ -100,8 +100,8 @@ class Method(ABC):
 
     Methods are values: they compare, hash and pickle by what they are made of, `dataclasses.replace`
     changes them, and their repr can be pasted. Fields that only keywords may give are the method's
-    *options*, which scenes and `with_options` may change, such as a tolerance. The attributes below
-    are those of the class, or set by ``__post_init__`` where they depend on the fields.
+    *options*, which scenes and `with_options` may change, such as `max_iterations`. The attributes
+    below are those of the class, or set by ``__post_init__`` where they depend on the fields.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ class Method(ABC):
         )
 
     def with_options(self, **changes: Any) -> Self:
-        """Return the method with other options, such as its tolerance.
+        """Return the method with other options, such as another `max_iterations`.
 
         Raises
         ------
@@ -286,4 +286,4 @@ def fitting(problem: Problem) -> str:
 
 def iteration_tolerance(value: Any) -> float:
     """Return the tolerance of a fixed-point iteration, or raise `DomainError`."""
-    return number("tolerance", value, 0.0, 1e-2, "a number in [0, 0.01)")
+    return number("iteration_tolerance", value, 0.0, 1e-2, "a number in [0, 0.01)")

@@ -33,12 +33,12 @@ class Rattle(Method):
 
     Parameters
     ----------
-    tolerance, max_iterations
+    iteration_tolerance, max_iterations
         As for `geomint.Gauss`; the unknowns are measured relative to the size of q and of p.
     """
 
     _: KW_ONLY
-    tolerance: float = 0.0
+    iteration_tolerance: float = 0.0
     max_iterations: int = 200
 
     name = "rattle-2"
@@ -54,7 +54,7 @@ class Rattle(Method):
 
     def __post_init__(self) -> None:
         self._set(
-            tolerance=iteration_tolerance(self.tolerance),
+            iteration_tolerance=iteration_tolerance(self.iteration_tolerance),
             max_iterations=whole("max_iterations", self.max_iterations, 1),
         )
 
@@ -75,7 +75,7 @@ class Rattle(Method):
                 rows=n,
                 constraints=m,
                 cap=self.max_iterations,
-                tolerance=self.tolerance,
+                tolerance=self.iteration_tolerance,
                 clock_rows=float(s.clock),
             ),
             memory=memory(n, m, int(s.clock)),

@@ -11,6 +11,7 @@ from ..run.lyapunov import lyapunov
 from ..scene.scene import Scene
 from .choice import Asked, Route
 from .fitting import unfit
+from .tolerance import wanted_step
 
 __all__ = ["ChaosPlan", "plan_chaos"]
 
@@ -34,12 +35,13 @@ class ChaosPlan(Compared):
 
     def run(self, progress: bool | None = None) -> Lyapunov:
         """Return the exponents; after Ctrl-C those of the time until then."""
+        method, step = wanted_step(self.scene, self.route.problem, self.route.state)
         return lyapunov(
             self.route.problem,
             self.route.state,
             **Asked(self.scene, "drift").end,
-            method=self.scene.method,
-            step=self.scene.content.integrate.step,
+            method=method,
+            step=step,
             count=self.count,
             progress=progress,
         )

@@ -22,6 +22,7 @@ from . import rules
 from .choice import Asked, Choice, Purpose, Route, Saving
 from .exact import choose_exact, exact_timeline, follow_exactly
 from .representation import choose_representation, told_representation
+from .tolerance import chosen_for
 
 __all__ = ["Plan", "make_plan", "run_scene"]
 
@@ -109,7 +110,8 @@ class Plan(Shown, Compared):
 
         time, observe = self.scene.content.time, self.scene.content.observe
         save, route = self.save.chosen, self.route
-        given = self.scene.content.integrate.step
+        given, tolerance = self.scene.content.integrate.step, self.scene.content.integrate.tolerance
+        step = self.step.chosen if tolerance is None and route.lift is not None else None
         try:
             solution = solve(
                 self.problem,
@@ -117,7 +119,8 @@ class Plan(Shown, Compared):
                 t_end=time.t_end,
                 tau_end=time.tau_end,
                 method=self.method.chosen,
-                step=given if given is not None or route.lift is None else self.step.chosen,
+                step=step if given is None else given,
+                tolerance=tolerance,
                 t_eval=None if save.t_eval is None else list(save.t_eval),
                 save_every=save.every,
                 events=self.scene.events if self.purpose == "run" else None,
@@ -179,7 +182,9 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
     representation = choose_representation(asked)
     route = representation.chosen
     clock = rules.choose_clock(asked, route.problem)
-    timeline, observed = rules.timeline_of(asked, route), rules.watchers_of(asked, route)
+    observed, t_eval = rules.watchers_of(asked, route), asked.saving.t_eval
+    chosen = chosen_for(scene, route.problem, route.state, t_eval, clock.chosen, observed)
+    timeline = rules.timeline_of(asked, route, chosen)
     plan = Plan(
         scene,
         purpose,
@@ -193,7 +198,7 @@ def make_plan(scene: Scene, purpose: Purpose = "run", costs: bool = False) -> Pl
         missing=rules.choose_missing(asked, route),
         events=rules.choose_events(asked),
         timeline=timeline,
-        step=rules.choose_step(asked, route, timeline),
+        step=rules.choose_step(asked, route, timeline, chosen),
         steps=(steps := rules.choose_steps(asked, route, timeline)),
     )
     if not costs:

@@ -10,12 +10,15 @@ from ..methods.method import Method, Start
 from ..problems.evaluate import value
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
+from ..run.accuracy.auto import AUTO, auto_method
+from ..run.accuracy.choose import Chosen
 from ..run.timeline import Timeline, evaluation_times, plan_timeline
 from ..watch.functions import Function, grouped
 from ..watch.quantities import find_watcher, quantities_of
 from ..watch.watcher import Watcher
 from .choice import Asked, Choice, Route, Saving
 from .representation import missing_quantities, wanted_watchers
+from .tolerance import told_accuracy
 
 __all__ = [
     "choose_clock",
@@ -42,6 +45,8 @@ def choose_method(c: Asked, problem: Problem) -> Choice[Method]:
     reason = f"order {method.order}{', ' + kind if kind else ''}: {method.summary}"
     options = ", ".join(f"{k} {v!r}" for k, v in c.content.integrate.options.items())
     told = f"{method.name}{' with ' + options if options else ''}"
+    if c.content.integrate.method == AUTO:
+        reason = f"auto: {auto_method(problem, c.content.integrate.tolerance)[1]}; {reason}"
     return Choice("method", method, told, reason)
 
 
@@ -62,8 +67,11 @@ def choose_clock(c: Asked, problem: Problem) -> Choice[bool]:
     return Choice(what, False, "not integrated", "nothing that is asked for needs it")
 
 
-def timeline_of(c: Asked, route: Route) -> Timeline:
+def timeline_of(c: Asked, route: Route, chosen: Chosen | None) -> Timeline:
     """Return steps and end; the default step is that of the representation whose states are kept."""
+    if chosen is not None:
+        method, step = chosen.method, chosen.step
+        return plan_timeline(route.problem, method, route.state, **c.end, step=step)
     step, end = c.content.integrate.step, next(iter(c.end.values()))
     if step is None and route.lift is not None:
         asked = c.route(route.asked)
@@ -148,10 +156,15 @@ def choose_events(c: Asked) -> Choice[tuple[str, ...]] | None:
     return Choice("events", tuple(events), ", ".join(events), reason)
 
 
-def choose_step(c: Asked, route: Route, timeline: Timeline) -> Choice[float]:
+def choose_step(c: Asked, route: Route, timeline: Timeline, chosen: Chosen | None) -> Choice[float]:
     """State the step and where it came from."""
     given, method, h = c.content.integrate.step, c.method, abs(timeline.h)
     unit = "τ" if route.problem.time == "tau" else "t"
+    if chosen is not None:
+        told = f"{h:.10g} in {unit}"
+        if method.adaptive:
+            told = f"adaptive, {_tolerances(chosen.method)}; the first {h:.4g} in {unit}"
+        return Choice("step", h, told, told_accuracy(chosen))
     if method.adaptive:
         return _adaptive_step(c, h, unit)
     if given is not None:
@@ -178,9 +191,12 @@ def _adaptive_step(c: Asked, h: float, unit: str) -> Choice[float]:
         "every step is as long as the estimated error allows: rtol of each piece of the state, and "
         f"atol; the first by {origin}"
     )
-    tolerances = f"rtol {options['rtol']:g}, atol {options['atol']:g}"
-    told = f"adaptive, {tolerances}{longest}; the first {h:.4g} in {unit}"
+    told = f"adaptive, {_tolerances(c.method)}{longest}; the first {h:.4g} in {unit}"
     return Choice("step", h, told, reason)
+
+
+def _tolerances(method: Method) -> str:
+    return f"rtol {method.options['rtol']:.3g}, atol {method.options['atol']:.3g}"
 
 
 def choose_steps(c: Asked, route: Route, timeline: Timeline) -> Choice[int | None]:

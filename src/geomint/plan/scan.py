@@ -25,6 +25,7 @@ from ..scene.variation import Variation, chosen_variations, told_values, varied_
 from .choice import Asked, Route
 from .part import route_with
 from .representation import has
+from .tolerance import wanted_step
 
 __all__ = ["ScanPlan", "plan_scan"]
 
@@ -68,12 +69,13 @@ class ScanPlan(Compared):
     def run(self, progress: bool | None = None, workers: int | None = None) -> Ensemble:
         """Integrate all members; after Ctrl-C with those that are done."""
         content = self.scene.content
+        method, step = wanted_step(self.scene, self.route.problem, self.route.state)
         return solve_ensemble(
             self.problems,
             self.states,
             **Asked(self.scene, "run").end,
-            method=self.scene.method,
-            step=content.integrate.step,
+            method=method,
+            step=step,
             save_every=content.save.every,
             readings=self.readings,
             progress=progress,

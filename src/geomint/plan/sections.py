@@ -10,6 +10,7 @@ import numpy as np
 from ..arguments import Array
 from ..errors import SceneError, quoted
 from ..kernels.compiling.sameness import Compared
+from ..methods import Exact, Method
 from ..run.events import Event
 from ..run.level import states_on_level
 from ..run.poincare import poincare_section
@@ -17,6 +18,7 @@ from ..run.section import Section
 from ..scene.scene import Scene
 from .choice import Asked, Route
 from .part import route_with
+from .tolerance import wanted_step
 
 __all__ = ["SectionPlan", "plan_section"]
 
@@ -47,14 +49,16 @@ class SectionPlan(Compared):
 
     def run(self, progress: bool | None = None) -> Section:
         """Return the section; after Ctrl-C what was found by then."""
-        content, exact = self.scene.content, self.exact
+        content, problem = self.scene.content, self.route.problem
+        exact: tuple[Method, None] = (Exact(), None)
+        method, step = exact if self.exact else wanted_step(self.scene, problem, self.route.state)
         return poincare_section(
-            self.route.problem,
+            problem,
             self.states,
             {self.name: self.event},
             content.section.points,
-            method="exact" if exact else self.scene.method,
-            step=None if exact else content.integrate.step,
+            method=method,
+            step=step,
             progress=progress,
         )
 

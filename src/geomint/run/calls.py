@@ -17,7 +17,7 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _END = "t_end=…, and t0=… where the run does not begin at time 0"
-_TOLERANCE = "method=geomint.Adaptive(geomint.RungeKutta('dop853'), {}=…); else step=…"
+_TOLERANCE = "tolerance=…; else method=geomint.Adaptive(geomint.RungeKutta('dop853'), {}=…)"
 _INSTEAD = {
     **dict.fromkeys(("t_span", "tspan", "t_max", "tmax", "t_final", "t_bound"), _END),
     **{name: _TOLERANCE.format(name) for name in ("rtol", "atol", "max_step")},

@@ -72,7 +72,7 @@ def error_estimate(
         reason = f"failed: {error}"
     if reason:
         warnings.warn(
-            f"no error estimate: the run with finer steps {reason}", GeomintWarning, stacklevel=4
+            f"no error estimate: the run with finer steps {reason}", GeomintWarning, stacklevel=5
         )
         return None
     return np.asarray(factor * (solution.y - finer_states))

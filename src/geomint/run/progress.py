@@ -122,7 +122,7 @@ class Progress:
         if expected > DAY:
             self._next_look = float("inf")
             text = f"at its pace this run takes about {time_in_words(expected)}"
-            warnings.warn(text, GeomintWarning, stacklevel=8)  # who called `solve`
+            warnings.warn(text, GeomintWarning, stacklevel=9)  # who called `solve`
 
     def _open(self) -> None:
         if self._notebook:

@@ -63,6 +63,7 @@ def run_record(solution: Result) -> dict[str, Any]:
         "end": finite_json(float(solution.tau[-1])) if len(solution.tau) else None,
         **method_record(solution.method),
         "route": solution.route,
+        "accuracy": None if solution.accuracy is None else finite_json(solution.accuracy._asdict()),
         "step": solution.step,
         "step_sizes": solution.step_sizes._asdict(),
         "steps": solution.steps,

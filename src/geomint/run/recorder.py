@@ -258,7 +258,7 @@ class Recorder:
                 f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
                 f"t_eval, up to {self._wanted.last:.9g}",
                 GeomintWarning,
-                stacklevel=4,
+                stacklevel=5,
             )
         steps, iterations = self._integrator.steps, self._integrator.iterations
         span = self._integrator.time - self._timeline.start

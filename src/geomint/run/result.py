@@ -13,6 +13,7 @@ from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
+from .accuracy.accuracy import Accuracy
 from .dense import Kept
 from .met import Events, Met
 from .restart import Restart
@@ -61,6 +62,7 @@ class Result(Compared):
     events: dict[str, Met] = field(default_factory=dict, repr=False)
     error_estimate: Array | None = field(default=None, repr=False)
     route: str = ""
+    accuracy: Accuracy | None = field(default=None, repr=False)
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:

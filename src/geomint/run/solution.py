@@ -68,6 +68,8 @@ class Solution(Shown, Pictures, Result):
         run tells: y less the exact state at the same `tau` (where the end was given in physical time,
         at the same `t`), to first order, with its sign. Of a chaotic motion it is of use as long as it
         is small.
+    accuracy : Accuracy or None
+        With ``tolerance=…`` how that is met: `geomint.run.accuracy.accuracy.Accuracy`.
     route : str
         What was followed in place of the problem, if a plan chose so: the name of a reduction, or
         ``"exact flow"``, which takes no steps.

@@ -16,6 +16,9 @@ from ..problems.declaration import check_problem
 from ..problems.problem import Problem
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
+from .accuracy.asked import TOO_LONG, choose_for
+from .accuracy.auto import is_auto
+from .accuracy.spots import Spots
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
@@ -45,6 +48,7 @@ def solve(
     tau_end: float | None = None,
     method: str | Method | None = None,
     step: float | None = None,
+    tolerance: float | None = None,
     t_eval: Any = None,
     tau_eval: Any = None,
     dense: bool = False,
@@ -74,16 +78,22 @@ def solve(
         Exactly one: the end in physical time, met by a last partial step, or (for a problem in τ)
         in the problem's own time. Before the beginning: backwards.
     method : str or Method
-        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default. ``"exact"`` is the exact
-        motion of a problem that has one (`geomint.Problem.exact`): no steps, so neither `step` nor
-        `save_every`; states where they are asked for, events on the motion itself, quantities watched
-        at the times that are asked for, of which `observe_every` counts.
+        Such as ``geomint.Gauss(8)`` or ``"gauss-8"``, which is the default; with a `tolerance` also
+        ``"auto"``, which problem and tolerance choose (`geomint.run.accuracy.auto`). ``"exact"`` is the
+        exact motion of a problem that has one (`geomint.Problem.exact`): no steps, so neither `step`
+        nor `save_every`; states where they are asked for, events on the motion itself, quantities
+        watched at the times that are asked for, of which `observe_every` counts.
     step : float, optional
         Step in the problem's own time, > 0. Default: the method's ``step_fraction`` of the
         characteristic time at y0 (`geomint.problems.time_scale.characteristic_time`). If the end is
         a whole number of steps away, to 1e-9, the step is adjusted to meet it; else a last partial
         step is. For an adaptive method the first step, by default one that its tolerances allow;
         all further ones are the method's choice.
+    tolerance : float, optional
+        In place of `step`: the error that is wanted of the state at the end, relative to the largest
+        number of each piece, estimated. The step, or the local tolerances of an adaptive method, and
+        where an implicit step's iteration stops are chosen from trials on a stretch of the motion
+        (`geomint.run.accuracy`); what was chosen is ``sol.accuracy``.
     t_eval, tau_eval : array_like, optional
         Times in the order of the run and within it at which states are wanted, met exactly by partial
         steps beside the run, which they do not disturb; at most one of both: physical times, or (for a
@@ -134,6 +144,67 @@ def solve(
     WatcherError
         Likewise, where what watches a quantity fails, or the callback.
     """
+    named: dict[str, Any] = {
+        "t0": t0,
+        "t_end": t_end,
+        "tau_end": tau_end,
+        "t_eval": t_eval,
+        "tau_eval": tau_eval,
+        "dense": dense,
+        "events": events,
+        "save_every": save_every,
+        "observe": observe,
+        "observe_every": observe_every,
+        "clock": clock,
+        "callback": callback,
+        "estimate_error": estimate_error,
+        "progress": progress,
+        "compiled": compiled,
+    }
+    if tolerance is None and not is_auto(method):
+        return _solved(problem, y0, method=method, step=step, **named)
+    chosen = choose_for(problem, y0, method, step, tolerance, named)
+    for last in (False, False, False, True):
+        spots = None if chosen.sample is None else Spots(chosen.sample)
+        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step, "spots": spots}
+        try:
+            solution = _solved(problem, y0, **named, **by)
+            break
+        except TOO_LONG:
+            shorter = chosen.shorter()
+            if last or shorter is None:
+                raise
+            chosen = shorter
+    accuracy = chosen.accuracy
+    solution.accuracy = accuracy._replace(spots=() if spots is None else tuple(spots.found))
+    solution.accuracy.tell()
+    return solution
+
+
+def _solved(
+    problem: Problem | Solution,
+    y0: Any,
+    *,
+    t0: float,
+    t_end: float | None,
+    tau_end: float | None,
+    method: str | Method | None,
+    step: float | None,
+    t_eval: Any,
+    tau_eval: Any,
+    dense: bool,
+    events: Any,
+    save_every: int | None,
+    observe: Any,
+    observe_every: int,
+    clock: bool | None,
+    callback: Callback | None,
+    estimate_error: bool,
+    progress: bool | None,
+    compiled: bool,
+    spots: Spots | None = None,
+) -> Solution:
+    """Return what `solve` does with a step, or the default one; look at the spots on the way."""
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
@@ -210,11 +281,23 @@ def solve(
         bar.begin()
         account = Account()
 
+        if spots is not None:
+            spots.begin(integrator, timeline.expected)
+
         def asked_to_end_here() -> bool:
+            if spots is not None:
+                spots.look()
             bar.update(recorder.progress)
             return callback is not None and asked_to_end(callback, recorder.told())
 
-        status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
+        status = _integrate(
+            integrator,
+            timeline,
+            recorder,
+            account,
+            asked_to_end_here,
+            None if spots is None else spots.most,
+        )
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None and not recorder.stopped and solution.success:
         tell_short_run(problem, abs(recorder.own_time - timeline.start), float(step))
@@ -237,7 +320,7 @@ def tell_short_run(problem: Problem, end: float, step: float) -> None:
             f"step = {step:.9g} is longer than the run to {problem.time} = "
             f"{end:.9g}: a step of that length was taken instead",
             GeomintWarning,
-            stacklevel=4,
+            stacklevel=5,
         )
 
 
@@ -247,6 +330,7 @@ def _integrate(
     recorder: Recorder,
     account: Account,
     between: Callable[[], bool],
+    most: Callable[[int], float] | None,
 ) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
@@ -260,6 +344,7 @@ def _integrate(
             between,
             recorder.left,
             recorder.whole,
+            most,
         )
         recorder.catch_up()
         if asked:

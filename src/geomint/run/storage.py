@@ -55,6 +55,7 @@ from ..errors import DomainError, GeomintError, OutputError, quoted
 from ..problems.problem import Problem
 from ..watch.drift import Drift
 from ..watch.windows import NOTHING, Windows
+from .accuracy.accuracy import Accuracy
 from .dense import Kept
 from .files.outputs import whole_file
 from .met import Met
@@ -269,6 +270,7 @@ def _read(file: Any) -> Solution:
     pieces, times = values["piece"], values["time"]
     physical, tau = times.get("t"), times.get("tau")
     run["step_sizes"] = StepSizes(*run["step_sizes"])
+    run["accuracy"] = Accuracy.read(run.get("accuracy"))
     origin = json.loads(words["provenance"])
     missing, code = json.loads(words["missing"]), values["code"]
     going_on: dict[str, Any] = {**restart, **values["restart"]}

@@ -152,6 +152,6 @@ def _iterated_to_rounding(method: Method) -> Method:
     """Return a method without a tolerance: where an iteration stops before, slopes are not exact."""
     if isinstance(method, Compose):
         return dataclasses.replace(method, base=_iterated_to_rounding(method.base))
-    if not getattr(method, "tolerance", 0.0):
+    if not getattr(method, "iteration_tolerance", 0.0):
         return method
-    return dataclasses.replace(method, tolerance=0.0)  # type: ignore[type-var]
+    return dataclasses.replace(method, iteration_tolerance=0.0)  # type: ignore[type-var]

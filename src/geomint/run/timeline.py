@@ -21,6 +21,7 @@ __all__ = [
     "Timeline",
     "check_advance",
     "default_step",
+    "ending",
     "evaluation_times",
     "plan_timeline",
 ]
@@ -83,19 +84,10 @@ def plan_timeline(
     Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ, from 0 on) must be
     given; an end before the beginning integrates backwards. With a `restart` the run goes on there.
     """
-    if (t_end is None) == (tau_end is None):
-        raise DomainError("t_end, tau_end", (t_end, tau_end), "exactly one of them")
-    if tau_end is not None and problem.time != "tau":
-        raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
-    end = finite("t_end" if tau_end is None else "tau_end", t_end if tau_end is None else tau_end)
-    own = problem.time == "t" or tau_end is not None
-    begin = t0 if tau_end is None else 0.0
+    begin, end, own = ending(problem, t_end, tau_end, t0, restart is None)
     if restart is not None:
         return _resumed(restart, problem, method, end, own)
     start, span = begin if own else 0.0, end - begin
-    if span == 0.0 or not math.isfinite(span):
-        name = "t_end" if tau_end is None else "tau_end"
-        raise DomainError(name, end, f"a time other than {begin:g}, where the run begins")
     size = None if step is None else positive("step", step)
     size = size or method.default_step(problem, y0, span, start)
     h = math.copysign(size, span)
@@ -111,6 +103,27 @@ def plan_timeline(
     if met:
         return Timeline(start, span / steps, steps, 0.0, end, None)
     return Timeline(start, h, steps, span - steps * h, end, None)
+
+
+def ending(
+    problem: Problem, t_end: Any, tau_end: Any, t0: float = 0.0, new: bool = True
+) -> tuple[float, float, bool]:
+    """Return where a run begins and ends, and whether that is the problem's own time.
+
+    Raises
+    ------
+    DomainError
+        Unless exactly one end is given, and a `new` run is one of some length.
+    """
+    if (t_end is None) == (tau_end is None):
+        raise DomainError("t_end, tau_end", (t_end, tau_end), "exactly one of them")
+    if tau_end is not None and problem.time != "tau":
+        raise DomainError("tau_end", tau_end, f"t_end: {problem.name!r} is in physical time")
+    name, begin = ("t_end", t0) if tau_end is None else ("tau_end", 0.0)
+    end = finite(name, t_end if tau_end is None else tau_end)
+    if new and (end == begin or not math.isfinite(end - begin)):
+        raise DomainError(name, end, f"a time other than {begin:g}, where the run begins")
+    return begin, end, problem.time == "t" or tau_end is not None
 
 
 def _counted(span: float, size: float) -> tuple[int, bool]:

@@ -10,6 +10,8 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from ..run.accuracy.auto import AUTO
+
 __all__ = [
     "CompareSection",
     "Content",
@@ -73,20 +75,33 @@ class TimeSection(OtherEnd):
 class IntegrateSection(Section):
     """``[integrate]``: the method, its step in the problem's own time, and the method's options.
 
-    `representation` forces a representation of the system, by its name or as ``"own"``. With `exact`
-    states may come from the exact flow, in place of the method's steps.
+    In place of the step, `tolerance` is the error that is wanted of the state at the end, relative to
+    the largest number of each piece; with it ``"auto"`` is a method too. `representation` forces a
+    representation of the system, by its name or as ``"own"``. With `exact` states may come from the
+    exact flow, in place of the method's steps.
     """
 
     model_config = ConfigDict(extra="allow")
 
     method: Name = Field(default="gauss-8", description="the name of a method")
     step: Positive | None = Field(default=None, description="a step > 0")
+    tolerance: Annotated[float, Field(ge=2.0**-52, lt=0.1)] | None = Field(
+        default=None, description="the error wanted at the end, from 2⁻⁵² to 0.1"
+    )
     representation: Name | None = None
     exact: bool | None = Field(default=None, description="true or false")
 
+    @model_validator(mode="after")
+    def _one_measure(self) -> Self:
+        if self.step is not None and self.tolerance is not None:
+            raise ValueError("expected step or tolerance, got both")
+        if self.method == AUTO and self.tolerance is None:
+            raise ValueError(f"method {AUTO!r} needs a tolerance, by which it is chosen")
+        return self
+
     @property
     def options(self) -> dict[str, Any]:
-        """Options of the method, such as its tolerance."""
+        """Options of the method, such as `max_iterations`."""
         return dict(self.__pydantic_extra__ or {})
 
 

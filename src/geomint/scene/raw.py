@@ -23,6 +23,7 @@ def overridden(
     *,
     method: str | None = None,
     step: float | None = None,
+    tolerance: float | None = None,
     representation: str | None = None,
     quantities: Iterable[str] | None = None,
     every: int | None = None,
@@ -31,12 +32,12 @@ def overridden(
 ) -> dict[str, Any]:
     """Return the content with some keys of several sections changed; None leaves one as it is.
 
-    Options of the former method go with it, and so does its step, unless one is given. Options of
-    quantities go with these.
+    Options of the former method go with it, and so does its step, unless one is given. A step takes
+    the place of a tolerance, and this of a step. Options of quantities go with these.
     """
     given: dict[str, dict[str, Any]] = {
         "observe": {"every": every},
-        "integrate": {"step": step, "representation": representation},
+        "integrate": {"step": step, "tolerance": tolerance, "representation": representation},
         "time": {"t_end": t_end, "tau_end": tau_end},
     }
     changes = {
@@ -54,6 +55,9 @@ def overridden(
     if method not in (None, former.get("method", fields["method"].default)):
         old = dict.fromkeys(key for key in former if key == "step" or key not in fields)
         changes["integrate"] = {**old, "method": method, **changes["integrate"]}
+    if (step is None) != (tolerance is None):
+        other = "tolerance" if tolerance is None else "step"
+        changes["integrate"] = {other: None, **changes["integrate"]}
     return merged(raw, plain({section: keys for section, keys in changes.items() if keys}))
 
 

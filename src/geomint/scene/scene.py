@@ -143,12 +143,16 @@ class Scene(Compared):
         method: str | None = None,
         step: float | None = None,
         representation: str | None = None,
+        tolerance: float | None = None,
     ) -> Scene:
-        """Return a scene with another method, step or representation.
+        """Return a scene with another method, step, tolerance or representation.
 
-        Options of the former method go; its step goes too, unless one is given.
+        Options of the former method go; its step goes too, unless one is given. A step takes the place
+        of a tolerance, and a tolerance that of a step.
         """
-        return self._overridden(method=method, step=step, representation=representation)
+        return self._overridden(
+            method=method, step=step, representation=representation, tolerance=tolerance
+        )
 
     @property
     def events(self) -> dict[str, Event]:

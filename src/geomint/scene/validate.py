@@ -19,9 +19,11 @@ from ..errors import (
     quoted,
     shortened,
 )
+from ..methods.gauss import Gauss
 from ..methods.method import Method
 from ..methods.registry import find_method
 from ..problems.systems import Model, System, find_system
+from ..run.accuracy.auto import AUTO, auto_method
 from ..watch.observe import choose_watchers
 from ..watch.quantities import GROUPS, expanded, quantities_of
 from ..watch.registry import plugged
@@ -34,6 +36,7 @@ __all__ = ["Checked", "check_content"]
 
 T = TypeVar("T")
 Section = TypeVar("Section", bound=BaseModel)
+_CHOSEN_LATER = Gauss()  # what method "auto" is checked as, until the problem is built
 _UNBUILT = (GeomintError, ArithmeticError, MemoryError, np.linalg.LinAlgError)
 
 
@@ -100,11 +103,13 @@ def check_content(given: Mapping[str, Any], name: str, former: Checked | None = 
     except _UNBUILT as error:
         raise _Flaws([_why_unbuilt(error, content)]).error(name) from error
     flaws += _representation(model, content)
+    if content.integrate.method == AUTO and not flaws:
+        method = _chosen_method(model, content, method, flaws)
     flaws += _quantities(model, content)
     flaws += _observation(model, content)
     flaws += _ends(model, content)
     flaws += _events(model, content)
-    if flaws:
+    if flaws or method is None:
         raise flaws.error(name)
     return Checked(raw, content, *built_of[1:], model, method, notes)
 
@@ -130,12 +135,14 @@ def _method(given: Mapping[str, Any], content: Content | None, flaws: _Flaws) ->
     name = given.get("method", known["method"].default)
     if not isinstance(name, str) or not name:
         return None
-    method = flaws.asked("[integrate] ", find_method, name)
+    method = _CHOSEN_LATER if name == AUTO else flaws.asked("[integrate] ", find_method, name)
     if content is not None:
         _other_methods(content, flaws)
     if method is None:
         return None
     options = {key: value for key, value in given.items() if key not in known}
+    if name == AUTO:
+        return method  # its options are looked at when it is known
     unknown = [key for key in options if key not in method.options]
     for key in unknown:
         flaws.append(
@@ -144,6 +151,19 @@ def _method(given: Mapping[str, Any], content: Content | None, flaws: _Flaws) ->
         )
     with_options = partial(method.with_options, **options)
     return None if unknown else flaws.asked("[integrate] ", with_options)
+
+
+def _chosen_method(
+    model: Model, content: Content, stand_in: Method, flaws: _Flaws
+) -> Method | None:
+    """Return the method that the tolerance, and the representation that is meant, choose."""
+    name = content.integrate.representation
+    problem = model.problems.get(str(name)) or next(iter(model.problems.values()))
+    found = flaws.asked("[integrate] ", auto_method, problem, content.integrate.tolerance)
+    options = content.integrate.options
+    if found is None or not options:
+        return None if found is None else found[0]
+    return flaws.asked("[integrate] ", partial(found[0].with_options, **options))
 
 
 def _other_methods(content: Content, flaws: _Flaws) -> None:

@@ -211,7 +211,7 @@ class ExactRun:
                 f"the run ended at t = {t:.9g}, before {missed} of the times in t_eval, up to "
                 f"{wanted[-1]:.9g}",
                 GeomintWarning,
-                stacklevel=5,
+                stacklevel=6,
             )
         return self._timed(known) if by_clock else self._rows(known, clock)
 

@@ -1,0 +1,66 @@
+"""The step that a scene wants: given, or such that a tolerance is met at its end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..arguments import Array
+from ..methods.method import Method
+from ..problems.problem import Problem
+from ..run.accuracy.asked import choose_for
+from ..run.accuracy.choose import Chosen
+from ..scene.scene import Scene
+
+__all__ = ["chosen_for", "told_accuracy", "wanted_step"]
+
+
+def chosen_for(
+    scene: Scene,
+    problem: Problem,
+    state: Array,
+    t_eval: Any = None,
+    clock: bool | None = None,
+    observe: Any = (),
+) -> Chosen | None:
+    """Return what meets the tolerance of ``[integrate]`` at the end of the scene; None without one."""
+    content = scene.content
+    if content.integrate.tolerance is None:
+        return None
+    asked = {
+        "t0": 0.0,
+        "t_end": content.time.t_end,
+        "tau_end": content.time.tau_end,
+        "t_eval": t_eval,
+        "clock": clock,
+        "observe": observe,
+        "compiled": True,
+    }
+    tolerance = content.integrate.tolerance
+    return choose_for(problem, state, scene.method, None, tolerance, asked)
+
+
+def wanted_step(scene: Scene, problem: Problem, state: Array) -> tuple[Method, float | None]:
+    """Return the method and the step of ``[integrate]``, or those that meet its tolerance.
+
+    For what goes on beyond the end of the scene, or from other states: the step is that of the scene.
+    """
+    chosen = chosen_for(scene, problem, state)
+    if chosen is None:
+        return scene.method, scene.content.integrate.step
+    return chosen.method, chosen.step
+
+
+def told_accuracy(chosen: Chosen) -> str:
+    """Return in words why a step, or a local tolerance, was chosen."""
+    accuracy, name = chosen.accuracy, "rtol" if chosen.step is None else "step"
+    tried = ", ".join(
+        f"{name} {setting:.3g}: {'fails' if error is None else f'{error:.1e}'}"
+        for setting, error in accuracy.trials
+    )
+    iteration = chosen.method.options.get("iteration_tolerance")
+    stops = f"; its iteration stops at {iteration:.1e}" if iteration else ""
+    note = f"; it may not be met: {accuracy.note}" if accuracy.note else ""
+    return (
+        f"[integrate] tolerance = {accuracy.tolerance:g} at the end; expected "
+        f"{accuracy.expected:.1e}, by trials on a stretch of the motion ({tried}){stops}{note}"
+    )

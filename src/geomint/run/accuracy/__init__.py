@@ -1,0 +1,1 @@
+"""Steps chosen by the accuracy that is wanted at the end."""

@@ -1,0 +1,83 @@
+"""How a tolerance is met: what is expected of the run, and why."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, Self
+
+from ...problems.spaces.repair import warn
+
+__all__ = ["Accuracy"]
+
+DOUBT = 3.0  # times the tolerance: what is expected to be more is said
+FASTER = 20.0  # times the errors of steps in the trials: so is this; 6 in regular motions
+
+
+class Accuracy(NamedTuple):
+    """How a tolerance is met: what is expected of the run, and why.
+
+    Attributes
+    ----------
+    tolerance : float
+        As asked for: of the state at the end, relative to the largest number of each piece.
+    expected : float
+        The error at the end that trials let expect; infinite where none of them could be run.
+    floor : float
+        What roundings make of the state at the end of a regular motion, about.
+    trials : tuple of (float, float or None)
+        Steps, or values of ``rtol`` of an adaptive method, that were tried on a stretch of the motion,
+        and the errors at the end that follow from it; None where the stretch could not be run.
+    rate : float
+        At which errors grow exponentially, in the problem's own time, as far as was seen; 0 for those
+        of regular motions.
+    spots : tuple of (float, float)
+        Where the run was sampled, in the problem's own time, and the errors of steps there, in units of
+        their mean in the last trial.
+    reason : str
+        Why the method, where ``method="auto"`` chose it.
+    """
+
+    tolerance: float
+    expected: float
+    floor: float
+    trials: tuple[tuple[float, float | None], ...]
+    rate: float = 0.0
+    spots: tuple[tuple[float, float], ...] = ()
+    reason: str = ""
+
+    @classmethod
+    def read(cls, numbers: list[Any] | None) -> Self | None:
+        """Return what JSON has made lists of."""
+        if numbers is None:
+            return None
+        tolerance, expected, floor, trials, rate, spots, reason = numbers
+        tried, seen = (tuple((a, b) for a, b in some) for some in (trials, spots))
+        return cls(tolerance, expected, floor, tried, rate, seen, reason)
+
+    @property
+    def note(self) -> str:
+        """What a user should know; empty if the tolerance is expected to be met."""
+        if self.floor > self.tolerance:
+            what = f"roundings alone make about {self.floor:.1g} of such a run"
+            if not self.rate:
+                return what
+            what = what if self.floor < 1.0 else "roundings grow as large as the motion"
+            return (
+                f"errors grow by a factor of e in every {1.0 / self.rate:.3g} of time, and {what}"
+            )
+        if not self.expected <= DOUBT * self.tolerance:
+            known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
+            return f"{len(self.trials)} trials let expect {known}"
+        time, most = max(self.spots, key=lambda spot: spot[1], default=(0.0, 0.0))
+        if most > FASTER:
+            much = f"{most:.2g} times as large" if math.isfinite(most) else "without bound"
+            return (
+                f"near {time:.6g} the motion is faster than at its beginning, errors of steps are "
+                f"{much}"
+            )
+        return ""
+
+    def tell(self) -> None:
+        """Warn where the tolerance is not expected to be met."""
+        if self.note:
+            warn(f"tolerance = {self.tolerance:g} may not be met: {self.note}")

@@ -1,0 +1,74 @@
+"""What a stretch of the motion shows of an adaptive method: two runs at different local tolerances."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from ...arguments import Array
+from ...errors import StepError
+from ...methods.adaptive import LARGEST_RTOL, LEAST_RTOL, Adaptive
+from ...methods.method import Start
+from ..integrator import Integrator
+from .stretch import SAMPLES, Motion, Stretch, compared
+
+__all__ = ["adaptive_stretch", "at_tolerance"]
+
+FINER = 16.0  # times smaller tolerances
+
+
+def at_tolerance(method: Adaptive, rtol: float) -> Adaptive:
+    """Return the method at another rtol, and an atol that is the same part of it."""
+    within = min(max(rtol, LEAST_RTOL), LARGEST_RTOL)
+    return dataclasses.replace(method, rtol=within, atol=method.atol * (within / method.rtol))
+
+
+def adaptive_stretch(
+    method: Adaptive, motion: Motion, rtol: float, length: float, clock: bool, compiled: bool
+) -> Stretch | None:
+    """Return how runs at a local tolerance and at a sixteenth of it part; None if one fails.
+
+    What is called the step of the stretch is the tolerance.
+    """
+    power = method.order / (method.base.estimate_order or method.order)
+    rows = motion.problem.rows + clock
+    coarse = _begun(at_tolerance(method, rtol), motion, clock, compiled)
+    fine = _begun(at_tolerance(method, rtol / FINER), motion, clock, compiled)
+    try:
+        times, states = _own_states(coarse, length, rows)
+        there = np.empty_like(states)
+        for i, time in enumerate(times):
+            fine.propagate_until(motion.begin + math.copysign(time, motion.span))
+            there[i] = fine.stepper.state[:rows]
+    except StepError:
+        return None
+    factor, work = 1.0 - FINER**-power, coarse.iterations
+    return compared(motion, times, (states, there), factor, rtol, 1, work)
+
+
+def _begun(method: Adaptive, motion: Motion, clock: bool, compiled: bool) -> Integrator:
+    first = method.default_step(motion.problem, motion.y0, motion.span, motion.begin)
+    h = math.copysign(first, motion.span)
+    start = Start(motion.problem, motion.y0, motion.begin, h, clock, compiled)
+    integrator = Integrator.of(method, start)
+    integrator.prepare()
+    return integrator
+
+
+def _own_states(integrator: Integrator, length: float, rows: int) -> tuple[Array, Array]:
+    """Return times and states after steps of the method's own, some of them, up to a length or beyond.
+
+    An end that steps are made to fit would make the last ones shorter than those of the run.
+    """
+    begin, many = integrator.time, 1
+    times: list[float] = []
+    states: list[Array] = []
+    while not times or times[-1] < length:
+        integrator.step(many)
+        times.append(abs(integrator.time - begin))
+        states.append(integrator.stepper.state[:rows].copy())  # without that of time
+        if len(times) == 2 * SAMPLES:
+            times, states, many = times[1::2], states[1::2], 2 * many
+    return np.array(times), np.array(states)

@@ -1,0 +1,291 @@
+"""From a tolerance to a method with its options, and a step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from ...arguments import Array, number
+from ...methods.adaptive import LARGEST_RTOL, Adaptive
+from ...methods.method import Method, Start
+from ...problems.evaluate import value
+from ...problems.problem import Problem
+from ...problems.time_scale import characteristic_time
+from ..integrator import Integrator
+from .accuracy import Accuracy
+from .adaptive_stretch import adaptive_stretch, at_tolerance
+from .growth import amplified, exponential_rate, extrapolated
+from .search import Search, Trial
+from .spots import Sample
+from .stretch import Motion, Stretch, stretch
+
+__all__ = ["Chosen", "checked_tolerance", "choose"]
+
+LEAST, MOST = 2.0**-52, 0.1
+AIM = 0.3  # of the tolerance: that is what steps shall err by
+TURNS, PART = 20.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
+MORE_TURNS = 2.5  # for each order of a symmetric method: high ones err where a motion is fastest
+LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
+FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(1/p) of that time
+IMPLICIT = 1.2  # of that time: a first implicit step, at most
+ROUNDING = 0.2  # see `rounding_floor`
+BIAS = 0.1  # see `with_iteration_tolerance`
+SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
+SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
+SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
+NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
+SHORTER = 0.6  # of a step that failed on the way
+BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
+
+
+def checked_tolerance(value: Any) -> float:
+    """Return a tolerance, or raise `DomainError`."""
+    return number("tolerance", value, LEAST, MOST, "a number from 2⁻⁵² = 2.2e-16 to below 0.1")
+
+
+class Chosen(NamedTuple):
+    """A method with its options, its step (None if it finds its own), and what is expected of both.
+
+    `sample` is what spots on the way are measured by, None without.
+    """
+
+    method: Method
+    step: float | None
+    accuracy: Accuracy
+    sample: Sample | None = None
+
+    def shorter(self) -> Chosen | None:
+        """Return what is tried after a step that failed on the way; None for an adaptive method."""
+        if self.step is None:
+            return None
+        accuracy = self.accuracy
+        expected = accuracy.expected * SHORTER**self.method.order
+        tried = (*accuracy.trials, (self.step, None))
+        accuracy = accuracy._replace(expected=expected, trials=tried)
+        return self._replace(step=SHORTER * self.step, accuracy=accuracy)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A motion, the error that is wanted at its end, and its characteristic time at y0.
+
+    Attributes
+    ----------
+    clock, compiled, watched, reason
+        As `choose` takes them.
+    """
+
+    motion: Motion
+    tolerance: float
+    time: float
+    clock: bool
+    compiled: bool
+    watched: bool
+    reason: str
+
+    @property
+    def turns(self) -> float:
+        """Characteristic times of the run; 1 at least."""
+        return max(abs(self.motion.span) / self.time, 1.0)
+
+    @property
+    def goal(self) -> float:
+        """What steps shall make of the error: not less than roundings do."""
+        return AIM * max(self.tolerance, rounding_floor(self.turns, 1.0))
+
+    def start(self, step: float) -> Start:
+        """Return the start of a run with a step."""
+        motion = self.motion
+        h = math.copysign(step, motion.span)
+        return Start(motion.problem, motion.y0, motion.begin, h, self.clock, self.compiled)
+
+    def length(self, turns: float, part: float) -> float:
+        """Return the length of a stretch."""
+        whole = abs(self.motion.span)
+        return min(whole, max(turns * self.time, part * whole))
+
+    def accuracy(
+        self,
+        expected: float,
+        floor: float,
+        trials: tuple[tuple[float, float | None], ...],
+        rate: float = 0.0,
+    ) -> Accuracy:
+        """Return what is expected of the run."""
+        return Accuracy(self.tolerance, expected, floor, trials, rate, (), self.reason)
+
+    def error(self, found: Stretch | None, method: Method) -> float | None:
+        """Return the error at the end of the run that follows from a stretch."""
+        if found is None:
+            return None
+        motion = self.motion
+        span = motion.span if motion.physical is None else motion.physical / found.rate
+        return extrapolated(found.times, found.errors, abs(span), method.symmetric)
+
+
+def choose(
+    problem: Problem,
+    method: Method,
+    y0: Array,
+    span: float,
+    tolerance: float,
+    *,
+    begin: float = 0.0,
+    physical: bool = False,
+    clock: bool = False,
+    compiled: bool = True,
+    watched: bool = False,
+    reason: str = "",
+) -> Chosen:
+    """Return how a method meets a tolerance at the end of a run.
+
+    Parameters
+    ----------
+    y0 : array
+        Canonical.
+    span : float
+        Of the run, with its sign, in the problem's own time or, if `physical`, in physical time beside
+        it.
+    begin : float
+        The problem's own time at y0.
+    clock, compiled
+        As the run will have them.
+    watched : bool
+        Whether anything is observed: the iteration of an implicit method goes on to rounding then, for
+        what it leaves is a drift.
+    reason : str
+        Why the method.
+    """
+    motion = Motion(problem, y0, begin, span)
+    if physical:
+        assert problem.clock is not None
+        rate = value(problem, problem.clock, y0)
+        motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
+    time = characteristic_time(problem, y0, span, begin)
+    wanted = Wanted(motion, tolerance, time, clock, compiled, watched, reason)
+    if isinstance(method, Adaptive):
+        return _local_tolerance(wanted, method)
+    return _step(wanted, method)
+
+
+def _step(wanted: Wanted, method: Method) -> Chosen:
+    """Return the step of a method with which a run errs by what is wanted."""
+    motion, time, p = wanted.motion, wanted.time, method.order
+    implicit, most = "max_iterations" in method.options, 0.5 * abs(motion.span)
+    first = (FIRST[0] + FIRST[1] * p) * (wanted.goal / wanted.turns) ** (1.0 / p)
+    first = min(time * (min(first, IMPLICIT) if implicit else first), most)
+    own = method
+    if not wanted.watched:
+        own = with_iteration_tolerance(
+            method, wanted.tolerance, wanted.turns, abs(motion.span) / first
+        )
+    integrator = Integrator.of(own, wanted.start(first))
+    integrator.prepare()
+
+    def tried(step: float, length: float) -> Trial:
+        found = stretch(integrator.stepper, motion, p, step, length)
+        return Trial(step, wanted.error(found, own), found)
+
+    turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
+    short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
+    search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit)
+    step, expected = search.run(first)
+    if not method.symmetric and long > short and math.isfinite(expected):
+        step, expected = search.corrected(step, expected, lambda step: tried(step, long))
+    rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0
+    growth = amplified(rate, abs(motion.span))
+    floor = growth * rounding_floor(wanted.turns, step / time)
+    if floor <= wanted.tolerance:
+        step *= growth ** (-1.0 / p)
+    else:  # shorter steps would not help
+        expected *= growth
+    accuracy = wanted.accuracy(expected, floor, search.record, rate)
+    return Chosen(own, step, accuracy, sample_of(search, p, step))
+
+
+def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
+    """Return at which rate errors grow exponentially, as far as a scout sees; 0 if they do not.
+
+    Chaos is not seen before some Lyapunov times have passed. A scout is a long stretch of runs that
+    cost little: longer steps, and an iteration that stops early. Only how their errors grow counts.
+    """
+    if wanted.turns < SCOUT_LEAST:
+        return 0.0
+    motion, p, span = wanted.motion, method.order, abs(wanted.motion.span)
+    most = search.largest
+    if search.implicit:
+        most = max(step, *(trial.setting for trial in search.trials if trial.stretch is not None))
+    if "iteration_tolerance" in method.options:
+        method = method.with_options(iteration_tolerance=SCOUT_ITERATION)
+    error = wanted.goal * wanted.length(SCOUT_TURNS, SCOUT_PART) / span
+    longer = min(max((SCOUT_ERROR / error) ** (1.0 / p), 1.0) * step, most)
+    # Where much longer steps than the characteristic time serve, the motion is so much slower.
+    turns = SCOUT_TURNS * max(longer / (IMPLICIT * wanted.time), 1.0)
+    length = wanted.length(turns, SCOUT_PART)
+    scout = Integrator.of(method, wanted.start(longer))
+    scout.prepare()
+    rate = math.inf
+    for reach in (length, min(2.0 * length, span)):  # what a passing burst has made does not go on
+        found = stretch(scout.stepper, motion, p, longer, reach, math.inf)
+        again = 0.0 if found is None else exponential_rate(found.times, found.errors)
+        rate = min(rate, again)
+        if rate == 0.0:
+            break
+    return rate
+
+
+def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
+    """Return the local tolerance of an adaptive method with which a run errs by what is wanted."""
+    power = method.order / (method.base.estimate_order or method.order)
+
+    def tried(rtol: float, length: float) -> Trial:
+        clock, compiled = wanted.clock, wanted.compiled
+        found = adaptive_stretch(method, wanted.motion, rtol, length, clock, compiled)
+        return Trial(rtol, wanted.error(found, method), found)
+
+    short, long = wanted.length(TURNS, PART), wanted.length(LONG_TURNS, LONG_PART)
+    search = Search(
+        lambda rtol: tried(rtol, short), wanted.goal, power, LARGEST_RTOL, False, NEAR_ADAPTIVE
+    )
+    rtol, expected = search.run(wanted.goal / wanted.turns)
+    if long > short and math.isfinite(expected):
+        rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
+    own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
+    return Chosen(own, None, wanted.accuracy(expected, floor, search.record))
+
+
+def sample_of(search: Search, order: int, step: float) -> Sample | None:
+    """Return what spots of a run with that step are measured by: the last trial, scaled to it."""
+    found = [trial.stretch for trial in search.trials if trial.stretch is not None]
+    if not found:
+        return None
+    last = found[-1]
+    mean = float(last.errors[-1]) / len(last.errors) * (step / last.step) ** (order + 1)
+    return Sample(last.each, mean, last.sizes)
+
+
+def rounding_floor(turns: float, step: float) -> float:
+    """Return about what roundings make of a regular motion: a walk of frequencies, summed to phases.
+
+    Every step of h changes the state by a rounding of its increment, ε h/T of it with T its
+    characteristic time, and frequencies alike; after N = turns/step steps phases are off by √N of that
+    times `turns`. The factor is measured (`benchmarks/tolerance.py`).
+    """
+    return ROUNDING * 2.0**-52 * turns * math.sqrt(turns * step)
+
+
+def with_iteration_tolerance(
+    method: Method, tolerance: float, turns: float, steps: float
+) -> Method:
+    """Return the method with an iteration that stops where what is left does not count.
+
+    What an iteration leaves is often on the same side: N steps of error δ drive frequencies away by
+    N δ, and phases by N δ times the turns. Of that a part `BIAS` was measured. What a user has chosen
+    stays.
+    """
+    if method.options.get("iteration_tolerance") != 0.0:
+        return method
+    allowed = AIM * tolerance / (BIAS * steps * turns)
+    bits = max(BITS * math.ceil(-math.log2(allowed) / BITS), LEAST_BITS)
+    return method if bits > MOST_BITS else method.with_options(iteration_tolerance=2.0**-bits)

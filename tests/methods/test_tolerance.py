@@ -1,0 +1,372 @@
+"""`tolerance=`: the error at the end is about what was asked for, by every family of methods."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from families import FAMILIES, PROBLEMS, pairs
+from scipy.integrate import solve_ivp
+
+import geomint as gi
+from geomint.methods import Start, find_method
+from geomint.problems.deviation import sizes_of
+from geomint.problems.evaluate import derivative
+from geomint.run.accuracy.auto import STAGES, auto_method
+from geomint.run.accuracy.growth import amplified, exponential_rate, extrapolated
+from geomint.run.accuracy.search import MOST, Search, Trial
+from geomint.run.accuracy.stretch import Motion, Stretch, stretch
+from geomint.run.integrator import Integrator
+from geomint.scene.load import builtin_scenes
+
+SPHERE = gi.load_scene("sphere-n3")
+HAMILTONIZED = gi.load_scene("hamiltonized-n3")
+
+
+def truth(problem: gi.Problem, y0: np.ndarray, end: float, start: float = 0.0) -> np.ndarray:
+    """Return the state at the end by SciPy, on the functions in plain Python."""
+    found = solve_ivp(
+        lambda t, y: derivative(problem, y, t), (start, end), y0, "DOP853", rtol=1e-13, atol=1e-15
+    )
+    return np.asarray(found.y[:, -1])
+
+
+def off(problem: gi.Problem, found: np.ndarray, right: np.ndarray) -> float:
+    return float(np.max(np.abs(found - right) / sizes_of(problem, right)))
+
+
+def tolerance_for(method: gi.Method) -> float:
+    """Return a tolerance that a method meets in some thousand steps."""
+    return {1: 1e-2, 2: 1e-3, 3: 1e-4, 4: 1e-5, 5: 1e-6}.get(method.order, 1e-8)
+
+
+@pairs([pair for pair in FAMILIES if "rest" not in pair[1]])
+@pytest.mark.parametrize("end", [9.0, -4.0])
+def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
+    p, initial = PROBLEMS[problem]
+    y0, method = p.canonical(np.asarray(initial, float)), find_method(name)
+    tolerance = tolerance_for(method)
+    ends = {"tau_end": end, "clock": False} if p.time == "tau" else {"t_end": end}
+    sol = gi.solve(p, y0, **ends, method=method, tolerance=tolerance, progress=False)
+    error = off(p, sol.y[-1], truth(p, y0, end))
+    assert sol.success
+    assert 1e-3 * tolerance < error < 4.0 * tolerance, error / tolerance
+    assert sol.accuracy is not None
+    assert sol.accuracy.expected <= tolerance
+    assert sol.method.name == method.name
+
+
+@pytest.mark.parametrize("name", ["gauss-8", "rk-4", "verlet-6", "dop853-adaptive"])
+def test_against_the_exact_flow_at_physical_times(name: str) -> None:
+    """The state at the same physical time, however late the clock is."""
+    p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state
+    tolerance = 1e-5 if name == "rk-4" else 1e-8
+    for end in (40.0, -3.0):
+        sol = gi.solve(p, y0, t_end=end, method=name, tolerance=tolerance, progress=False)
+        error = off(p, sol.y[-1], p.exact(y0)(np.array([end]))[0])
+        assert 1e-3 * tolerance < error < 4.0 * tolerance, (end, error / tolerance)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize("end", [0.3, 20.0, 500.0])
+def test_auto_on_the_exact_flow(tolerance: float, end: float) -> None:
+    """Short and long, from scarce to near rounding; the shortest runs are better than asked for."""
+    p, y0 = SPHERE.problem, SPHERE.state
+    sol = gi.solve(p, y0, t_end=end, method="auto", tolerance=tolerance, progress=False)
+    error = off(p, sol.y[-1], p.exact(y0)(np.array([end]))[0])
+    assert error < 3.0 * tolerance
+    assert end < 1.0 or error > 1e-4 * tolerance
+
+
+@pytest.mark.parametrize("name", ["gauss-3", "cf-4", "dormand-prince-5-adaptive"])
+def test_the_bits_are_those_of_plain_python(name: str) -> None:
+    p, y0 = SPHERE.problem, SPHERE.state
+    given: dict[str, Any] = {"t_end": 1.5, "method": name, "tolerance": 1e-6, "progress": False}
+    one, again, plain = (
+        gi.solve(p, y0, **given, compiled=compiled) for compiled in (True, True, False)
+    )
+    assert one == again
+    assert one.accuracy == plain.accuracy
+    np.testing.assert_array_equal(one.y, plain.y)
+
+
+def test_what_is_chosen_is_a_step_and_where_the_iteration_stops() -> None:
+    """With something observed the iteration goes on to rounding; what a user chose stays."""
+    p, y0 = SPHERE.problem, SPHERE.state
+    given: dict[str, Any] = {"t_end": 30.0, "tolerance": 1e-6, "progress": False}
+    sol = gi.solve(p, y0, **given, method="gauss-4")
+    assert 0.0 < sol.method.options["iteration_tolerance"] < 1e-8
+    watched = gi.solve(p, y0, **given, method="gauss-4", observe="energy")
+    assert watched.method == gi.Gauss(4)
+    own = gi.Gauss(4, iteration_tolerance=2.0**-50)
+    assert gi.solve(p, y0, **given, method=own).method == own
+    by_hand = gi.solve(p, y0, t_end=30.0, method=sol.method, step=sol.step, progress=False)
+    np.testing.assert_array_equal(by_hand.y, sol.y)
+    finer = gi.solve(p, y0, t_end=30.0, method="gauss-4", tolerance=1e-9, progress=False)
+    assert abs(finer.step) < abs(sol.step)
+
+
+@gi.field
+def standing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -y[0]
+
+
+OSCILLATOR = gi.Problem("oscillator", (("x", 1), ("v", 1)), field=standing)
+
+
+@pytest.mark.parametrize("y0", [[0.0, 0.0], [1.0, 0.0], [1e-200, 0.0], [1e200, 1e200]])
+@pytest.mark.parametrize("name", ["gauss-8", "rk-4", "dop853-adaptive"])
+def test_at_rest_from_rest_tiny_and_huge(y0: list[float], name: str) -> None:
+    method = find_method(name)
+    if method.adaptive:  # an absolute tolerance knows nothing of what is tiny
+        method = method.with_options(atol=0.0)
+    sol = gi.solve(OSCILLATOR, y0, t_end=7.0, method=method, tolerance=1e-7, progress=False)
+    c, s = math.cos(7.0), math.sin(7.0)
+    right = np.array([c * y0[0] + s * y0[1], c * y0[1] - s * y0[0]])
+    assert np.max(np.abs(sol.y[-1] - right)) <= 3e-7 * max(np.max(np.abs(y0)), 0.0)
+
+
+@pytest.mark.parametrize("end", [1e-30, 1e-8, 0.01])
+def test_runs_shorter_than_any_step(end: float) -> None:
+    for name in ("gauss-8", "rk-4", "dop853-adaptive"):
+        sol = gi.solve(
+            OSCILLATOR, [1.0, 0.5], t_end=end, method=name, tolerance=1e-9, progress=False
+        )
+        right = [math.cos(end) + 0.5 * math.sin(end), 0.5 * math.cos(end) - math.sin(end)]
+        np.testing.assert_allclose(sol.y[-1], right, rtol=0, atol=1e-9)
+
+
+# --- auto -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", sorted(builtin_scenes()))
+def test_auto_fits_every_scene(name: str) -> None:
+    scene = gi.load_scene(name)
+    for problem in scene.model.problems.values():
+        for tolerance in (1e-2, 1e-6, 1e-12):
+            method, reason = auto_method(problem, tolerance)
+            method.check_fits(problem, False)
+            assert reason
+
+
+def test_auto_takes_what_a_problem_has() -> None:
+    p = HAMILTONIZED.problem
+    for gone in ("field", "splitting", ""):
+        method, _ = auto_method(p, 1e-8)
+        assert method.needs == (gone or "hamiltonian")
+        method.check_fits(p, False)
+        if gone:
+            p = dataclasses.replace(p, **{gone: None})
+    ball = gi.load_scene("ball-3d").problem
+    assert auto_method(dataclasses.replace(ball, field=None), 1e-8)[0].needs == "action"
+
+
+def test_the_table_of_auto_goes_down_to_nothing() -> None:
+    bounds = [least for least, _ in STAGES]
+    assert bounds == sorted(bounds, reverse=True)
+    assert bounds[-1] == 0.0
+    assert [stages for _, stages in STAGES] == sorted(stages for _, stages in STAGES)
+
+
+# --- what it says -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "words"),
+    [
+        ({"tolerance": 0.0}, gi.DomainError, "tolerance = 0.0"),
+        ({"tolerance": 1e-17}, gi.DomainError, "2⁻⁵²"),
+        ({"tolerance": 0.1}, gi.DomainError, "tolerance = 0.1"),
+        ({"tolerance": math.nan}, gi.DomainError, "tolerance = nan"),
+        ({"tolerance": True}, gi.DomainError, "tolerance = True"),
+        ({"tolerance": 1e-9, "step": 0.1}, gi.DomainError, "step = 0.1"),
+        ({"tolerance": 1e-9, "method": "exact"}, gi.DomainError, "exact flow"),
+        ({"method": "auto"}, gi.MethodError, "needs a tolerance"),
+        ({"method": "auto", "step": 0.1}, gi.DomainError, "step = 0.1"),
+        ({"tolerance": 1e-9, "t_end": 0.0}, gi.DomainError, "t_end = 0.0"),
+        ({"tolerance": 1e-9, "method": "verlet-4"}, gi.FormError, "splitting"),
+    ],
+)
+def test_what_makes_no_sense(given: dict[str, Any], error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        gi.solve(SPHERE.problem, SPHERE.state, **{"t_end": 1.0, **given})
+
+
+def test_a_solution_goes_on_with_the_step_it_has() -> None:
+    given = {"method": "auto", "tolerance": 1e-8, "progress": False}
+    sol = gi.solve(SPHERE.problem, SPHERE.state, t_end=5.0, **given)
+    with pytest.raises(gi.DomainError, match="tolerance = 1e-09: expected nothing"):
+        gi.solve(sol, t_end=9.0, tolerance=1e-9)
+    on = gi.solve(sol, t_end=9.0, progress=False)
+    assert on.step == sol.step
+    assert on.accuracy is None
+
+
+def test_below_rounding_is_said() -> None:
+    with pytest.warns(gi.GeomintWarning, match="roundings alone make about"):
+        sol = gi.solve(SPHERE.problem, SPHERE.state, t_end=200.0, tolerance=1e-15, progress=False)
+    assert sol.accuracy is not None
+    assert (
+        off(SPHERE.problem, sol.y[-1], SPHERE.problem.exact(SPHERE.state)(np.array([200.0]))[0])
+        < 1e-12
+    )
+
+
+@gi.field
+def quickening(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """An oscillator whose frequency rises from 1 to `params[0]` about time 100."""
+    s = 0.01 * t
+    s4 = s * s * s * s
+    rate = 1.0 + (params[0] - 1.0) * s4 * s4 / (1.0 + s4 * s4)
+    out[0] = y[1]
+    out[1] = -rate * rate * y[0]
+
+
+@pytest.mark.parametrize("name", ["gauss-6", "rk-4"])
+def test_a_motion_that_becomes_faster_is_said(name: str) -> None:
+    p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[3.0], field=quickening)
+    with pytest.warns(gi.GeomintWarning, match="the motion is faster than at its beginning"):
+        sol = gi.solve(p, [1.0, 0.0], t_end=900.0, method=name, tolerance=1e-6, progress=False)
+    assert sol.accuracy is not None
+    assert max(ratio for _, ratio in sol.accuracy.spots) > 20.0
+    steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
+    sol = gi.solve(steady, [1.0, 0.0], t_end=900.0, method=name, tolerance=1e-6, progress=False)
+    assert sol.accuracy is not None
+    assert sol.accuracy.note == ""
+    assert len(sol.accuracy.spots) >= 1
+
+
+def test_steps_that_fail_on_the_way_are_shortened() -> None:
+    p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[12.0], field=quickening)
+    with pytest.warns(gi.GeomintWarning, match="the motion is faster"):
+        sol = gi.solve(p, [1.0, 0.0], t_end=400.0, tolerance=1e-3, progress=False)
+    assert sol.success
+    assert sol.accuracy is not None
+    assert sol.accuracy.trials[-1][1] is None  # a step that failed
+
+
+def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
+    from geomint.problems.testproblems import henon_heiles
+
+    p = henon_heiles.problem()
+    given: dict[str, Any] = {"t_end": 1500.0, "method": "auto", "tolerance": 1e-8}
+    # Two motions of energy 1/8, whose largest exponents are 0.05 and 0 (`geomint.lyapunov`).
+    wild, tame = (np.array([0.0, y, 0.0, 0.0]) for y in (-0.15, 0.55))
+    for y0 in (wild, tame):
+        y0[2] = math.sqrt(2.0 * (0.125 - 0.5 * y0[1] ** 2 + y0[1] ** 3 / 3.0))
+    with pytest.warns(gi.GeomintWarning, match="errors grow by a factor of e in every"):
+        sol = gi.solve(p, wild, **given, progress=False)
+    assert sol.accuracy is not None
+    assert sol.accuracy.rate > 0.01
+    sol = gi.solve(p, tame, **given, progress=False)
+    assert sol.accuracy is not None
+    assert sol.accuracy.rate == 0.0
+
+
+def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
+    p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state
+    sol = gi.solve(p, y0, tau_end=3000.0, method="auto", tolerance=1e-8, progress=False)
+    assert sol.accuracy is not None
+    assert sol.accuracy.spots
+    sol.save(tmp_path / "run.nc")
+    loaded = gi.load(tmp_path / "run.nc")
+    assert loaded.accuracy == sol.accuracy
+    assert loaded == sol
+    known = loaded.provenance["accuracy"]
+    assert known["tolerance"] == 1e-8
+    assert "8 stages" in known["reason"]
+    plain = gi.solve(p, y0, tau_end=1.0, step=0.1, progress=False)
+    assert plain.provenance["accuracy"] is None
+
+
+# --- parts ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_stretch_shows_errors_at_the_same_physical_time(sign: float) -> None:
+    """A clock that is wrong makes states late, which counts where the end is physical."""
+    p, y0, h = HAMILTONIZED.problem, HAMILTONIZED.state, 0.1
+    method = gi.RungeKutta("rk-4")
+    made = Integrator.of(method, Start(p, y0, 0.0, sign * h, clock=True))
+    made.prepare()
+    for physical in (100.0, None):
+        motion = Motion(p, y0, 0.0, sign * 500.0, physical)
+        found = stretch(made.stepper, motion, 4, h, 8.0)
+        assert found is not None
+        end = sign * float(found.times[-1])
+        ends = {"tau_end": end} if physical is None else {"t_end": float(found.rate) * end}
+        sol = gi.solve(p, y0, **ends, method=method, step=h, progress=False)
+        exact = p.exact(y0)
+        right = exact.at_tau(end) if physical is None else exact(np.array([ends["t_end"]]))[0]
+        error = float(np.max(np.abs(sol.y[-1] - right) / found.sizes))
+        assert found.errors[-1] == pytest.approx(error, rel=0.1)
+
+
+def stretch_of(error: float, work: float = 1.0, step: float = 1.0) -> Stretch:
+    times = np.arange(1.0, 17.0)
+    return Stretch(step, times, error * times / 16.0, 1, work, 1.0, np.ones(2))
+
+
+@pytest.mark.parametrize("power", [1, 2, 4, 8, 16])
+@pytest.mark.parametrize("constant", [1e-6, 1.0, 1e4])
+@pytest.mark.parametrize("first", [1e-3, 0.3, 50.0])
+def test_a_search_finds_the_setting(power: int, constant: float, first: float) -> None:
+    """From too small and too large beginnings, through a floor of rounding, and where runs fail."""
+    if power == 1 and constant > 1.0:
+        pytest.skip("more than the changes of all trials away")
+
+    def attempt(h: float) -> Trial:
+        error = constant * h**power
+        found = None if error > 0.1 else stretch_of(max(error, 3e-16), step=h)
+        return Trial(h, None if found is None else 10.0 * max(error, 3e-16), found)
+
+    goal = 1e-7
+    search = Search(attempt, goal, power, 1e3, False)
+    setting, expected = search.run(first)
+    right = (goal / (10.0 * constant)) ** (1.0 / power)
+    if len(search.trials) < MOST:
+        assert setting == pytest.approx(right, rel=0.02)
+        assert expected == pytest.approx(goal, rel=0.1)
+
+
+def test_a_search_stops_where_longer_steps_save_nothing() -> None:
+    def attempt(h: float) -> Trial:
+        return Trial(h, 1e-10 * h, stretch_of(1e-11 * h, work=max(1.0 / h, 1.0), step=h))
+
+    search = Search(attempt, 1e-3, 8, 100.0, True)
+    setting, expected = search.run(1.5)
+    assert setting == 1.5
+    assert expected == pytest.approx(1.5e-10)
+
+
+def test_nothing_is_expected_where_no_trial_runs() -> None:
+    search = Search(lambda h: Trial(h, None), 1e-8, 4, 1.0, False)
+    setting, expected = search.run(0.5)
+    assert expected == math.inf
+    assert len(search.trials) == MOST
+    assert 0.0 < setting < 0.5
+
+
+def test_how_errors_grow() -> None:
+    t = np.arange(1.0, 21.0)
+    assert extrapolated(t, 3e-9 * t, 1e3, True) == pytest.approx(3e-6)
+    assert extrapolated(t, 3e-9 * t, 1e3, False) == pytest.approx(3e-6)
+    assert extrapolated(t, 1e-9 * t + 1e-9 * t * t, 1e3, False) == pytest.approx(1.001e-3)
+    assert extrapolated(t, 1e-9 * t * t, 20.0, False) == pytest.approx(1e-9 * 300.0, rel=0.3)
+    assert extrapolated(t[:1], 3e-9 * t[:1], 10.0, False) == pytest.approx(3e-8)
+    assert extrapolated(t, 0.0 * t, 10.0, False) == 0.0
+    for power in (0.0, 0.5, 1.0, 2.0):
+        assert exponential_rate(t, 1e-9 * t**power) == 0.0
+    assert exponential_rate(t, 1e-12 * np.exp(0.5 * t)) == pytest.approx(0.5, rel=0.2)
+    assert exponential_rate(t, np.minimum(1e-6 * np.exp(t), 1.0)) == pytest.approx(1.0, rel=0.3)
+    assert exponential_rate(t, 0.0 * t) == 0.0
+    assert exponential_rate(t[:2], t[:2]) == 0.0
+    assert amplified(0.0, 100.0) == 1.0
+    assert amplified(1e-9, 1.0) == pytest.approx(1.0)
+    assert amplified(0.1, 100.0) == pytest.approx(math.expm1(10.0) / 10.0)
+    assert math.isfinite(amplified(1.0, 1e9))
