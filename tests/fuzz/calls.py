@@ -257,7 +257,7 @@ def calls() -> dict[str, Call]:
         "RKMK": Call(_maker(gi.RKMK), {"tableau": "dop853", "coordinates": "exp"}),
         "Adaptive": Call(_maker(gi.Adaptive), {"base": gi.RungeKutta("dop853"), **tolerances}),
         "CommutatorFree": Call(_maker(gi.CommutatorFree), {"tableau": "cf-4"}),
-        "Lobatto": Call(_maker(gi.Lobatto), {"stages": 3, "iteration_tolerance": 0.0, "max_iterations": 200}),
+        "Lobatto": Call(_maker(gi.Lobatto), {"stages": 3, "max_iterations": 200}),
         "Rattle": Call(_maker(gi.Rattle), {"iteration_tolerance": 0.0, "max_iterations": 200}),
         "Compose": Call(_maker(gi.Compose), {"base": gi.Gauss(1), "scheme": "suzuki-4"}),
         "find_method": Call(_maker(gi.find_method), {"name": "gauss-1-suzuki-4"}),

@@ -318,7 +318,7 @@ def test_failures_beside_the_run() -> None:
         lambda: gi.Rattle(max_iterations=0),
         lambda: gi.Lobatto(2),
         lambda: gi.Lobatto(9),
-        lambda: gi.Lobatto(4, tolerance=1.0),
+        lambda: gi.Lobatto(4, iteration_tolerance=1.0),
         lambda: gi.RungeKutta("rk-5"),
         lambda: gi.RKMK("gauss"),
         lambda: gi.RungeKutta(gauss_legendre(2).tableau),

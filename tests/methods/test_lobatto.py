@@ -196,6 +196,6 @@ def test_tolerance() -> None:
     """Fewer iterations, an error of its size."""
     given = {"tau_end": 5.0, "step": 0.1}
     full = gi.solve(BALL, README, method=gi.Lobatto(8), **given)
-    rough = gi.solve(BALL, README, method=gi.Lobatto(8, tolerance=1e-8), **given)
+    rough = gi.solve(BALL, README, method=gi.Lobatto(8, iteration_tolerance=1e-8), **given)
     assert rough.iterations < 0.75 * full.iterations
     assert 1e-14 < np.abs(rough.y[-1] - full.y[-1]).max() < 1e-6
