@@ -321,6 +321,15 @@ def test_what_makes_no_sense(given: dict[str, Any], said: str) -> None:
         gi.draw_states(OSCILLATORS, 3, **given)
 
 
+@pytest.mark.parametrize("more", [{"keep": ["energy", "norm"]}, {"keep": {"norm": 0.0}}])
+@pytest.mark.parametrize("temperature", [None, 0.1])
+def test_a_constraint_is_nothing_to_keep(more: dict[str, Any], temperature: float | None) -> None:
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    at = problem.random_state(1)
+    with pytest.raises(gi.DomainError, match=r"keep = 'norm': expected no constraint"):
+        gi.draw_states(problem, 9, at=at, temperature=temperature, **more)
+
+
 def test_no_measure_no_draws() -> None:
     bare = dataclasses.replace(OSCILLATORS, measure=None)
     with pytest.raises(gi.DomainError, match="measure"):
