@@ -68,9 +68,9 @@ def draw_states(
     Raises
     ------
     DomainError
-        For a problem without a measure, quantities that it does not have, values that no state has
-        or that depend on each other, an energy that is kept and has a temperature, and if neither a
-        level nor a temperature makes the measure finite.
+        For a problem without a measure, quantities that it does not have or that are constraints,
+        values that no state has or that depend on each other, an energy that is kept and has a
+        temperature, and if neither a level nor a temperature makes the measure finite.
 
     Warns
     -----
