@@ -12,6 +12,7 @@ from scipy import stats
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
+from geomint.run.level import kept_values
 
 SIGNIFICANT = 1e-3  # at fixed seeds: a right test fails in one of a thousand choices of these
 COUNT = 2000
@@ -319,6 +320,32 @@ def test_a_bounded_part_is_not_left_for_an_unbounded_one(energy: float) -> None:
 def test_what_makes_no_sense(given: dict[str, Any], said: str) -> None:
     with pytest.raises(gi.DomainError, match=said):
         gi.draw_states(OSCILLATORS, 3, **given)
+
+
+@pytest.mark.parametrize("more", [{"keep": ["energy", "norm"]}, {"keep": {"norm": 0.0}}])
+@pytest.mark.parametrize("temperature", [None, 0.1])
+def test_a_constraint_is_nothing_to_keep(more: dict[str, Any], temperature: float | None) -> None:
+    problem = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0).hamiltonized()
+    at = problem.random_state(1)
+    with pytest.raises(gi.DomainError, match=r"keep = 'norm': expected no constraint"):
+        gi.draw_states(problem, 9, at=at, temperature=temperature, **more)
+
+
+def test_what_is_zero_but_for_rounding_can_be_kept() -> None:
+    """A ball without momentum about the vertical: (k, γ) is 1e-17 there, not 0."""
+    scene = gi.load_scene("ball-3d")
+    problem, state = scene.model.problems["classical"], scene.model.states["classical"].copy()
+    gamma = state[3:]
+    for momentum in np.eye(3):
+        state[:3] = momentum - gamma * (momentum @ gamma) / (gamma @ gamma)
+        if gi.value(problem, "area", state) != 0.0:
+            break
+    assert 0.0 < abs(gi.value(problem, "area", state)) < 1e-15
+    states = gi.draw_states(problem, 9, at=state, keep=["energy", "area"])
+    assert max(abs(gi.value(problem, "area", y)) for y in states) < 1e-11
+    small = np.concatenate([1e-9 * state[:3] + 1e-12 * gamma, gamma])
+    kept = kept_values(problem, ["area", "energy"], small)  # 1e-12, 1e-19 are no rounding
+    assert kept == {name: gi.value(problem, name, small) for name in kept}
 
 
 def test_no_measure_no_draws() -> None:

@@ -55,7 +55,8 @@ def test_members_that_fail(name: str, which: tuple[int, ...]) -> None:
 def test_a_failing_last_step_that_is_cut() -> None:
     """What fails in the last partial step of a vector has no states of its company."""
     states = with_some_that_fail((2,))
-    many = gi.solve_ensemble(HENON, states, t_end=0.09, step=0.1, method="gauss-3")
+    with pytest.warns(gi.GeomintWarning, match="longer than the run"):
+        many = gi.solve_ensemble(HENON, states, t_end=0.09, step=0.1, method="gauss-3")
     assert np.isfinite(many.final[[k for k in range(19) if k != 2]]).all()
     assert (many.status == "success").sum() == 19 - len(many.errors)
 

@@ -146,7 +146,9 @@ def _members(
     scene: Scene, route: Route, variations: Sequence[Variation]
 ) -> tuple[tuple[Problem, ...], Array, Array, npt.NDArray[np.int64]]:
     """Return problems and states of all members, the numbers that vary, and which draws they are."""
-    section, problems, states, values = scene.content.ensemble, [], [], []
+    section, states = scene.content.ensemble, []
+    problems: list[Problem] = []
+    values: list[tuple[float, ...]] = []
     for numbers, model in varied_models(scene, variations):
         if route.name not in model.problems:
             where = told_values(variations, numbers)

@@ -68,9 +68,9 @@ def draw_states(
     Raises
     ------
     DomainError
-        For a problem without a measure, quantities that it does not have, values that no state has
-        or that depend on each other, an energy that is kept and has a temperature, and if neither a
-        level nor a temperature makes the measure finite.
+        For a problem without a measure, quantities that it does not have or that are constraints,
+        values that no state has or that depend on each other, an energy that is kept and has a
+        temperature, and if neither a level nor a temperature makes the measure finite.
 
     Warns
     -----
@@ -132,6 +132,10 @@ def _target(problem: Problem, at: Any, keep: Any, temperature: Any) -> Target:
     state = None if at is None else problem.canonical(at)
     names = ([] if temperature is not None else ["energy"]) if keep is None else keep
     values = kept_values(problem, names, state)
+    for name in values:
+        if name in problem.constraints:
+            expected = f"no constraint: of {problem.name!r} every state meets it"
+            raise DomainError("keep", name, expected)
     if not values and temperature is None:
         expected = "a quantity, such as the energy, or a temperature: all states together may have"
         raise DomainError("keep", keep, f"{expected} an infinite measure")

@@ -19,6 +19,7 @@ from .at_states import writer
 
 __all__ = ["Level", "kept_values", "on_level", "settled_states", "states_on_level"]
 
+ROUNDING = 1e-14  # of the sizes of terms: below that their sum says nothing
 NEAR_ENOUGH = 1e-11  # of the size of a quantity
 ATTEMPTS = 8  # at every state, before there are none
 MOST_ITERATIONS = 60
@@ -145,7 +146,19 @@ def kept_values(problem: Problem, keep: Any, state: Array | None) -> dict[str, f
         return {}
     if state is None:
         raise DomainError("keep", keep, "values, in a mapping, or a state that has them: at=…")
-    return {name: value(problem, name, state) for name in names}
+    return {name: _told(problem, name, value(problem, name, state), state) for name in names}
+
+
+def _told(problem: Problem, name: str, found: float, state: Array) -> float:
+    """Return a value at a state, 0 for what is no more than the rounding of its terms.
+
+    These are as large as Σ |∂F/∂yᵢ yᵢ|. A level of 1e-17 would be met to 1e-28 else, thus nowhere.
+    """
+    if found == 0.0:
+        return found
+    level = Level(problem, {name: found}, compiled=False)
+    terms = np.abs(level.gradients(state[None, :], np.diag(state))[0, -1]).sum()  # in units of it
+    return 0.0 if ROUNDING * terms > 1.0 else found
 
 
 def on_level(

@@ -157,8 +157,8 @@ class Outcome:
         """Take what was read off some members elsewhere; what is `merged` is added up."""
         for name, values in other.readings.items():
             adds, before = name in merged, self.readings.get(name, values)
-            own = slice(None) if adds else slice(1, None)  # without the axis of members
-            check_alike(name, values.shape[own], before.shape[own], adds)
+            first = 0 if adds else 1  # without the axis of members
+            check_alike(name, values.shape[first:], before.shape[first:], adds)
             if adds:
                 self.readings[name] = (
                     self.readings[name] + values if name in self.readings else values

@@ -204,9 +204,10 @@ def solve_ensemble(
     _tell_few(many)
     if step is not None and asked.steps_alone and "success" in many.status:
         own_end = t_end if tau_end is None else tau_end
-        if given.problem(0).time == "t" or t_end is None:  # else runs of their own have told it
-            begin = begin if given.problem(0).time == "t" else 0.0
-            tell_short_run(given.problem(0), abs(float(own_end) - begin), float(step))
+        own = given.problem(0).time
+        if own_end is not None and (own == "t" or t_end is None):  # others are runs of their own
+            start = begin if own == "t" else 0.0
+            tell_short_run(given.problem(0), abs(float(own_end) - start), float(step))
     return many
 
 

@@ -33,7 +33,8 @@ class StoredOutcome:
             tau, states = self.arrays.find("tau"), self.arrays.find("states")
             shape = (*tau.shape, states.shape[1]) if role == "y" else tau.shape
             return np.full(shape, np.nan)
-        return numbers_in(array)
+        found: Array = numbers_in(array)
+        return found
 
     def _counted(self, role: str) -> npt.NDArray[np.int64]:
         array = self.arrays.find(role)
@@ -139,7 +140,8 @@ class _Readings(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name in self._merged:
             return _sum(self._arrays, self._merged[name])
-        return numbers_in(self._own[name])
+        found: Array = numbers_in(self._own[name])
+        return found
 
     def __iter__(self) -> Iterator[str]:
         return iter((*self._own, *self._merged))
