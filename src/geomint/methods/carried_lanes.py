@@ -7,8 +7,8 @@ from typing import Any
 from ..kernels.compiling.number_types import LANE, NumberType, tangent_members
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
+from ..kernels.tangent.lane_steps import lane_work_layout
 from ..kernels.tangent.layout import given_block
-from ..kernels.tangent.measure_lanes import lane_work_layout
 from ..problems.problem import Problem
 from .carried import Carried
 from .stepper import Stepper
