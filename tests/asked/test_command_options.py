@@ -57,6 +57,7 @@ YES = {"--yes": (LONG, (*LONG, "--yes"))}
 AT = ("s.toml", "--event", "gamma[2]", "--points", "3")
 IN_T = ("s.toml", "--representation", "reduced")
 SCAN = ("s.toml", "--vary", "D=2:4:3")
+DRAWS = ("s.toml", "--draws", "2")
 CHAOS = ("scene", "--method", "--step", "--tolerance", "--tau-end", "--debug")
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
@@ -109,13 +110,10 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
             (*SCAN, "--t-end", "1", "--representation", "own"),
         ),
         "--vary": (SCAN, ("s.toml", "--vary", "D=2:4:4")),
-        "--draws": ((*SCAN, "--draws", "2"), (*SCAN, "--draws", "3")),
-        "--keep": ((*SCAN, "--draws", "2"), (*SCAN, "--draws", "2", "--keep", "energy,K")),
-        "--temperature": (
-            (*SCAN, "--draws", "2", "--temperature", "1"),
-            (*SCAN, "--draws", "2", "--temperature", "2"),
-        ),
-        "--seed": ((*SCAN, "--draws", "2"), (*SCAN, "--draws", "2", "--seed", "1")),
+        "--draws": (DRAWS, ("s.toml", "--draws", "3")),
+        "--keep": (DRAWS, (*DRAWS, "--keep", "energy,K")),
+        "--temperature": ((*DRAWS, "--temperature", "1"), (*DRAWS, "--temperature", "2")),
+        "--seed": (DRAWS, (*DRAWS, "--seed", "1")),
         "--show": (SCAN, (*SCAN, "--show", "final:K")),
         "--workers": ((*SCAN, "--workers", "1"), (*SCAN, "--workers", "2")),
         "--out": ((*SCAN, "--out", "one"), (*SCAN, "--out", "two")),

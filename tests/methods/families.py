@@ -36,7 +36,7 @@ LATER = {  # pairs whose kernel or problem is another pair's too
     *(("gauss-1-suzuki-4", "henon-heiles"), ("rkmk-dormand-prince-5", "so-4")),
     *(("rkmk-cayley-4", "so-3-frame"), ("dop853-adaptive", "sphere-metric")),
     *(("rattle-2", "frame-in-field"), ("rkmk-dop853", "so-4"), ("rattle-6", "spherical-pendulum")),
-    *(("rattle-2", "neumann"), ("lobatto-5", "frame-in-field")),
+    ("rattle-2", "neumann"),
 }
 FAMILIES = [
     ("rk-4", "lotka-volterra"),
@@ -59,7 +59,6 @@ FAMILIES = [
     ("rattle-2", "frame-in-field"),
     ("lobatto-8", "sphere-metric"),
     ("lobatto-3", "double-pendulum"),
-    ("lobatto-5", "frame-in-field"),
     ("verlet-2", "neumann"),
     ("verlet-4", "abc-flow"),
     ("gauss-8", "neumann-at-rest"),

@@ -416,7 +416,7 @@ def test_rkmk_of_order_8_in_many_digits(index: int) -> None:
 
 def test_every_method_is_measured() -> None:
     """Nothing in the registry is left out: adaptive methods are measured in test_adaptive."""
-    in_digits = [f"gauss-{s}" for s in range(5, 17)]
+    in_digits = [*(f"gauss-{s}" for s in range(5, 17)), *(f"lobatto-{s}" for s in (6, 7, 8))]
     assert set(NAMES) == {*IN_FLOAT64, *IN_LONGDOUBLE, *in_digits}
 
 
