@@ -238,8 +238,8 @@ CALLS = [
 ]
 KEYWORDS = {
     "t_span": "t_end=",
-    "rtol": r"Adaptive.*, rtol=.*step=",
-    "atol": r"Adaptive.*, atol=.*step=",
+    "rtol": r"tolerance=.*Adaptive.*, rtol=",
+    "atol": r"tolerance=.*Adaptive.*, atol=",
     "max_step": r"Adaptive.*, max_step=",
     "first_step": "step=",
     "dense_output": "dense=True",
