@@ -219,9 +219,9 @@ def test_a_level_without_bounds_is_told() -> None:
         gi.draw_states(scene.problem, 8, at=scene.state)
 
 
-@pytest.mark.parametrize("n", range(3, 8))
+@pytest.mark.parametrize("n", [3, 4, 7])
 def test_in_every_dimension(n: int) -> None:
-    """On the sphere with equal moments γ₁ has the marginal of a uniform direction, n = 3 … 7."""
+    """On the sphere with equal moments γ₁ has the marginal of a uniform direction, n = 3, 4, 7."""
     problem = ch.ChaplyginSphere(a=[1.0] * n, D=4.0).hamiltonized()
     states = gi.draw_states(problem, 1000, keep={"energy": 0.5}, seed=n)
     half = stats.beta((n - 1) / 2, (n - 1) / 2)

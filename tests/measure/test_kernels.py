@@ -127,8 +127,11 @@ ANGLES = np.linspace(0.2, 5.0, 9)
 ROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1).ravel()
 
 
-@pytest.mark.parametrize("problem", [CIRCLES, FREE], ids=["circles", "free"])
-@pytest.mark.parametrize("name", ["rk-4", "gauss-1"])
+@pytest.mark.parametrize(
+    ("problem", "name"),
+    [(CIRCLES, "rk-4"), (FREE, "rk-4"), (CIRCLES, "gauss-1")],
+    ids=["circles-rk-4", "free-rk-4", "circles-gauss-1"],
+)
 def test_many_directions(problem: gi.Problem, name: str) -> None:
     """More than eight, and more than eight conditions; the first step and later ones."""
     h = 0.1

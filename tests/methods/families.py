@@ -57,7 +57,6 @@ FAMILIES = [
     ("rattle-2", "sphere-metric"),
     ("rattle-4", "double-pendulum"),
     ("rattle-2", "frame-in-field"),
-    ("lobatto-8", "sphere-metric"),
     ("lobatto-3", "double-pendulum"),
     ("verlet-2", "neumann"),
     ("verlet-4", "abc-flow"),
