@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from pathlib import Path
 from typing import Any
@@ -312,13 +313,13 @@ def stretch_of(error: float, work: float = 1.0, step: float = 1.0) -> Stretch:
     return Stretch(step, times, error * times / 16.0, 1, work, 1.0, np.ones(2))
 
 
-@pytest.mark.parametrize("power", [1, 2, 4, 8, 16])
-@pytest.mark.parametrize("constant", [1e-6, 1.0, 1e4])
+@pytest.mark.parametrize(
+    ("power", "constant"),  # of power 1 and constant 1e4: more than the changes of all trials away
+    [c for c in itertools.product([1, 2, 4, 8, 16], [1e-6, 1.0, 1e4]) if c != (1, 1e4)],
+)
 @pytest.mark.parametrize("first", [1e-3, 0.3, 50.0])
 def test_a_search_finds_the_setting(power: int, constant: float, first: float) -> None:
     """From too small and too large beginnings, through a floor of rounding, and where runs fail."""
-    if power == 1 and constant > 1.0:
-        pytest.skip("more than the changes of all trials away")
 
     def attempt(h: float) -> Trial:
         error = constant * h**power

@@ -97,9 +97,8 @@ class Carried:
 
     def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
         s = self.sizes
-        held, of_conditions = self.numbers.memory.held, self.conditions.block.held
-        memory = scalar_block(-(-s.d // s.at_once) * s.memory_rows * held.width)
-        conditions = scalar_block((s.n + s.m + problem.work) * of_conditions.width)
+        numbers, plain = self._room(self.numbers, self._groups * s.memory_rows)
+        conditions, conditions_plain = self._room(self.conditions, s.n + s.m + problem.work)
         return {
             "kernel": self.kernel,
             "functions": self.functions,
@@ -109,13 +108,28 @@ class Carried:
             "fractions": stepper.fractions,
             "layout": given_block(problem.pieces, s),
             "memory": self._kept,
-            "work": scalar_block(sum(work_layout(s))),
-            "numbers": held(memory.data),
-            "plain": memory,
-            "scratch": held(scalar_block(len(stepper.work) * held.width).data),
-            "conditions": of_conditions(conditions.data),
-            "conditions_plain": conditions,
+            "work": self._work(),
+            "numbers": numbers,
+            "plain": plain,
+            "scratch": self._room(self.numbers, len(stepper.work))[0],
+            "conditions": conditions,
+            "conditions_plain": conditions_plain,
         }
+
+    @property
+    def _groups(self) -> int:
+        """How many groups of directions have memories of their own."""
+        return int(-(-self.sizes.d // self.sizes.at_once))
+
+    def _work(self) -> Block:
+        """Return scratch of the sweep."""
+        return scalar_block(sum(work_layout(self.sizes)))
+
+    def _room(self, numbers: NumberType, rows: int) -> tuple[Block, Block]:
+        """Return rows of numbers, and the float64 numbers that they are made of."""
+        held = numbers.memory.held
+        plain = scalar_block(rows * held.width)
+        return held(plain.data), plain
 
     def _start(
         self,

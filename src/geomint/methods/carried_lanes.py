@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from ..kernels.compiling.number_types import LANE, NumberType, tangent_members
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.tangent.lane_steps import lane_work_layout
-from ..kernels.tangent.layout import given_block
 from ..problems.problem import Problem
 from .carried import Carried
 from .stepper import Stepper
@@ -33,29 +30,16 @@ class CarriedLanes(Carried):
         numbers = tangent_members(AT_ONCE)
         return AT_ONCE, numbers, numbers
 
-    def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
-        s, held = self.sizes, self.numbers.memory.held
+    @property
+    def _groups(self) -> int:
+        return 1
 
-        def room(rows: int) -> tuple[Block, Block]:
-            plain = scalar_block(rows * held.width * LANES)
-            return held(plain.data.reshape(rows, held.width, LANES)), plain
+    def _work(self) -> Block:
+        work = scalar_block(sum(lane_work_layout(self.sizes)) * LANES)
+        block: Block = LANE.memory.held(work.data.reshape(-1, LANES))
+        return block
 
-        numbers, plain = room(s.memory_rows)
-        conditions, conditions_plain = room(s.n + s.m + problem.work)
-        work = scalar_block(sum(lane_work_layout(s)) * LANES).data.reshape(-1, LANES)
-        return {
-            "kernel": self.kernel,
-            "functions": self.functions,
-            "manifold": self.manifold,
-            "params": stepper.params,
-            "coefficients": stepper.coefficients,
-            "fractions": stepper.fractions,
-            "layout": given_block(problem.pieces, s),
-            "memory": self._kept,
-            "work": LANE.memory.held(work),
-            "numbers": numbers,
-            "plain": plain,
-            "scratch": room(len(stepper.work))[0],
-            "conditions": conditions,
-            "conditions_plain": conditions_plain,
-        }
+    def _room(self, numbers: NumberType, rows: int) -> tuple[Block, Block]:
+        held = numbers.memory.held
+        plain = scalar_block(rows * held.width * LANES)
+        return held(plain.data.reshape(rows, held.width, LANES)), plain
