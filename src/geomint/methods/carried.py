@@ -88,14 +88,15 @@ class Carried:
             manifold = bind(conditions, FIELD, **given)
         self.manifold = manifold.of_type(self.conditions)
         self._kept = self._start(problem, conditions, y0, time, directions)
-        self.arguments = self._arguments(problem, stepper)
+        supports = self._supports(problem, conditions, y0)
+        self.arguments = self._arguments(problem, stepper, supports)
 
     def _types(self, stepper: Stepper, d: int) -> tuple[int, NumberType, NumberType]:
         """Return how many directions a step carries at once, its numbers, those of conditions."""
         at_once = directions_at_once(stepper, d)
         return at_once, tangent_type(stepper, at_once), CONDITIONS
 
-    def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
+    def _arguments(self, problem: Problem, stepper: Stepper, supports: Any) -> dict[str, Any]:
         s = self.sizes
         numbers, plain = self._room(self.numbers, self._groups * s.memory_rows)
         conditions, conditions_plain = self._room(self.conditions, s.n + s.m + problem.work)
@@ -106,7 +107,7 @@ class Carried:
             "params": stepper.params,
             "coefficients": stepper.coefficients,
             "fractions": stepper.fractions,
-            "layout": given_block(problem.pieces, s),
+            "layout": given_block(problem.pieces, s, supports),
             "memory": self._kept,
             "work": self._work(),
             "numbers": numbers,
@@ -115,6 +116,10 @@ class Carried:
             "conditions": conditions,
             "conditions_plain": conditions_plain,
         }
+
+    def _supports(self, problem: Problem, conditions: Recorded | None, y0: Array) -> Any:
+        """Return what the sweep is told of the conditions' rows."""
+        return ()
 
     @property
     def _groups(self) -> int:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
+from ..arguments import Array
 from ..kernels.compiling.number_types import LANE, NumberType, tangent_members
+from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.tangent.lane_steps import lane_work_layout
 from ..problems.problem import Problem
 from .carried import Carried
 from .stepper import Stepper
+from .supports import find_supports
 
 __all__ = ["CarriedLanes"]
 
@@ -29,6 +36,9 @@ class CarriedLanes(Carried):
     def _types(self, stepper: Stepper, d: int) -> tuple[int, NumberType, NumberType]:
         numbers = tangent_members(AT_ONCE)
         return AT_ONCE, numbers, numbers
+
+    def _supports(self, problem: Problem, conditions: Recorded | None, y0: Array) -> Any:
+        return np.concatenate(find_supports(problem, conditions, self.sizes.m, y0))
 
     @property
     def _groups(self) -> int:

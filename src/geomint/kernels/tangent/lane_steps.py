@@ -6,13 +6,14 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import helper, inlined
-from ..numbers.arithmetic import like, log
+from ..numbers.arithmetic import delayed, like, log
 from ..numbers.blocks import as_lanes, as_singles, part, sections
 from ..numbers.lanes import LANES
 from ..solve.status import OK
 from .householder import reflect_by, write_reflections
 from .layout import Kept, Sizes, lanes_for
 from .normals import enlarge_scales
+from .supports import Supports
 
 __all__ = [
     "LaneWork",
@@ -26,8 +27,8 @@ __all__ = [
 ]
 
 # Rows of eight numbers: times and lengths; states where steps begin and end; units; what is known of
-# these states, and (one number each) of the last one; directions, what steps add to them, scratch; a
-# matrix; stretches and squares; scratch of the density.
+# these states, and was of the ends of eight steps before; directions, what steps add to them, scratch;
+# a matrix; stretches and squares; scratch of the density.
 LaneWork = namedtuple(
     "LaneWork", "times begin end scales at_begin at_end last basis D X S found scratch"
 )
@@ -70,41 +71,47 @@ def load_steps(
 
     Returns whether the units are those of the steps before.
     """
-    times, begin, end = as_singles(own.times), as_singles(own.begin), as_singles(own.end)
-    scales, same = as_singles(own.scales), True
+    times, end, scales = as_singles(own.times), as_singles(own.end), as_singles(own.scales)
+    for r in range(s.n):
+        own.scales[r] = like(kept.scales[r], own.scales[r])
+    for r in range(s.rows):
+        last = own.end[r]
+        own.begin[r] = like(kept.state[r], last) if group == 0 else last
+    same = True
     for lane in range(LANES):
         k = group + min(lane, here - 1)
         times[lane], times[LANES + lane] = starts[k], lengths[k]
         for r in range(s.rows):
-            begin[LANES * r + lane] = kept.state[r] if k == 0 else states[(k - 1) * s.rows + r]
             end[LANES * r + lane] = states[k * s.rows + r]
         grown = True
         while grown:
             grown = enlarge_scales(layout, part(states, k * s.rows, s.rows), kept, lanes_for(s.d))
             same = same and not grown
-        for r in range(s.n):
+        for r in range(0 if same else s.n):
             scales[LANES * r + lane] = kept.scales[r]
+    for r in range(s.rows):
+        own.begin[r] = delayed(own.end[r], own.begin[r])
     return same
 
 
 @helper
 def shift(end: Any, begin: Any, last: Any, shifted: bool) -> None:
     """Write what is known where steps end to where those after them begin, unless it is there."""
-    ends, begins = as_singles(end), as_singles(begin)
     for i in range(len(end)):
         if shifted:
-            begins[LANES * i] = last[i]
-            for lane in range(1, LANES):
-                begins[LANES * i + lane] = ends[LANES * i + lane - 1]
-        last[i] = ends[LANES * i + LANES - 1]  # of a step again, if there are fewer
+            begin[i] = delayed(end[i], last[i])
+        last[i] = end[i]
 
 
 @helper
 def write_known(
-    manifold: Any, density: Any, params: Any, t: Any, y: Any, s: Sizes, kept: Kept, own: LaneWork,
-    known: Any, numbers: Any, plain: Any,
+    manifold: Any, density: Any, params: Any, t: Any, y: Any, s: Sizes, supports: Supports,
+    kept: Kept, own: LaneWork, known: Any, numbers: Any, plain: Any,
 ) -> None:  # fmt: skip
-    """Write what has to be known of eight states, in units of pieces and conditions."""
+    """Write what has to be known of eight states, in units of pieces and conditions.
+
+    A direction serves all groups of conditions: a row of each, counted from its first one.
+    """
     at, size, zero = parts_at(s, known), 1 + s.at_once, 0.0 * y[0]
     state, values = part(numbers, 0, s.n), part(numbers, s.n, s.m)
     scratch = part(numbers, s.n + s.m, s.scratch)
@@ -113,31 +120,33 @@ def write_known(
         rows[i] = zero
     for r in range(s.n):
         rows[r * size] = y[r]
-    for first in range(0, s.n if s.m > 0 else 0, s.at_once):
-        count = min(s.at_once, s.n - first)
-        for k in range(count):
-            rows[(first + k) * size + 1 + k] = own.scales[first + k]
+    for first in range(0, int(supports.most[0]), s.at_once):
+        for a in range(s.m):
+            at_row = int(supports.lows[a]) + first
+            for k in range(min(s.at_once, int(supports.ends[a]) - at_row)):
+                rows[(at_row + k) * size + 1 + k] = own.scales[at_row + k]
         manifold(params, like(t, state[0]), state, values, scratch)
-        for k in range(count):
-            rows[(first + k) * size + 1 + k] = zero
-            for a in range(s.m):
+        for a in range(s.m):
+            at_row = int(supports.lows[a]) + first
+            for k in range(min(s.at_once, int(supports.ends[a]) - at_row)):
+                rows[(at_row + k) * size + 1 + k] = zero
                 slope = rows[(s.n + a) * size + 1 + k]
-                at.C[(first + k) * s.m + a] = slope * kept.condition_scales[a]
-    volume = write_reflections(s.n, s.m, at.C, at.by) if s.m > 0 else like(1.0, zero)
+                at.C[(at_row + k) * s.m + a] = slope * kept.condition_scales[a]
+    volume = write_reflections(supports, at.C, at.by) if s.m > 0 else like(1.0, zero)
     at.volume[0] = density(params, t, part(y, 0, s.n), own.scratch) - log(volume)
 
 
 @helper
-def write_tangents(s: Sizes, own: LaneWork) -> None:
+def write_tangents(s: Sizes, supports: Supports, own: LaneWork) -> None:
     """Write orthonormal directions where steps begin."""
     at = parts_at(s, own.at_begin)
     for i in range(len(own.basis)):
         own.basis[i] = 0.0 * own.begin[0]
     for c in range(s.d):
-        own.basis[(s.m + c) * s.d + c] = like(1.0, own.begin[0])
+        own.basis[int(supports.free[c]) * s.d + c] = like(1.0, own.begin[0])
     for step in range(s.m):
         a = s.m - 1 - step
-        reflect_by(s.n, s.m, a, at.C, at.by, s.d, own.basis, 0)
+        reflect_by(supports, a, at.C, at.by, s.d, own.basis, 0)
 
 
 @helper

@@ -32,6 +32,7 @@ from .lane_steps import (
 from .layout import Sizes, kept_layout, sizes_of
 from .measure import EPSILON, OFF, SYSTEMATIC
 from .signature import sweep_signature
+from .supports import Supports, supports_of
 
 __all__ = ["measure_lanes_sweep"]
 
@@ -39,26 +40,34 @@ SEEN = 1e-9  # of a unit vector
 
 
 @helper
-def project_lanes(s: Sizes, own: LaneWork) -> None:
+def project_lanes(s: Sizes, supports: Supports, own: LaneWork) -> None:
     """Take from what is added to directions what leads away from the manifold where steps end.
 
     It counts by its square: less than `SEEN` of it is left where it is.
     """
-    n, m, d, basis, D, X = s.n, s.m, s.d, own.basis, own.D, own.X
+    m, d, basis, D, X = s.m, s.d, own.basis, own.D, own.X
     at = parts_at(s, own.at_end)
     for i in range(len(X)):
         X[i] = basis[i] + D[i]
     for a in range(m):
-        reflect_by(n, m, a, at.C, at.by, d, X, 0)
+        reflect_by(supports, a, at.C, at.by, d, X, 0)
     most = 0.0 * X[0]
-    for i in range(m * d):
-        most = maximum(abs(X[i]), most)
+    for a in range(m):
+        first = int(supports.pivots[a]) * d
+        for i in range(first, first + d):
+            most = maximum(abs(X[i]), most)
     if top(most) < SEEN:
         return
-    for i in range(len(X)):
-        X[i] = select(most < SEEN, 0.0 * X[i], X[i]) if i < m * d else 0.0 * most
+    for c in range(d):
+        first = int(supports.free[c]) * d
+        for i in range(first, first + d):
+            X[i] = 0.0 * most
+    for a in range(m):
+        first = int(supports.pivots[a]) * d
+        for i in range(first, first + d):
+            X[i] = select(most < SEEN, 0.0 * X[i], X[i])
     for step in range(m):
-        reflect_by(n, m, m - 1 - step, at.C, at.by, d, X, 0)
+        reflect_by(supports, m - 1 - step, at.C, at.by, d, X, 0)
     for i in range(len(X)):
         D[i] = D[i] - X[i]
 
@@ -89,11 +98,11 @@ def write_changes(n: int, d: int, M: Any, D: Any, S: Any) -> None:
 
 
 @helper
-def write_stretch(s: Sizes, own: LaneWork) -> None:
+def write_stretch(s: Sizes, supports: Supports, own: LaneWork) -> None:
     """Write ``½ log det XᵀX`` of the tangent part X = Q + D, and ‖D‖²."""
     d, basis, D, X, S = s.d, own.basis, own.D, own.X, own.S
     if s.m > 0:
-        project_lanes(s, own)
+        project_lanes(s, supports, own)
     size = 0.0 * D[0]
     for i in range(len(X)):
         X[i] = fma(0.5, D[i], basis[i])
@@ -131,37 +140,32 @@ def measure_lanes(
     `work` is in lanes; `numbers`, `scratch` and `conditions` hold eight tangent numbers a row.
     """
     s = sizes_of(layout)
+    supports = supports_of(layout, s)
     method = (kernel, functions, params, coefficients, fractions)
     kept, own = sections(memory, kept_layout(s)), sections(work, lane_work_layout(s))
     volumes, ends = (
         as_singles(parts_at(s, own.at_begin).volume),
         as_singles(parts_at(s, own.at_end).volume),
     )
-    found, last, volume, origin, begun = (
-        as_singles(own.found),
-        as_singles(own.last),
-        kept.volume,
-        kept.origin,
-        kept.begun,
-    )
+    found, volume, origin, begun = as_singles(own.found), kept.volume, kept.origin, kept.begun
     for group in range(0, len(starts), LANES):
         here = min(LANES, len(starts) - group)
         same = load_steps(layout, s, kept, own, starts, lengths, states, group, here)
         same = same and begun[0] != 0.0
         t0, t1 = own.times[0], own.times[0] + own.times[1]
         write_known(
-            manifold, density, params, t1, own.end, s, kept, own, own.at_end, conditions,
-            conditions_plain,
+            manifold, density, params, t1, own.end, s, supports, kept, own, own.at_end,
+            conditions, conditions_plain,
         )  # fmt: skip
         if not same:
             write_known(
-                manifold, density, params, t0, own.begin, s, kept, own, own.at_begin, conditions,
-                conditions_plain,
+                manifold, density, params, t0, own.begin, s, supports, kept, own, own.at_begin,
+                conditions, conditions_plain,
             )  # fmt: skip
-        shift(own.at_end, own.at_begin, last, same)
-        write_tangents(s, own)
+        shift(own.at_end, own.at_begin, own.last, same)
+        write_tangents(s, supports, own)
         if carry_lanes(method, s, own, numbers, plain, scratch) == OK:
-            write_stretch(s, own)
+            write_stretch(s, supports, own)
         else:
             own.found[0], own.found[1] = NAN + 0.0 * t0, NAN + 0.0 * t0
         for lane in range(here):
