@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from .meanwhile import import_meanwhile
 from .options import (
     chosen_scene,
     debug_option,
@@ -59,6 +60,7 @@ def command(
     print_notes(chosen)
     check_folder(out, CHAOS_FILES)
     try:
+        import_meanwhile("chaos_page")
         found = plan.run(not quiet)
     except StepError as error:
         if not isinstance(error.partial, Lyapunov) or not len(error.partial.t):

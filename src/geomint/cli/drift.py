@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from .meanwhile import import_meanwhile
 from .options import (
     check_time,
     chosen_scene,
@@ -55,6 +56,7 @@ def command(
     print_notes(chosen, common_notes(plans))
     check_time(lambda: expected_time(plans), yes)
     check_folder(out, DRIFT_FILES)
+    import_meanwhile("drift_page")
     result = run_methods(chosen, names, not quiet, tell_failure)
 
     from ..report.drift_page import write_drift_report

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from .meanwhile import import_meanwhile
 from .options import (
     chosen_scene,
     debug_option,
@@ -87,6 +88,7 @@ def command(
     plan = plan_scan(chosen, **keys)
     print_notes(chosen)
     check_folder(out, SCAN_FILES)
+    import_meanwhile("scan_page")
     many = plan.run(not quiet, workers)
 
     from ..report.scan_page import scan_lines, scan_record, scan_status, write_scan_report

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from .meanwhile import import_meanwhile
 from .options import (
     chosen_scene,
     debug_option,
@@ -71,6 +72,7 @@ def command(
     plan = plan_section(chosen, **changes, motions=motions, seed=seed, axes=axes)
     print_notes(chosen)
     check_folder(out, SECTION_FILES)
+    import_meanwhile("section_page")
     section = plan.run(not quiet)
 
     from ..report.section_page import write_section_report
