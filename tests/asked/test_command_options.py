@@ -132,6 +132,12 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         **OUT,
         **QUIET,
     },
+    "warm": {
+        "scenes": (("s.toml",), ("s.toml", "o.toml")),
+        **METHODS,
+        **QUIET,
+        "--debug": (("no-such",), ("no-such", "--debug")),
+    },
     "stress": {
         "--methods": (("--methods", "rk-4"), ("--methods", "rk-4,cf-4")),
         "--systems": (("--systems", "neumann"), ("--systems", "clebsch")),
@@ -273,7 +279,7 @@ def outcome(command: str, arguments: tuple[str, ...], asked: list[Any], folder: 
     return [list(asked), result.exit_code, told, result.stderr, written]
 
 
-SLOW = {"run", "drift"}
+SLOW = {"run", "drift", "warm"}
 
 
 @pytest.mark.parametrize(
@@ -290,7 +296,7 @@ def test_an_option_does_something(
 ) -> None:
     if command in SLOW and option not in ("--out", "--quiet"):
 
-        def planned(plan: Plan, progress: Any = None) -> None:
+        def planned(plan: Plan, progress: Any = None, callback: Any = None) -> None:
             told = [(c.what, c.value, seen(c.chosen)) for c in plan.choices]
             asked.append([plan.purpose, told, seen(plan.problem), seen(plan.state)])
             raise gi.GeomintError("planned")

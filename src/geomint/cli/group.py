@@ -38,6 +38,7 @@ COMMANDS = {
     "scan": "Integrate a scene with many values of its numbers, or from many states.",
     "chaos": "Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.",
     "compare": "Run many methods on one scene: run time against error.",
+    "warm": "Compile what scenes need, so that later commands need not.",
     "stress": "Drive every method on every system to where it stops working.",
 }
 

@@ -129,6 +129,11 @@ class Stepper:
         )
 
     @property
+    def entries(self) -> int:
+        """How many functions `prepare` asks for."""
+        return 1 + len(self.functions)
+
+    @property
     def fixed_step(self) -> Stepper:
         """What takes steps of given lengths."""
         return self

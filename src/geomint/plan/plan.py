@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
@@ -101,8 +101,10 @@ class Plan(Shown, Compared):
         facts = {choice.what: f"{choice.value} ({choice.reason})" for choice in self.choices}
         return f"plan of {self.scene.name!r}, {self.purpose}", facts
 
-    def solve(self, progress: bool | None = None) -> Solution:
-        """Carry the plan out."""
+    def solve(
+        self, progress: bool | None = None, callback: Callable[..., Any] | None = None
+    ) -> Solution:
+        """Carry the plan out; `callback` is that of `geomint.solve`."""
         if self.exact is not None and self.exact.chosen is not None:
             t_eval = self.save.chosen.t_eval
             return self._handed_out(follow_exactly(self.route, self.scene, t_eval, progress))
@@ -127,6 +129,7 @@ class Plan(Shown, Compared):
                 observe=self.observed,
                 observe_every=observe.every if self.observed else 1,
                 clock=self.clock.chosen,
+                callback=callback,
                 progress=progress,
             )
         except StepError as error:

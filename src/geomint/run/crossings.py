@@ -95,6 +95,11 @@ class Crossings:
         """Whether what the method remembers of each step is of use."""
         return bool(self._events) and self._stepper.between is not None
 
+    @property
+    def entries(self) -> int:
+        """How many functions `prepare` asks for."""
+        return len(self._events) * (1 + self._stepper.entries)
+
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
         if not self._events or self._calls:

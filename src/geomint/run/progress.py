@@ -55,15 +55,22 @@ class Progress:
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
+        self._compiling: Any = None
         self._interrupted = self._at_once = False
         self._handler: Any = None
         self._next_look = _DELAY
 
     def __enter__(self) -> Progress:
         from ..kernels.compiling.compile import listen
+        from .compiling_line import CompilingLine
 
+        self._compiling = CompilingLine(self.shown and not self._notebook)
         self._ended = listen(self._compilation)
         return self
+
+    def expect(self, functions: int) -> None:
+        """Tell how many functions are about to be compiled, or found in the cache."""
+        self._compiling.expected = functions
 
     def __exit__(
         self,
@@ -72,6 +79,7 @@ class Progress:
         trace: TracebackType | None,
     ) -> None:
         self._ended()
+        self._compiling.clear()
         if self._bar is not None:
             self._bar.stop()
         if self._handler is not None:
@@ -83,11 +91,13 @@ class Progress:
     def _compilation(self, name: str, seconds: float | None) -> None:
         if seconds is not None:
             self.compile_seconds += seconds
-        elif self.shown and self._bar is None and not self._notebook:
-            print(f"geomint: compiling {name} (once; kept in the cache)", file=sys.stderr)
+            self._compiling.ends(seconds)
+        elif self._bar is None:
+            self._compiling.begins()
 
     def begin(self) -> None:
         """Start the clock of the run, after compilation, and take Ctrl-C over."""
+        self._compiling.clear()
         self._start = time.perf_counter()
         if threading.current_thread() is threading.main_thread():
             handler = signal.getsignal(signal.SIGINT)

@@ -275,6 +275,7 @@ def _solved(
         integrator, timeline, observers, save_every, observe_every, wanted, dense, crossings
     )
     with Progress(progress, recorder.length, chosen.name) as bar:
+        bar.expect(integrator.stepper.entries + observers.entries + crossings.entries)
         integrator.prepare()
         observers.prepare()
         crossings.prepare()

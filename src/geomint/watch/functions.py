@@ -90,6 +90,11 @@ class Sweep:
         self._sample: Call | None = None
         self.sees_all = steps is not None
 
+    @property
+    def entries(self) -> int:
+        """How many functions `prepare` asks for."""
+        return 1 + len(grouped(self._functions.values(), self._run.samples))
+
     def prepare(self) -> None:
         """Compile, or find in the cache, all functions, and evaluate them where the run begins."""
         if self._sample is not None:

@@ -105,6 +105,11 @@ class Observers:
         """Whether the state after every step is needed, however seldom something is sampled."""
         return any(watch.sees_all for watch in self._watches)
 
+    @property
+    def entries(self) -> int:
+        """How many functions `prepare` asks for, nearly."""
+        return sum(watch.entries for watch in self._watches)
+
     def prepare(self) -> None:
         """Compile, or find in the cache, what is needed, and evaluate it where the run begins."""
         for watch in self._watches:

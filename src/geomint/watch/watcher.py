@@ -196,6 +196,10 @@ class Watcher(Sendable):
         """The fields that only keywords give, and their values."""
         return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.kw_only}
 
+    def entries(self, run: Run) -> int:
+        """Return how many functions `begin` compiles, for the line that says how long it will take."""
+        return 0
+
     def with_options(self, **options: Any) -> Self:
         """Return the watcher with other options.
 
@@ -245,6 +249,11 @@ class Watch:
         self._over = False
         self._windows: Windows | None = None
         self.sees_all = watcher.sees_all
+
+    @property
+    def entries(self) -> int:
+        """How many functions `prepare` asks for, nearly."""
+        return self._watcher.entries(self._run)
 
     def prepare(self) -> None:
         """Let the watcher begin: before the first step, with what is to be compiled."""

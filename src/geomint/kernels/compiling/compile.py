@@ -31,13 +31,14 @@ from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .linked import linked
 from .recorded import Recorded
 
-__all__ = ["compile_function", "listen", "make_dispatcher"]
+__all__ = ["compile_function", "functions_asked", "listen", "make_dispatcher"]
 
 _njit: Any = numba.njit
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
 _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
+_asked = 0
 
 
 def _before_fork() -> None:
@@ -69,6 +70,11 @@ def listen(listener: Callable[[str, float | None], None]) -> Callable[[], None]:
     """
     _listeners.append(listener)
     return lambda: _listeners.remove(listener)
+
+
+def functions_asked() -> int:
+    """Return how often compiled code has been asked for in this process."""
+    return _asked
 
 
 def _notify(name: str, seconds: float | None) -> None:
@@ -140,6 +146,8 @@ def compile_function(recorded: Recorded, signature: Any) -> Any:
     DomainError
         If the function reaches what numba has compiled by itself.
     """
+    global _asked
+    _asked += 1
     dispatcher: Any = _entry(recorded)
     if not hasattr(dispatcher, "codes"):
         return recorded.function

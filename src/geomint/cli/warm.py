@@ -1,0 +1,49 @@
+"""``geomint warm``."""
+
+from __future__ import annotations
+
+import time
+
+import click
+
+from ..errors import GeomintError
+from .options import debug_option, list_option, methods_of, print_failure
+
+__all__ = ["command"]
+
+_UNCHANGED = {"method": None, "step": None}
+
+
+@click.command("warm")
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@list_option(
+    "--methods", metavar="LIST", help="Methods with commas between; default: those of each scene."
+)
+@click.option("--quiet", is_flag=True, help="No progress, no times.")
+@debug_option
+def command(scenes: tuple[str, ...], methods: list[str] | None, quiet: bool) -> None:
+    """Compile what scenes need, so that later commands need not.
+
+    What `geomint run` and `geomint drift` of these scenes, or else of all built-in ones, run is
+    compiled and kept in the cache. A scene that cannot be run does not end the others.
+    """
+    from ..plan.warm import warm
+    from ..scene import load_scene, scene_names
+
+    failure: GeomintError | None = None
+    for name in scenes or scene_names():
+        begun = time.perf_counter()
+        try:
+            scene = load_scene(name)
+            warm(
+                scene, methods_of(scene.for_drift(), methods, _UNCHANGED), False if quiet else None
+            )
+        except GeomintError as error:
+            if failure is not None:
+                print_failure(failure)
+            failure = error
+            continue
+        if not quiet:
+            click.echo(f"{name}: ready, {time.perf_counter() - begun:.1f} s")
+    if failure is not None:
+        raise failure

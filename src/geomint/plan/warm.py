@@ -1,0 +1,37 @@
+"""What a scene's commands compile, compiled ahead of them: they find it in the cache."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable
+
+from ..errors import GeomintWarning, StepError
+from ..scene.scene import Scene
+from .first_turns import first_turns
+from .plan import Plan, make_plan
+from .several import expected_plans
+
+__all__ = ["warm"]
+
+
+def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> None:
+    """Compile what ``geomint run`` and ``geomint drift`` of a scene run, and nothing else.
+
+    Each plan is carried out as far as its first steps. A method without a plan is left out.
+
+    Raises
+    ------
+    GeomintError
+        As `expected_plans`, and `make_plan`.
+    """
+    drifting = scene.for_drift()
+    plans = [p for p in expected_plans(drifting, methods).values() if isinstance(p, Plan)]
+    for plan in (*plans, make_plan(scene)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
+            try:
+                plan.solve(progress, callback=lambda told: True)
+            except StepError:  # compiled by then
+                continue
+            if plan.purpose == "drift":
+                first_turns(plan)
