@@ -27,7 +27,7 @@ from .problem import Problem
 from .two_form import SymplecticForm
 from .watched_call import watched_call
 
-__all__ = ["check_form", "check_problem", "check_value", "known_rates"]
+__all__ = ["check_form", "check_problem", "check_value", "known_rates", "unshared"]
 
 FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds
 NOW, LATER = np.float64(0.0), np.float64(1.0)
@@ -94,6 +94,14 @@ def known_rates(problem: Problem, y: Array) -> Array | None:
     if problem.field is None or state != y.tobytes() or fingerprint != problem.field.fingerprint:
         return None
     return np.array(rates)
+
+
+def unshared(problem: Problem) -> Problem:
+    """Return a problem of its own for another thread: it is admitted, but has run at no state."""
+    own = object.__new__(type(problem))
+    kept = {k: v for k, v in problem.__dict__.items() if k not in ("_fitting", "_rates")}
+    own.__dict__.update(kept)
+    return own
 
 
 def _is_new(problem: Problem, what: Any) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from ...arguments import MOST_NUMBERS, Array, as_array
 from ...errors import DomainError, GeomintError, GeomintWarning
 from ...methods import Exact, Method
+from ...problems.declaration import unshared
 from ...problems.problem import Problem
 
 __all__ = ["Asked", "Members", "canonical_members"]
@@ -52,8 +53,8 @@ class Members:
     def of(self, which: npt.NDArray[np.int64]) -> Members:
         """Return some members, with problems of their own: nothing is shared that a run changes."""
         if len(self.problems) == 1:
-            return Members((replace(self.problems[0]),), self.states[which])
-        return Members(tuple(replace(self.problems[k]) for k in which), self.states[which])
+            return Members((unshared(self.problems[0]),), self.states[which])
+        return Members(tuple(unshared(self.problems[k]) for k in which), self.states[which])
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,9 @@ Block = npt.NDArray[np.int64]  # numbers of members
 
 LEAST, MOST = 64, 1024  # members of a block: what preparing one is worth; what a dead worker loses
 NUMBERS = 1 << 22  # of states along the runs of a block, where they are not kept
-EACH = 8  # blocks for every worker, so that none waits long for another at the end
+# Blocks for every worker, so that none waits long for another at the end: fewer where members take
+# equal times, as preparing a block costs as much as some hundred steps of a member.
+EACH, EACH_ALIKE = 8, 4
 # Of an ensemble on disk: a block is a chunk of every array, and is lost if it is broken off.
 MOST_STREAMED, NUMBERS_STREAMED, EACH_STREAMED = 4096, 1 << 20, 32
 AHEAD = 2  # of them for every worker that are under way or not yet written: what memory holds
@@ -127,7 +129,8 @@ def block_size(asked: Asked, given: Members, workers: int) -> int:
         most, each = MOST_STREAMED, EACH_STREAMED
         numbers = NUMBERS_STREAMED if asked.keep_states else NUMBERS
     else:
-        most, each, numbers = MOST, EACH, NUMBERS
+        most, numbers = MOST, NUMBERS
+        each = EACH_ALIKE if asked.steps_alone else EACH
     most = min(most, max(numbers // (held * rows), 1))
     most = most // LANES * LANES or most
     least = min(LEAST, most) if asked.steps_alone else 1
