@@ -126,12 +126,15 @@ class DomainError(GeomintError, ValueError):
         What was wrong.
     value : object
         What it was.
+    partial : object
+        Of a reading that fails in `geomint.solve_ensemble`: the ensemble with what is done.
     """
 
     def __init__(self, name: str, value: Any, expected: str) -> None:
         name = name if isinstance(name, str) else quoted(name)
         super().__init__(f"{name} = {quoted(value)}: expected {expected}")
         self.name, self.value, self.expected = name, value, expected
+        self.partial: Any = None
 
 
 class ArgumentError(GeomintError, TypeError):

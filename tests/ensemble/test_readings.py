@@ -282,6 +282,31 @@ class Failing(Turns):
         raise KeyError("no")
 
 
+class Late(Turns):
+    """Fails of the members that begin beyond 1."""
+
+    def read(self, ran: Any) -> Any:
+        if (ran.given.states > 1.0).any():
+            raise KeyError("no")
+        return np.ones(len(ran))
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_reading_that_fails_late_loses_nothing_that_is_done(workers: int) -> None:
+    states = np.linspace(0.1, 0.2, 640)[:, None].copy()
+    states[300] = 1.5
+    run: dict[str, Any] = {"t_end": 2.0, "method": "rk-4", "step": 0.05, "workers": workers}
+    with pytest.raises(gi.DomainError, match="KeyError") as caught:
+        gi.solve_ensemble(BURSTING, states, **run, readings=Late())
+    many = caught.value.partial
+    done = many.status == "success"
+    assert done[:64].all()
+    assert not done[300]
+    assert np.isfinite(many.readings["turns"][done]).all()
+    whole = gi.solve_ensemble(BURSTING, states, **run)
+    np.testing.assert_array_equal(many.final[done], whole.final[done])
+
+
 def test_a_reading_of_ones_own() -> None:
     many = gi.solve_ensemble(PROBLEM, STATES, **RUN, readings=[Turns()])
     assert many.readings["turns"].shape == (9,)

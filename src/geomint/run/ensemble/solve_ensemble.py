@@ -119,7 +119,7 @@ def solve_ensemble(
         Before anything is computed.
     EnsembleError
         If workers of the executor have died, or what they run cannot: ``partial`` is the ensemble with
-        the members that are done.
+        the members that are done, as it is of a reading's `DomainError`.
 
     Warns
     -----
@@ -196,7 +196,7 @@ def solve_ensemble(
                 place.take(*done)
         except KeyboardInterrupt:
             pass  # the status of members tells
-        except EnsembleError as error:
+        except (EnsembleError, DomainError) as error:
             error.partial = many
             raise
         finally:

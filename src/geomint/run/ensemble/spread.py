@@ -177,8 +177,8 @@ def spread(
 
     Raises
     ------
-    EnsembleError
-        If the workers have died, after all that is done has been yielded.
+    EnsembleError, GeomintError
+        If the workers have died, or a reading fails, after all that is done has been yielded.
     """
     blocks = blocks_of(which, size)
     ahead = AHEAD * workers if asked.streamed else len(blocks)
@@ -234,8 +234,6 @@ def _collected(
             for future in ready:
                 block = futures.pop(future)
                 problem = None if future.cancelled() else future.exception()
-                if isinstance(problem, GeomintError):
-                    raise problem
                 if problem is not None:
                     failure = failure or problem
                     end()
@@ -246,6 +244,8 @@ def _collected(
     finally:
         end()
     if isinstance(failure, KeyboardInterrupt):
+        raise failure
+    if isinstance(failure, GeomintError):  # of a reading
         raise failure
     if failure is not None:
         what = f"workers have ended: {type(failure).__name__}: {failure}"
