@@ -34,12 +34,10 @@ from .kernels.groups.great_circle import (
     turn_coefficients as turn_coefficients,
 )
 from .kernels.numbers.arithmetic import (
-    cos as cos,
     fma as fma,
     log as log,
     maximum as maximum,
     select as select,
-    sin as sin,
     sqrt as sqrt,
     top as top,
 )
@@ -49,6 +47,7 @@ from .kernels.numbers.blocks import (
     part as part,
     section as section,
 )
+from .kernels.numbers.circular import cos as cos, sin as sin
 from .methods.adaptive import Adaptive as Adaptive
 from .methods.commutator_free import CommutatorFree as CommutatorFree
 from .methods.composition import Compose as Compose

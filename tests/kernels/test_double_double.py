@@ -11,8 +11,9 @@ from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import EXTENDED
 from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import FIELD
-from geomint.kernels.numbers.arithmetic import cos, maximum, select, sin, sqrt
+from geomint.kernels.numbers.arithmetic import maximum, select, sqrt
 from geomint.kernels.numbers.blocks import as_lanes, scalar_block
+from geomint.kernels.numbers.circular import cos, sin
 from geomint.kernels.numbers.double_double import DoubleDoubleBlock, lane_rows
 
 DIGITS = 2.0**-100  # relative; the operations promise about 2⁻¹⁰⁴

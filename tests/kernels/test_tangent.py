@@ -10,7 +10,7 @@ from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import SCALAR, tangent, tangent_lanes
 from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import BLOCK, MEMORY, takes
-from geomint.kernels.numbers import arithmetic as ar
+from geomint.kernels.numbers import arithmetic as ar, circular
 from geomint.kernels.numbers.blocks import as_lanes, scalar_block
 from geomint.kernels.numbers.lanes import Lanes
 from geomint.kernels.numbers.tangent import Tangent, tangent_block
@@ -30,8 +30,8 @@ OPERATIONS = {
     "fma": lambda x, y: ar.fma(x, y, x),
     "fma of numbers": lambda x, y: ar.fma(x, 3.0, y) + ar.fma(2.0, y, 1.0) + ar.fma(2.0, 3.0, y),
     "sqrt": lambda x, y: ar.sqrt(x * x + y * y),
-    "sin": lambda x, y: ar.sin(x * y),
-    "cos": lambda x, y: ar.cos(x - y),
+    "sin": lambda x, y: circular.sin(x * y),
+    "cos": lambda x, y: circular.cos(x - y),
     "log": lambda x, y: ar.log(x * x + 0.5),
     "larger": lambda x, y: ar.maximum(x, y) * x,
     "select": lambda x, y: ar.select(x < y, x * x, y),
@@ -101,7 +101,7 @@ def all_operations(y, out):
     out[10] = abs(x) + abs(-z)
     out[11] = ar.fma(x, z, x) + ar.fma(x, 3.0, z) + ar.fma(2.0, z, 1.0) + ar.fma(2.0, 3.0, z)
     out[12] = ar.sqrt(x * x + z * z)
-    out[13] = ar.sin(x * z) + ar.cos(x - z)
+    out[13] = circular.sin(x * z) + circular.cos(x - z)
     out[14] = ar.log(x * x + 1.0)
     out[15] = ar.maximum(x, z) * x + ar.maximum(x, 0.5)
     out[16] = ar.select(x < z, x * x, z) + ar.select(x >= 0.0, 1.0, z)

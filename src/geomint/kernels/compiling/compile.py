@@ -24,7 +24,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from ..numbers import typing_blocks  # noqa: F401 - blocks and lanes, for numba
+from ..numbers import typing_blocks, typing_circular  # noqa: F401 - blocks, lanes, for numba
 from .cache import UnkeptCache, make_cache, sources_edited
 from .call import Code
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules

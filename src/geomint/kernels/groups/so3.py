@@ -9,7 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiling.recorded import helper
-from ..numbers.arithmetic import NAN, cos, fma, select, sin, sqrt, top
+from ..numbers.arithmetic import NAN, fma, select, sqrt, top
+from ..numbers.circular import cos, sin
 
 __all__ = [
     "dexpinv_coefficient",

@@ -20,10 +20,11 @@ import numpy as np
 
 __all__ = [
     "NAN",
-    "cos",
     "delayed",
+    "elementwise",
     "epsilon",
     "fma",
+    "is_float64",
     "lane",
     "like",
     "log",
@@ -31,7 +32,6 @@ __all__ = [
     "maximum",
     "plain",
     "select",
-    "sin",
     "slope_count",
     "sqrt",
     "top",
@@ -72,7 +72,8 @@ def _fma_float(x: float, y: float, z: float) -> float:
 _fma_array = np.frompyfunc(_fma_float, 3, 1)
 
 
-def _is_float64(*values: Any) -> bool:
+def is_float64(*values: Any) -> bool:
+    """Tell whether all numbers, or arrays of them, are float64."""
     return all(
         v.dtype == np.float64
         if isinstance(v, np.ndarray)
@@ -83,7 +84,7 @@ def _is_float64(*values: Any) -> bool:
 
 def fma(x: Any, y: Any, z: Any) -> Any:
     """Return ``x * y + z`` with one rounding (float64; other kinds of number round twice)."""
-    if not _is_float64(x, y, z):
+    if not is_float64(x, y, z):
         own = next((v for v in (x, y, z) if hasattr(v, "fused")), None)
         return x * y + z if own is None else own.fused(x, y, z)
     if isinstance(x, np.ndarray) or isinstance(y, np.ndarray) or isinstance(z, np.ndarray):
@@ -93,7 +94,8 @@ def fma(x: Any, y: Any, z: Any) -> Any:
     return np.float64(_fma_float(float(x), float(y), float(z)))
 
 
-def _elementwise(name: str, x: Any) -> Any:
+def elementwise(name: str, x: Any) -> Any:
+    """Return a function of a number, or of each of an array, by its name: of the C library."""
 
     def scalar(value: float) -> float:
         try:
@@ -105,7 +107,7 @@ def _elementwise(name: str, x: Any) -> Any:
         if x.dtype == np.float64:  # numpy's own sin differs from the C library's in the last bit
             return np.array([scalar(v) for v in x]).view(type(x))
         if x.dtype == np.object_:
-            return np.array([_elementwise(name, v) for v in x], dtype=object).view(type(x))
+            return np.array([elementwise(name, v) for v in x], dtype=object).view(type(x))
         return getattr(np, name)(x)
     if isinstance(x, np.longdouble):
         return getattr(np, name)(x)
@@ -120,22 +122,12 @@ def sqrt(x: Any) -> Any:
         return np.float64(math.sqrt(x)) if x >= 0 else np.float64(math.nan)
     if isinstance(x, np.ndarray | np.longdouble) and getattr(x, "dtype", None) != np.object_:
         return np.sqrt(x)
-    return _elementwise("sqrt", x)
-
-
-def sin(x: Any) -> Any:
-    """Sine, of the C library for float64."""
-    return _elementwise("sin", x)
-
-
-def cos(x: Any) -> Any:
-    """Cosine, of the C library for float64."""
-    return _elementwise("cos", x)
+    return elementwise("sqrt", x)
 
 
 def log(x: Any) -> Any:
     """Natural logarithm, of the C library for float64: −inf at 0, NaN below. No double-doubles."""
-    return _elementwise("log", x)
+    return elementwise("log", x)
 
 
 def maximum(x: Any, y: Any) -> Any:

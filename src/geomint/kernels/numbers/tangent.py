@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...arguments import Array
-from . import arithmetic
+from . import arithmetic, circular
 from .blocks import Block
 from .lanes import LANES, Lanes
 
@@ -193,11 +193,11 @@ class _Functions:
 
     @staticmethod
     def sin(x: Tangent) -> Tangent:
-        return x._map(arithmetic.sin(x.value), arithmetic.cos(x.value))
+        return x._map(circular.sin(x.value), circular.cos(x.value))
 
     @staticmethod
     def cos(x: Tangent) -> Tangent:
-        return x._map(arithmetic.cos(x.value), -arithmetic.sin(x.value))
+        return x._map(circular.cos(x.value), -circular.sin(x.value))
 
     @staticmethod
     def log(x: Tangent) -> Tangent:

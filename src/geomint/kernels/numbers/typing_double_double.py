@@ -17,7 +17,7 @@ from numba.extending import (
     register_model,
 )
 
-from . import arithmetic
+from . import arithmetic, circular
 from .double_double import DoubleDoubleBlock
 from .typing_blocks import BlockType
 from .typing_lanes import LANE_MASK, LANE_VALUE
@@ -276,8 +276,8 @@ def _unary(function: Any, implementation: Any, *shift: float) -> None:
 _unary(operator.neg, _negate)
 _unary(abs, _absolute)
 _unary(arithmetic.sqrt, _square_root)
-_unary(arithmetic.sin, _sine_of, 0.0)
-_unary(arithmetic.cos, _sine_of, 1.0)
+_unary(circular.sin, _sine_of, 0.0)
+_unary(circular.cos, _sine_of, 1.0)
 
 
 @overload(arithmetic.fma)

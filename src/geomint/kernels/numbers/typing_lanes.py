@@ -224,7 +224,7 @@ def _maximum(typingctx, x, y):
 
 
 @intrinsic
-def _extract(typingctx, x, index):
+def extract_lane(typingctx, x, index):
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.extract_element(args[0], position)
@@ -233,7 +233,7 @@ def _extract(typingctx, x, index):
 
 
 @intrinsic
-def _insert(typingctx, x, index, value):
+def insert_lane(typingctx, x, index, value):
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         position = context.cast(builder, args[1], sig.args[1], types.int32)
         return builder.insert_element(args[0], args[2], position)
@@ -295,7 +295,7 @@ def _overload_unary(function: Any, vector: Any, scalar: Any = None) -> None:
 def _lane_by_lane(function: Any) -> Any:
     def apply(x):
         for i in range(LANES):
-            x = _insert(x, i, function(_extract(x, i)))
+            x = insert_lane(x, i, function(extract_lane(x, i)))
         return x
 
     # Symbols are made of it, and must differ for sine and cosine (`compile._unique` says why).
@@ -309,7 +309,8 @@ for _name, _vector in (
     ("cos", _lane_by_lane(math.cos)),
     ("log", _lane_by_lane(math.log)),
 ):
-    _overload_unary(getattr(arithmetic, _name), _vector, getattr(math, _name))
+    if _name in ("sqrt", "log"):  # sine and cosine are in `geomint.kernels.numbers.circular`
+        _overload_unary(getattr(arithmetic, _name), _vector, getattr(math, _name))
     _overload_unary(getattr(math, _name), _vector)
     _overload_unary(getattr(np, _name), _vector)
 _overload_unary(np.abs, _vector_abs)
@@ -361,7 +362,7 @@ def _overload_magnitude(x):
 @overload(arithmetic.lane)
 def _overload_lane(x, index):
     if x == LANE_VALUE:
-        return lambda x, index: _extract(x, index)
+        return lambda x, index: extract_lane(x, index)
     return (lambda x, index: x) if _plain(x) else None
 
 

@@ -18,7 +18,7 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, overload, register_model
 
-from . import arithmetic
+from . import arithmetic, circular
 from .instruction import instruction
 from .tangent import tangent_block, tangent_lane_block
 from .typing_blocks import BlockType
@@ -405,18 +405,18 @@ def _overload_sqrt(x):
     return root_of
 
 
-@overload(arithmetic.sin)
+@overload(circular.sin)
 def _overload_sin(x):
     if not _is_tangent(x):
         return None
-    return lambda x: _by(x, arithmetic.sin(_value(x)), arithmetic.cos(_value(x)))
+    return lambda x: _by(x, circular.sin(_value(x)), circular.cos(_value(x)))
 
 
-@overload(arithmetic.cos)
+@overload(circular.cos)
 def _overload_cos(x):
     if not _is_tangent(x):
         return None
-    return lambda x: _by(x, arithmetic.cos(_value(x)), -arithmetic.sin(_value(x)))
+    return lambda x: _by(x, circular.cos(_value(x)), -circular.sin(_value(x)))
 
 
 @overload(arithmetic.log)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import cos, sin
 from ...kernels.numbers.blocks import packed, sections
+from ...kernels.numbers.circular import cos, sin
 from ..forms import Measure, Splitting
 from ..problem import Problem
 

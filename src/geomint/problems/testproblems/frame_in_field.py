@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import cos
+from ...kernels.numbers.circular import cos
 from ..forms import Hamiltonian, Measure
 from ..problem import Problem
 from ..spaces.stiefel import Stiefel

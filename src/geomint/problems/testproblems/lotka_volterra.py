@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import cos, log, sin
+from ...kernels.numbers.arithmetic import log
+from ...kernels.numbers.circular import cos, sin
 from ..forms import Measure
 from ..problem import Problem
 

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.compiling.recorded import Recorded, field, helper
-from ...kernels.numbers.arithmetic import cos
 from ...kernels.numbers.blocks import REST, packed, section
+from ...kernels.numbers.circular import cos
 from ..forms import Measure
 from ..natural import natural_on_sphere
 from ..problem import Problem

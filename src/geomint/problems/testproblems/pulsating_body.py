@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import cos
 from ...kernels.numbers.blocks import packed, sections
+from ...kernels.numbers.circular import cos
 from ..forms import GroupAction, Measure
 from ..groups import so3
 from ..problem import Problem

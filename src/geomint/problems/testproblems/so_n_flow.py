@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from ...kernels.compiling.recorded import field, helper
 from ...kernels.groups.so_n import unpack_skew
-from ...kernels.numbers.arithmetic import cos
 from ...kernels.numbers.blocks import packed, part, sections
+from ...kernels.numbers.circular import cos
 from ..problem import Problem
 from ..spaces.euclidean import Euclidean
 from ..spaces.product import Product

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import cos, sin
 from ...kernels.numbers.blocks import Block, packed, sections
+from ...kernels.numbers.circular import cos, sin
 from ..forms import Hamiltonian
 from ..problem import Problem
 from ..spaces.sphere import Sphere
