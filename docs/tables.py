@@ -92,6 +92,23 @@ def peers() -> str:
     return _table(["code", "µs a step", "geomint", "ratio"], rows)
 
 
+def kernel_limits() -> str:
+    """Return what a step has to do, and how near to the limit it is."""
+    heads = [
+        "system", "method", "operations", "divisions, roots", "kB", "limit (ns)", "step (ns)", "ratio",
+    ]  # fmt: skip
+    rows = [
+        [
+            row["system"], f"`{row['method']}`{' in lanes' if row['in_lanes'] else ''}",
+            f"{row['operations']:.0f}", f"{row['divisions_and_roots']:.0f}",
+            f"{row['bytes'] / 1000.0:.0f}", f"{row['limit_ns']:.0f}", f"{row['step_ns']:.0f}",
+            f"{row['ratio']:.1f}",
+        ]
+        for row in result("kernel_limits")["rows"]
+    ]  # fmt: skip
+    return _table(heads, rows)
+
+
 def step_cost() -> str:
     """Return what a step of each method costs."""
     heads = ["scene", "numbers in the state", "method", "step", "ns a step", "evaluations a step"]
@@ -658,6 +675,8 @@ def substitutions() -> dict[str, str]:
         "states_machine": measured_on(result("hamiltonized_states")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),
+        "kernel_limits": kernel_limits(),
+        "kernel_limits_machine": measured_on(result("kernel_limits")),
         "step_cost": step_cost(),
         "step_cost_machine": measured_on(result("step_cost")),
         "main_job": main_job(),
