@@ -150,15 +150,15 @@ def over_time(result: SeveralRuns) -> Content:
     Of one method each kind, with the means of the quantity that is lost most; of several each quantity.
     """
     shown, folded = by_roundoff(result)
-    panels = _quantity_panels if len(result) > 1 else _kind_panels
     if not (shown or folded):
         return None
     within = ", ".join(name for names in folded.values() for name in names)
+    several = len(result) > 1
     return {
-        "panels": panels(result, shown),
-        "folded": panels(result, folded),
+        "panels": (_quantity_panels if several else _kind_panels)(result, shown),
+        "folded": (_quantity_panels if several else _noise_panels)(result, folded),
         "within": within,
-        "several": len(result) > 1,
+        "several": several,
     }
 
 
@@ -193,13 +193,22 @@ def _quantity_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[d
     ]
 
 
+def _noise_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
+    """Return a picture of each kind of one run: sizes."""
+    return [_sizes_panel(result, kind, names) for kind, names in kinds.items()]
+
+
+def _sizes_panel(result: SeveralRuns, kind: str, names: list[str]) -> dict[str, str]:
+    alt = "; ".join(_in_words(result, name) for name in names)
+    sizes = partial(draw_own_kind, result, kind, names)
+    return {"image": data_uri(panel_figure(sizes)), "alt": alt}
+
+
 def _kind_panels(result: SeveralRuns, kinds: dict[str, list[str]]) -> list[dict[str, str]]:
     """Return two pictures of each kind of one run: sizes, and means with their sign."""
     panels = []
     for kind, names in kinds.items():
-        alt = "; ".join(_in_words(result, name) for name in names)
-        sizes = partial(draw_own_kind, result, kind, names)
-        panels.append({"image": data_uri(panel_figure(sizes)), "alt": alt})
+        panels.append(_sizes_panel(result, kind, names))
         most = worst(result, names)
         means = partial(draw_means_of, result, most)
         alt = f"{most}: mean deviation of each window"
