@@ -430,6 +430,7 @@ BELOW = {
     **{name: {"function"} for name in ("field", "helper", "observable")},
     "poincare_section": {"progress"},
     "event": {"function", "options"},  # tested in tests/methods/test_events.py
+    "cite": {"what"},  # tested in tests/report/test_cite.py
 }
 FAMILIES = (
     "Adaptive", "CommutatorFree", "Compose", "Gauss", "Lobatto", "RKMK", "Rattle", "RungeKutta",
@@ -457,6 +458,8 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
+    "Reference": {"at"},  # tested in tests/report/test_cite.py, as the next
+    "Citation": {"keys"},
     "Ensemble": {"growth", "piece", "single"},  # tested in tests/ensemble
     **{name: {"check", "read"} for name in READINGS},
     "Event": {"function", "row"},
@@ -730,6 +733,7 @@ WHOLE: dict[str, Any] = {
     "parameters": {"a": 1.0},
     "equations": ["ẏ = f(y)"],
     "units": {"y": "m"},
+    "references": (),
 }
 PULSATING = gi.GroupAction(gi.field(lambda params, t, y, out, work: None), gi.so_n(2, "vector"))
 OTHERS: dict[str, Any] = {
@@ -757,6 +761,7 @@ OTHERS: dict[str, Any] = {
     "parameters": {"a": 2.0},
     "equations": ["ẏ = g(y)"],
     "units": {"y": "N"},
+    "references": (gi.cite().references[0],),
     "space": gi.Sphere(2, "y"),
 }
 
@@ -778,6 +783,7 @@ def of_problem(**given: Any) -> Any:
         problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
         solution, problem.slices, problem.symplectic_form is None, problem.equations, problem.units,
         problem.make_path(np.zeros(1), y[None]).attitude,
+        problem.references,
     ]  # fmt: skip
 
 
