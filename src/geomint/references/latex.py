@@ -114,7 +114,8 @@ def latex_cell(text: str) -> str:
     for match in _POWER.finditer(text):
         found.append(latex(text[end : match.start()]))
         number = latex(match["number"]).replace("$", "")
-        found.append(rf"${number}\times10^{{{int(match['power'])}}}$")
+        times = {"1": "", "-1": "-"}.get(number, rf"{number}\times")
+        found.append(f"${times}10^{{{int(match['power'])}}}$")
         end = match.end()
     return "".join([*found, latex(text[end:])])
 

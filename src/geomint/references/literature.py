@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from .reference import Reference
 
-# --- the package, without its version, as in CITATION.cff ------------------------------------------------------------------
+# --- the package, without its version, as in CITATION.cff ---------------------------------------------
 
 GEOMINT = Reference(
     key="geomint",

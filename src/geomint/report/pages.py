@@ -19,6 +19,8 @@ from .text import number, with_error
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from .paper import Paper
+
 __all__ = ["render", "section", "write_files"]
 
 
@@ -59,10 +61,12 @@ def write_files(
     data: str,
     figures: Mapping[str, Figure],
     others: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
+    paper: Paper | None = None,
 ) -> Path:
     """Write the files of a report, all or none: page, JSON, and each figure as PNG and SVG.
 
-    And the `others`, by functions that take a path. Returns the path of the page.
+    And the `others`, by functions that take a path; with a `paper` all that is for one. Returns the
+    path of the page.
 
     Raises
     ------
@@ -77,4 +81,6 @@ def write_files(
             save_figure(figure, unfinished, name)
         for name, write in others.items():
             write(unfinished / name)
+        if paper is not None:
+            paper.write(unfinished, figures)
     return folder / html
