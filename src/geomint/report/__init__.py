@@ -1,7 +1,7 @@
 """Reports: plots, HTML pages that open from disk, and JSON beside them. Nothing is integrated here."""
 
 
-def _for_a_paper(stem: str, *figures: str, csv: bool = True) -> tuple[str, ...]:
+def paper_files(stem: str, *figures: str, csv: bool = True) -> tuple[str, ...]:
     """Return what `geomint.report.paper` adds: of an earlier report nothing stays."""
     files = (f"{stem}-table.tex", f"{stem}-caption.tex", f"{stem}-paper.tex", f"{stem}.bib")
     pictures = (f"{name}.pdf" for name in (stem, *figures))
@@ -9,7 +9,7 @@ def _for_a_paper(stem: str, *figures: str, csv: bool = True) -> tuple[str, ...]:
 
 
 # What lies in the folder of a report: always, and with what is for a paper.
-DRIFT_FILES = ("drift.json", "drift.png", "drift.svg", "report.html", *_for_a_paper("drift"))
+DRIFT_FILES = ("drift.json", "drift.png", "drift.svg", "report.html", *paper_files("drift"))
 COMPARE_FILES = (
     "compare.html",
     "compare.json",
@@ -17,7 +17,7 @@ COMPARE_FILES = (
     "compare.svg",
     "compare-drift.png",
     "compare-drift.svg",
-    *_for_a_paper("compare", "compare-drift"),
+    *paper_files("compare", "compare-drift"),
 )
 STRESS_FILES = ("stress.html", "stress.json", "stress.png", "stress.svg")
 CHAOS_FILES = (
@@ -26,7 +26,7 @@ CHAOS_FILES = (
     "chaos.json",
     "chaos.png",
     "chaos.svg",
-    *_for_a_paper("chaos", csv=False),
+    *paper_files("chaos", csv=False),
 )
 SECTION_FILES = (
     "section.csv",
@@ -34,7 +34,7 @@ SECTION_FILES = (
     "section.json",
     "section.png",
     "section.svg",
-    *_for_a_paper("section", csv=False),
+    *paper_files("section", csv=False),
 )
 SCAN_FILES = (
     "scan.csv",
@@ -42,5 +42,5 @@ SCAN_FILES = (
     "scan.json",
     "scan.png",
     "scan.svg",
-    *_for_a_paper("scan", csv=False),
+    *paper_files("scan", csv=False),
 )

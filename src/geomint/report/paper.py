@@ -107,7 +107,8 @@ class Paper:
             "figures": wide,
             "command": self.command,
         }
-        for kind, file in (("table", "table"), ("caption", "caption"), ("document", "paper")):
+        files = {"table": "table", "caption": "caption", "document": "paper"}
+        for kind, file in files.items():
             text = _environment().get_template(f"paper/{kind}.tex.j2").render(given)
             (folder / f"{self.stem}-{file}.tex").write_text(text, encoding="ascii")
         (folder / f"{self.stem}.bib").write_text(self.citation.bibtex, encoding="ascii")
