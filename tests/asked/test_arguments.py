@@ -416,10 +416,22 @@ BELOW = {
     "select": {"y"},
     "solve": {"progress", "compiled", "callback"},  # callback: tests/methods/test_callback.py
     "lyapunov": {"progress"},
-    "drift_report": {"scene", "out", "progress", "methods"},
-    "chaos_report": {"scene", "out", "count", "progress"},  # tests/report/test_chaos_page.py
-    "scan_report": {"scene", "out", "progress", "keys"},  # tests/report/test_scan_page.py
-    "section_report": {"scene", "out", "progress", "keys"},  # tests/report/test_section_page.py
+    "drift_report": {"scene", "out", "progress", "methods", "paper"},  # paper: tests/report
+    "chaos_report": {
+        "scene",
+        "out",
+        "count",
+        "progress",
+        "paper",
+    },  # tests/report/test_chaos_page.py
+    "scan_report": {"scene", "out", "progress", "paper", "keys"},  # tests/report/test_scan_page.py
+    "section_report": {
+        "scene",
+        "out",
+        "progress",
+        "paper",
+        "keys",
+    },  # tests/report/test_section_page.py
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},

@@ -61,7 +61,8 @@ def write_audit_report(
     page = render(
         "audit.html.j2",
         "chaplygin.audit",
-        title="The paper, line by line",
+        title=f"The paper, line by line, n = {_facts(audit)['dimensions']}, seed {audit.seed}",
+        heading="The paper, line by line",
         source=JOVANOVIC_2010.text,
         verdict=_verdict(audit),
         facts=_facts(audit),
@@ -134,7 +135,7 @@ def residual_figure(audit: Audit) -> Figure:
     axes.set_xscale("log")
     axes.set_xlim(LEAST / 3.0, 30.0)
     axes.set_yticks(range(len(sections)), _numbered(sections))
-    axes.set_ylim(len(sections) - 0.5, -0.5)
+    axes.set_ylim(max(len(sections), 1) - 0.5, -0.5)
     axes.set_xlabel("residual (dimensionless)")
     axes.set_ylabel("section of the paper")
     axes.spines[["top", "right"]].set_visible(False)

@@ -63,5 +63,5 @@ def drift_report(
     result = run_methods(chosen, methods, progress)
     for note in common_notes(run.plan for run in result):
         warnings.warn(note, GeomintWarning, stacklevel=2)
-    write_drift_report(result, Path(out), paper=paper)
+    write_drift_report(result, Path(out), None, paper)
     return result

@@ -28,6 +28,7 @@ COLUMN, PAGE = 8.6 / 2.54, 17.8 / 2.54  # inches
 POINTS = 8.0  # of all letters
 LETTERS = 62  # in a row of a table in a column
 TALLER = 1.25  # than in proportion: letters do not shrink with the width
+LOWEST = 5.4 / 2.54  # inches
 COVERED = 0.25  # of its panel: a legend that is larger goes above the figure
 
 
@@ -128,7 +129,9 @@ def save_for_print(figure: Figure, path: Path) -> bool:
     scale = (PAGE if wide else COLUMN) / width
     with figure_style(), mpl.rc_context({"pdf.fonttype": 42}):
         figure.set_layout_engine("constrained")
-        figure.set_size_inches(width * scale, height * scale * (1.0 if wide else TALLER))
+        figure.set_size_inches(
+            width * scale, max(height * scale * (1.0 if wide else TALLER), LOWEST)
+        )
         for text in figure.findobj(Text):
             text.set_fontsize(POINTS)
         _fit_legends(figure)
