@@ -602,10 +602,10 @@ def test_runs_of_scenes_pass_on_what_they_get(
     monkeypatch.setattr(in_python, "common_notes", lambda plans: [])
     monkeypatch.setattr(in_python, "write_drift_report", lambda *args: told.append(args))
     gi.drift_report(ONE, tmp_path / "a", True, methods=["rk-4"])
-    gi.drift_report(TWO, tmp_path / "b", False, methods=["cf-4"])
+    gi.drift_report(TWO, tmp_path / "b", False, methods=["cf-4"], paper=True)
     assert told == [
-        (0.5, ["rk-4"], True), ([], tmp_path / "a"),
-        (0.25, ["cf-4"], False), ([], tmp_path / "b"),
+        (0.5, ["rk-4"], True), ([], tmp_path / "a", None, False),
+        (0.25, ["cf-4"], False), ([], tmp_path / "b", None, True),
     ]  # fmt: skip
 
 
