@@ -153,6 +153,29 @@ def test_the_data(name, folders):
     assert (folder / f"{stem}.json").exists()
 
 
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("drift", ("--methods", "gauss-8:3.9,rk-4")),
+        ("drift", ("--method", "gauss-8", "--step", "3.9")),
+        ("compare", ("--methods", "gauss-8", "--steps", "3.9", "--tau-end", "3.95")),
+        ("section", ("--event", "gamma[2]", "--level", "1.5", "--points", "1")),
+        ("scan", ("--vary", "D=2:4:2", "--vary", "a[0]=0.7:0.8:2", "--show", "drift:energy")),
+    ],
+)
+def test_where_little_was_found(command, words, tmp_path, monkeypatch):
+    """Steps that do not converge, nothing that is conserved, no points: all files are there."""
+    monkeypatch.setattr("geomint.run.poincare.PATIENCE", 1000)
+    (tmp_path / "s.toml").write_text(SCENE, encoding="utf-8")
+    out = tmp_path / "out"
+    arguments = [command, str(tmp_path / "s.toml"), *words, "--paper", "--out", str(out)]
+    result = CliRunner().invoke(main, arguments)
+    assert not isinstance(result.exception, Exception), result.exception
+    for kind in ("table", "caption", "paper"):
+        plain((out / f"{command}-{kind}.tex").read_text("ascii"))
+    assert (out / f"{command}.pdf").exists()
+
+
 def test_the_windows_are_those_of_the_drifts(folders):
     folder, _ = folders("drift of several")
     with (folder / "drift.csv").open(newline="", encoding="utf-8") as stream:

@@ -56,7 +56,7 @@ def citation_of(result: SeveralRuns) -> Citation:
 
 def _and(words: Iterable[str]) -> str:
     """Return words with commas between, and an ``and`` before the last."""
-    *first, last = words
+    *first, last = [*words] or ["no quantity"]
     return f"{', '.join(first)} and {last}" if first else last
 
 
