@@ -119,6 +119,7 @@ def test_the_command(tmp_path):
         assert word in page
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", ["veselova-classical", "rubber-ball-n3", "veselova-n4"])
 def test_pages_of_other_systems(scene, tmp_path):
     """Of any dimension, with and without a contact point."""

@@ -39,9 +39,12 @@ COMMANDS = {
     "exact": ("s.toml",),
     "audit": ("--n", "3", "--points", "1"),
 }
-OWN_CSV = {"drift", "compare"}
+SLOW = {"drift", "compare", "exact", "chaos"}
 SIZE = re.compile(rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]")
 mathematics = MathTextParser("path")
+each = pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in COMMANDS]
+)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +95,7 @@ def plain(text):
     return bare
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@each
 def test_the_latex(name, folders):
     folder, stem = folders(name)
     table = plain((folder / f"{stem}-table.tex").read_text("ascii"))
@@ -120,7 +123,7 @@ def test_the_latex(name, folders):
         assert "Initial state: gamma = (0.48, 0.6, 0.64)" in caption
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@each
 def test_the_figures(name, folders):
     """Type 42 and no Type 3; a column of 8.6 cm, or the 17.8 cm of a page of two."""
     folder, _ = folders(name)
@@ -143,7 +146,7 @@ def test_the_figures(name, folders):
         assert min(sizes) >= 5.6  # of indices and powers
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@each
 def test_the_data(name, folders):
     folder, stem = folders(name)
     with (folder / f"{stem}.csv").open(newline="", encoding="utf-8") as stream:
@@ -156,7 +159,7 @@ def test_the_data(name, folders):
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        ("drift", ("--methods", "gauss-8:3.9,rk-4")),
+        pytest.param("drift", ("--methods", "gauss-8:3.9,rk-4"), marks=pytest.mark.slow),
         ("drift", ("--method", "gauss-8", "--step", "3.9")),
         ("compare", ("--methods", "gauss-8", "--steps", "3.9", "--tau-end", "3.95")),
         ("section", ("--event", "gamma[2]", "--level", "1.5", "--points", "1")),
@@ -192,18 +195,18 @@ def test_the_windows_are_those_of_the_drifts(folders):
 
 
 def test_titles_cannot_break_out(folders):
-    folder, _ = folders("drift")
+    folder, _ = folders("drift of several")
     table = (folder / "drift-table.tex").read_text("ascii")
     assert r"50 \% of a\_1 \& \{$\dot{\gamma }$\} at 10\textasciicircum{}-3, {\v{c}}" in table
 
 
-def test_the_pages_say_what_to_cite(folders):
-    for name in COMMANDS:
-        folder, stem = folders(name)
-        page = "report.html" if stem == "drift" else f"{stem}.html"
-        text = (folder / page).read_text("utf-8")
-        assert "What to cite" in text
-        assert "@misc{geomint," in text
+@each
+def test_the_pages_say_what_to_cite(name, folders):
+    folder, stem = folders(name)
+    page = "report.html" if stem == "drift" else f"{stem}.html"
+    text = (folder / page).read_text("utf-8")
+    assert "What to cite" in text
+    assert "@misc{geomint," in text
 
 
 def test_paper_needs_a_folder():
