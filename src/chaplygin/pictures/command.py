@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 import geomint as gi
-from geomint.cli.options import paper_option, reproducing_command, say_report
+from geomint.cli.options import paper_option, print_line, reproducing_command, say_report
 
 __all__ = ["exact"]
 
@@ -70,7 +70,9 @@ def exact(
     chosen = gi.load_scene(scene)
     model = chosen.model
     name, motion = _motion(model)
-    click.echo(chosen.title)
+    given = chosen.sections["system"].items()
+    keys = ", ".join(f"{key} = {value}" for key, value in given if key != "name")
+    print_line(f"{chosen.title} ({chosen.name}: {keys})")
     _print_motion(name, motion)
     for t in times:
         click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
@@ -86,7 +88,7 @@ def exact(
         if path is None:
             raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
         _animate(model, path, animate, FRAMES if frames is None else frames)
-        click.echo(f"animation: {animate}")
+        print_line(f"animation: {animate}")
 
 
 def _times(text: str) -> list[float]:

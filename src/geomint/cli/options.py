@@ -36,6 +36,7 @@ __all__ = [
     "partly",
     "patience",
     "print_failure",
+    "print_line",
     "print_message",
     "print_notes",
     "reproducing_command",
@@ -184,9 +185,14 @@ def print_message(text: str) -> None:
     click.echo(f"geomint: {printable(text)}", err=True)
 
 
+def print_line(text: str) -> None:
+    """Print a line in which there may be what strangers have written: titles, names."""
+    click.echo(printable(text))
+
+
 def say(what: str, path: Path) -> None:
     """Print where something was written."""
-    click.echo(f"{what}: {printable(str(path))}")
+    print_line(f"{what}: {path}")
 
 
 def say_report(what: str, page: Path, paper: bool) -> None:

@@ -78,7 +78,7 @@ def _draw_slopes(axes: Axes, points: Sequence[Point], orders: Mapping[str, Fitte
         times = time / BELOW * (middle / errors) ** (1.0 / found.order)
         axes.plot(errors, times, color=SLOPE, linewidth=0.9, linestyle=(0, (1, 1.5)), zorder=1)
         axes.annotate(
-            f"order {found.order}", (errors[0], times[0]), xytext=(0, -3), va="top",
+            f"order {found.order}", (errors[0], times[0]), xytext=(0, -3), ha="right", va="top",
             textcoords="offset points", fontsize=8, color=SLOPE, zorder=1,
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
         )  # fmt: skip
