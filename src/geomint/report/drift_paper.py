@@ -8,7 +8,7 @@ from typing import Any
 from ..plan import MethodRun, SeveralRuns
 from ..watch.quantities import KINDS
 from .cite import Citation, cite
-from .kinds import conserved_by_kind, names_by_kind
+from .kinds import conserved_by_kind
 from .paper import Paper, Table, scene_facts
 from .text import number, short_slope, step_of, symbol
 
@@ -75,18 +75,15 @@ def _method(run: MethodRun) -> str:
 
 
 def _table(result: SeveralRuns) -> Table:
-    units = dict.fromkeys(_unit(run, name) for run in result for name in run.drift)
+    names = [name for ones in conserved_by_kind(result).values() for name in ones]
+    units = dict.fromkeys(_unit(run, n) for run in result for n in names if n in run.drift)
     one = f" ({next(iter(units))})" if len(units) == 1 else ""
     per = f"slope, per unit of {symbol(result.time)}"
     columns = ["method", "quantity", "unit", "class", f"largest error{one}", per]
     left_out = {0} if len(result) == 1 else set()
     left_out |= {2} if one else set()
     rows = [
-        [run.label, *_cells(run, name)]
-        for names in names_by_kind(result).values()
-        for name in names
-        for run in result
-        if name in run.drift
+        [run.label, *_cells(run, name)] for name in names for run in result if name in run.drift
     ]
     kept = [k for k in range(len(columns)) if k not in left_out]
     rows = [[row[k] for k in kept] for row in rows]
