@@ -99,6 +99,8 @@ from .problems.spaces.tangent_bundle import (
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
 from .problems.two_form import SymplecticForm as SymplecticForm
+from .references.reference import Reference as Reference
+from .report.cite import Citation as Citation, cite as cite
 from .run.draws import draw_states as draw_states
 from .run.ensemble.growth import EnsembleGrowth as EnsembleGrowth
 from .run.ensemble.readings.of_runs import Exponents as Exponents, SectionPoints as SectionPoints
@@ -152,6 +154,7 @@ __all__ = [
     "ArgumentError",
     "Average",
     "BodyPath",
+    "Citation",
     "ClockError",
     "CommutatorFree",
     "Compose",
@@ -188,6 +191,7 @@ __all__ = [
     "Rattle",
     "Reading",
     "Reduction",
+    "Reference",
     "Rescaled",
     "RigidMotions",
     "Rotations",
@@ -227,6 +231,7 @@ __all__ = [
     "chaos_report",
     "check_file",
     "check_folder",
+    "cite",
     "cos",
     "derivative",
     "draw_states",

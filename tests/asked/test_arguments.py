@@ -416,10 +416,22 @@ BELOW = {
     "select": {"y"},
     "solve": {"progress", "compiled", "callback"},  # callback: tests/methods/test_callback.py
     "lyapunov": {"progress"},
-    "drift_report": {"scene", "out", "progress", "methods"},
-    "chaos_report": {"scene", "out", "count", "progress"},  # tests/report/test_chaos_page.py
-    "scan_report": {"scene", "out", "progress", "keys"},  # tests/report/test_scan_page.py
-    "section_report": {"scene", "out", "progress", "keys"},  # tests/report/test_section_page.py
+    "drift_report": {"scene", "out", "progress", "methods", "paper"},  # paper: tests/report
+    "chaos_report": {
+        "scene",
+        "out",
+        "count",
+        "progress",
+        "paper",
+    },  # tests/report/test_chaos_page.py
+    "scan_report": {"scene", "out", "progress", "paper", "keys"},  # tests/report/test_scan_page.py
+    "section_report": {
+        "scene",
+        "out",
+        "progress",
+        "paper",
+        "keys",
+    },  # tests/report/test_section_page.py
     "run_scene": {"scene", "progress"},
     "run_methods": {"scene", "methods", "progress", "report"},
     "pointwise": {"function", "params", "points", "rows", "work", "check"},
@@ -430,6 +442,7 @@ BELOW = {
     **{name: {"function"} for name in ("field", "helper", "observable")},
     "poincare_section": {"progress"},
     "event": {"function", "options"},  # tested in tests/methods/test_events.py
+    "cite": {"what"},  # tested in tests/report/test_cite.py
 }
 FAMILIES = (
     "Adaptive", "CommutatorFree", "Compose", "Gauss", "Lobatto", "RKMK", "Rattle", "RungeKutta",
@@ -457,6 +470,8 @@ METHODS_BELOW = {  # methods of classes
         "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
     },
     "Drift": {"stretched"},
+    "Reference": {"at"},  # tested in tests/report/test_cite.py, as the next
+    "Citation": {"keys"},
     "Ensemble": {"growth", "piece", "single"},  # tested in tests/ensemble
     **{name: {"check", "read"} for name in READINGS},
     "Event": {"function", "row"},
@@ -587,10 +602,10 @@ def test_runs_of_scenes_pass_on_what_they_get(
     monkeypatch.setattr(in_python, "common_notes", lambda plans: [])
     monkeypatch.setattr(in_python, "write_drift_report", lambda *args: told.append(args))
     gi.drift_report(ONE, tmp_path / "a", True, methods=["rk-4"])
-    gi.drift_report(TWO, tmp_path / "b", False, methods=["cf-4"])
+    gi.drift_report(TWO, tmp_path / "b", False, methods=["cf-4"], paper=True)
     assert told == [
-        (0.5, ["rk-4"], True), ([], tmp_path / "a"),
-        (0.25, ["cf-4"], False), ([], tmp_path / "b"),
+        (0.5, ["rk-4"], True), ([], tmp_path / "a", None, False),
+        (0.25, ["cf-4"], False), ([], tmp_path / "b", None, True),
     ]  # fmt: skip
 
 
@@ -730,6 +745,7 @@ WHOLE: dict[str, Any] = {
     "parameters": {"a": 1.0},
     "equations": ["ẏ = f(y)"],
     "units": {"y": "m"},
+    "references": (),
 }
 PULSATING = gi.GroupAction(gi.field(lambda params, t, y, out, work: None), gi.so_n(2, "vector"))
 OTHERS: dict[str, Any] = {
@@ -757,6 +773,7 @@ OTHERS: dict[str, Any] = {
     "parameters": {"a": 2.0},
     "equations": ["ẏ = g(y)"],
     "units": {"y": "N"},
+    "references": (gi.cite().references[0],),
     "space": gi.Sphere(2, "y"),
 }
 
@@ -778,6 +795,7 @@ def of_problem(**given: Any) -> Any:
         problem.exact(y), problem.physical_state(y), dict(problem.parameters), rows[0],
         solution, problem.slices, problem.symplectic_form is None, problem.equations, problem.units,
         problem.make_path(np.zeros(1), y[None]).attitude,
+        problem.references,
     ]  # fmt: skip
 
 

@@ -59,6 +59,7 @@ IN_T = ("s.toml", "--representation", "reduced")
 SCAN = ("s.toml", "--vary", "D=2:4:3")
 DRAWS = ("s.toml", "--draws", "2")
 CHAOS = ("scene", "--method", "--step", "--tolerance", "--tau-end", "--debug")
+PAPER = {"--paper": (("s.toml",), ("s.toml", "--paper"))}
 METHODS = {"--methods": (("s.toml", "--methods", "rk-4"), ("s.toml", "--methods", "gauss-4"))}
 
 # command: {option: (arguments, other arguments)}
@@ -68,7 +69,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "methods": {"--form": (("--form", "field"), ("--form", "action"))},
     "check": {**SCENE_OPTIONS, **METHODS, "--for-drift": (("s.toml",), ("s.toml", "--for-drift"))},
     "run": {**SCENE_OPTIONS, **OUT, **QUIET, **YES},
-    "drift": {**SCENE_OPTIONS, **METHODS, **OUT, **QUIET, **YES},
+    "drift": {**SCENE_OPTIONS, **METHODS, **OUT, **PAPER, **QUIET, **YES},
     "section": {
         **{name: SCENE_OPTIONS[name] for name in ("scene", "--debug")},
         "--method": (AT, (*AT, "--method", "gauss-4")),
@@ -84,6 +85,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--exact": (AT, (*AT, "--exact")),
         "--axes": (AT, (*AT, "--axes", "gamma[0],K")),
         "--out": ((*AT, "--out", "one"), (*AT, "--out", "two")),
+        "--paper": (AT, (*AT, "--paper")),
         "--quiet": (AT, (*AT, "--quiet")),
     },
     "chaos": {
@@ -95,6 +97,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         ),
         "--count": (("s.toml",), ("s.toml", "--count", "2")),
         **OUT,
+        **PAPER,
         **QUIET,
     },
     "scan": {
@@ -117,6 +120,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--show": (SCAN, (*SCAN, "--show", "final:K")),
         "--workers": ((*SCAN, "--workers", "1"), (*SCAN, "--workers", "2")),
         "--out": ((*SCAN, "--out", "one"), (*SCAN, "--out", "two")),
+        "--paper": (SCAN, (*SCAN, "--paper")),
         "--quiet": (SCAN, (*SCAN, "--quiet")),
     },
     "compare": {
@@ -130,6 +134,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--yes": (("s.toml", "--tau-end", "1e13"), ("s.toml", "--tau-end", "1e13", "--yes")),
         **METHODS,
         **OUT,
+        **PAPER,
         **QUIET,
     },
     "warm": {
@@ -167,6 +172,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "scene": (("s.toml",), ("o.toml",)),
         "--at": (("s.toml", "--at", "1"), ("s.toml", "--at", "1,2")),
         "--out": (("s.toml",), ("s.toml", "--out", "two")),
+        "--paper": (("s.toml", "--out", "two"), ("s.toml", "--out", "two", "--paper")),
         "--animate": (("s.toml",), ("s.toml", "--animate", "a.gif")),
         "--frames": (
             ("s.toml", "--animate", "a.gif", "--frames", "5"),
@@ -179,8 +185,9 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--points": (("--points", "1"), ("--points", "2")),
         "--seed": (("--seed", "1"), ("--seed", "2")),
         "--out": (NOTHING, ("--out", "two")),
+        "--paper": (("--out", "two"), ("--out", "two", "--paper")),
         "--markdown": (NOTHING, ("--markdown", "two.md")),
-        "--brief": (NOTHING, ("--brief",)),
+        "--list": (("--list", "findings"), ("--list", "all")),
         "--quiet": (NOTHING, ("--quiet",)),
         "--debug": (("--n", "99"), ("--n", "99", "--debug")),
     },
@@ -216,7 +223,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         return instead
 
     from chaplygin.audit import report as audit_report, run as audit_run
-    from chaplygin.pictures import command, motion
+    from chaplygin.pictures import command, page as exact_page
     from geomint.compare import of_scene
     from geomint.plan import scan
     from geomint.report import compare_page, drift_page
@@ -227,7 +234,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(audit_report, "print_audit", note("table"))
     monkeypatch.setattr(command, "_animate", note("animation"))
     monkeypatch.setattr(command, "_path", lambda model: model.problems)
-    monkeypatch.setattr(motion, "motion_figure", lambda *args: Picture())
+    monkeypatch.setattr(exact_page, "write_exact_report", note("exact", lambda: Path("exact.html")))
     compared = SimpleNamespace(reference="the reference", without_result={}, points=[])
     monkeypatch.setattr(of_scene, "compare_scene", note("compare", lambda: compared))
     monkeypatch.setattr(compare_page, "reference_text", lambda reference: [reference])
@@ -256,11 +263,6 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     monkeypatch.setattr(drift_page, "write_drift_report", written)
     monkeypatch.setattr(compare_page, "write_compare_report", note("written"))
     return found
-
-
-class Picture:
-    def savefig(self, path: Path, **kwargs: Any) -> None:
-        Path(path).touch()
 
 
 def outcome(command: str, arguments: tuple[str, ...], asked: list[Any], folder: Path) -> Any:
@@ -294,7 +296,7 @@ def test_an_option_does_something(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    if command in SLOW and option not in ("--out", "--quiet"):
+    if command in SLOW and option not in ("--out", "--paper", "--quiet"):
 
         def planned(plan: Plan, progress: Any = None, callback: Any = None) -> None:
             told = [(c.what, c.value, seen(c.chosen)) for c in plan.choices]

@@ -1,5 +1,8 @@
 """Pictures of exact motions, and the command that makes them."""
 
+import csv
+import json
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -90,6 +93,41 @@ def test_the_command(tmp_path):
     assert "t = 1000000000:" in result.output
     assert film.stat().st_size > 1000
     assert (tmp_path / "exact.png").stat().st_size > 10000
+    record = json.loads((tmp_path / "exact.json").read_text("utf-8"))
+    scene = gi.load_scene("hamiltonized-n3")
+    exact = scene.problem.exact(scene.state)
+    assert record["frequencies"] == exact.frequencies.tolist()
+    assert record["mean_frequencies"] == exact.mean_frequencies.tolist()
+    assert [row["t"] for row in record["states"]] == [0.0, 1e9]
+    assert record["states"][1]["state"] == exact(1e9).tolist()
+    with (tmp_path / "exact.csv").open(newline="", encoding="utf-8") as stream:
+        first, *rows = csv.reader(stream)
+    numbers = np.array(rows, float)
+    np.testing.assert_array_equal(numbers[:, 3:], exact.at_tau(numbers[:, 0]))
+    assert first[:4] == ["tau", "lambda[0]", "lambda[1]", "gamma[0]"]
+    ends = np.array(record["ovals"])
+    assert np.all(numbers[:, 1:3] >= ends[:, 0] - 1e-12)
+    assert np.all(numbers[:, 1:3] <= ends[:, 1] + 1e-12)
+    page = (tmp_path / "exact.html").read_text("utf-8")
+    for word in (
+        scene.title,
+        "hamiltonized-n3",
+        "a = (0.8, 1.1, 1.5)",
+        "quasi-periodic",
+        "What to cite",
+    ):
+        assert word in page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["veselova-classical", "rubber-ball-n3", "veselova-n4"])
+def test_pages_of_other_systems(scene, tmp_path):
+    """Of any dimension, with and without a contact point."""
+    result = run(scene, "--out", str(tmp_path))
+    assert result.exit_code == 0, result.output
+    page = (tmp_path / "exact.html").read_text("utf-8")
+    figure = page.split("<figure", 1)[1].split("</figure>")[0]
+    assert figure.count("data:image") == (2 if scene == "veselova-n4" else 3)
 
 
 @pytest.mark.parametrize(

@@ -218,8 +218,11 @@ def test_names_that_are_looked_at_are_those_that_are_written(command, tmp_path, 
 
     monkeypatch.setattr(outputs, "check_folder", listening)
     monkeypatch.setattr(gi, "check_folder", listening)
-    invoke(*COMMANDS[command], "--out", tmp_path)
+    invoke(*COMMANDS[command], "--out", tmp_path, "--paper")
     assert sorted(content(tmp_path)) == sorted(looked_at)
+    invoke(*COMMANDS[command], "--out", tmp_path)  # of what was for a paper nothing stays
+    assert set(content(tmp_path)) < set(looked_at)
+    assert not [name for name in content(tmp_path) if name.endswith((".pdf", ".tex", ".bib"))]
 
 
 STEERING = "a\x1b[31m\r\u202e<script>"

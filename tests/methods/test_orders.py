@@ -516,7 +516,7 @@ def test_a_spoiled_composition_is_noticed(monkeypatch: pytest.MonkeyPatch) -> No
     """A ten-thousandth of one fraction."""
     good = COMPOSITIONS["suzuki-4"]
     first, second = good.fractions
-    bad = Composition("bad-4", 4, 2, (str(float(first) + 1e-4), second), "")
+    bad = Composition("bad-4", 4, 2, (str(float(first) + 1e-4), second))
     monkeypatch.setitem(COMPOSITIONS, "bad-4", bad)
     for base, form in ((gi.Gauss(1), "field"), (gi.Rattle(), "hamiltonian")):
         found = measured(gi.Compose(base, "bad-4"), form, 0, COUNTS[4], floor=0.0)

@@ -44,7 +44,7 @@ def test_what_a_method_states(name: str) -> None:
     assert 1 <= method.order <= 32
     assert 0.0 < method.step_fraction <= 1.0
     assert method.summary
-    assert method.reference
+    assert method.references
     assert method.symplectic is (name.startswith(("gauss", "lobatto", "rattle", "verlet")))
     assert method.symmetric is method.symplectic
 

@@ -27,7 +27,7 @@ SCENE: dict[str, Any] = {
 
 def test_report(tmp_path: Path) -> None:
     """Every file, and what is in it: the numbers of `geomint.lyapunov`."""
-    found = gi.chaos_report(SCENE, tmp_path / "out")
+    found = gi.chaos_report(SCENE, tmp_path / "out", paper=True)
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(CHAOS_FILES)
     scene = gi.load_scene(SCENE)
     same = gi.lyapunov(scene.problem, scene.state, tau_end=400.0, step=0.25)

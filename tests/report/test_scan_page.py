@@ -33,7 +33,7 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 
 def test_over_one_parameter(tmp_path: Path) -> None:
     """Each member is the scene with that value, to the same bits."""
-    many = gi.scan_report(SCENE, tmp_path / "out", vary={"D": "2:6:5"}, show=SHOW)
+    many = gi.scan_report(SCENE, tmp_path / "out", paper=True, vary={"D": "2:6:5"}, show=SHOW)
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(SCAN_FILES)
     rows = rows_of(tmp_path / "out")
     assert [float(row["D"]) for row in rows] == [2.0, 3.0, 4.0, 5.0, 6.0]

@@ -31,7 +31,7 @@ SCENE: dict[str, Any] = {
 
 def test_report(tmp_path: Path) -> None:
     """Every file, and what is in it."""
-    section = gi.section_report(SCENE, tmp_path / "out")
+    section = gi.section_report(SCENE, tmp_path / "out", paper=True)
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(SECTION_FILES)
     record = json.loads((tmp_path / "out" / "section.json").read_text("utf-8"))
     assert record["points"] == len(section) == 36

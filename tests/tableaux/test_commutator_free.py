@@ -40,7 +40,7 @@ def test_registry_entry(method: CommutatorFreeTableau) -> None:
     """Names agree with keys and orders; the nodes are those of the classical method."""
     assert COMMUTATOR_FREE[method.name] is method
     assert method.name.endswith(f"-{method.order}")
-    assert method.reference
+    assert method.references
     assert method.classical.explicit
     assert abs(sum(method.classical.b) - 1) <= method.tolerance
     for i, (each, sums) in enumerate(zip(method.flows, method.row_sums, strict=True)):
@@ -96,7 +96,7 @@ def crouch_grossman(text: str) -> CommutatorFreeTableau:
         for line in text.splitlines()
     ]
     tolerance = Fraction(1, 10**12)
-    return CommutatorFreeTableau("cg-4", 4, tuple(stages[:-1]), stages[-1], "", tolerance)
+    return CommutatorFreeTableau("cg-4", 4, tuple(stages[:-1]), stages[-1], (), tolerance)
 
 
 def test_cg4_continues_the_published_digits() -> None:

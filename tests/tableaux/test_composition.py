@@ -87,7 +87,7 @@ def test_registry_entry(method: Composition) -> None:
     assert COMPOSITIONS[method.name] is method
     assert method.name.endswith(f"-{method.order}")
     assert method.base_order == 2 or method.base_order == method.order - 2
-    assert method.reference
+    assert method.references
     assert method.stages == STAGES[method.name]
     assert min(len(text.partition(".")[2]) for text in method.fractions) == DIGITS[method.name]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 import geomint as gi
+from geomint.cli.options import paper_option, reproducing_command, say_report
 
 __all__ = ["audit"]
 
@@ -27,8 +28,9 @@ def _dimensions(text: str) -> tuple[int, ...]:
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for audit.json.",
+    help="Folder for audit.html, audit.csv, audit.json, audit.png and audit.svg.",
 )
+@paper_option
 @click.option(
     "--n", "dimensions", metavar="N,N,…", default=DIMENSIONS, show_default=True, help="Dimensions."
 )
@@ -47,16 +49,22 @@ def _dimensions(text: str) -> tuple[int, ...]:
     type=click.Path(dir_okay=False, path_type=Path),
     help="File for the table of the docs page.",
 )
-@click.option("--brief", is_flag=True, help="Print only what does not hold as printed.")
+@click.option(
+    "--list",
+    "listed",
+    type=click.Choice(["findings", "all"]),
+    help="Print claims too: those that do not hold as printed, or all.",
+)
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def audit(
     out: Path | None,
+    paper: bool,
     dimensions: str,
     points: int,
     seed: int,
     markdown: Path | None,
-    brief: bool,
+    listed: str | None,
     quiet: bool,
 ) -> int:
     """Check the paper line by line: every statement, as printed, at random points.
@@ -64,17 +72,21 @@ def audit(
     Exit code 1 if something holds neither as printed nor as corrected.
     """
     chosen = _dimensions(dimensions)
-    if brief and quiet:
-        raise gi.DomainError("--brief", brief, "no --quiet beside it, which prints no table at all")
+    if listed is not None and quiet:
+        raise gi.DomainError("--list", listed, "no --quiet beside it, which prints no table at all")
+    if paper and out is None:
+        raise gi.DomainError("--paper", paper, "--out, the folder of what is for a paper")
     if out is not None:
-        gi.check_folder(out, ["audit.json"])
+        from .page import AUDIT_FILES
+
+        gi.check_folder(out, AUDIT_FILES)
     if markdown is not None:
         gi.check_file(markdown)
 
     from rich.console import Console
     from rich.progress import Progress
 
-    from .report import markdown as table, print_audit, write_json
+    from .report import markdown as table, print_audit
     from .run import audit as evaluate_all
 
     screen = Console(stderr=True)
@@ -87,9 +99,12 @@ def audit(
             progress=lambda done, total: bar.update(task, completed=done, total=total),
         )
     if not quiet:
-        print_audit(found, everything=not brief)
+        print_audit(found, listed)
     if out is not None:
-        click.echo(f"report: {write_json(found, out)}")
+        from .page import write_audit_report
+
+        page = write_audit_report(found, out, reproducing_command(), paper)
+        say_report("report", page, paper)
     if markdown is not None:
         with gi.whole_file(markdown) as unfinished:
             unfinished.write_text(table(found), encoding="utf-8")

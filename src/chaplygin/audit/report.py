@@ -1,20 +1,15 @@
-"""What an audit writes: ``audit.json``, the table of the docs page, and the terminal's table."""
+"""What an audit tells: the numbers of ``audit.json``, tables of the terminal and of the docs."""
 
 from __future__ import annotations
 
 import itertools
-import json
-import platform
-from datetime import UTC, datetime
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
-
-import geomint as gi
 
 from .claim import (
     FAILS,
@@ -31,7 +26,18 @@ from .claim import (
 )
 from .run import Audit
 
-__all__ = ["as_json", "counts", "distinct", "markdown", "print_audit", "write_json"]
+__all__ = [
+    "as_json",
+    "by_section",
+    "counts",
+    "distinct",
+    "explanation",
+    "figure_of",
+    "markdown",
+    "print_audit",
+    "residuals",
+    "summary",
+]
 
 COLOURS = {
     TRUE: "green",
@@ -83,7 +89,7 @@ def _finite(x: float | None) -> float | str | None:
 
 
 def as_json(audit: Audit) -> dict[str, Any]:
-    """Return what `write_json` writes."""
+    """Return the content of ``audit.json``, but for its provenance."""
     below, above = audit.gap
     return {
         "claims": [_row(result) for result in audit.results],
@@ -95,28 +101,7 @@ def as_json(audit: Audit) -> dict[str, Any]:
         "points": audit.points,
         "seed": audit.seed,
         "seconds": round(audit.seconds, 3),
-        "provenance": {
-            "paper": "B. Jovanović, Hamiltonization and integrability of the Chaplygin sphere in R^n",
-            "geomint": gi.__version__,
-            "numpy": np.__version__,
-            "python": platform.python_version(),
-            "platform": platform.platform(),
-            "date": datetime.now(UTC).isoformat(timespec="seconds"),
-        },
     }
-
-
-def write_json(audit: Audit, folder: Path) -> Path:
-    """Write ``audit.json`` into a folder, which is made if need be, and return its path.
-
-    Raises
-    ------
-    geomint.OutputError
-    """
-    text = json.dumps(as_json(audit), ensure_ascii=False, indent=1, allow_nan=False)
-    with gi.whole_folder(folder) as unfinished:
-        (unfinished / "audit.json").write_text(text + "\n", encoding="utf-8")
-    return folder / "audit.json"
 
 
 def _number(x: float | None) -> str:
@@ -125,20 +110,21 @@ def _number(x: float | None) -> str:
     return "0" if x == 0.0 else f"{x:.1e}" if np.isfinite(x) else "no value"
 
 
-def _residuals(result: Result) -> tuple[str, str]:
+def residuals(result: Result) -> tuple[str, str]:
     """Return the residuals on and off the manifold; in brackets where nothing is claimed."""
     off = _number(result.off_manifold)
     return _number(result.residual), off if result.claim.everywhere or not off else f"({off})"
 
 
-def _explanation(result: Result) -> str:
+def explanation(result: Result) -> str:
     """Return what holds instead with its residual, or why nothing was evaluated."""
     if result.claim.amendment:
         return f"{result.claim.amendment} ({_number(result.amended)})"
     return result.remark
 
 
-def _summary(audit: Audit) -> str:
+def summary(audit: Audit) -> str:
+    """Return what was found in some sentences."""
     below, above = audit.gap
     found = ", ".join(f"{number} {verdict}" for verdict, number in counts(audit).items())
     kinds = ", ".join(f"{number} {kind}" for kind, number in distinct(audit).items())
@@ -150,36 +136,83 @@ def _summary(audit: Audit) -> str:
     )
 
 
-def print_audit(audit: Audit, everything: bool = True) -> None:
-    """Print a table of all claims, or of those that do not simply hold."""
-    screen = Console()
+def figure_of(result: Result) -> float:
+    """Return the residual that shows the verdict: off the manifold where only that fails."""
+    shown = result.off_manifold if result.verdict == ON_MANIFOLD else result.residual
+    return 0.0 if shown is None else min(shown, 1.0)
+
+
+def by_section(audit: Audit) -> tuple[list[str], list[dict[str, Any]]]:
+    """Return the verdicts that occur, and for each section its counts of them and its worst residual.
+
+    The worst is the largest of what holds as printed: how near it comes to the threshold.
+    """
+    verdicts, rows = list(counts(audit)), []
     for section, group in itertools.groupby(audit.results, lambda r: r.claim.section):
-        chosen = [r for r in group if everything or r.verdict not in (TRUE, UNCHECKED)]
-        if not chosen:
-            continue
+        results = list(group)
+        held = [r.residual for r in results if r.verdict == TRUE and not r.claim.negative]
+        known = [x for x in held if x is not None]
+        rows.append(
+            {
+                "section": section,
+                "results": results,
+                "counts": [sum(r.verdict == verdict for r in results) for verdict in verdicts],
+                "worst": _number(max(known)) if known else "—",
+            }
+        )
+    return verdicts, rows
+
+
+def print_audit(audit: Audit, listed: str | None = None) -> None:
+    """Print a row for each section, what is unexplained in full, and a summary in words.
+
+    Before them with `listed` ``"all"`` each claim, with ``"findings"`` those that do not simply hold.
+    """
+    screen = Console()
+    if listed is not None:
+        chosen = [r for r in audit.results if listed == "all" or r.verdict not in (TRUE, UNCHECKED)]
+        _print_claims(screen, chosen)
+    verdicts, rows = by_section(audit)
+    table = Table(box=None, header_style="bold")
+    table.add_column("section", no_wrap=True, max_width=34)
+    for heading in ("claims", "hold", "findings", "unchecked", "worst that holds"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        each = dict(zip(verdicts, row["counts"], strict=True))
+        found = sum(each.get(kind, 0) for kind in FINDINGS)
+        numbers = (len(row["results"]), each.get(TRUE, 0), found, each.get(UNCHECKED, 0))
+        table.add_row(Text(row["section"]), *(str(n or "") for n in numbers), row["worst"])
+    screen.print(table)
+    if audit.unexplained and listed is None:
+        _print_claims(screen, audit.unexplained)
+    screen.print(Text(summary(audit)))
+    for result in audit.unexplained:
+        screen.print(Text(f"unexplained: {result.claim.label}", style=COLOURS[UNEXPLAINED]))
+
+
+def _print_claims(screen: Console, results: Sequence[Result]) -> None:
+    """Print a table of claims for each section."""
+    for section, group in itertools.groupby(results, lambda r: r.claim.section):
         table = Table(box=None, header_style="bold", title=section, title_justify="left")
         table.add_column("label", max_width=30, overflow="fold")
         table.add_column("residual", justify="right", no_wrap=True)
         table.add_column("verdict", width=14)
         table.add_column("statement → what holds (its residual), or why not")
-        for result in chosen:
-            statement, explanation = Text(result.claim.statement), _explanation(result)
-            if explanation:
-                statement.append(f"\n→ {explanation}", style=COLOURS[result.verdict])
-            on, off = _residuals(result)
+        for result in group:
+            statement, told = Text(result.claim.statement), explanation(result)
+            if told:
+                statement.append(f"\n→ {told}", style=COLOURS[result.verdict])
+            on, off = residuals(result)
             residual = f"{on}\noff: {off}" if off else on
             verdict = Text(result.verdict, style=COLOURS[result.verdict])
             table.add_row(Text(result.claim.label), Text(residual), verdict, statement)
         screen.print(table)
         screen.print()
-    screen.print(Text(_summary(audit)))
-    for result in audit.unexplained:
-        screen.print(Text(f"unexplained: {result.claim.label}", style=COLOURS[UNEXPLAINED]))
 
 
 def markdown(audit: Audit) -> str:
     """Return the table of the docs page: what differs first, then all claims by section."""
-    lines = [_summary(audit), ""]
+    lines = [summary(audit), ""]
     lines += ["### What does not hold as printed", ""]
     lines += ["| label, lines | verdict | printed | what holds |", "|---|---|---|---|"]
     for r in (result for results in audit.findings.values() for result in results):
@@ -198,7 +231,7 @@ def markdown(audit: Audit) -> str:
         ]
         for r in group:
             verdict = f"{r.verdict}: {r.remark}" if r.remark else r.verdict
-            lines.append(_line(_place(r), r.claim.statement, *_residuals(r), verdict))
+            lines.append(_line(_place(r), r.claim.statement, *residuals(r), verdict))
     return "\n".join(lines) + "\n"
 
 

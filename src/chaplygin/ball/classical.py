@@ -29,6 +29,7 @@ from geomint.problems.spaces.sphere import product as product_of
 from ..exact.motions import exact_ball
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
+from ..literature import CLASSICAL_BALL
 from ..manifold import (
     Array,
     skew_components,
@@ -270,4 +271,5 @@ def classical_problem(
         make_random=make_random,
         physical=physical,
         parameters=parameters_of(inertia, D),
+        references=CLASSICAL_BALL,
     )

@@ -21,6 +21,7 @@ import geomint as gi
 from geomint import part, section, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..literature import BALL
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, turn
 from .integrals import ball_integrals
@@ -154,4 +155,5 @@ def contact_problem(
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[size : size + n]), "k": np.array(y[:size])},
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},
+        references=BALL,
     )

@@ -26,6 +26,7 @@ from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
 from ..initial_states import initial_tangent, multiplier
 from ..integrable import factors, special_parameters
+from ..literature import BALL
 from ..manifold import Array, wedge
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
 from .path import integrated_path
@@ -176,4 +177,5 @@ def hamiltonized_problem(inertia: SpecialInertia) -> gi.Problem:
         make_path=integrated_path(inertia, D, physical),
         physical=physical,
         parameters=parameters_of(inertia, D),
+        references=BALL,
     )

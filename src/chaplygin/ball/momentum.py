@@ -21,6 +21,7 @@ from geomint.arguments import switch
 from ..exact.motions import exact_turn
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_momentum
+from ..literature import BALL
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, ball_work
 from .integrals import ball_integrals
@@ -119,6 +120,7 @@ def _ball(
         make_path=integrated_path(inertia, D, physical, space.slices.get("g")),
         physical=physical,
         parameters=parameters_of(inertia, D),
+        references=BALL,
     )
 
 

@@ -7,8 +7,8 @@ Hamiltonian, y′ = Π ∂H/∂y with H = ½(k⃗, ω⃗) and
 
 s = D(ω⃗, γ⃗) = D(γ⃗, Bk⃗)/(γ⃗, Wγ⃗), B = (I + D)⁻¹. Its Casimir functions are (γ⃗, γ⃗) and (k⃗, γ⃗); where the
 latter is 0, τ and the bracket are those of the Hamiltonised sphere, `hamiltonized`. For n ≥ 4 and
-momentum there is no such bracket with a multiplier: see `chaplygin.controls`. Source: A. V. Borisov,
-I. S. Mamaev, *Chaplygin's ball rolling problem is Hamiltonian* (2001); the factors here are our own.
+momentum there is no such bracket with a multiplier: see `chaplygin.controls`. The bracket is Borisov's
+and Mamaev's (2001); the factors here are our own.
 
 In τ the density of the measure is 1/(γ⃗, Wγ⃗).
 """
@@ -24,6 +24,7 @@ import geomint as gi
 from geomint import log, section, sqrt
 
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
+from ..literature import POISSON_BALL
 from ..manifold import Array, triangle_of_vector
 from .classical import (
     DIAGONAL,
@@ -130,6 +131,7 @@ def poisson_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         make_path=integrated_path(inertia, D, physical),
         physical=physical,
         parameters=parameters_of(inertia, D),
+        references=POISSON_BALL,
     )
 
 

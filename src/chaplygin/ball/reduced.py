@@ -32,6 +32,7 @@ from ..exact.motions import exact_sphere
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_tangent
 from ..integrable import factors, special_parameters, weighted_square
+from ..literature import BALL
 from ..manifold import Array, wedge
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
 from .path import integrated_path
@@ -239,4 +240,5 @@ def reduced_problem(inertia: SpecialInertia | GeneralInertia, D: float) -> gi.Pr
         make_path=integrated_path(inertia, D, physical),
         physical=physical,
         parameters=parameters_of(inertia, D),
+        references=BALL,
     )

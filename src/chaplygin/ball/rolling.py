@@ -30,6 +30,7 @@ import geomint as gi
 from geomint import as_vector, part, section
 
 from ..inertia import GeneralInertia, SpecialInertia, angular_momentum, parameters_of
+from ..literature import BALL
 from ..manifold import Array
 from ..operators import operator_applied
 from .angular_velocity import GENERAL, apply_to_gamma, full_omega, log_density_after
@@ -188,4 +189,5 @@ def rolling_problem(
         admit=admit,
         physical=physical,
         parameters={**parameters_of(inertia, D), "m": m, "rho": rho},
+        references=BALL,
     )

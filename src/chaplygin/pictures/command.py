@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 import geomint as gi
+from geomint.cli.options import paper_option, print_line, reproducing_command, say_report
 
 __all__ = ["exact"]
 
@@ -25,8 +26,9 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for exact.png and exact.svg.",
+    help="Folder for exact.html, exact.csv, exact.json, exact.png and exact.svg.",
 )
+@paper_option
 @click.option(
     "--animate",
     type=click.Path(dir_okay=False, path_type=Path),
@@ -40,7 +42,12 @@ FRAME = 0.2  # time between frames over the time of a turn of the fastest angle 
 )
 @click.option("--debug", is_flag=True, hidden=True, expose_value=False)
 def exact(
-    scene: str, at: str | None, out: Path | None, animate: Path | None, frames: int | None
+    scene: str,
+    at: str | None,
+    out: Path | None,
+    paper: bool,
+    animate: Path | None,
+    frames: int | None,
 ) -> None:
     """Solve an integrable scene without stepping: frequencies, ovals, states at any time.
 
@@ -52,12 +59,20 @@ def exact(
         raise gi.DomainError("--animate", str(animate), f"a name that ends in {', '.join(ENDINGS)}")
     if animate is None and frames is not None:
         raise gi.DomainError("--frames", frames, "--animate, of which they are the frames")
+    if paper and out is None:
+        raise gi.DomainError("--paper", paper, "--out, the folder of what is for a paper")
     if out is not None:
-        gi.check_folder(out, ["exact.png", "exact.svg"])
+        from .page import EXACT_FILES, write_exact_report
+
+        gi.check_folder(out, EXACT_FILES)
     if animate is not None:
         gi.check_file(animate)
-    model = gi.load_scene(scene).model
+    chosen = gi.load_scene(scene)
+    model = chosen.model
     name, motion = _motion(model)
+    given = chosen.sections["system"].items()
+    keys = ", ".join(f"{key} = {value}" for key, value in given if key != "name")
+    print_line(f"{chosen.title} ({chosen.name}: {keys})")
     _print_motion(name, motion)
     for t in times:
         click.echo(f"t = {t:.17g}: [" + ", ".join(f"{x:.16g}" for x in motion(t)) + "]")
@@ -65,18 +80,15 @@ def exact(
     if out is not None and not hasattr(motion, "lam"):
         raise gi.DomainError("--out", str(out), "a motion that separates: this is a steady turn")
     if out is not None:
-        from .motion import motion_figure
-
-        figure = motion_figure(motion, path)
-        with gi.whole_folder(out) as unfinished:
-            figure.savefig(unfinished / "exact.png", dpi=200)
-            figure.savefig(unfinished / "exact.svg")
-        click.echo(f"picture: {out / 'exact.png'}")
+        page = write_exact_report(
+            chosen, name, motion, path, times, out, reproducing_command(), paper
+        )
+        say_report("report", page, paper)
     if animate is not None:
         if path is None:
             raise gi.DomainError("--animate", str(animate), "a scene of the ball in R³")
         _animate(model, path, animate, FRAMES if frames is None else frames)
-        click.echo(f"animation: {animate}")
+        print_line(f"animation: {animate}")
 
 
 def _times(text: str) -> list[float]:

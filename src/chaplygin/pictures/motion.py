@@ -6,6 +6,8 @@ All functions draw into given axes; `motion_figure` makes a whole figure of them
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +30,8 @@ __all__ = [
     "draw_torus",
     "draw_vertical",
     "motion_figure",
+    "motion_panels",
+    "sampled",
 ]
 
 # Okabe and Ito's: colour-blind readers distinguish them.
@@ -49,17 +53,33 @@ def motion_figure(exact: ExactFlow, path: ContactPath | None = None) -> Figure:
     """
     from matplotlib.figure import Figure
 
-    panels = [draw_separation, draw_torus]
-    if len(exact.a) == 3:
-        panels.insert(0, draw_vertical)
-    count = len(panels) + (path is not None)
-    figure = Figure(figsize=(3.9 * count, 3.7), layout="constrained")
-    axes = figure.subplots(1, count, squeeze=False)[0]
-    for axis, draw in zip(axes, panels, strict=False):
-        draw(axis, exact)
-    if path is not None:
-        draw_contact_point(axes[-1], path)
+    panels = motion_panels(exact, path)
+    rows, columns = (2, 2) if len(panels) == 4 else (1, len(panels))
+    figure = Figure(figsize=(4.2 * columns, 3.7 * rows), layout="constrained")
+    for axis, draw in zip(figure.subplots(rows, columns).flat, panels.values(), strict=True):
+        draw(axis)
     return figure
+
+
+def motion_panels(
+    exact: ExactFlow, path: ContactPath | None = None
+) -> dict[str, Callable[[Any], None]]:
+    """Return what draws each panel of a figure of one motion into given axes, by name."""
+    panels: dict[str, Callable[[Any], None]] = {
+        "separation": partial(draw_separation, exact=exact),
+        "torus": partial(draw_torus, exact=exact),
+    }
+    if len(exact.a) == 3:
+        panels = {"vertical": partial(draw_vertical, exact=exact), **panels}
+    if path is not None:
+        panels["contact"] = partial(draw_contact_point, path=path)
+    return panels
+
+
+def sampled(exact: ExactFlow) -> tuple[Array, Array]:
+    """Return times τ of the first turns and the separated coordinates there, a row each."""
+    tau = _times(exact)[: SAMPLES // 5]
+    return tau, exact.lam(_theta(exact, tau))
 
 
 def draw_vertical(axis: Any, exact: ExactFlow, view: gi.View | None = None) -> None:
@@ -87,8 +107,7 @@ def draw_vertical(axis: Any, exact: ExactFlow, view: gi.View | None = None) -> N
 
 def draw_separation(axis: Any, exact: ExactFlow) -> None:
     """Draw the separated coordinates λ_k, which run to and fro in their ovals, over some turns."""
-    tau = _times(exact)[: SAMPLES // 5]
-    lam = exact.lam(_theta(exact, tau))
+    tau, lam = sampled(exact)
     palette = list(COLOURS.values())
     for k in range(lam.shape[1]):
         axis.axhspan(*exact.ovals[k], color="#000000", alpha=0.06, lw=0)

@@ -17,8 +17,7 @@ The equations, which keep (q, q), (q, v) and H off the manifold too, are with W_
     q′ = −Wq,   v′ = −Wv − f + ((q, f)/(q, q)) q,   f_i = d_i q_i.
 
 On N_0 = 0 they are the Hamiltonised Veselova problem and Chaplygin sphere: see
-`chaplygin.correspondence`. Sources: C. Neumann (1859), A. Clebsch (1871), J. Moser, *Geometry of
-quadrics and spectral theory* (1980).
+`chaplygin.correspondence`.
 """
 
 from __future__ import annotations
@@ -34,6 +33,7 @@ from geomint import section
 
 from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
+from ..literature import CLEBSCH, NEUMANN
 from ..manifold import Array
 
 __all__ = ["clebsch_problem", "neumann_problem"]
@@ -278,5 +278,6 @@ def _problem(
         measure=gi.Measure(),
         physical=lambda y: {"q": np.array(y[:n]), "v": np.array(y[n:])},
         parameters={"a": a.tolist(), **parameters},
+        references=NEUMANN if name == "neumann" else CLEBSCH,
         **forms,
     )

@@ -37,6 +37,7 @@ from geomint import log, section
 
 from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
+from ..literature import ELLIPSOID
 from ..manifold import SILENT, Array, length, repaired, warn
 
 __all__ = ["ellipsoid_problem", "normal_squared"]
@@ -278,4 +279,5 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
         measure=gi.Measure(ellipsoid_log_density),
         physical=lambda y: {"x": np.array(y[:n]), "p": np.array(y[n:])},
         parameters={"a": squares.tolist()},
+        references=ELLIPSOID,
     )

@@ -36,6 +36,7 @@ from ..ball.rolling_states import (
     rolling_velocity,
 )
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..literature import RUBBER
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
 from ..veselova.bound_velocity import (
@@ -216,4 +217,5 @@ def rubber_rolling_problem(
         admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "m": m, "rho": rho},
+        references=RUBBER,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from ..inertia import (
     positive_vector,
     product_factors,
 )
+from ..literature import RUBBER
 from ..rigid_body import warn_of_moments
 from ..veselova.body import Veselova
 from ..veselova.stiefel import stiefel_problem
@@ -121,7 +122,7 @@ class RubberSphere:
 
     def reduced(self) -> gi.Problem:
         """Return the system on T*S^(n−1) in time t; see `stiefel_problem`."""
-        return stiefel_problem(self.total, 1)
+        return _of_a_ball(stiefel_problem(self.total, 1))
 
     def hamiltonized(self) -> gi.Problem:
         """Return the flow on T*S^(n−1) in time τ; see `veselova_hamiltonized_problem`.
@@ -137,7 +138,7 @@ class RubberSphere:
                 "I + D with entries 1/(a_i a_j), as from RubberSphere.from_a; reduced() has any"
             )
             raise gi.DomainError("inertia", self.total.matrix, expected)
-        return body.hamiltonized()
+        return _of_a_ball(body.hamiltonized())
 
     def rolling(self, m: Any = None, rho: Any = None) -> gi.Problem:
         """Return the ball on SO(n) × R^(n−1) with its reactions; see `rubber_rolling_problem`.
@@ -149,3 +150,8 @@ class RubberSphere:
         """
         mass, radius = mass_and_radius(self.D, m, rho)
         return rubber_rolling_problem(self.inertia, self.total, mass, radius)
+
+
+def _of_a_ball(problem: gi.Problem) -> gi.Problem:
+    """Return a problem of Veselova's with the sources of the ball before its own."""
+    return replace(problem, references=(*RUBBER, *problem.references))

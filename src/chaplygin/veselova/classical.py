@@ -34,6 +34,7 @@ from geomint.problems.spaces.conditions import written
 from ..ball.classical import VECTORS, classical_area, classical_k, turn
 from ..exact.motions import exact_body
 from ..initial_states import TANGENT, one_of
+from ..literature import VESELOVA
 from ..manifold import Array, skew_components, triangle_of_vector, vector_of_triangle
 from .initial_states import KEYS, admit_on_level, on_level, veselova_tangent
 
@@ -166,4 +167,5 @@ def veselova_classical_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem:
         admit=admit,
         physical=lambda y: {"gamma": np.array(y[3:]), "k": triangle_of_vector(y[:3])},
         parameters={"a": a.tolist(), "D": D, "f1": level},
+        references=VESELOVA,
     )

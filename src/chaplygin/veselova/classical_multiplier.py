@@ -21,6 +21,7 @@ import geomint as gi
 from geomint import log, section
 from geomint.problems.spaces.conditions import written
 
+from ..literature import VESELOVA
 from ..manifold import Array, triangle_of_vector
 from .classical import LEVEL, veselova_classical_problem
 
@@ -177,4 +178,5 @@ def veselova_multiplier_problem(a: Array, D: float, f1: Any = 0.0) -> gi.Problem
             "k": triangle_of_vector(to_momentum(np.asarray(y))[:3]),
         },
         parameters=classical.parameters,
+        references=VESELOVA,
     )

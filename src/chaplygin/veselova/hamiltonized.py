@@ -26,6 +26,7 @@ from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..exact.motions import exact_veselova
 from ..initial_states import multiplier
 from ..integrable import factors, special_parameters
+from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
 
@@ -136,4 +137,5 @@ def veselova_hamiltonized_problem(a: Array, D: float) -> gi.Problem:
         make_exact=exact_veselova(a, D, False),
         physical=physical,
         parameters={"a": a.tolist(), "D": D},
+        references=VESELOVA,
     )

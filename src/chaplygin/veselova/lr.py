@@ -32,6 +32,7 @@ from ..ball.angular_velocity import apply_to_gamma
 from ..ball.fields import turn
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..initial_states import one_of
+from ..literature import VESELOVA
 from ..manifold import Array, skew_components
 from ..operators import operator_applied
 from .bound_velocity import BOUND, bound_parameters, bound_velocity, bound_work, log_determinant
@@ -256,4 +257,5 @@ def lr_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.Probl
         admit=admit,
         physical=physical,
         parameters={**operator_parameters(inertia), "r": count},
+        references=VESELOVA,
     )

@@ -28,6 +28,7 @@ import geomint as gi
 from ..ball.reduced import reduced_k, reduced_log_density
 from ..exact.motions import exact_veselova
 from ..integrable import factors, special_parameters
+from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
 
@@ -140,4 +141,5 @@ def veselova_reduced_problem(a: Array, D: float) -> gi.Problem:
         make_exact=exact_veselova(a, D, True),
         physical=lambda y: {"gamma": np.array(y[:n]), "k": wedge(y[:n], y[n:])},
         parameters={"a": a.tolist(), "D": D},
+        references=VESELOVA,
     )

@@ -29,6 +29,7 @@ from geomint.problems.spaces.sphere import product
 
 from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
 from .stiefel_states import allowed_part, initial_stiefel
@@ -175,6 +176,7 @@ def stiefel_problem(inertia: SpecialInertia | GeneralInertia, r: Any = 1) -> gi.
         make_random=make_random,
         physical=physical,
         parameters={**operator_parameters(inertia), "r": count},
+        references=VESELOVA,
     )
 
 

@@ -13,10 +13,11 @@ from .options import (
     end_options,
     exit_code,
     folder_option,
+    paper_option,
     print_failure,
     print_notes,
     reproducing_command,
-    say,
+    say_report,
     scene_choice,
 )
 
@@ -28,6 +29,7 @@ __all__ = ["command"]
 @end_options
 @click.option("--count", type=click.IntRange(min=1), help="Exponents, the largest; else all.")
 @folder_option("chaos", "chaos.html, chaos.csv, chaos.json, chaos.png and chaos.svg")
+@paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
 @debug_option
 def command(
@@ -40,6 +42,7 @@ def command(
     tau_end: float | None,
     count: int | None,
     out: Path,
+    paper: bool,
     quiet: bool,
 ) -> int:
     """Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.
@@ -70,9 +73,11 @@ def command(
 
     from ..report.chaos_page import chaos_lines, chaos_record, write_chaos_report
 
-    page = write_chaos_report(plan, found, out, reproducing_command())
+    page = write_chaos_report(plan, found, out, reproducing_command(), paper)
     if not quiet:
         for line in chaos_lines(chosen.title, chaos_record(plan, found, None)):
             click.echo(printable(line))
-        say("report" if found.status == "success" else f"report ({found.status})", page)
+        say_report(
+            "report" if found.status == "success" else f"report ({found.status})", page, paper
+        )
     return exit_code(found.status)

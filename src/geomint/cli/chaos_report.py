@@ -22,6 +22,7 @@ def chaos_report(
     out: str | PathLike[str],
     count: int | None = None,
     progress: bool | None = None,
+    paper: bool = False,
 ) -> Lyapunov:
     """Find the Lyapunov exponents of a scene and write their report, as ``geomint chaos`` does.
 
@@ -35,6 +36,8 @@ def chaos_report(
         How many exponents, the largest. Default: all.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
+    paper : bool
+        Also write what goes into a paper, as ``--paper`` does.
 
     Returns
     -------
@@ -51,5 +54,5 @@ def chaos_report(
     plan = plan_chaos(load_scene(scene), count)
     check_folder(out, CHAOS_FILES)
     found = plan.run(progress)
-    write_chaos_report(plan, found, Path(out))
+    write_chaos_report(plan, found, Path(out), paper=paper)
     return found

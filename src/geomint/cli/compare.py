@@ -16,11 +16,12 @@ from .options import (
     exit_code,
     folder_option,
     list_option,
+    paper_option,
     partly,
     print_message,
     print_notes,
     reproducing_command,
-    say,
+    say_report,
     t_end_option,
     yes_option,
 )
@@ -34,6 +35,7 @@ __all__ = ["command"]
 @click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
 @click.option("--repeats", type=click.IntRange(min=1), help="Timed repeats of each point.")
 @folder_option("report", "compare.html, compare.json and the plots")
+@paper_option
 @click.option(
     "--reference",
     type=click.Choice(["auto", "extended", "exact"]),
@@ -53,6 +55,7 @@ def command(
     repeats: int | None,
     reference: Literal["auto", "extended", "exact"] | None,
     out: Path,
+    paper: bool,
     yes: bool,
     quiet: bool,
     t_end: float | None,
@@ -82,13 +85,13 @@ def command(
     check_folder(out, COMPARE_FILES)
     with _status_line(not quiet) as report:
         result = compare_scene(chosen, names, given, repeats, reference, report)
-    write_compare_report(result, chosen, out, reproducing_command())
+    write_compare_report(result, chosen, out, reproducing_command(), paper)
     for method, status in result.without_result.items():
         print_message(f"{method}: no result: {status}")
     if not quiet:
         print_comparison(result, chosen)
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")
-        say(f"report{partly(result)}", out / "compare.html")
+        say_report(f"report{partly(result)}", out / "compare.html", paper)
     if result.without_result and result.status == "success":
         return exit_code("failed")
     return exit_code(result.status)

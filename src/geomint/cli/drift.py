@@ -15,10 +15,11 @@ from .options import (
     folder_option,
     methods_of,
     methods_option,
+    paper_option,
     partly,
     print_notes,
     reproducing_command,
-    say,
+    say_report,
     scene_options,
     tell_failure,
     yes_option,
@@ -31,12 +32,14 @@ __all__ = ["command"]
 @scene_options
 @methods_option
 @folder_option("report", "report.html, drift.json, drift.png and drift.svg")
+@paper_option
 @yes_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 def command(
     scene: str,
     methods: list[str] | None,
     out: Path,
+    paper: bool,
     yes: bool,
     quiet: bool,
     **changes: Any,
@@ -61,10 +64,10 @@ def command(
 
     from ..report.drift_page import write_drift_report
 
-    page = write_drift_report(result, out, reproducing_command())
+    page = write_drift_report(result, out, reproducing_command(), paper)
     if not quiet:
         from ..report.summary import print_runs
 
         print_runs(result)
-        say(f"report{partly(result)}", page)
+        say_report(f"report{partly(result)}", page, paper)
     return exit_code(result.status)

@@ -24,6 +24,7 @@ def drift_report(
     progress: bool | None = None,
     *,
     methods: Iterable[str] | None = None,
+    paper: bool = False,
 ) -> SeveralRuns:
     """Integrate a scene and write its drift report, as ``geomint drift`` does.
 
@@ -37,6 +38,8 @@ def drift_report(
     methods : iterable of str, optional
         Names, or ``"NAME:STEP"``, for one report on all of them, each in the representation that
         suits it. Default: the methods of the scene's ``[drift]`` section, or else its one method.
+    paper : bool
+        Also write what goes into a paper, as ``--paper`` does.
 
     Returns
     -------
@@ -60,5 +63,5 @@ def drift_report(
     result = run_methods(chosen, methods, progress)
     for note in common_notes(run.plan for run in result):
         warnings.warn(note, GeomintWarning, stacklevel=2)
-    write_drift_report(result, Path(out))
+    write_drift_report(result, Path(out), None, paper)
     return result

@@ -32,13 +32,16 @@ __all__ = [
     "list_option",
     "methods_of",
     "methods_option",
+    "paper_option",
     "partly",
     "patience",
     "print_failure",
+    "print_line",
     "print_message",
     "print_notes",
     "reproducing_command",
     "say",
+    "say_report",
     "scene_choice",
     "scene_options",
     "t_end_option",
@@ -100,6 +103,13 @@ methods_option = list_option(
 
 yes_option = click.option(
     "--yes", is_flag=True, help="Run even if that takes longer than a day by an estimate."
+)
+
+
+paper_option = click.option(
+    "--paper",
+    is_flag=True,
+    help="Also write what goes into a paper: figures as PDF, table and caption in LaTeX, BibTeX, data.",
 )
 
 
@@ -175,9 +185,22 @@ def print_message(text: str) -> None:
     click.echo(f"geomint: {printable(text)}", err=True)
 
 
+def print_line(text: str) -> None:
+    """Print a line in which there may be what strangers have written: titles, names."""
+    click.echo(printable(text))
+
+
 def say(what: str, path: Path) -> None:
     """Print where something was written."""
-    click.echo(f"{what}: {printable(str(path))}")
+    print_line(f"{what}: {path}")
+
+
+def say_report(what: str, page: Path, paper: bool) -> None:
+    """Print where a report was written, and what is for a paper."""
+    say(what, page)
+    if paper:
+        stem = "drift" if page.stem == "report" else page.stem
+        say("for a paper", page.parent / f"{stem}-paper.tex")
 
 
 def print_failure(

@@ -15,10 +15,11 @@ from .options import (
     exit_code,
     folder_option,
     list_option,
+    paper_option,
     print_message,
     print_notes,
     reproducing_command,
-    say,
+    say_report,
     scene_choice,
 )
 
@@ -58,6 +59,7 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
 )
 @click.option("--workers", type=click.IntRange(min=1), help="Threads; else as many as cores.")
 @folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")
+@paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 @debug_option
 def command(
@@ -70,6 +72,7 @@ def command(
     tau_end: float | None,
     workers: int | None,
     out: Path,
+    paper: bool,
     quiet: bool,
     **keys: Any,
 ) -> int:
@@ -93,7 +96,7 @@ def command(
 
     from ..report.scan_page import scan_lines, scan_record, scan_status, write_scan_report
 
-    page = write_scan_report(plan, many, out, reproducing_command())
+    page = write_scan_report(plan, many, out, reproducing_command(), paper)
     if many.errors:
         number, error = next(iter(sorted(many.errors.items())))
         print_message(f"{len(many.errors)} of {len(many)} members failed; {number}: {error}")
@@ -101,5 +104,5 @@ def command(
     if not quiet:
         for line in scan_lines(scan_record(plan, many, None)):
             click.echo(printable(line))
-        say("report" if status == "success" else f"report ({status})", page)
+        say_report("report" if status == "success" else f"report ({status})", page, paper)
     return exit_code(status)

@@ -21,6 +21,7 @@ def scan_report(
     scene: str | PathLike[str] | Mapping[str, Any] | Scene,
     out: str | PathLike[str],
     progress: bool | None = None,
+    paper: bool = False,
     **keys: Any,
 ) -> Ensemble:
     """Integrate a scene many times and write the report of that, as ``geomint scan`` does.
@@ -32,6 +33,8 @@ def scan_report(
         A folder; made if it is not there. Files of an earlier report are replaced.
     progress : bool, optional
         Show how many members are done. Default: if standard error is a terminal.
+    paper : bool
+        Also write what goes into a paper, as ``--paper`` does.
     **keys
         Of the scene's ``[ensemble]``, in place of what is there, such as ``vary={"D": "1:4:31"}``,
         ``draws=100``, ``show=["drift:energy", "exponent"]``.
@@ -49,5 +52,5 @@ def scan_report(
     plan = plan_scan(load_scene(scene), **keys)
     check_folder(out, SCAN_FILES)
     many = plan.run(progress)
-    write_scan_report(plan, many, Path(out))
+    write_scan_report(plan, many, Path(out), paper=paper)
     return many

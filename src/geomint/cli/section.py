@@ -14,10 +14,11 @@ from .options import (
     exit_code,
     folder_option,
     list_option,
+    paper_option,
     print_message,
     print_notes,
     reproducing_command,
-    say,
+    say_report,
     scene_choice,
 )
 
@@ -37,6 +38,7 @@ __all__ = ["command"]
 @list_option("--axes", metavar="X,Y", help="Components or quantities of the picture.")
 @click.option("--exact", is_flag=True, help="Follow the exact flow, without steps.")
 @folder_option("section", "section.html, section.csv, section.json, section.png and section.svg")
+@paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 @debug_option
 def command(
@@ -54,6 +56,7 @@ def command(
     axes: list[str] | None,
     exact: bool,
     out: Path,
+    paper: bool,
     quiet: bool,
 ) -> int:
     """Follow motions of a scene until each has crossed a surface so many times.
@@ -77,10 +80,10 @@ def command(
 
     from ..report.section_page import write_section_report
 
-    page = write_section_report(plan, section, out, reproducing_command())
+    page = write_section_report(plan, section, out, reproducing_command(), paper)
     if not section.complete:
         print_message(f"not all points were found: {len(section)}")
     if not quiet:
         click.echo(repr(section))
-        say("report" if section.complete else "report (incomplete)", page)
+        say_report("report" if section.complete else "report (incomplete)", page, paper)
     return exit_code(section.status)

@@ -21,6 +21,7 @@ def section_report(
     scene: str | PathLike[str] | Mapping[str, Any] | Scene,
     out: str | PathLike[str],
     progress: bool | None = None,
+    paper: bool = False,
     **keys: Any,
 ) -> Section:
     """Make the Poincaré section of a scene and write its report, as ``geomint section`` does.
@@ -32,6 +33,8 @@ def section_report(
         A folder; made if it is not there. Files of an earlier report are replaced.
     progress : bool, optional
         Show progress, in points. Default: if standard error is a terminal.
+    paper : bool
+        Also write what goes into a paper, as ``--paper`` does.
     **keys
         Of the scene's ``[section]``, in place of what is there, such as ``event="gamma[2]"``,
         ``direction="up"``, ``points=2000``, ``motions=8``.
@@ -51,5 +54,5 @@ def section_report(
     plan = plan_section(load_scene(scene), **keys)
     check_folder(out, SECTION_FILES)
     section = plan.run(progress)
-    write_section_report(plan, section, Path(out))
+    write_section_report(plan, section, Path(out), paper=paper)
     return section

@@ -81,7 +81,7 @@ class Adaptive(Method):
             keeps=base.keeps,
             family=base.family,
             summary=f"{base.summary}; adaptive, error estimate of order {base.estimate_order}",
-            reference=base.reference,
+            references=base.references,
         )
 
     def start(self, s: Start) -> Stepper:

@@ -49,7 +49,7 @@ class CommutatorFree(Method):
             step_fraction=step_fraction(table.order),
             family="Crouch–Grossman" if table.name.startswith("cg-") else "commutator-free",
             summary=f"commutator-free, {table.exponentials} exponentials a step",
-            reference=table.reference,
+            references=table.references,
         )
 
     def start(self, s: Start) -> Stepper:

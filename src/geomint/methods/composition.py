@@ -74,7 +74,7 @@ class Compose(Method):
             keeps=base.keeps,
             family=base.family,
             summary=f"{base.summary}; {table.stages} substeps",
-            reference="; ".join(filter(None, (base.reference, table.reference))),
+            references=(*base.references, *table.references),
         )
 
     @property

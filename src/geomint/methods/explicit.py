@@ -101,7 +101,7 @@ class RungeKutta(Method):
             estimate_order=table.estimate_order,
             step_fraction=step_fraction(table.order),
             summary=f"explicit Runge–Kutta, {table.used_stages} stages",
-            reference=table.reference,
+            references=table.references,
         )
 
     @property

@@ -14,6 +14,7 @@ from ..kernels.numbers.blocks import packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
 from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_polynomial
+from ..references.literature import BUTCHER_1964, HLW_2006
 from ..tableaux import gauss_legendre
 from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, unrolled
@@ -65,7 +66,7 @@ class Gauss(Method):
     symmetric = True
     symplectic = True
     keeps = ("quadratic invariants",)
-    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1.3"
+    references = (BUTCHER_1964, HLW_2006.at("Section II.1.3"))
 
     def __post_init__(self) -> None:
         stages = whole("stages", self.stages, 1, 16)

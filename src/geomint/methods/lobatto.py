@@ -18,6 +18,7 @@ from ..kernels.solve.lobatto import (
     lobatto_stepper,
     lobatto_work,
 )
+from ..references.literature import HLW_2006, JAY_1996
 from ..tableaux import MAX_LOBATTO_STAGES, lobatto_pair
 from .gauss import MAX_EXTRAPOLATION, spread_columns, spread_vector
 from .lane_hamiltonian import lane_hamiltonian
@@ -60,10 +61,7 @@ class Lobatto(Method):
     symmetric = True
     symplectic = True
     keeps = ("constraints",)
-    reference = (
-        "L. O. Jay, SIAM J. Numer. Anal. 33 (1996) 368; "
-        "Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4"
-    )
+    references = (JAY_1996, HLW_2006.at("Section VII.1.4"))
 
     def __post_init__(self) -> None:
         stages = whole("stages", self.stages, 3, MAX_LOBATTO_STAGES)

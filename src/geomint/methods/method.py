@@ -19,6 +19,7 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..problems.problem import Problem
 from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
+from ..references.reference import Reference
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
 from .stepper import Between, Stepper, filled_block
 
@@ -128,8 +129,10 @@ class Method(ABC):
         The power of the step with which an error estimate falls, for `geomint.Adaptive`; None without.
     family : str
         What lists group it by, such as ``"Crouch–Grossman"``. May be left out.
-    summary, reference : str
-        For lists and reports: what it is in a line, and where it is published. Both may be left out.
+    summary : str
+        For lists and reports: what it is in a line. May be left out.
+    references : tuple of Reference
+        Where it is published; `geomint.cite` shows them. May be left out.
     """
 
     name: str
@@ -143,7 +146,7 @@ class Method(ABC):
     keeps: tuple[str, ...] = ()
     family: str = ""
     summary: str = ""
-    reference: str = ""
+    references: tuple[Reference, ...] = ()
 
     @abstractmethod
     def start(self, s: Start) -> Stepper:

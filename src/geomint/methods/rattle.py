@@ -12,6 +12,7 @@ from ..kernels.solve.rattle_separable import (
     separable_rattle_stepper,
     separable_rattle_work,
 )
+from ..references.literature import ANDERSEN_1983, HLW_2006
 from .bound_forms import hamiltonian_of
 from .method import Method, Start, iteration_tolerance
 from .stepper import Stepper
@@ -50,7 +51,7 @@ class Rattle(Method):
     symplectic = True
     keeps = ("constraints",)
     summary = "RATTLE, implicit; only in the multipliers if H is separable"
-    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, VII.1.4"
+    references = (ANDERSEN_1983, HLW_2006.at("Section VII.1.4"))
 
     def __post_init__(self) -> None:
         self._set(

@@ -21,6 +21,7 @@ from ..kernels.solve.rkmk import (
 )
 from ..kernels.solve.rkmk_adaptive import adaptive_rkmk_stepper
 from ..problems.forms import Group
+from ..references.literature import MUNTHE_KAAS_1999
 from ..tableaux import Tableau
 from .adaptive import Adaptive
 from .adaptive_stepper import controlled_stepper
@@ -102,7 +103,6 @@ class RKMK(Method):
     coordinates: Literal["exp", "cayley"] = "exp"
 
     needs = "action"
-    reference = "H. Munthe-Kaas, Appl. Numer. Math. 29 (1999) 115"
 
     def __post_init__(self) -> None:
         if not (isinstance(self.coordinates, str) and self.coordinates in COORDINATES):
@@ -120,6 +120,7 @@ class RKMK(Method):
             keeps=("group orbits", "steady motions") if exponential else ("group orbits",),
             family=f"Runge–Kutta–Munthe-Kaas, {FAMILIES[self.coordinates]}",
             summary=f"Runge–Kutta–Munthe-Kaas, {maps} a step",
+            references=(MUNTHE_KAAS_1999, *table.references),
         )
 
     @property

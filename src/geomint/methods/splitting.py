@@ -12,6 +12,7 @@ from ..kernels.solve.splitting import (
     splitting_work,
 )
 from ..problems.time_scale import names_time
+from ..references.literature import HLW_2006, STRANG_1968, VERLET_1967
 from .bound_forms import splitting_of
 from .method import Method, Start
 from .stepper import Stepper
@@ -41,7 +42,7 @@ class Verlet(Method):
     symplectic = True
     keeps = ("constraints",)
     summary = "Störmer–Verlet, Strang splitting of the parts; explicit"
-    reference = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.5"
+    references = (STRANG_1968, VERLET_1967, HLW_2006.at("Section II.5"))
 
     def start(self, s: Start) -> Stepper:
         functions, parts = splitting_of(s)

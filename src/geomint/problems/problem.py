@@ -24,6 +24,7 @@ from ..arguments import MOST_NUMBERS, Array, as_array, as_vector, check_name, fl
 from ..errors import DomainError, FormError
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
+from ..references.reference import Reference, checked_references
 from .body_path import BodyPath
 from .forms import (
     FORMS,
@@ -104,6 +105,8 @@ class Problem(Shown, Sendable):
         The space of states, such as ``geomint.TangentSphere(3)``. `make_state`, `make_random`, `admit`
         and the manifold of the measure are taken from it where they are not given, and its
         constraints are added by name.
+    references : tuple of Reference
+        Where the system and its equations are published; `geomint.cite` shows them.
     """
 
     name: str
@@ -131,6 +134,7 @@ class Problem(Shown, Sendable):
     equations: tuple[str, ...] = ()
     units: Mapping[str, str] = dataclasses.field(default_factory=dict)
     space: Space | None = None
+    references: tuple[Reference, ...] = ()
 
     def __post_init__(self) -> None:
         check_types(self, {"name": str, "parameters": Mapping})
@@ -138,6 +142,7 @@ class Problem(Shown, Sendable):
         object.__setattr__(self, "parameters", _own_parameters(self.parameters))
         _check_text("name", self.name)
         object.__setattr__(self, "equations", _lines(self.equations))
+        object.__setattr__(self, "references", checked_references(self.references))
         check_types(self, {"units": Mapping})
         object.__setattr__(self, "units", dict(self.units))
         for name, unit in self.units.items():

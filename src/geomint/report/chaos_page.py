@@ -13,8 +13,10 @@ from ..run.exponents import Lyapunov
 from ..run.provenance import finite_json, json_text, method_record
 from ..scene.provenance import scene_record
 from . import CHAOS_FILES
+from .cite import Citation, cite
 from .pages import render, write_files
-from .text import number
+from .paper import Paper, Table, scene_facts
+from .text import number, symbol
 
 __all__ = ["chaos_lines", "chaos_record", "write_chaos_report"]
 
@@ -73,22 +75,53 @@ def chaos_lines(title: str, record: dict[str, Any]) -> list[str]:
 
 
 def write_chaos_report(
-    plan: ChaosPlan, found: Lyapunov, folder: Path, command: str | None = None
+    plan: ChaosPlan, found: Lyapunov, folder: Path, command: str | None = None, paper: bool = False
 ) -> Path:
     """Write the files of the report, all or none; return the path of the page.
+
+    `paper`: those for a paper too.
 
     Raises
     ------
     OutputError
     """
     record, figure = chaos_record(plan, found, command), found.plot()
+    citation = cite(plan.route.problem, plan.scene.method)
     page = render(
         "chaos.html.j2",
         title=plan.scene.title,
         record=record,
         verdict=SAID[record["verdict"]],
         provenance=record["provenance"],
+        citation=citation,
         picture=data_uri(figure),
     )
     others = {"chaos.csv": found.save}
-    return write_files(folder, CHAOS_FILES, page, json_text(record), {"chaos": figure}, others)
+    more = _paper(plan, record, citation) if paper else None
+    return write_files(
+        folder, CHAOS_FILES, page, json_text(record), {"chaos": figure}, others, more
+    )
+
+
+def _paper(plan: ChaosPlan, record: dict[str, Any], citation: Citation) -> Paper:
+    """Return table, caption and citations; the data are in ``chaos.csv``."""
+    time = symbol(record["time"])
+    caption = (
+        f"{plan.scene.title}. Sizes of the Lyapunov exponents, per unit of {time}, over time up to "
+        f"{time} = {number(record['end'], 6)}; dotted: ln t / t, as of a regular motion. "
+        f"{SAID[record['verdict']]}"
+    )
+    rows = [
+        [f"λ{k}", number(value, 4), number(error, 2)]
+        for k, (value, error) in enumerate(
+            zip(record["exponents"], record["errors"], strict=True), start=1
+        )
+    ]
+    rows += [["sum", number(record["sum"], 2), "—"]] if record["all"] else []
+    columns = ["exponent", f"per unit of {time}", "standard error"]
+    provenance = record["provenance"]
+    system = f"{provenance['scene']['system']['name']}, in the representation {plan.route.name}"
+    method = f"{record['method']}, order {record['order']}, {record['steps']} steps"
+    facts = scene_facts(provenance, system, method)
+    command = provenance["command"]
+    return Paper("chaos", caption, Table(columns, rows), facts, citation, command=command)

@@ -12,19 +12,31 @@ from ..plots.style import data_uri
 from ..run.provenance import finite_json, json_text
 from ..scene.provenance import scene_record
 from . import COMPARE_FILES
+from .cite import cite
+from .compare_orders import fitted_orders
+from .compare_paper import compare_paper
 from .compare_plots import work_precision_figure
 from .pages import render, write_files
+from .text import duration
 
 if TYPE_CHECKING:
     from ..scene import Scene
 
 __all__ = ["reference_text", "write_compare_report"]
 
+WANTED = (-3, -6, -9, -12)  # powers of ten of the error
+
 
 def write_compare_report(
-    result: Comparison, scene: Scene, out: Path, command: str | None = None
+    result: Comparison,
+    scene: Scene,
+    out: Path,
+    command: str | None = None,
+    paper: bool = False,
 ) -> None:
     """Write ``compare.html``, ``compare.json`` and the plots as PNG and SVG, all or none.
+
+    `paper`: what is for a paper too.
 
     Raises
     ------
@@ -32,15 +44,21 @@ def write_compare_report(
     """
     compiling = {"compile_seconds": round(result.compile_seconds, 6)}
     provenance = {**scene_record(scene, command), **compiling}
-    record = finite_json({**result.as_json(), "provenance": provenance})
-    figures = {"compare": work_precision_figure(result.points)}
+    found = result.as_json()
+    orders = fitted_orders(found["points"])
+    own = {method: order._asdict() for method, order in orders.items()}
+    best = _best(found["points"])
+    record = finite_json({**found, "orders": own, "best": best, "provenance": provenance})
+    figures = {"compare": work_precision_figure(result.points, orders)}
     if result.drifts:
         figures["compare-drift"] = drift_figure(result.drifts, "t")
-    best = _best(record["points"])
+    citation = cite(scene, *dict.fromkeys(p["method"] for p in found["points"]))
     page = render(
         "compare.html.j2",
         title=scene.title,
         verdict=_verdict(record["points"], best),
+        orders=orders,
+        citation=citation,
         status=record["status"],
         points=record["points"],
         reference=record["reference"],
@@ -51,7 +69,8 @@ def write_compare_report(
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
         figures={name: data_uri(figure) for name, figure in figures.items()},
     )
-    write_files(out, COMPARE_FILES, page, json_text(record), figures)
+    more = compare_paper(scene, record, orders, citation) if paper else None
+    write_files(out, COMPARE_FILES, page, json_text(record), figures, paper=more)
 
 
 def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
@@ -64,7 +83,7 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
         finest = best[-1]
         words += (
             f"An error below 1e{finest['exponent']} is reached fastest by {finest['method']}, "
-            f"in {finest['seconds']:.3g} s. "
+            f"in {duration(finest['seconds'])}. "
         )
     if failed:
         points_have = "point has" if failed == 1 else "points have"
@@ -76,9 +95,9 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
 
 
 def _best(points: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return for every second power of ten the fastest point with at most that error."""
+    """Return for each of some powers of ten the fastest point with at most that error."""
     rows = []
-    for exponent in range(-2, -14, -2):
+    for exponent in WANTED:
         fit = [p for p in points if p["bound"] is not None and p["bound"] <= 10.0**exponent]
         if fit:
             rows.append({"exponent": exponent, **min(fit, key=lambda p: p["seconds"])})

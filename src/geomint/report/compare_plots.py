@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from ..plots.canvas import new_figure
 from ..plots.style import WIDTH, series_style
+from .compare_orders import FittedOrder
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ..compare.runs import Point
 
 __all__ = ["work_precision_figure"]
 
+SLOPE = "0.35"
+BELOW = 1.35  # times: how far from the line of the method
 
-def work_precision_figure(points: Sequence[Point]) -> Figure:
+
+def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOrder]) -> Figure:
     """Return a figure of run time against error, a line a method, both logarithmic.
 
     Points that failed have no place in it; the page lists them. Those that the reference cannot
     judge are hollow, at what their error is at most. An error of exactly 0 is drawn at 1e-17, below
-    what float64 resolves.
+    what float64 resolves. Dotted are slopes of the orders, time ~ error^(−1/p), beside the asymptotic
+    part of the first method of each.
     """
     with new_figure(WIDTH, 4.2, layout="constrained") as figure:
         axes = figure.subplots()
@@ -45,8 +53,32 @@ def work_precision_figure(points: Sequence[Point]) -> Figure:
                     errors, seconds, _ = zip(*at_most, strict=True)
                     style.update(linestyle="none", markerfacecolor="white")
                     axes.plot(errors, seconds, markersize=4.5, **style)
+        _draw_slopes(axes, points, orders)
         if axes.get_legend_handles_labels()[0]:
             figure.legend(loc="outside upper center", ncols=min(len(names), 5))
         else:
             axes.text(0.5, 0.5, "no method reached the end", transform=axes.transAxes, ha="center")
     return figure
+
+
+def _draw_slopes(axes: Axes, points: Sequence[Point], orders: Mapping[str, FittedOrder]) -> None:
+    """Draw for each order, below the first method that shows it, how time and error go together."""
+    drawn = set()
+    for method, found in orders.items():
+        if found.fitted is None or found.order in drawn:
+            continue
+        drawn.add(found.order)
+        own = [
+            (p.error, p.seconds)
+            for p in points
+            if p.method == method and p.step in found.steps and p.error and p.seconds
+        ]
+        middle, time = np.exp(np.mean(np.log(own), axis=0))
+        errors = np.array([own[0][0], own[-1][0]])
+        times = time / BELOW * (middle / errors) ** (1.0 / found.order)
+        axes.plot(errors, times, color=SLOPE, linewidth=0.9, linestyle=(0, (1, 1.5)), zorder=1)
+        axes.annotate(
+            f"order {found.order}", (errors[0], times[0]), xytext=(0, -3), ha="right", va="top",
+            textcoords="offset points", fontsize=8, color=SLOPE, zorder=1,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
+        )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The drift report: ``report.html``, ``drift.json``, ``drift.png`` and ``drift.svg``."""
+"""The drift report: ``report.html``, ``drift.json``, the picture, and what is for a paper."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from ..run.provenance import json_text
 from ..scene.provenance import scene_record
 from . import DRIFT_FILES
 from .drift_json import drift_record
+from .drift_paper import citation_of, drift_paper
 from .drift_sections import SECTIONS
 from .kind_plots import report_figure
 from .pages import render, section, write_files
@@ -16,8 +17,12 @@ from .pages import render, section, write_files
 __all__ = ["write_drift_report"]
 
 
-def write_drift_report(result: SeveralRuns, folder: Path, command: str | None = None) -> Path:
-    """Write the four files of a report on one or several methods; return the path of the page.
+def write_drift_report(
+    result: SeveralRuns, folder: Path, command: str | None = None, paper: bool = False
+) -> Path:
+    """Write the files of a report on one or several methods; return the path of the page.
+
+    `paper`: those for a paper too.
 
     Raises
     ------
@@ -30,6 +35,8 @@ def write_drift_report(result: SeveralRuns, folder: Path, command: str | None = 
         title=result.scene.title,
         sections=[section(f"drift/{f.__name__}.html.j2", f(result)) for f in SECTIONS],
         provenance=record["provenance"],
+        citation=citation_of(result),
     )
     figures = {"drift": report_figure(result)}
-    return write_files(folder, DRIFT_FILES, page, json_text(record), figures)
+    more = drift_paper(result, record["provenance"]) if paper else None
+    return write_files(folder, DRIFT_FILES, page, json_text(record), figures, paper=more)

@@ -1,4 +1,9 @@
-"""HTML pages from the templates of this package: self-contained, everything escaped."""
+"""HTML pages from templates: self-contained, everything escaped.
+
+Other packages make their pages with it too: a template of theirs extends ``page.html.j2``, whose blocks
+are ``kind``, ``json``, ``style`` and ``main``. It wants a `title`, the `provenance` of `provenance_of`,
+and shows a `citation` where one is given.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +13,34 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from ..errors import printable
-from ..plots.style import save_figure
+from ..plots.style import data_uri, save_figure
 from ..run.files.outputs import whole_folder
+from ..run.provenance import environment, finite_json, json_text
+from ..scene.provenance import scene_record
+from . import paper_files
 from .text import number, with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["render", "section", "write_files"]
+    from ..scene import Scene
+    from .paper import Paper
+
+__all__ = [
+    "data_uri",
+    "json_of",
+    "paper_files",
+    "provenance_of",
+    "render",
+    "section",
+    "write_files",
+]
+
+OWN = "geomint.report"
 
 
 def _harmless(value: Any) -> Any:
@@ -29,22 +50,41 @@ def _harmless(value: Any) -> Any:
 
 
 @functools.cache
-def _environment() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("geomint.report"),
+def _environment(package: str) -> Environment:
+    made = Environment(
+        loader=ChoiceLoader([PackageLoader(package), PackageLoader(OWN)]),
         autoescape=True,
         finalize=_harmless,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals.update(number=number, with_error=with_error)
-    return environment
+    made.globals.update(number=number, with_error=with_error)
+    return made
 
 
-def render(template: str, **context: Any) -> str:
-    """Return a page; templates share ``report.css`` and have `number` and `with_error`."""
-    return _environment().get_template(template).render(**context)
+def render(template: str, package: str = OWN, **context: Any) -> str:
+    """Return a page; templates share ``report.css`` and have `number` and `with_error`.
+
+    Parameters
+    ----------
+    template : str
+        In the folder ``templates`` of the package, or of this one.
+    package : str
+    **context
+        What it shows; without something that it asks for it is no page but an error.
+    """
+    return _environment(package).get_template(template).render(**context)
+
+
+def provenance_of(scene: Scene | None, command: str | None) -> dict[str, Any]:
+    """Return where a result comes from: versions, processor, date, and what was asked for."""
+    return {**environment(), "command": command} if scene is None else scene_record(scene, command)
+
+
+def json_of(record: Mapping[str, Any]) -> str:
+    """Return a record as the text of a file of strict JSON: what is not finite is null."""
+    return json_text(finite_json(record))
 
 
 def section(template: str, content: Mapping[str, Any] | None) -> Markup:
@@ -59,10 +99,12 @@ def write_files(
     data: str,
     figures: Mapping[str, Figure],
     others: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
+    paper: Paper | None = None,
 ) -> Path:
     """Write the files of a report, all or none: page, JSON, and each figure as PNG and SVG.
 
-    And the `others`, by functions that take a path. Returns the path of the page.
+    And the `others`, by functions that take a path; with a `paper` all that is for one. Returns the
+    path of the page.
 
     Raises
     ------
@@ -77,4 +119,6 @@ def write_files(
             save_figure(figure, unfinished, name)
         for name, write in others.items():
             write(unfinished / name)
+        if paper is not None:
+            paper.write(unfinished, figures)
     return folder / html

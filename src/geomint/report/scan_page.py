@@ -17,7 +17,9 @@ from ..run.ensemble.result import Ensemble
 from ..run.provenance import finite_json, json_text, method_record
 from ..scene.provenance import scene_record
 from . import SCAN_FILES
+from .cite import Citation, cite
 from .pages import render, write_files
+from .paper import Paper, Table, scene_facts
 from .text import number
 
 __all__ = ["scan_lines", "scan_record", "scan_status", "write_scan_report"]
@@ -114,9 +116,11 @@ def _save(plan: ScanPlan, many: Ensemble, path: Path) -> None:
 
 
 def write_scan_report(
-    plan: ScanPlan, many: Ensemble, folder: Path, command: str | None = None
+    plan: ScanPlan, many: Ensemble, folder: Path, command: str | None = None, paper: bool = False
 ) -> Path:
     """Write the files of the report, all or none; return the path of the page.
+
+    `paper`: those for a paper too.
 
     Raises
     ------
@@ -130,13 +134,38 @@ def write_scan_report(
         plan.route.problem.time,
     )
     figure = scan_figure(chart)
+    citation = cite(plan.route.problem, plan.scene.method)
     page = render(
         "scan.html.j2",
         title=plan.scene.title,
         record=record,
         drawn=chart.drawn,
         provenance=record["provenance"],
+        citation=citation,
         picture=data_uri(figure),
     )
     others = {"scan.csv": lambda path: _save(plan, many, path)}
-    return write_files(folder, SCAN_FILES, page, json_text(record), {"scan": figure}, others)
+    more = _paper(plan, record, citation) if paper else None
+    return write_files(folder, SCAN_FILES, page, json_text(record), {"scan": figure}, others, more)
+
+
+def _paper(plan: ScanPlan, record: dict[str, Any], citation: Citation) -> Paper:
+    """Return table, caption and citations; the members are in ``scan.csv``."""
+    provenance = record["provenance"]
+    varied = " and ".join(
+        f"{len(values)} values of {key} from {number(values[0], 6)} to {number(values[-1], 6)}"
+        for key, values in record["vary"].items()
+    )
+    drawn = f"{record['draws']} random states" if record["draws"] else ""
+    told = ", ".join(filter(None, (varied, drawn)))
+    caption = f"{plan.scene.title}: {record['members']} runs ({told})."
+    columns = ["reading", "least", "median", "largest", "runs with a value"]
+    rows = [
+        [name, *(number(row[key], 4) for key in ("least", "median", "largest")), str(row["known"])]
+        for name, row in record["readings"].items()
+    ]
+    system = f"{provenance['scene']['system']['name']}, in the representation {plan.route.name}"
+    method = f"{record['method']}, order {record['order']}, {record['steps']} steps in all"
+    facts = scene_facts(provenance, system, method)
+    command = provenance["command"]
+    return Paper("scan", caption, Table(columns, rows), facts, citation, command=command)

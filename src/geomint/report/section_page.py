@@ -14,7 +14,10 @@ from ..run.provenance import finite_json, json_text, method_record
 from ..run.section import Section
 from ..scene.provenance import scene_record
 from . import SECTION_FILES
+from .cite import Citation, cite
 from .pages import render, write_files
+from .paper import Paper, Table, scene_facts
+from .text import number, symbol
 
 __all__ = ["section_record", "write_section_report"]
 
@@ -72,9 +75,15 @@ def _kept(plan: SectionPlan, section: Section) -> dict[str, dict[str, float]]:
 
 
 def write_section_report(
-    plan: SectionPlan, section: Section, folder: Path, command: str | None = None
+    plan: SectionPlan,
+    section: Section,
+    folder: Path,
+    command: str | None = None,
+    paper: bool = False,
 ) -> Path:
     """Write the files of a section's report, all or none; return the path of the page.
+
+    `paper`: those for a paper too.
 
     Raises
     ------
@@ -82,18 +91,23 @@ def write_section_report(
     """
     record = section_record(plan, section, command)
     figure = section.plot(*(plan.scene.content.section.axes or ()))
+    citation = cite(plan.route.problem, plan.scene.method)
     page = render(
         "section.html.j2",
         title=plan.scene.title,
         record=record,
         verdict=_verdict(record),
         provenance=record["provenance"],
+        citation=citation,
         picture=data_uri(figure),
         colours=COLOURS,
         bounded=section.boundary is not None and not plan.scene.content.section.axes,
     )
     others = {"section.csv": section.save}
-    return write_files(folder, SECTION_FILES, page, json_text(record), {"section": figure}, others)
+    more = _paper(plan, record, citation) if paper else None
+    return write_files(
+        folder, SECTION_FILES, page, json_text(record), {"section": figure}, others, more
+    )
 
 
 def _verdict(record: dict[str, Any]) -> str:
@@ -106,3 +120,23 @@ def _verdict(record: dict[str, Any]) -> str:
         f"{record['points']} points of {motions}, where {event['what']} {way} "
         f"{event['level']:g}: {steps if record['steps'] else 'by the exact flow, without steps'}."
     )
+
+
+def _paper(plan: SectionPlan, record: dict[str, Any], citation: Citation) -> Paper:
+    """Return table, caption and citations; the points are in ``section.csv``."""
+    provenance, time = record["provenance"], symbol(record["time"])
+    axes = " and ".join(record["axes"])
+    caption = (
+        f"{plan.scene.title}. Poincaré section in {axes}, a colour a motion: {_verdict(record)}"
+    )
+    columns = ["kept", "unit", "largest deviation at the points", "size"]
+    rows = [
+        [name, plan.route.problem.unit(name), number(kept["deviation"]), number(kept["size"])]
+        for name, kept in record["kept"].items()
+    ]
+    step = f", step {number(record['step'], 6)} in {time}" if record["steps"] else ""
+    method = f"{record['method']}, order {record['order']}{step}" if step else "exact flow"
+    system = f"{provenance['scene']['system']['name']}, in the representation {plan.route.name}"
+    facts = scene_facts(provenance, system, method)
+    table, command = Table(columns, rows, 2), provenance["command"]
+    return Paper("section", caption, table, facts, citation, command=command)

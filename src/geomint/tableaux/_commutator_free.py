@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
+from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, read_only, row
 from ._tableau import Tableau
 
@@ -62,8 +63,8 @@ class CommutatorFreeTableau(Exact):
         Stage i starts from an earlier stage and uses the generators of earlier stages only.
     update : Flow
         The product that yields the new value.
-    reference : str, optional
-        Where the method is published, for lists and reports; empty for one's own.
+    references : tuple of Reference, optional
+        Where the method is published; empty for one's own.
     tolerance : Fraction
         Largest defect of the total weight 1 that the rounding of published decimals explains.
 
@@ -79,11 +80,12 @@ class CommutatorFreeTableau(Exact):
     order: int
     stages: tuple[Flow, ...]
     update: Flow
-    reference: str = ""
+    references: tuple[Reference, ...] = ()
     tolerance: Fraction = Fraction(0)
 
     def __post_init__(self) -> None:
         """Check types, the order of evaluation and the total weight."""
+        object.__setattr__(self, "references", checked_references(self.references))
         for i, (start, exponentials) in enumerate(self.flows, start=1):
             if not all(isinstance(a, Fraction) for a in chain.from_iterable(exponentials)):
                 raise TypeError(f"{self.name}: coefficients must be Fractions, as flow() reads")
@@ -126,7 +128,7 @@ class CommutatorFreeTableau(Exact):
         *A, b = totals
         name = f"{self.name} on a commutative group"
         tolerance = self.tolerance
-        return Tableau(name, self.order, tuple(A), b, self.c, self.reference, tolerance=tolerance)
+        return Tableau(name, self.order, tuple(A), b, self.c, self.references, tolerance=tolerance)
 
     @property
     def _ends(self) -> Row:

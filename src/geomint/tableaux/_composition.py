@@ -13,6 +13,7 @@ from fractions import Fraction
 from functools import cached_property, lru_cache
 from itertools import accumulate
 
+from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
 
 __all__ = ["Composition", "substeps"]
@@ -41,8 +42,8 @@ class Composition(Exact):
         Even order of the symmetric base method for which the coefficients are made.
     fractions : tuple of str
         Decimals of the first half :math:`\gamma_1, \gamma_2, \ldots` without the middle one.
-    reference : str, optional
-        Where the coefficients are published, for lists and reports; empty for one's own.
+    references : tuple of Reference, optional
+        Where the coefficients are published; empty for one's own.
 
     Raises
     ------
@@ -54,10 +55,11 @@ class Composition(Exact):
     order: int
     base_order: int
     fractions: tuple[str, ...]
-    reference: str = ""
+    references: tuple[Reference, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the orders and that the fractions are numbers."""
+        object.__setattr__(self, "references", checked_references(self.references))
         if self.order % 2 or self.base_order % 2 or not 0 < self.base_order < self.order:
             raise ValueError(f"{self.name}: even orders with 0 < base_order < order are needed")
         if not self.fractions or 0 in self.gamma_exact:

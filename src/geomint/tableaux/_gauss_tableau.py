@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from ..references.literature import BUTCHER_1964
 from ._collocation import DIGITS, HALF, extrapolation, halves, halves_about_half
 from ._exact import Array, Row, read_only
 from ._tableau import Tableau
@@ -59,8 +60,9 @@ class GaussTableau:
             for e in self.skew
         )
         c = tuple(Fraction(x) for x in self.nodes)
-        reference = "J. C. Butcher, Math. Comp. 18 (1964) 50"
-        return Tableau(self.name, self.order, A, b, c, reference, tolerance=_TABLEAU_TOLERANCE)
+        return Tableau(
+            self.name, self.order, A, b, c, (BUTCHER_1964,), tolerance=_TABLEAU_TOLERANCE
+        )
 
     @property
     def b(self) -> Array:

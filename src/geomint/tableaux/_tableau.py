@@ -14,6 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 
+from ..references.reference import Reference, checked_references
 from ._exact import Array, Exact, Row, nearest
 
 __all__ = ["Tableau"]
@@ -40,8 +41,8 @@ class Tableau(Exact):
         Stage coefficients; `rows` reads them from text.
     b, c : tuple of Fraction, shape (s,)
         Weights and nodes; `row` reads them from text.
-    reference : str, optional
-        Where the coefficients are published, for lists and reports; empty for one's own.
+    references : tuple of Reference, optional
+        Where the coefficients are published; empty for one's own.
     b_hat : tuple of Fraction, shape (s,), optional
         Weights of the embedded method.
     order_hat : int, optional
@@ -65,7 +66,7 @@ class Tableau(Exact):
     A: tuple[Row, ...]
     b: Row
     c: Row
-    reference: str = ""
+    references: tuple[Reference, ...] = ()
     b_hat: Row | None = None
     order_hat: int | None = None
     b_low: Row | None = None
@@ -74,6 +75,7 @@ class Tableau(Exact):
 
     def __post_init__(self) -> None:
         """Check types, shapes and sums."""
+        object.__setattr__(self, "references", checked_references(self.references))
         s = self.stages
         embedded = [weights for weights in (self.b_hat, self.b_low) if weights is not None]
         vectors = (self.b, self.c, *self.A, *embedded)

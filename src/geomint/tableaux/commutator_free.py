@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from ..references.literature import (
+    CELLEDONI_MARTHINSEN_OWREN_2003,
+    CROUCH_GROSSMAN_1993,
+    JACKIEWICZ_MARTHINSEN_OWREN_2000,
+    LIE_GROUP_METHODS_2000,
+)
 from ._commutator_free import CommutatorFreeTableau, flow
 
 __all__ = ["COMMUTATOR_FREE"]
 
-_CMO = "E. Celledoni, A. Marthinsen, B. Owren, Future Gener. Comput. Syst. 19 (2003) 341"
-
-_CG = "P. E. Crouch, R. Grossman, J. Nonlinear Sci. 3 (1993) 1"
+_CMO = CELLEDONI_MARTHINSEN_OWREN_2003
 
 _METHODS = (
     CommutatorFreeTableau(
@@ -18,14 +22,14 @@ _METHODS = (
         order=1,
         stages=(flow(0),),
         update=flow(0, "1"),
-        reference="Lie-Euler method",
+        references=(LIE_GROUP_METHODS_2000.at("Lie–Euler method"),),
     ),
     CommutatorFreeTableau(
         name="cf-2",
         order=2,
         stages=(flow(0), flow(0, "1/2")),
         update=flow(0, "0 1"),
-        reference="Lie midpoint method",
+        references=(LIE_GROUP_METHODS_2000.at("Lie midpoint method"),),
     ),
     # Three exponentials: the update goes on from the second stage, exp(K_1 / 3) y.
     CommutatorFreeTableau(
@@ -33,7 +37,7 @@ _METHODS = (
         order=3,
         stages=(flow(0), flow(0, "1/3"), flow(0, "0 2/3")),
         update=flow(2, "-1/12 0 3/4"),
-        reference=f"{_CMO}: three stages of order 3",
+        references=(_CMO.at("three stages of order 3"),),
     ),
     # Built on the classical method of order 4; the fourth stage goes on from the second.
     CommutatorFreeTableau(
@@ -41,7 +45,7 @@ _METHODS = (
         order=4,
         stages=(flow(0), flow(0, "1/2"), flow(0, "0 1/2"), flow(2, "-1/2 0 1")),
         update=flow(0, "1/4 1/6 1/6 -1/12", "-1/12 1/6 1/6 1/4"),
-        reference=f"{_CMO}: four stages of order 4",
+        references=(_CMO.at("four stages of order 4"),),
     ),
     # Crouch-Grossman: every exponential is of one generator.
     CommutatorFreeTableau(
@@ -49,14 +53,14 @@ _METHODS = (
         order=2,
         stages=(flow(0), flow(0, "1")),
         update=flow(0, "1/2", "0 1/2"),
-        reference=f"{_CG}: the conditions of order 2 on Heun's tableau",
+        references=(CROUCH_GROSSMAN_1993,),  # the conditions of order 2 on Heun's tableau
     ),
     CommutatorFreeTableau(
         name="cg-3",
         order=3,
         stages=(flow(0), flow(0, "3/4"), flow(0, "119/216", "0 17/108")),
         update=flow(0, "13/51", "0 -2/3", "0 0 24/17"),
-        reference=_CG,
+        references=(CROUCH_GROSSMAN_1993,),
     ),
     # Published with 16 digits; here the nearest solution of all the conditions, which continues
     # every one of them. In copies a_54 often ends ...3565: that misses the conditions by 3e-15.
@@ -93,7 +97,7 @@ _METHODS = (
             "0 0 0 -0.1907142565505888966977465770334247975224",
             "0 0 0 0 0.3322195591068373798516190747204979855475",
         ),
-        reference="Z. Jackiewicz, A. Marthinsen, B. Owren, Adv. Comput. Math. 13 (2000) 405",
+        references=(CROUCH_GROSSMAN_1993, JACKIEWICZ_MARTHINSEN_OWREN_2000),
         tolerance=Fraction(1, 10**38),
     ),
 )

@@ -3,27 +3,28 @@
 The digits are those published; where order and number of stages leave no freedom they are continued
 to 50 (``yoshida-6``), or computed (Suzuki's and the triple jumps). The order conditions then hold up
 to the last digit given.
-
-References
-----------
-[HLW] E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed., Springer, 2006.
 """
 
 from __future__ import annotations
 
 from decimal import ROUND_HALF_EVEN, Context, Decimal, localcontext
 
+from ..references.literature import (
+    HLW_2006,
+    KAHAN_LI_1997,
+    SOFRONIOU_SPALETTA_2005,
+    SUZUKI_1990,
+    YOSHIDA_1990,
+)
+from ..references.reference import Reference
 from ._composition import Composition
 
 __all__ = ["COMPOSITIONS", "DEFAULT_COMPOSITION", "default_composition"]
 
-_KAHAN_LI = "W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089"
-_SOFRONIOU_SPALETTA = "M. Sofroniou, G. Spaletta, Optim. Methods Softw. 20 (2005) 597"
-_SUZUKI = "M. Suzuki, Phys. Lett. A 146 (1990) 319"
-_YOSHIDA = "H. Yoshida, Phys. Lett. A 150 (1990) 262"
+_TABLES = HLW_2006.at("Section V.3.2")
 
 
-def _about_one(name: str, sides: int, order: int, reference: str) -> Composition:
+def _about_one(name: str, sides: int, order: int, references: tuple[Reference, ...]) -> Composition:
     """Return the composition of s equal steps on either side of one: 1/(2s − (2s)^(1/(order − 1))).
 
     For bases of the order before.
@@ -32,16 +33,16 @@ def _about_one(name: str, sides: int, order: int, reference: str) -> Composition
         both = Decimal(2 * sides)
         fraction = 1 / (both - both ** (1 / Decimal(order - 1)))
         text = f"{fraction:.50f}"
-    return Composition(f"{name}-{order}", order, order - 2, (text,) * sides, reference)
+    return Composition(f"{name}-{order}", order, order - 2, (text,) * sides, references)
 
 
 _METHODS = (
     *(
-        _about_one(name, sides, order, reference)
+        _about_one(name, sides, order, references)
         for order in (4, 6, 8, 10)
-        for name, sides, reference in (
-            ("triple-jump", 1, f"{_SUZUKI}; {_YOSHIDA}; [HLW], Eq. II.(4.4)"),
-            ("suzuki", 2, f"{_SUZUKI}; [HLW], Eq. II.(4.5)"),
+        for name, sides, references in (
+            ("triple-jump", 1, (SUZUKI_1990, YOSHIDA_1990, HLW_2006.at("Eq. II.(4.4)"))),
+            ("suzuki", 2, (SUZUKI_1990, HLW_2006.at("Eq. II.(4.5)"))),
         )
     ),
     # Solution A. Seven stages determine the coefficients up to a choice among finitely many.
@@ -54,7 +55,7 @@ _METHODS = (
             "0.23557321335935813368479318297853460168646808210340",
             "-1.1776799841788710069464156809643157346392692526346",
         ),
-        reference=f"{_YOSHIDA}, solution A; [HLW], Section V.3.2",
+        references=(YOSHIDA_1990.at("solution A"), _TABLES),
     ),
     Composition(
         name="kahan-li-6",
@@ -66,7 +67,7 @@ _METHODS = (
             "-0.70624617255763935980996482",
             "0.08221359629355080023149045",
         ),
-        reference=f"{_KAHAN_LI}; [HLW], Section V.3.2",
+        references=(KAHAN_LI_1997, _TABLES),
     ),
     Composition(
         name="sofroniou-spaletta-6",
@@ -80,7 +81,7 @@ _METHODS = (
             "-0.35000324893920896516170830911323",
             "0.11805530653002387170273438954049",
         ),
-        reference=_SOFRONIOU_SPALETTA,
+        references=(SOFRONIOU_SPALETTA_2005,),
     ),
     Composition(
         name="kahan-li-8",
@@ -96,7 +97,7 @@ _METHODS = (
             "0.25837438768632204729397911",
             "0.29501172360931029887096624",
         ),
-        reference=f"{_KAHAN_LI}; [HLW], Section V.3.2",
+        references=(KAHAN_LI_1997, _TABLES),
     ),
     Composition(
         name="sofroniou-spaletta-8",
@@ -114,7 +115,7 @@ _METHODS = (
             "0.12581718736176041804392391641587",
             "0.11699135019217642180722881433533",
         ),
-        reference=_SOFRONIOU_SPALETTA,
+        references=(SOFRONIOU_SPALETTA_2005,),
     ),
     Composition(
         name="sofroniou-spaletta-10",
@@ -139,7 +140,7 @@ _METHODS = (
             "0.050665090759924496335874344156866",
             "0.049674370639729879054568800279461",
         ),
-        reference=_SOFRONIOU_SPALETTA,
+        references=(SOFRONIOU_SPALETTA_2005,),
     ),
 )
 

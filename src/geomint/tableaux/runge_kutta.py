@@ -2,17 +2,19 @@
 
 Rows of A stop at their last non-zero coefficient. All methods are rational but ``dop853``, whose
 coefficients lie in an extension of the rationals and are given to 30 digits as published.
-
-References
-----------
-[HNW] E. Hairer, S. P. Nørsett, G. Wanner, *Solving Ordinary Differential Equations I*,
-2nd ed., Springer, 1993.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
 
+from ..references.literature import (
+    BOGACKI_SHAMPINE_1989,
+    DORMAND_PRINCE_1980,
+    HEUN_1900,
+    HNW_1993,
+    KUTTA_1901,
+)
 from ._exact import row, rows
 from ._tableau import Tableau
 
@@ -38,7 +40,7 @@ _METHODS = (
         A=rows("", "1"),
         b=row("1/2 1/2"),
         c=row("0 1"),
-        reference="K. Heun, Z. Math. Phys. 45 (1900) 23: trapezoidal rule with an Euler predictor",
+        references=(HEUN_1900,),  # the trapezoidal rule with an Euler predictor
     ),
     Tableau(
         name="kutta-3",
@@ -46,7 +48,7 @@ _METHODS = (
         A=rows("", "1/2", "-1 2"),
         b=row("1/6 2/3 1/6"),
         c=row("0 1/2 1"),
-        reference="W. Kutta, Z. Math. Phys. 46 (1901) 435",
+        references=(KUTTA_1901,),
     ),
     Tableau(
         name="bogacki-shampine-3",
@@ -54,7 +56,7 @@ _METHODS = (
         A=rows("", "1/2", "0 3/4", "2/9 1/3 4/9"),
         b=row("2/9 1/3 4/9 0"),
         c=row("0 1/2 3/4 1"),
-        reference="P. Bogacki, L. F. Shampine, Appl. Math. Lett. 2 (1989) 321",
+        references=(BOGACKI_SHAMPINE_1989,),
         b_hat=row("7/24 1/4 1/3 1/8"),
         order_hat=2,
     ),
@@ -64,7 +66,7 @@ _METHODS = (
         A=rows("", "1/2", "0 1/2", "0 0 1"),
         b=row("1/6 1/3 1/3 1/6"),
         c=row("0 1/2 1/2 1"),
-        reference="W. Kutta, Z. Math. Phys. 46 (1901) 435; [HNW], Table II.1.2, left",
+        references=(KUTTA_1901, HNW_1993.at("Table II.1.2, left")),
     ),
     Tableau(
         name="dormand-prince-5",
@@ -80,8 +82,7 @@ _METHODS = (
         ),
         b=row("35/384 0 500/1113 125/192 -2187/6784 11/84 0"),
         c=row("0 1/5 3/10 4/5 8/9 1 1"),
-        reference="J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19; "
-        "[HNW], Table II.5.2",
+        references=(DORMAND_PRINCE_1980, HNW_1993.at("Table II.5.2")),
         b_hat=row("5179/57600 0 7571/16695 393/640 -92097/339200 187/2100 1/40"),
         order_hat=4,
     ),
@@ -127,7 +128,7 @@ _METHODS = (
             "0.118350341907227396726757197510 0.281649658092772603273242802490 "
             "1/3 1/4 4/13 127/195 3/5 6/7 1"
         ),
-        reference="J. R. Dormand, P. J. Prince; [HNW], Section II.10 and the code DOP853",
+        references=(HNW_1993.at("Section II.10 and the code DOP853"),),
         b_hat=tuple(b - e for b, e in zip(_DOP853_WEIGHTS, _DOP853_ERROR, strict=True)),
         order_hat=5,
         b_low=row(

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import json
 import re
+from html import escape
 from pathlib import Path
 
 import pytest
@@ -233,6 +234,12 @@ def test_command_writes_what_it_prints(monkeypatch, tmp_path):
     assert result.return_value == 0
     assert "misprint" in result.output
     written = json.loads((tmp_path / "new" / "audit.json").read_text(encoding="utf-8"))
+    assert {"geomint", "numpy", "python"} <= set(written["provenance"]["versions"])
+    page = (tmp_path / "new" / "audit.html").read_text(encoding="utf-8")
+    for claim in written["claims"]:
+        assert escape(claim["statement"]) in page
+    rows = (tmp_path / "new" / "audit.csv").read_text(encoding="utf-8").splitlines()
+    assert len(rows) == 1 + len(written["claims"])
     row = {claim["label"]: claim for claim in written["claims"]}
     assert row["extended2"]["residual"] >= FAILS
     assert row["extended2"]["corrected_residual"] <= HOLDS
@@ -246,11 +253,15 @@ def test_command_writes_what_it_prints(monkeypatch, tmp_path):
     assert "`extended2`" in table.read_text(encoding="utf-8")
 
 
-def test_brief_and_quiet(monkeypatch):
+def test_what_is_printed(monkeypatch):
     only(monkeypatch, CLAIM["extended2"], CLAIM["kk"])
-    brief = invoke("--n", "3", "--points", "1", "--brief").output
-    assert "extended2" in brief
-    assert "kk" not in brief
+    short = invoke("--n", "3", "--points", "1").output
+    assert "extended2" not in short
+    assert "5.3" in short
+    findings = invoke("--n", "3", "--points", "1", "--list", "findings").output
+    assert "extended2" in findings
+    assert "kk" not in findings
+    assert "kk" in invoke("--n", "3", "--points", "1", "--list", "all").output
     assert invoke("--n", "3", "--points", "1", "--quiet").output == ""
 
 
@@ -264,8 +275,7 @@ def test_bad_dimensions_are_named(text):
 def test_json_schema(found):
     document = as_json(found)
     json.dumps(document, allow_nan=False)
-    assert {"claims", "n", "points", "seed", "provenance"} <= set(document)
-    assert {"geomint", "numpy", "python"} <= set(document["provenance"])
+    assert {"claims", "n", "points", "seed"} <= set(document)
     for row in document["claims"]:
         assert row["verdict"] in VERDICTS
         assert {"label", "statement", "residual", "corrected", "corrected_residual"} <= set(row)

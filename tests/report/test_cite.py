@@ -1,0 +1,195 @@
+"""What to cite: every method and system has sources, and BibTeX can read them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import geomint as gi
+from geomint.methods.registry import methods
+from geomint.problems.systems import system_names
+from geomint.references import literature
+from geomint.references.latex import latex, latex_cell
+
+ROOT = Path(__file__).parents[2]
+FIELDS = {
+    "article": {"author", "title", "journal", "year"},
+    "book": {"author", "title", "publisher", "year"},
+    "incollection": {"author", "title", "booktitle", "publisher", "year"},
+    "misc": {"author", "title"},
+}
+
+
+def entries(text):
+    """Read BibTeX with nothing but a count of braces: {key: (kind, {field: value})}."""
+    found, place = {}, 0
+    assert text.isascii()
+    while (start := text.find("@", place)) >= 0:
+        assert not text[place:start].strip()
+        kind, begin = text[start + 1 : text.index("{", start)], text.index("{", start)
+        end = closing(text, begin)
+        key, body = text[begin + 1 : end].split(",", 1)
+        fields, at = {}, 0
+        while match := re.compile(r"\s*(\w+) = (?=\{)").match(body, at):
+            close = closing(body, match.end())
+            assert match[1] not in fields
+            fields[match[1]] = body[match.end() + 1 : close]
+            at = close + 1 + (body[close + 1 : close + 2] == ",")
+        assert not body[at:].strip(), body[at:]
+        assert key not in found
+        found[key] = (kind, fields)
+        place = end + 1
+    assert not text[place:].strip()
+    return found
+
+
+def closing(text, begin):
+    """Return where the brace that opens at `begin` is closed."""
+    depth = 0
+    for place in range(begin, len(text)):
+        if text[place - 1] != "\\":
+            depth += {"{": 1, "}": -1}.get(text[place], 0)
+        if depth == 0:
+            return place
+    raise AssertionError(text[begin:])
+
+
+def check_entries(citation):
+    read = entries(citation.bibtex)
+    assert list(read) == [one.key for one in citation.references]
+    for kind, fields in read.values():
+        assert FIELDS[kind] <= fields.keys()
+        assert fields["title"].startswith("{")
+        assert "?" not in "".join(fields.values())
+        assert re.fullmatch(r"\d{4}|", fields.get("year", ""))
+        assert re.fullmatch(r"(10\.\d{4,}/\S+)?", fields.get("doi", ""))
+        assert re.fullmatch(r"(\d+(--\d+)?)?", fields.get("pages", ""))
+        for author in fields["author"].split(" and "):
+            assert ", " in author or author[0] + author[-1] == "{}", author
+    return read
+
+
+def test_every_method_has_a_source():
+    for name, method in methods().items():
+        citation = gi.cite(name)
+        assert citation.parts[0][0] == f"method {name}"
+        assert citation.parts[0][1], name
+        assert citation.parts[0][1][0].year < 2006, name  # the original, not a textbook before it
+        assert {one.key for one in method.references} < {one.key for one in citation.references}
+        check_entries(citation)
+
+
+def test_every_system_has_a_source():
+    covered = set()
+    for name in gi.scene_names():
+        scene = gi.load_scene(name)
+        covered.add(scene.content.system.name)
+        for problem in (
+            *scene.model.problems.values(),
+            *(r.problem for r in scene.model.reductions),
+        ):
+            assert problem.references, problem.name
+        parts = dict(gi.cite(scene).parts)
+        assert parts[f"system {scene.problem.name}"] == scene.problem.references
+        assert parts[f"method {scene.method.name}"]
+        check_entries(gi.cite(scene))
+    assert covered == set(system_names())
+
+
+def test_the_package_is_cited_as_its_file_says():
+    lines = (ROOT / "CITATION.cff").read_text("utf-8").splitlines()
+    said = [line.strip().strip("- ") for line in lines]
+    own, paper = literature.GEOMINT, literature.JOVANOVIC_2010
+    assert f'title: "{own.title}"' in said
+    assert f'name: "{own.authors[0]}"' in said
+    assert gi.cite("rk-4").references[-1].note == f"Version {gi.__version__}"
+    assert f"version: {gi.__version__}" in said
+    assert f'title: "{paper.title.replace("ⁿ", "^n")}"' in said
+    family, given = paper.authors[0].split(", ")
+    assert f'family-names: "{family}"' in said
+    assert f'given-names: "{given}"' in said
+    numbers = {"volume": paper.volume, "year": paper.year, "start": paper.pages.partition("-")[0]}
+    assert {f"{key}: {value}" for key, value in numbers.items()} <= set(said)
+    assert {f'journal: "{paper.journal}"', f'notes: "arXiv:{paper.arxiv}"'} <= set(said)
+
+
+def test_sources_are_told_apart_by_their_keys():
+    ones = [one for one in vars(literature).values() if isinstance(one, gi.Reference)]
+    import chaplygin.literature as more
+
+    ones += [one for one in vars(more).values() if isinstance(one, gi.Reference)]
+    keys = {one.key: one for one in ones}
+    assert len({id(one) for one in ones}) == len(keys)
+    assert len({one.doi for one in keys.values() if one.doi}) == sum(
+        bool(o.doi) for o in keys.values()
+    )
+
+
+def test_a_result_says_both():
+    scene = gi.load_scene("rubber-ball-n3")
+    solution = gi.solve(scene.problem, scene.state, t_end=0.1, step=0.05, method="cf-4")
+    citation = gi.cite(solution)
+    assert [what for what, _ in citation.parts] == [
+        "system rubber-ball-rolling",
+        "method cf-4",
+        "software",
+    ]
+    assert citation.keys("method") == "CelledoniMarthinsenOwren2003"
+    assert "four stages of order 4" in citation.text
+    assert "four stages" not in citation.bibtex
+    assert str(citation) + "\n" == citation.text
+    loaded = gi.cite(scene.problem, "exact")
+    assert dict(loaded.parts)["method exact"] == ()
+    assert "no source is stated" in loaded.text
+
+
+def test_what_cannot_be_cited_is_refused():
+    with pytest.raises(gi.DomainError, match="what"):
+        gi.cite(3.0)
+    with pytest.raises(gi.SceneError):
+        gi.cite("gauss-88")
+    for wrong in (
+        {"key": "a b"},
+        {"kind": "poem"},
+        {"year": "1999"},
+        {"authors": 3},
+        {"doi": None},
+    ):
+        with pytest.raises(gi.DomainError):
+            gi.Reference(**{"key": "A", "authors": ("B, C",), "title": "D", **wrong})
+    with pytest.raises(gi.DomainError, match="references"):
+        gi.Problem(name="p", pieces=(("q", 1),), references=("a paper",))
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("100 % of A_1 & {B}", r"100 \% of A\_1 \& \{B\}"),
+        ("γ₁", r"$\gamma _{1}$"),
+        ("T*S^(n−1)", r"T*S\textasciicircum{}(n$-$1)"),
+        ("Jovanović, Nørsett", r"Jovanovi{\'{c}}, N{\o}rsett"),
+        ("γ̇ = −ωγ", r"$\dot{\gamma }$ = $-\omega \gamma $"),
+        ("\\", r"\textbackslash{}"),
+        ("", ""),
+        ("漢", "?"),
+    ],
+)
+def test_text_as_latex(text, expected):
+    assert latex(text) == expected
+    assert latex(text).isascii()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1.2e-11", r"$1.2\times10^{-11}$"),
+        ("−3e+05", r"$-3\times10^{5}$"),
+        ("(1.23 ± 0.05)e-15", r"$(1.23 \pm  0.05)\times10^{-15}$"),
+        ("rattle-4", "rattle-4"),
+        ("—", "---"),
+    ],
+)
+def test_numbers_as_latex(text, expected):
+    assert latex_cell(text) == expected

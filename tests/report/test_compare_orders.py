@@ -1,0 +1,94 @@
+"""Orders fitted to errors: known slopes come back, what is no slope is none."""
+
+import math
+
+import pytest
+
+from geomint.report.compare_orders import FittedOrder, fitted_order, fitted_orders
+
+
+def falling(order, steps, constant=1.0, floor=0.0):
+    return [(h, constant * h**order + floor) for h in steps]
+
+
+HALVED = [0.4 / 2**k for k in range(5)]
+
+
+@pytest.mark.parametrize("order", [1, 2, 4, 8, 32])
+def test_a_pure_power_is_its_order(order):
+    found = fitted_order(order, falling(order, HALVED))
+    assert found.fitted == pytest.approx(order, abs=1e-9)
+    assert found.error < 1e-9
+    assert found.steps == tuple(HALVED)
+
+
+@pytest.mark.parametrize("factor", [1e-290, 1e100])
+def test_sizes_do_not_matter(factor):
+    found = fitted_order(2, falling(2, HALVED, factor))
+    assert found.fitted == pytest.approx(2.0, abs=1e-9)
+
+
+def test_the_order_of_points_does_not_matter():
+    measured = falling(3, HALVED)
+    assert fitted_order(3, measured[::-1]) == fitted_order(3, measured)
+
+
+def test_rounding_and_large_steps_are_left_out():
+    fine = [(h / 32, 1e-14 * (1 + 0.3 * k)) for k, h in enumerate(HALVED)]
+    coarse = [(3.2, 1.7), (1.6, 1.5), (0.8, 1.6)]
+    found = fitted_order(4, coarse + falling(4, HALVED) + fine)
+    assert found.fitted == pytest.approx(4.0, abs=0.3)
+    assert set(found.steps) >= set(HALVED[:4])
+    assert not {3.2, 1.6} & set(found.steps)
+    assert HALVED[-1] / 32 not in found.steps
+
+
+def test_the_error_is_that_of_the_line():
+    noise = [1.1, 0.9, 1.1, 0.9, 1.1]
+    measured = [(h, e * f) for (h, e), f in zip(falling(4, HALVED), noise, strict=True)]
+    found = fitted_order(4, measured)
+    x = [math.log(h) for h, _ in measured]
+    y = [math.log(e) for _, e in measured]
+    mean = sum(x) / 5
+    size = sum((a - mean) ** 2 for a in x)
+    left = sum((b - sum(y) / 5 - found.fitted * (a - mean)) ** 2 for a, b in zip(x, y, strict=True))
+    assert found.error == pytest.approx(math.sqrt(left / 3 / size))
+    assert abs(found.fitted - 4.0) < 3 * found.error
+
+
+@pytest.mark.parametrize(
+    "measured",
+    [
+        [],
+        [(0.1, 1e-3)],
+        falling(4, HALVED[:2]),
+        [(h, 1e-14) for h in HALVED],  # a plateau
+        [(h, 1e-3 / h) for h in HALVED],  # growing
+        [(0.1, 1e-3)] * 5,  # one step, often
+    ],
+)
+def test_without_a_steady_fall_there_is_no_order(measured):
+    found = fitted_order(4, measured)
+    assert found == FittedOrder(4)
+    assert found.text == "—"
+
+
+@pytest.mark.parametrize(
+    ("fitted", "error", "text"),
+    [(4.0163, 0.0061, "4.016 ± 0.006"), (3.75, 0.072, "3.75 ± 0.07"), (4.0, 0.0, "4.0000 ± 0.0000"),
+     (3.2, 1.4, "3.2 ± 1.4")],
+)  # fmt: skip
+def test_the_text(fitted, error, text):
+    assert FittedOrder(4, fitted, error).text == text
+
+
+def test_points_of_a_comparison():
+    plain = {"order": 4, "representation": "own", "rtol": None}
+    points = [{**plain, "method": "a", "step": h, "error": e} for h, e in falling(4, HALVED)]
+    points += [{**plain, "method": "b", "step": 0.1, "error": None}]
+    points += [{**plain, "method": "c", "step": 0.0, "error": None, "representation": ""}]
+    points += [{**plain, "method": "d", "step": 0.1, "error": 1e-3, "rtol": 1e-8}]
+    found = fitted_orders(points)
+    assert list(found) == ["a", "b"]
+    assert found["a"].fitted == pytest.approx(4.0)
+    assert found["b"].fitted is None
