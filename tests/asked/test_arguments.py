@@ -816,5 +816,5 @@ def test_the_arguments_of_compare_are_those_of_its_tests() -> None:
     """Their effects: tests/compare."""
     assert arguments_of(compare_module.compare) == {
         "model", "end", "methods", "steps", "first_steps", "representation", "repeats", "observe",
-        "reference", "report",
+        "reference", "peers", "report",
     }  # fmt: skip

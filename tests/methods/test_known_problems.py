@@ -51,9 +51,7 @@ def test_the_tolerance_is_met(name: str, method: str) -> None:
     if method == "verlet-6" and "splitting" not in problem.forms:
         return
     tolerance = 1e-8 if method == "auto" else 1e-6
-    sol = gi.solve(
-        problem, y0, t_end=end, method=method, tolerance=tolerance, observe="invariants"
-    )
+    sol = gi.solve(problem, y0, t_end=end, method=method, tolerance=tolerance, observe="invariants")
     right = truth(problem, y0, end)
     assert np.max(np.abs(sol.y[-1] - right) / sizes_of(problem, right)) < 4.0 * tolerance
     assert np.max(np.abs(right - y0) / sizes_of(problem, right)) > 0.1
@@ -63,7 +61,8 @@ def test_the_tolerance_is_met(name: str, method: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "order", "step"), [("verlet-2", 2, 40.0), ("verlet-4", 4, 80.0), ("gauss-2", 4, 80.0)]
+    ("method", "order", "step"),
+    [("verlet-2", 2, 40.0), ("verlet-4", 4, 80.0), ("gauss-2", 4, 80.0)],
 )
 def test_orders_on_the_solar_system(method: str, order: int, step: float) -> None:
     problem, y0, end = *PROBLEMS["outer-solar-system"][:2], 4000.0
@@ -104,7 +103,11 @@ def radial(problem: gi.Problem, y0: np.ndarray) -> tuple[float, float, float]:
     # (dr/dτ)² = E² − (1 − 2/r)(1 + ℓ²/r²), with w = 1/r a cubic −: three roots, two turning points
     cubic = [2 * total**2, -(total**2), 2, energy**2 - 1]
     near = np.sort(np.roots(np.array(cubic, dtype=float)).real)
-    low, high, third = (mp.findroot(lambda w: mp.polyval(cubic, w), w) for w in near)
+
+    def square(w: Any) -> Any:
+        return ((cubic[0] * w + cubic[1]) * w + cubic[2]) * w + cubic[3]
+
+    low, high, third = (mp.findroot(square, w) for w in near)
     middle, size = (low + high) / 2, (high - low) / 2
 
     def part(angle: Any, power: int) -> Any:
