@@ -137,7 +137,7 @@ def test_report_files(tmp_path):
     result = compare_scene(scene, ["gauss-8", "rk-4", "cf-4"], repeats=1)
     write_compare_report(result, scene, tmp_path)
     record = json.loads((tmp_path / "compare.json").read_text())
-    assert set(record) == {"status", "points", "reference", "provenance"}
+    assert set(record) == {"status", "points", "peers_left_out", "reference", "provenance"}
     keys = {
         "method",
         "order",

@@ -97,7 +97,7 @@ def test_pluto_can_be_left_out() -> None:
 
 
 def radial(problem: gi.Problem, y0: np.ndarray) -> tuple[float, float, float]:
-    """Return proper time and angle from one pericentre to the next of a geodesic, and sin of its tilt."""
+    """Return proper time and angle between pericentres of a geodesic, and the sine of its tilt."""
     energy, momentum = (mp.mpf(x) for x in problem.params[:2])
     total = mp.sqrt(mp.mpf(y0[3]) ** 2 + momentum**2)
     # (dr/dτ)² = E² − (1 − 2/r)(1 + ℓ²/r²), with w = 1/r a cubic −: three roots, two turning points
@@ -120,7 +120,7 @@ def radial(problem: gi.Problem, y0: np.ndarray) -> tuple[float, float, float]:
 
 
 def test_a_geodesic_precesses_as_relativity_says() -> None:
-    """Without a magnetic field: after a radial period the particle is at the angle of the quadrature."""
+    """Without a magnetic field: after a radial period it is at the angle of the quadrature."""
     problem = schwarzschild.problem(magnetic=0.0)
     y0 = schwarzschild.initial(problem)
     period, turn, tilt = radial(problem, y0)

@@ -6,6 +6,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 from ..errors import FormError
 from ..methods.rattle import Rattle
@@ -47,7 +48,8 @@ def peer_runs(
         blank = Point(peer.name, 0, name, 0.0, None, peer=f"{peer.package} {version}")
         expected, before = 0.0, 1.0
         for setting in _settings(peer, motion):
-            point = replace(blank, **{"step" if peer.fixed else "rtol": setting})
+            own: dict[str, Any] = {"step" if peer.fixed else "rtol": setting}
+            point = replace(blank, **own)
             expected *= _times_longer(point.order, before, setting)
             if expected > MAX_SECONDS:
                 yield replace(point, status=f"not run: would take about {expected:.0f} s")

@@ -39,22 +39,16 @@ def work_precision_figure(points: Sequence[Point]) -> Figure:
             if own:
                 errors, seconds, _ = zip(*own, strict=True)
                 style = series_style(i) | ({"linewidth": 0.6, "alpha": 0.75} if peer else {})
-                axes.plot(
-                    errors,
-                    seconds,
-                    label=f"{name} (peer)" if peer else name,
-                    markersize=4.5,
-                    **style,
-                )
+                label = f"{name} (peer)" if peer else name
+                axes.plot(errors, seconds, label=label, markersize=4.5, **style)
                 at_most = [point for point in own if point[2]]
                 if at_most:
                     errors, seconds, _ = zip(*at_most, strict=True)
                     style.update(linestyle="none", markerfacecolor="white")
                     axes.plot(errors, seconds, markersize=4.5, **style)
         if axes.get_legend_handles_labels()[0]:
-            figure.legend(
-                loc="outside upper center", ncols=min(len(names), 4 if any(names.values()) else 5)
-            )
+            columns = min(len(names), 4 if any(names.values()) else 5)
+            figure.legend(loc="outside upper center", ncols=columns)
         else:
             axes.text(0.5, 0.5, "no method reached the end", transform=axes.transAxes, ha="center")
     return figure

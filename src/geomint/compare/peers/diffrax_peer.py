@@ -29,7 +29,6 @@ def start(motion: Motion) -> Callable[[float], Ready]:
     def field(t: Any, y: Any, args: Any) -> Any:
         return jnp.stack([*map(jnp.asarray, traced_field(motion.problem, algebra, t, list(y)))])
 
-    @jax.jit
     def solved(y0: Any, rtol: Any) -> Any:
         return diffrax.diffeqsolve(
             diffrax.ODETerm(field),
@@ -44,13 +43,14 @@ def start(motion: Motion) -> Callable[[float], Ready]:
             throw=False,
         )
 
+    compiled = jax.jit(solved)
     with double(True):  # tells at once whether the field is a formula
         jax.eval_shape(field, 0.0, jnp.asarray(motion.y0), None)
 
     def ready(tolerance: float) -> Ready:
         def run() -> End:
             with double(True):
-                found = solved(jnp.asarray(motion.y0), jnp.asarray(tolerance))
+                found = compiled(jnp.asarray(motion.y0), jnp.asarray(tolerance))
                 y = np.asarray(found.ys[-1])
                 if found.result != diffrax.RESULTS.successful or not np.isfinite(y).all():
                     raise PeerError(str(found.result))

@@ -1,4 +1,4 @@
-"""heyoka: adaptive Taylor series, compiled just in time (F. Biscani, D. Izzo, MNRAS 504 (2021) 2614)."""
+"""heyoka: adaptive Taylor series, compiled (F. Biscani, D. Izzo, MNRAS 504 (2021) 2614)."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def start(motion: Motion) -> Callable[[float], Ready]:
     systems: Any = import_module("mici.systems")
     q, p, dq, dp = (scalar_block(n) for _ in range(4))
     g, jacobian = scalar_block(form.constraints), scalar_block(form.constraints * n)
-    common = {"params": Block(problem.params), "work": scalar_block(problem.work)}
+    common: dict[str, Any] = {"params": Block(problem.params), "work": scalar_block(problem.work)}
     gradients = Bound(form.gradients, GRADIENTS).call(t=0.0, q=q, p=p, dq=dq, dp=dp, **common)
     constraint = Bound(form.constraint, CONSTRAINT).call(q=q, g=g, G=jacobian, **common)
 

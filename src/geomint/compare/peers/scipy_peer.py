@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -41,7 +42,7 @@ def compiled_field(motion: Motion) -> Callable[[float, Array], Array]:
 
 
 def start(name: str, order: int, motion: Motion) -> Callable[[float], Ready]:
-    from scipy.integrate import ode
+    ode: Any = import_module("scipy.integrate").ode
 
     field, count = compiled_field(motion), 0
 

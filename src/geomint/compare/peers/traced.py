@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partialmethod
 from typing import Any
 
 import numpy as np
@@ -38,17 +39,11 @@ class Algebra:
     less_equal: Callable[[Any, Any], Any]
     select: Callable[[Any, Any, Any], Any]
 
-    def sin(self, x: Traced) -> Traced:
-        return Traced(self.functions.sin(x.symbol), self)
+    def _of(self, name: str, x: Traced) -> Traced:
+        return Traced(getattr(self.functions, name)(x.symbol), self)
 
-    def cos(self, x: Traced) -> Traced:
-        return Traced(self.functions.cos(x.symbol), self)
-
-    def sqrt(self, x: Traced) -> Traced:
-        return Traced(self.functions.sqrt(x.symbol), self)
-
-    def log(self, x: Traced) -> Traced:
-        return Traced(self.functions.log(x.symbol), self)
+    sin, cos = partialmethod(_of, "sin"), partialmethod(_of, "cos")
+    sqrt, log = partialmethod(_of, "sqrt"), partialmethod(_of, "log")
 
 
 class Traced:
