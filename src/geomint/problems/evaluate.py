@@ -9,14 +9,17 @@ import numpy as np
 
 from ..arguments import Array, as_array, finite
 from ..errors import DomainError, nearest
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block
+from ..kernels.compiling.signatures import FIELD
+from ..kernels.numbers.blocks import Block, scalar_block
 from .declaration import check_form, check_value, known_rates
 from .problem import Problem
 from .watched_call import unwatched_call
 
 __all__ = [
     "at_state",
+    "compiled_derivative",
     "derivative",
     "observable_of",
     "rounding_scale",
@@ -101,6 +104,21 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
             params, now, Block(y[:n]), Block(y[n:]), Block(dq), Block(dp), work
         )
         out[:n], out[n:] = dp, -dq
+    return out
+
+
+@np.errstate(all="ignore")
+def compiled_derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
+    """Return what `derivative` does, to the bit, by the field compiled for single numbers."""
+    assert problem.field is not None
+    out = np.zeros(problem.rows)
+    Bound(problem.field, FIELD).call(
+        params=Block(problem.params),
+        t=t,
+        y=Block(np.ascontiguousarray(y)),
+        out=Block(out),
+        work=scalar_block(problem.work),
+    )()
     return out
 
 
