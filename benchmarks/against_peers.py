@@ -1,18 +1,20 @@
 """What users meet: whole calls of geomint and heyoka, from random states, at the error that is wanted.
 
-    python benchmarks/against_peers.py [--states 32] [--rows ball,sphere] [--repeats 5] [--out DIR]
+    python benchmarks/against_peers.py [--states 32] [--rows ball,sphere] [--repeats 5] [--busy]
 
 geomint gets the error that is wanted as its ``tolerance``, and ``method="auto"``: the time is that of
-the whole call of `geomint.solve` on the clock on the wall, the choosing of method and step included.
+the whole call of `geomint.solve` on the clock on the wall, the choosing of method and step included;
+with ``--busy``, on a machine that does other things too, that of the processor.
 Where that call misses the error, smaller tolerances follow, and the time is that of the first one that
 meets it. heyoka gets, for each state and error, the fastest of its tolerances and formulations that
 meets it: an integrator made once is given the state and goes to the end. The field is written by hand
 in the best way known, and traced from geomint's source (`geomint.compare.peers`). Compilation is apart.
 
 The truth is a Gauss method of 12 stages in double-double arithmetic, or the exact flow where there is
-one; heyoka at its tightest has to agree. Errors are those of the final state, of each piece relative to
-its largest number at the beginning or the end. The codes take turns; medians of the repeats; over the
-states the geometric mean of heyoka's time over geomint's, and the least. Seeds are 0, 1, ….
+one; heyoka at its tightest has to meet the errors too. Errors are those of the final state, of each
+piece relative to its largest number at the beginning or the end. The codes take turns; medians of the
+repeats; over the states the geometric mean of heyoka's time over geomint's, and the least. Seeds are
+0, 1, ….
 """
 
 from __future__ import annotations
@@ -46,7 +48,6 @@ GOALS = (1e-6, 1e-9, 1e-10)
 SMALLER = (1.0, 0.25, 0.0625)  # tolerances of geomint, of the goal
 FINE = (*(10.0**-k for k in range(6, 15)), 3e-10, 3e-11, 3e-12, 3e-13)
 COARSE = (1e-7, 1e-9, 1e-10, 1e-11, 1e-12)  # where a tolerance compiles for seconds
-AGREE = 0.1  # of the goal: what heyoka at its tightest may be off
 MOMENTS, BALL_D = (1.0, 2.0, 3.0), 1.0
 LARGE_D = 4.0
 
@@ -78,18 +79,19 @@ class Row:
 
     @property
     def key(self) -> str:
+        """The name of the row, with its end."""
         return f"{self.name}, {self.end:g}"
 
     def start(self, seed: int) -> np.ndarray:
+        """Return the initial state of a seed."""
         return self.problem.random_state(seed) if self.state is None else self.state(seed)
 
     def ours(self, y0: np.ndarray, tolerance: float) -> gi.Solution:
+        """Return geomint's run with a tolerance."""
         end: dict[str, Any] = {"t_end": self.end}
         if self.problem.time == "tau":
             end = {"tau_end": self.end, "clock": False}
-        return gi.solve(
-            self.problem, y0, **end, method="auto", tolerance=tolerance, progress=False
-        )
+        return gi.solve(self.problem, y0, **end, method="auto", tolerance=tolerance, progress=False)
 
     @cached_property
     def theirs(self) -> dict[str, Runner]:
@@ -102,6 +104,7 @@ class Row:
         return found
 
     def truth(self, y0: np.ndarray) -> np.ndarray:
+        """Return the state at the end."""
         if self.problem.make_exact is not None and self.end >= 2500.0:
             motion = self.problem.exact(y0)
             at = motion.at_tau if self.problem.time == "tau" else motion
@@ -110,6 +113,7 @@ class Row:
         return np.asarray(integrate_extended(self.problem, y0, self.end, h), dtype=float)[: len(y0)]
 
     def error(self, y0: np.ndarray, y: np.ndarray, truth: np.ndarray) -> float:
+        """Return the largest deviation, relative to the size of its piece."""
         sizes = np.empty(len(y0))
         for rows in self.problem.slices.values():
             sizes[rows] = max(np.abs(y0[rows]).max(), np.abs(truth[rows]).max())
@@ -164,7 +168,7 @@ def rows() -> list[Row]:
             100_000.0,
             lambda: {"heyoka's model": written()},
             1.0,
-            COARSE,
+            (*COARSE, 1e-13, 1e-14, 1e-15),
             state=solar_system_state,
         )
     )
@@ -194,14 +198,14 @@ def hole_state(problem: gi.Problem, seed: int) -> np.ndarray:
     return schwarzschild.initial(problem, np.random.default_rng(seed).uniform(10.0, 30.0))
 
 
-def seconds_of(run: Callable[[], Any]) -> float:
-    begun = time.perf_counter()
-    run()
-    return time.perf_counter() - begun
-
-
-def compared(row: Row, seed: int, repeats: int) -> list[dict[str, Any]]:
+def compared(row: Row, seed: int, repeats: int, clock: Callable[[], float]) -> list[dict[str, Any]]:
     """Return for each goal what both codes take from one state, and their errors."""
+
+    def seconds_of(run: Callable[[], Any]) -> float:
+        begun = clock()
+        run()
+        return clock() - begun
+
     y0 = row.start(seed)
     truth = row.truth(y0)
     settings = {}
@@ -214,7 +218,8 @@ def compared(row: Row, seed: int, repeats: int) -> list[dict[str, Any]]:
     tightest = min(error for _, error in settings.values())
     found = []
     for goal in GOALS:
-        assert tightest < AGREE * goal, f"{row.key}, seed {seed}: heyoka is off by {tightest:.1e}"
+        if tightest >= goal:  # by roundings, or the truth is wrong
+            raise SystemExit(f"{row.key}, seed {seed}: heyoka is off by {tightest:.1e}")
         good = {name: seconds for name, (seconds, error) in settings.items() if error < goal}
         best = sorted(good, key=lambda name: good[name])[:2]
         for part in SMALLER:
@@ -273,15 +278,18 @@ def summary(row: Row, goal: float, states: list[dict[str, Any]]) -> dict[str, An
     }
 
 
-def run(chosen: Iterable[Row], states: int, repeats: int) -> list[dict[str, Any]]:
+def run(
+    chosen: Iterable[Row], states: int, repeats: int, clock: Callable[[], float]
+) -> list[dict[str, Any]]:
     """Return the table, row after row."""
     table = []
     for row in chosen:
         begun = time.perf_counter()
         row.ours(row.start(0), GOALS[0])
         count = len(row.theirs)
-        print(f"{row.key}: {count} settings compiled in {time.perf_counter() - begun:.0f} s", flush=True)
-        found = [entry for seed in range(states) for entry in compared(row, seed, repeats)]
+        made = time.perf_counter() - begun
+        print(f"{row.key}: {count} settings compiled in {made:.0f} s", flush=True)
+        found = [entry for seed in range(states) for entry in compared(row, seed, repeats, clock)]
         for goal in GOALS:
             table.append(summary(row, goal, [e for e in found if e["goal"] == goal]))
             told = {k: v for k, v in table[-1].items() if k not in ("states", "problem", "end")}
@@ -327,18 +335,21 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--states", type=int, default=32)
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--busy", action="store_true", help="Processor time, not that on the wall.")
     parser.add_argument("--rows", help="Only rows whose names have one of these texts in them.")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results")
     arguments = parser.parse_args()
     warnings.simplefilter("ignore", gi.GeomintWarning)
     wanted = [""] if arguments.rows is None else arguments.rows.split(",")
     chosen = [row for row in rows() if any(text in row.key for text in wanted)]
-    table = run(chosen, arguments.states, arguments.repeats)
+    clock = time.process_time if arguments.busy else time.perf_counter
+    table = run(chosen, arguments.states, arguments.repeats, clock)
     result = {
         "benchmark": "against-peers",
         "rows": table,
         "states": arguments.states,
         "repeats": arguments.repeats,
+        "clock": "processor" if arguments.busy else "wall",
         "machine": describe(["geomint", "heyoka", "numba", "numpy"]),
     }
     arguments.out.mkdir(parents=True, exist_ok=True)

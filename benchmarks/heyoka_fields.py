@@ -1,4 +1,4 @@
-"""Fields as heyoka likes them best: written by hand, in several ways, or traced from geomint's source."""
+"""Fields as heyoka likes them best: written by hand in several ways, or traced from the source."""
 
 from __future__ import annotations
 

@@ -57,19 +57,21 @@ def benchmark() -> str:
     return _table([*heads, "ratio"], rows)
 
 
-def states() -> str:
-    """Return the ratios of wall times from random states."""
-    heads = ["end in τ", "geometric mean of the ratios", "least", "largest"]
-    rows = [
+def against_peers() -> str:
+    """Return the ratios of whole calls against heyoka, from random states."""
+    rows, goals = result("against_peers")["rows"], ("1e-06", "1e-09", "1e-10")
+    heads = ["problem", "end", *(f"error {float(goal):g}" for goal in goals)]
+    found: dict[tuple[str, float], dict[str, str]] = {}
+    for row in rows:
+        cells = found.setdefault((row["problem"], row["end"]), {})
+        cells[f"{row['goal']:g}"] = f"{row['geometric_mean']:.2g} ({row['least']:.2g})"
+    return _table(
+        heads,
         [
-            f"{float(end):g}",
-            f"{found['geometric_mean']:.2f}",
-            f"{found['least']:.2f}",
-            f"{found['largest']:.2f}",
-        ]
-        for end, found in result("hamiltonized_states")["ends"].items()
-    ]
-    return _table(heads, rows)
+            [name, f"{end:g}", *(cells[goal] for goal in goals)]
+            for (name, end), cells in found.items()
+        ],
+    )
 
 
 def peers() -> str:
@@ -644,7 +646,8 @@ def substitutions() -> dict[str, str]:
     """Return what stands for ``{{ name }}`` on the pages."""
     return {
         "benchmark": benchmark(),
-        "states": states(),
+        "against_peers": against_peers(),
+        "against_peers_states": str(result("against_peers")["states"]),
         **short_runs(),
         **times_words(),
         **sections_words(),
@@ -655,7 +658,7 @@ def substitutions() -> dict[str, str]:
         **ensemble_words(),
         **brouwer_words(),
         **symplectic_words(),
-        "states_machine": measured_on(result("hamiltonized_states")),
+        "against_peers_machine": measured_on(result("against_peers")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),
         "step_cost": step_cost(),

@@ -67,9 +67,7 @@ def characteristic_time(
     return abs(smooth_time(problem, y0, rates, signed, start, rate_at))
 
 
-def state_time(
-    problem: Problem, y0: Array, rates: Array, start: float, rate_at: Rate
-) -> float:
+def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at: Rate) -> float:
     """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
 
     For a unit vector turning at angular velocity ω this is 1/ω. But the size of a piece at rest, or
