@@ -179,7 +179,7 @@ def rows() -> list[Row]:
         Row(
             "outer Solar System",
             problem,
-            100_000.0,
+            200_000.0,
             lambda: {"heyoka's model": written()},
             1.0,
             (*COARSE, 1e-13, 1e-14, 1e-15),
@@ -191,7 +191,7 @@ def rows() -> list[Row]:
         Row(
             "Schwarzschild",
             problem,
-            10_000.0,
+            100_000.0,
             by_hand(problem),
             1.0,
             state=partial(hole_state, problem),
