@@ -339,7 +339,7 @@ def picture(table: list[dict[str, Any]], path: Path) -> None:
     axes.set_xscale("log")
     axes.set_yticks(range(len(names)), [f"{name}, T = {end:g}" for name, end in names])
     axes.invert_yaxis()
-    axes.set_xlabel("time of heyoka / time of geomint, whole calls (right of 1: geomint is faster)")
+    axes.set_xlabel("time of heyoka / time of geomint, whole calls")
     axes.xaxis.set_major_formatter("{x:g}")
     axes.grid(axis="x", color="0.9")
     figure.legend(loc="outside upper center", ncols=4, frameon=False, fontsize=8)
