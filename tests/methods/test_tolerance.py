@@ -376,9 +376,10 @@ def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> No
 def test_compiled_derivatives_have_the_bits_of_plain_ones() -> None:
     """Those of large states, by which the first step is chosen: the same time, to the bit."""
     problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
+    compiled = compiled_derivative(problem)
     for y in (y0, 1.1 * y0, y0[::-1][::-1]):
-        np.testing.assert_array_equal(compiled_derivative(problem, y, 0.5), derivative(problem, y))
-    times = [characteristic_time(problem, y0, rate_at=f) for f in (derivative, compiled_derivative)]
+        np.testing.assert_array_equal(compiled(problem, y, 0.5), derivative(problem, y))
+    times = [characteristic_time(problem, y0, rate_at=f) for f in (derivative, compiled)]
     assert times[0] == times[1]
     assert problem.rows >= LARGE
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
@@ -107,19 +108,24 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
     return out
 
 
-@np.errstate(all="ignore")
-def compiled_derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
-    """Return what `derivative` does, to the bit, by the field compiled for single numbers."""
+def compiled_derivative(problem: Problem) -> Callable[..., Array]:
+    """Return a function with the bits of `derivative`: the field compiled for single numbers."""
     assert problem.field is not None
-    out = np.zeros(problem.rows)
-    Bound(problem.field, FIELD).call(
+    state, rates = np.zeros(problem.rows), np.zeros(problem.rows)
+    call = Bound(problem.field, FIELD).call(
         params=Block(problem.params),
-        t=t,
-        y=Block(np.ascontiguousarray(y)),
-        out=Block(out),
+        t=0.0,
+        y=Block(state),
+        out=Block(rates),
         work=scalar_block(problem.work),
-    )()
-    return out
+    )
+
+    def rate_at(_: Problem, y: Array, t: float = 0.0) -> Array:
+        state[:] = y
+        call(t=t)
+        return rates.copy()
+
+    return rate_at
 
 
 def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -> Array:

@@ -166,7 +166,7 @@ def choose(
         rate = value(problem, problem.clock, y0)
         motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
     large = compiled and problem.field is not None and problem.rows >= LARGE
-    rate_at = compiled_derivative if large else derivative
+    rate_at = compiled_derivative(problem) if large else derivative
     time = characteristic_time(problem, y0, span, begin, rate_at)
     wanted = Wanted(motion, tolerance, time, clock, compiled, watched, reason)
     if isinstance(method, Adaptive):
