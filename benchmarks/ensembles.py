@@ -25,7 +25,8 @@ import numpy as np
 import chaplygin as ch
 import geomint as gi
 from geomint.compare.reference import reference_solution
-from hamiltonized_n3 import A, D, heyoka_field
+from hamiltonized_n3 import A, D
+from heyoka_fields import sphere
 from machine import describe
 from vector_limit import vector_limit
 
@@ -152,7 +153,7 @@ def heyoka_run(
     """Return what integrates all states with heyoka on both cores."""
     shared = {"tol": tolerance, "compact_mode": False}
     if batch == 1:
-        template = hy.taylor_adaptive(heyoka_field(form), [0.5] * 6, **shared)
+        template = hy.taylor_adaptive(sphere(form, A, D), [0.5] * 6, **shared)
 
         def begin(integrator: Any, i: int) -> Any:
             integrator.state[:] = states[i]
@@ -164,7 +165,7 @@ def heyoka_run(
             return np.array([ended[0].state for ended in done])
 
         return run
-    template = hy.taylor_adaptive_batch(heyoka_field(form), np.full((6, batch), 0.5), **shared)
+    template = hy.taylor_adaptive_batch(sphere(form, A, D), np.full((6, batch), 0.5), **shared)
 
     def begin_batch(integrator: Any, i: int) -> Any:
         integrator.state[:] = states[i * batch : (i + 1) * batch].T

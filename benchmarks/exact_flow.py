@@ -24,7 +24,8 @@ import numpy as np
 import chaplygin as ch
 import geomint as gi
 from geomint.compare.reference import reference_solution
-from hamiltonized_n3 import A, D as SCALE, heyoka_field
+from hamiltonized_n3 import A, D as SCALE
+from heyoka_fields import sphere
 from machine import describe
 
 METHODS = {"gauss-8": 0.25, "gauss-4": 0.1, "verlet-4": 0.05}
@@ -111,7 +112,7 @@ def heyoka(y: np.ndarray, exact: Any, longest: float) -> dict[str, Any]:
     import heyoka as hy
 
     integrator = hy.taylor_adaptive(
-        heyoka_field("polynomial-2"), [0.5] * 6, high_accuracy=True, compact_mode=False
+        sphere("polynomial-2", A, SCALE), [0.5] * 6, high_accuracy=True, compact_mode=False
     )
     seconds, errors = [], []
     for T in TIMES[longest / 2 >= TIMES]:

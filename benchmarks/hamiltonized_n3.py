@@ -29,6 +29,7 @@ import numpy as np
 import chaplygin as ch
 import geomint as gi
 from geomint.compare.reference import reference_solution
+from heyoka_fields import SPHERE_FORMS, sphere
 from machine import describe
 
 A, D, T = (0.8, 1.1, 1.5), 4.0, 2500.0
@@ -46,7 +47,7 @@ GEOMINT = [
 ]
 HEYOKA = [
     (form, tolerance, high)
-    for form in ("rational", "polynomial-2", "homogeneous", "on-sphere", "on-sphere-polynomial")
+    for form in SPHERE_FORMS
     for tolerance in (1e-18, 2.3e-16, 1e-14, 3e-14, 1e-13, 3e-13, 1e-12, 1e-11, 1e-10)
     for high in ((False, True) if tolerance < 1e-15 else (False,))
 ]
@@ -68,32 +69,13 @@ def geomint_runner(problem: gi.Problem, setting: tuple[Any, ...]) -> Runner:
     return run
 
 
-def heyoka_field(form: str) -> list[Any]:
-    """Return the field in one of its formulations."""
-    import heyoka as hy
-
-    g, p = hy.make_vars("g1", "g2", "g3"), hy.make_vars("p1", "p2", "p3")
-    ap = [A[i] * p[i] for i in range(3)]
-    u = hy.sum([g[i] * g[i] / A[i] for i in range(3)])
-    pp, gg = (hy.sum([x[i] * x[i] for i in range(3)]) for x in (p, g))
-    gp = hy.sum([g[i] * p[i] for i in range(3)])
-    gap, pap = (hy.sum([ap[i] * x[i] for i in range(3)]) for x in (g, p))
-    r = {"rational": 1.0 / gg, "polynomial-2": 2.0 - gg, "on-sphere": 1.0 / gg}.get(form, 1.0)
-    if form == "on-sphere-polynomial":
-        r = 2.0 - gg
-    mu = -gap * r if form.startswith("on-sphere") else (D * u * gp - gap) * r
-    return [(g[i], (D * u - A[i]) * p[i] - mu * g[i]) for i in range(3)] + [
-        (p[i], (pap * r - D * pp / A[i]) * g[i] + mu * p[i]) for i in range(3)
-    ]
-
-
 def heyoka_runner(setting: tuple[Any, ...]) -> Runner:
     """Return a function that integrates from a state and returns (seconds, final state)."""
     import heyoka as hy
 
     form, tolerance, high = setting
     integrator = hy.taylor_adaptive(
-        heyoka_field(form), [0.5] * 6, tol=tolerance, high_accuracy=high, compact_mode=False
+        sphere(form, A, D), [0.5] * 6, tol=tolerance, high_accuracy=high, compact_mode=False
     )
 
     def run(y0: np.ndarray) -> tuple[float, np.ndarray]:

@@ -22,6 +22,7 @@ import numpy as np
 
 import geomint as gi
 from geomint.compare.reference import integrate_extended
+from heyoka_fields import ball as ball_field
 from machine import describe
 
 MOMENTS, D = (1.0, 2.0, 3.0), 1.0
@@ -47,27 +48,14 @@ def heyoka_points(y0: np.ndarray, count: int) -> tuple[float, np.ndarray]:
     """Return the time that heyoka takes for so many points, and the points: time, state."""
     import heyoka as hy
 
-    k, g = hy.make_vars("k1", "k2", "k3"), hy.make_vars("g1", "g2", "g3")
-    b = [1.0 / (i + D) for i in MOMENTS]
-    w = hy.sum([MOMENTS[i] * b[i] * g[i] * g[i] for i in range(3)])
-    m = D * hy.sum([g[i] * b[i] * k[i] for i in range(3)]) / w
-    omega = [b[i] * (k[i] + m * g[i]) for i in range(3)]
-
-    def turned(v: Any) -> list[Any]:
-        return [
-            v[1] * omega[2] - v[2] * omega[1],
-            v[2] * omega[0] - v[0] * omega[2],
-            v[0] * omega[1] - v[1] * omega[0],
-        ]
-
+    field = ball_field(MOMENTS, D)
     points: list[np.ndarray] = []
 
     def met(integrator: Any, t: float, sign: int) -> None:
         integrator.update_d_output(t)
         points.append(np.append(t, integrator.d_output))
 
-    event = hy.nt_event(g[2], met, direction=hy.event_direction.positive)
-    field = [*zip(k, turned(k), strict=True), *zip(g, turned(g), strict=True)]
+    event = hy.nt_event(field[5][0], met, direction=hy.event_direction.positive)
     integrator = hy.taylor_adaptive(field, y0, tol=TOLERANCE, nt_events=[event], compact_mode=False)
     integrator.propagate_until(10.0)  # everything has been called once
     points.clear()

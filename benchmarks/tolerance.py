@@ -12,7 +12,7 @@ Three parts. *auto*: error over tolerance with ``method="auto"``, and times agai
 settings whose error is below the tolerance (stages 5 … 8, sixteen steps each, iterations to rounding):
 of the run at the chosen step, and of the whole call, the choosing included. *methods*: error over
 tolerance of a method of each family, from two states. *sphere*: times on the Hamiltonised sphere of
-`hamiltonized_states`, to τ = 250 and 2500. Times are the least of several calls in turn.
+`hamiltonized_n3`, to τ = 250 and 2500. Times are the least of several calls in turn.
 """
 
 from __future__ import annotations

@@ -57,19 +57,22 @@ def benchmark() -> str:
     return _table([*heads, "ratio"], rows)
 
 
-def states() -> str:
-    """Return the ratios of wall times from random states."""
-    heads = ["end in τ", "geometric mean of the ratios", "least", "largest"]
-    rows = [
+def against_peers(mean: str, least: bool) -> str:
+    """Return the ratios against heyoka, from random states: of whole calls, or of steps alone."""
+    rows, goals = result("against_peers")["rows"], ("1e-06", "1e-09", "1e-10")
+    heads = ["problem", "end", *(f"error {float(goal):g}" for goal in goals)]
+    found: dict[tuple[str, float], dict[str, str]] = {}
+    for row in rows:
+        cells = found.setdefault((row["problem"], row["end"]), {})
+        worst = f" ({row['least']:.2g})" if least else ""
+        cells[f"{row['goal']:g}"] = f"{row[mean]:.2g}{worst}"
+    return _table(
+        heads,
         [
-            f"{float(end):g}",
-            f"{found['geometric_mean']:.2f}",
-            f"{found['least']:.2f}",
-            f"{found['largest']:.2f}",
-        ]
-        for end, found in result("hamiltonized_states")["ends"].items()
-    ]
-    return _table(heads, rows)
+            [name, f"{end:g}", *(cells[goal] for goal in goals)]
+            for (name, end), cells in found.items()
+        ],
+    )
 
 
 def peers() -> str:
@@ -661,7 +664,13 @@ def substitutions() -> dict[str, str]:
     """Return what stands for ``{{ name }}`` on the pages."""
     return {
         "benchmark": benchmark(),
-        "states": states(),
+        "against_peers": against_peers("geometric_mean", True),
+        "against_peers_steps": against_peers("steps_alone_mean", False),
+        "against_peers_clock": {
+            "wall": "the clock on the wall",
+            "processor": "the processor, since the machine did other things too",
+        }[result("against_peers")["clock"]],
+        "against_peers_states": str(result("against_peers")["states"]),
         **short_runs(),
         **times_words(),
         **sections_words(),
@@ -672,7 +681,7 @@ def substitutions() -> dict[str, str]:
         **ensemble_words(),
         **brouwer_words(),
         **symplectic_words(),
-        "states_machine": measured_on(result("hamiltonized_states")),
+        "against_peers_machine": measured_on(result("against_peers")),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),
         "kernel_limits": kernel_limits(),

@@ -81,7 +81,10 @@ from .problems.forms import (
     Splitting as Splitting,
 )
 from .problems.groups import so3 as so3, so_n as so_n, translations as translations
-from .problems.natural import natural_on_sphere as natural_on_sphere
+from .problems.natural import (
+    natural_in_space as natural_in_space,
+    natural_on_sphere as natural_on_sphere,
+)
 from .problems.pointwise import pointwise as pointwise
 from .problems.problem import Problem as Problem
 from .problems.quadrature import with_quadrature as with_quadrature
@@ -251,6 +254,7 @@ __all__ = [
     "make_plan",
     "maximum",
     "method_names",
+    "natural_in_space",
     "natural_on_sphere",
     "observable",
     "open_ensemble",

@@ -217,6 +217,7 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
         {"scene": ONE, "purpose": "run", "costs": False},
         {"scene": TWO, "purpose": "drift", "costs": True},
     ),
+    "natural_in_space": ({"acceleration": gradient}, {"acceleration": other_gradient}),
     "natural_on_sphere": ({"gradient": gradient}, {"gradient": other_gradient}),
     "so3": ({"vectors": 1}, {"vectors": 2}),
     "so_n": ({"n": 4, "pieces": ("vector",)}, {"n": 5, "pieces": ("vector", "frame")}),
@@ -383,6 +384,7 @@ def stepped(**given: Any) -> Any:
 LOOK: dict[str, Callable[..., Any]] = {
     "Integrator": stepped,
     "Integrator with directions": stepped,
+    "natural_in_space": lambda **given: flow_of(gi.natural_in_space(**given)),
     "natural_on_sphere": lambda **given: flow_of(gi.natural_on_sphere(**given)),
     "great_circle": increment,
     "so3": lambda vectors: group_of(gi.so3(vectors)),
@@ -832,5 +834,5 @@ def test_the_arguments_of_compare_are_those_of_its_tests() -> None:
     """Their effects: tests/compare."""
     assert arguments_of(compare_module.compare) == {
         "model", "end", "methods", "steps", "first_steps", "representation", "repeats", "observe",
-        "reference", "report",
+        "reference", "peers", "report",
     }  # fmt: skip

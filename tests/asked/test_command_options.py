@@ -131,6 +131,7 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--steps": (("s.toml", "--steps", "0.1,0.2"), ("s.toml", "--steps", "0.1,0.25")),
         "--repeats": (("s.toml", "--repeats", "1"), ("s.toml", "--repeats", "2")),
         "--reference": (("s.toml", "--reference", "exact"), ("s.toml", "--reference", "extended")),
+        "--peers": (("s.toml",), ("s.toml", "--peers")),
         "--yes": (("s.toml", "--tau-end", "1e13"), ("s.toml", "--tau-end", "1e13", "--yes")),
         **METHODS,
         **OUT,

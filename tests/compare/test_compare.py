@@ -137,7 +137,9 @@ def test_report_files(tmp_path):
     result = compare_scene(scene, ["gauss-8", "rk-4", "cf-4"], repeats=1)
     write_compare_report(result, scene, tmp_path)
     record = json.loads((tmp_path / "compare.json").read_text())
-    assert set(record) == {"status", "points", "reference", "orders", "best", "provenance"}
+    assert set(record) == {
+        *("status", "points", "peers_left_out", "reference", "orders", "best", "provenance")
+    }
     assert set(record["orders"]) == {"gauss-8", "rk-4", "cf-4"}
     assert record["orders"]["cf-4"]["fitted"] == pytest.approx(4.0, abs=0.7)
     for row in record["best"]:

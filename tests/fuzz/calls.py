@@ -323,6 +323,7 @@ def calls() -> dict[str, Call]:
         "so3": Call(gi.so3, {"vectors": 2}),
         "so_n pieces": Call(lambda n, piece: gi.so_n(n, piece), {"n": 4, "piece": "vector"}),
         "translations": Call(lambda m: gi.so_n(2, "vector") * gi.translations(m), {"m": 2}),
+        "natural_in_space": Call(gi.natural_in_space, {"acceleration": field.field}),
         "natural_on_sphere": Call(gi.natural_on_sphere, {"gradient": field.field}),
         "with_quadrature": Call(
             gi.with_quadrature, {"problem": field, "name": "s", "rate": field.invariants["energy"]}

@@ -13,7 +13,7 @@ import geomint as gi
 from geomint.kernels.groups.great_circle import SMALL
 from geomint.kernels.numbers.blocks import Block
 from geomint.problems.evaluate import derivative, value
-from geomint.problems.testproblems import abc_flow, henon_heiles, neumann, spherical_pendulum
+from geomint.problems.testproblems import abc_flow, lotka_volterra, neumann, spherical_pendulum
 
 EPSILON = 2.0**-52
 
@@ -247,7 +247,7 @@ def test_the_wrong_form() -> None:
     with pytest.raises(gi.FormError, match=r"verlet-2, verlet-4, verlet-6 \(form 'splitting'\)"):
         gi.solve(problem, abc_flow.INITIAL, t_end=1.0, method="rk-4")
     with pytest.raises(gi.FormError, match="needs the form 'splitting'"):
-        gi.solve(henon_heiles.problem(), henon_heiles.INITIAL, t_end=1.0, method="verlet-2")
+        gi.solve(lotka_volterra.problem(), lotka_volterra.INITIAL, t_end=1.0, method="verlet-2")
 
 
 @pytest.mark.nojit

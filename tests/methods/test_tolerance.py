@@ -16,8 +16,11 @@ from scipy.integrate import solve_ivp
 import geomint as gi
 from geomint.methods import Start, find_method
 from geomint.problems.deviation import sizes_of
-from geomint.problems.evaluate import derivative
+from geomint.problems.evaluate import compiled_derivative, derivative
+from geomint.problems.testproblems import outer_solar_system
+from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy.auto import STAGES, auto_method
+from geomint.run.accuracy.choose import LARGE
 from geomint.run.accuracy.growth import amplified, exponential_rate, extrapolated
 from geomint.run.accuracy.search import MOST, Search, Trial
 from geomint.run.accuracy.stretch import Motion, Stretch, stretch
@@ -343,6 +346,42 @@ def test_a_search_stops_where_longer_steps_save_nothing() -> None:
     setting, expected = search.run(1.5)
     assert setting == 1.5
     assert expected == pytest.approx(1.5e-10)
+
+
+@pytest.mark.parametrize("implicit", [True, False])
+def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> None:
+    """Of longer steps; a step that errs too much is always tried anew."""
+
+    def attempt(h: float) -> Trial:
+        error = 1e-9 * h**8
+        return Trial(h, 10.0 * error, stretch_of(error, work=1.0 / h, step=h))
+
+    def searched(first: float, worth: float) -> tuple[int, float]:
+        search = Search(attempt, 1e-5, 8, 100.0, implicit, worth=worth)
+        setting, expected = search.run(first)
+        assert expected == pytest.approx(1e-8 * setting**8, rel=0.01)
+        return len(search.trials), setting
+
+    right = 1000.0 ** (1.0 / 8.0)
+    assert searched(1.0, 0.0) == (2, pytest.approx(right))
+    trials, setting = searched(1.0, 1.0)
+    assert trials == 1
+    assert 1.0 < setting < right
+    assert setting == pytest.approx(1.1 if implicit else 30.0 ** (1.0 / 8.0))
+    trials, setting = searched(4.0, 1.0)
+    assert trials > 1
+    assert setting == pytest.approx(right, rel=0.02)
+
+
+def test_compiled_derivatives_have_the_bits_of_plain_ones() -> None:
+    """Those of large states, by which the first step is chosen: the same time, to the bit."""
+    problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
+    compiled = compiled_derivative(problem)
+    for y in (y0, 1.1 * y0, y0[::-1][::-1]):
+        np.testing.assert_array_equal(compiled(problem, y, 0.5), derivative(problem, y))
+    times = [characteristic_time(problem, y0, rate_at=f) for f in (derivative, compiled)]
+    assert times[0] == times[1]
+    assert problem.rows >= LARGE
 
 
 def test_nothing_is_expected_where_no_trial_runs() -> None:

@@ -41,6 +41,11 @@ __all__ = ["command"]
     type=click.Choice(["auto", "extended", "exact"]),
     help="The reference: double-double arithmetic, or the exact flow; default: auto, what is faster.",
 )
+@click.option(
+    "--peers",
+    is_flag=True,
+    help="Run integrators of other packages too, those that are installed and can state the problem.",
+)
 @t_end_option
 @click.option(
     "--tau-end", type=float, help="End in the reparametrised time of the scene's problem."
@@ -54,6 +59,7 @@ def command(
     steps: str | None,
     repeats: int | None,
     reference: Literal["auto", "extended", "exact"] | None,
+    peers: bool,
     out: Path,
     paper: bool,
     yes: bool,
@@ -67,6 +73,7 @@ def command(
     """
     from ..compare.duration import comparison_time
     from ..compare.of_scene import compare_scene
+    from ..compare.peers import PEERS
     from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, write_compare_report
     from ..report.summary import print_comparison
@@ -84,7 +91,8 @@ def command(
     check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
     check_folder(out, COMPARE_FILES)
     with _status_line(not quiet) as report:
-        result = compare_scene(chosen, names, given, repeats, reference, report)
+        others = PEERS if peers else ()
+        result = compare_scene(chosen, names, given, repeats, reference, others, report)
     write_compare_report(result, chosen, out, reproducing_command(), paper)
     for method, status in result.without_result.items():
         print_message(f"{method}: no result: {status}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from ..plan.tolerance import wanted_step
@@ -21,6 +21,7 @@ def compare_scene(
     steps: list[float] | None = None,
     repeats: int = 3,
     reference: Source = "auto",
+    peers: Iterable[str] = (),
     report: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Compare methods on a scene.
@@ -40,6 +41,7 @@ def compare_scene(
         representation=integrate.representation,
         repeats=repeats,
         reference=reference,
+        peers=peers,
         report=report,
     )
 

@@ -4,7 +4,7 @@ Every method runs in whatever representation and time suits it; all final states
 same physical quantities (`Problem.physical_state`) at the same physical time, and compared with a
 reference of about 32 digits (`geomint.compare.reference`), or with the exact flow
 (`geomint.compare.exact_reference`), that a second method of another family confirms. Errors that it
-is not far better than are not given.
+is not far better than are not given. Integrators of other packages, `peers`, run beside the methods.
 """
 
 from __future__ import annotations
@@ -26,54 +26,19 @@ from ..run.solve import solve
 from ..watch.drift import Drift
 from .endpoint import Endpoint, Source, endpoint_of
 from .ladder import check_representation, checked_steps, ladder
+from .peer_runs import peer_runs
+from .peers import find_peers
+from .point import MAX_SECONDS, Point
 
 __all__ = ["Comparison", "Point", "compare"]
-
-MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
-
-
-@dataclass(frozen=True)
-class Point:
-    """One method at one step, or an adaptive one at one tolerance.
-
-    Attributes
-    ----------
-    step : float
-        Of an adaptive method the mean step; 0 if it did not get there.
-    tolerance, rtol : float or None
-        Of an implicit method; of an adaptive one.
-    error : float or None
-        Largest deviation of a physical quantity from the reference at the end, relative to the
-        largest entry of that quantity. None where there is no result, or one that is nearer to the
-        reference than ten times what that is known to.
-    bound : float or None
-        What the error is at most: the same, or the deviation and what the reference is known to.
-    seconds : float or None
-        Median run time of the repeats, without compilation.
-    status : str
-        ``"ok"``, or why there is no result or no error.
-    """
-
-    method: str
-    order: int
-    representation: str
-    step: float
-    tolerance: float | None
-    error: float | None = None
-    seconds: float | None = None
-    steps: int | None = None
-    evaluations: int | None = None
-    repeats: int = 0
-    status: str = "ok"
-    rtol: float | None = None
-    bound: float | None = None
 
 
 @dataclass(eq=False)
 class Comparison(Compared):
     """All points, the reference, and the drifts of each method's best run.
 
-    `status` is ``"interrupted"`` if Ctrl-C ended it before the last point.
+    `status` is ``"interrupted"`` if Ctrl-C ended it before the last point; `left_out` says of peers
+    that did not run why.
     """
 
     points: list[Point]
@@ -81,14 +46,15 @@ class Comparison(Compared):
     drifts: list[tuple[str, dict[str, Drift]]] = field(default_factory=list)
     compile_seconds: float = 0.0
     status: str = "success"
+    left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def without_result(self) -> dict[str, str]:
-        """Methods of which no point has a result, and why their first one has none."""
+        """Methods, not peers, of which no point has a result, and why their first one has none."""
         found = {p.method for p in self.points if p.bound is not None}
         first: dict[str, str] = {}
         for point in self.points:
-            if point.method not in found:
+            if point.method not in found and point.peer is None:
                 first.setdefault(point.method, point.status)
         return first
 
@@ -97,6 +63,7 @@ class Comparison(Compared):
         return {
             "status": self.status,
             "points": [asdict(point) for point in self.points],
+            "peers_left_out": self.left_out,
             "reference": self.reference,
         }
 
@@ -112,6 +79,7 @@ def compare(
     repeats: int = 5,
     observe: bool = True,
     reference: Source = "auto",
+    peers: Iterable[str] = (),
     report: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run every method at several steps and measure error and run time.
@@ -141,6 +109,9 @@ def compare(
     reference : {"auto", "extended", "exact"}
         What the reference is: an integration in double-double arithmetic; the exact flow, where the
         system has one; or the first, and the second where the first would take minutes.
+    peers : iterable of str
+        Integrators of other packages, of `geomint.compare.peers.PEERS`, that run too, at tolerances of
+        their own. Those that are not installed or cannot state the problem are left out.
     report : callable
         Told what is being done.
 
@@ -148,12 +119,13 @@ def compare(
     ------
     FormError, DomainError
         If there is no exact flow and it is asked for; for a representation that the system does not
-        have; for no methods, no steps, or steps where all methods are adaptive.
+        have; for no methods, no steps, or steps where all methods are adaptive; for an unknown peer.
     UnknownReferenceError
         If the reference is not known, or not confirmed, well enough to judge errors of 1e-5.
     """
     chosen = [find_method(m) for m in methods]
     steps = checked_steps(chosen, steps)
+    others = find_peers(list(peers))
     check_representation(model, representation)
     endpoint, known = endpoint_of(model, end, reference, report)
     result = Comparison([], known)
@@ -176,6 +148,10 @@ def compare(
         warnings.filterwarnings("ignore", "step = .* is longer than the run")
         if not run_many(runs, take):
             result.status = "interrupted"
+            return result
+    beside = peer_runs(others, model, endpoint, representation, repeats, result.left_out, report)
+    if not run_many(beside, result.points.append):
+        result.status = "interrupted"
     return result
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from types import FunctionType
 from typing import Any
 
@@ -9,14 +10,17 @@ import numpy as np
 
 from ..arguments import Array, as_array, finite
 from ..errors import DomainError, nearest
+from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import Block
+from ..kernels.compiling.signatures import FIELD
+from ..kernels.numbers.blocks import Block, scalar_block
 from .declaration import check_form, check_value, known_rates
 from .problem import Problem
 from .watched_call import unwatched_call
 
 __all__ = [
     "at_state",
+    "compiled_derivative",
     "derivative",
     "observable_of",
     "rounding_scale",
@@ -102,6 +106,26 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
         )
         out[:n], out[n:] = dp, -dq
     return out
+
+
+def compiled_derivative(problem: Problem) -> Callable[..., Array]:
+    """Return a function with the bits of `derivative`: the field compiled for single numbers."""
+    assert problem.field is not None
+    state, rates = np.zeros(problem.rows), np.zeros(problem.rows)
+    call = Bound(problem.field, FIELD).call(
+        params=Block(problem.params),
+        t=0.0,
+        y=Block(state),
+        out=Block(rates),
+        work=scalar_block(problem.work),
+    )
+
+    def rate_at(_: Problem, y: Array, t: float = 0.0) -> Array:
+        state[:] = y
+        call(t=t)
+        return rates.copy()
+
+    return rate_at
 
 
 def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -> Array:

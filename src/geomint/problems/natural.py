@@ -1,4 +1,4 @@
-"""Natural systems on the sphere as splittings: a kick, and a great circle."""
+"""Natural systems as splittings: a kick, and the free motion, which is straight or a great circle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,39 @@ from ..kernels.groups.great_circle import great_circle, kick_along_sphere
 from ..kernels.numbers.blocks import part
 from .forms import Splitting
 
-__all__ = ["natural_on_sphere"]
+__all__ = ["natural_in_space", "natural_on_sphere"]
+
+
+def natural_in_space(acceleration: Recorded) -> Splitting:
+    """Return the splitting of q̈ = a(t, q) on states (q, v) of R^2n.
+
+    ::
+
+        part 0:  v ↦ v + h a(t, q)
+        part 1:  q ↦ q + h v
+
+    With `Verlet` this is the method of Störmer and Verlet: symplectic where a = −M⁻¹ ∂V/∂q.
+
+    Parameters
+    ----------
+    acceleration : recorded ``f(params, t, q, out, work)``
+        Writes a(t, q) to `out`.
+    """
+
+    @helper
+    def flow(k: int, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+        n = len(y) // 2
+        if k == 0:
+            acceleration(params, t, part(y, 0, n), part(out, n, n), work)
+            for i in range(n):
+                out[i] = 0.0 * h
+                out[n + i] = h * out[n + i]
+        else:
+            for i in range(n):
+                out[i] = h * y[n + i]
+                out[n + i] = 0.0 * h
+
+    return Splitting(flow, 2)
 
 
 def natural_on_sphere(gradient: Recorded) -> Splitting:

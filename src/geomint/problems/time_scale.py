@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from .evaluate import derivative
 from .problem import Problem
 
 __all__ = ["characteristic_time"]
+
+Rate = Callable[[Problem, Array, float], Array]
 
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 SPACING = 1e-6  # of the differences that give the linearised motion, relative
@@ -30,7 +33,11 @@ POLYNOMIALS = np.linalg.qr(np.vander(2.0 * PARTS - 1.0, DEGREE + 1))[0]
 
 
 def characteristic_time(
-    problem: Problem, y0: Array, direction: float = 1.0, start: float = 0.0
+    problem: Problem,
+    y0: Array,
+    direction: float = 1.0,
+    start: float = 0.0,
+    rate_at: Rate = derivative,
 ) -> float:
     """Return the time scale of the motion from y0 at time `start`, forwards or backwards.
 
@@ -43,6 +50,8 @@ def characteristic_time(
         Of the run, such as its end or its step: the sign counts.
     start : float
         The time at y0.
+    rate_at : callable
+        What gives dy/dt, as `derivative` does in plain Python.
 
     Raises
     ------
@@ -50,14 +59,15 @@ def characteristic_time(
         If the derivative at y0 is not finite, or so large that no time is left; or if it depends on
         time and is smooth over no time at all.
     """
-    rates = derivative(problem, y0, start)
-    time = state_time(problem, y0, rates, start)
+    rates = rate_at(problem, y0, start)
+    time = state_time(problem, y0, rates, start, rate_at)
     if not names_time(problem):
         return time
-    return abs(smooth_time(problem, y0, rates, math.copysign(time, direction), start))
+    signed = math.copysign(time, direction)
+    return abs(smooth_time(problem, y0, rates, signed, start, rate_at))
 
 
-def state_time(problem: Problem, y0: Array, rates: Array, start: float = 0.0) -> float:
+def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at: Rate) -> float:
     """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
 
     For a unit vector turning at angular velocity ω this is 1/ω. But the size of a piece at rest, or
@@ -79,12 +89,12 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float = 0.0) ->
     times.sort()
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
     if times and not nearly:
-        steady = steady_time(problem, y0, rates, times[0], start)
+        steady = steady_time(problem, y0, rates, times[0], start, rate_at)
         if steady > times[0] / RESTING:
-            return finite_time(min(steady, linearised_time(problem, y0, rates, start)))
+            return finite_time(min(steady, linearised_time(problem, y0, rates, start, rate_at)))
         if not from_rest:
             return times[0]
-    linear = linearised_time(problem, y0, rates, start)
+    linear = linearised_time(problem, y0, rates, start, rate_at)
     if not times:
         return finite_time(linear)
     time = max(times[0], min(times[1], linear)) if nearly else times[0]
@@ -96,22 +106,26 @@ def finite_time(time: float) -> float:
     return time if math.isfinite(time) else 1.0
 
 
-def steady_time(problem: Problem, y0: Array, rates: Array, time: float, start: float) -> float:
+def steady_time(
+    problem: Problem, y0: Array, rates: Array, time: float, start: float, rate_at: Rate
+) -> float:
     """Return how long the rates stay, to a tenth; 0 if not over `time`, infinity if for ever."""
-    if not stays(problem, y0, rates, time, start):
+    if not stays(problem, y0, rates, time, start, rate_at):
         return 0.0
-    while stays(problem, y0, rates, 2.0 * time, start):
+    while stays(problem, y0, rates, 2.0 * time, start, rate_at):
         time *= 2.0
         if math.isinf(time):
             return time
     for factor in (2.0**0.5, 2.0**0.25, 2.0**0.125):
-        if stays(problem, y0, rates, factor * time, start):
+        if stays(problem, y0, rates, factor * time, start, rate_at):
             time *= factor
     return time
 
 
 @np.errstate(all="ignore")
-def stays(problem: Problem, y0: Array, rates: Array, time: float, start: float) -> bool:
+def stays(
+    problem: Problem, y0: Array, rates: Array, time: float, start: float, rate_at: Rate
+) -> bool:
     """Tell whether the rates are much the same after a time on the line on which the state sets out.
 
     No piece's rate has changed by half of its size or, where that is more, of the piece's own size
@@ -119,7 +133,7 @@ def stays(problem: Problem, y0: Array, rates: Array, time: float, start: float) 
     """
     if math.isinf(time):
         return True
-    change = derivative(problem, y0 + time * rates, start) - rates
+    change = rate_at(problem, y0 + time * rates, start) - rates
     return all(
         length(change[rows]) <= 0.5 * max(length(rates[rows]), length(y0[rows]) / time)
         for rows in problem.slices.values()
@@ -127,13 +141,15 @@ def stays(problem: Problem, y0: Array, rates: Array, time: float, start: float) 
 
 
 @np.errstate(all="ignore")
-def linearised_time(problem: Problem, y0: Array, rates: Array, start: float) -> float:
+def linearised_time(
+    problem: Problem, y0: Array, rates: Array, start: float, rate_at: Rate
+) -> float:
     """Return min(1/ρ(J), √(‖piece‖ / ‖J ẏ‖)) with J = ∂ẏ/∂y, ρ its spectral radius; inf if all are 0.
 
     The second, for pieces that are not nearly at rest themselves, is the time in which the second
     derivative moves a piece by its own size.
     """
-    J = jacobian(problem, y0, start)
+    J = jacobian(problem, y0, start, rate_at)
     if not np.isfinite(J).all():
         return math.inf
     radius = float(np.max(np.abs(np.linalg.eigvals(J))))
@@ -147,7 +163,7 @@ def linearised_time(problem: Problem, y0: Array, rates: Array, start: float) -> 
     return min(found)
 
 
-def jacobian(problem: Problem, y0: Array, start: float) -> Array:
+def jacobian(problem: Problem, y0: Array, start: float, rate_at: Rate) -> Array:
     """Return ∂ẏ/∂y by central differences."""
     J = np.zeros((problem.rows, problem.rows))
     for rows in problem.slices.values():
@@ -159,7 +175,7 @@ def jacobian(problem: Problem, y0: Array, start: float) -> Array:
             above, below = y0.copy(), y0.copy()
             above[i] += size
             below[i] -= size
-            difference = derivative(problem, above, start) - derivative(problem, below, start)
+            difference = rate_at(problem, above, start) - rate_at(problem, below, start)
             J[:, i] = difference / (above[i] - below[i])
     return J
 
@@ -177,22 +193,24 @@ def names_time(problem: Problem) -> bool:
 
 
 @np.errstate(all="ignore")
-def smooth_time(problem: Problem, y0: Array, rates: Array, time: float, start: float) -> float:
+def smooth_time(
+    problem: Problem, y0: Array, rates: Array, time: float, start: float, rate_at: Rate
+) -> float:
     """Return `time`, halved until the explicit dependence of the rate on time is smooth over it.
 
     Looked at are y0, and a state on the way, where what is multiplied by a piece at rest is seen. What
     is smooth over no time is taken for what it is over the longest that shows no more of it.
     """
     way = y0 + 0.5 * time * rates
-    way += 0.5 * time * derivative(problem, way, start + 0.5 * time)
-    there = derivative(problem, way, start)
+    way += 0.5 * time * rate_at(problem, way, start + 0.5 * time)
+    there = rate_at(problem, way, start)
     states, last = ((y0, way), there) if np.isfinite(there).all() else ((y0,), rates)
-    if not depends_on_time(problem, states[-1], last, time, start):
+    if not depends_on_time(problem, states[-1], last, time, start, rate_at):
         return time
     least, found = math.inf, time
     # A state so small that its own time is 1e100 must be led back to a time that is one.
     for _ in range(HALVINGS + max(0, math.frexp(time)[1])):
-        left = max(roughness(problem, y, time, start) for y in states)
+        left = max(roughness(problem, y, time, start, rate_at) for y in states)
         if left <= FITTED:
             return time
         if left < 0.5 * least:
@@ -203,18 +221,20 @@ def smooth_time(problem: Problem, y0: Array, rates: Array, time: float, start: f
     return found
 
 
-def depends_on_time(problem: Problem, y: Array, first: Array, time: float, start: float) -> bool:
+def depends_on_time(
+    problem: Problem, y: Array, first: Array, time: float, start: float, rate_at: Rate
+) -> bool:
     """Tell whether the rate at a fixed state has other bits at some times up to the given one."""
     times = (start + part * time for part in PARTS[::7])
-    return any(derivative(problem, y, t).tobytes() != first.tobytes() for t in times)
+    return any(rate_at(problem, y, t).tobytes() != first.tobytes() for t in times)
 
 
-def roughness(problem: Problem, y: Array, time: float, start: float) -> float:
+def roughness(problem: Problem, y: Array, time: float, start: float, rate_at: Rate) -> float:
     """Return how far the rate at a fixed state is from a polynomial in time, up to the given one.
 
     Relative to the largest rate of each piece: the largest of them.
     """
-    rates = np.array([derivative(problem, y, start + part * time) for part in PARTS])
+    rates = np.array([rate_at(problem, y, start + part * time) for part in PARTS])
     if not np.isfinite(rates).all():
         return math.inf
     found = 0.0

@@ -61,6 +61,8 @@ def write_compare_report(
         citation=citation,
         status=record["status"],
         points=record["points"],
+        peers=any(p["peer"] for p in record["points"]),
+        left_out=record["peers_left_out"],
         reference=record["reference"],
         reference_words=reference_text(record["reference"]),
         provenance=record["provenance"],
@@ -78,7 +80,9 @@ def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:
     methods = list(dict.fromkeys(p["method"] for p in points))
     failed = sum(p["bound"] is None for p in points)
     unjudged = sum(p["error"] is None for p in points) - failed
-    words = f"{len(methods)} methods at {len(points)} points. "
+    peers = len({p["method"] for p in points if p["peer"]})
+    beside = f", {peers} of them peers," if peers else ""
+    words = f"{len(methods)} methods{beside} at {len(points)} points. "
     if best:
         finest = best[-1]
         words += (

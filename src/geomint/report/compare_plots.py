@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..compare.runs import Point
+    from ..compare.point import Point
 
 __all__ = ["work_precision_figure"]
 
@@ -27,9 +27,9 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
     """Return a figure of run time against error, a line a method, both logarithmic.
 
     Points that failed have no place in it; the page lists them. Those that the reference cannot
-    judge are hollow, at what their error is at most. An error of exactly 0 is drawn at 1e-17, below
-    what float64 resolves. Dotted are slopes of the orders, time ~ error^(−1/p), beside the asymptotic
-    part of the first method of each.
+    judge are hollow, at what their error is at most. Lines of peers are thin. An error of exactly 0 is
+    drawn at 1e-17, below what float64 resolves. Dotted are slopes of the orders, time ~ error^(−1/p),
+    beside the asymptotic part of the first method of each.
     """
     with new_figure(WIDTH, 4.2, layout="constrained") as figure:
         axes = figure.subplots()
@@ -37,8 +37,8 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
         axes.set_yscale("log")
         axes.set_xlabel("error at the end, relative (dimensionless)")
         axes.set_ylabel("run time (s), without compilation")
-        names = list(dict.fromkeys(point.method for point in points))
-        for i, name in enumerate(names):
+        names = {point.method: point.peer is not None for point in points}
+        for i, (name, peer) in enumerate(names.items()):
             own = [
                 (max(point.bound, 1e-17), point.seconds, point.error is None)
                 for point in points
@@ -46,8 +46,9 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
             ]
             if own:
                 errors, seconds, _ = zip(*own, strict=True)
-                style = series_style(i)
-                axes.plot(errors, seconds, label=name, markersize=4.5, **style)
+                style = series_style(i) | ({"linewidth": 0.6, "alpha": 0.75} if peer else {})
+                label = f"{name} (peer)" if peer else name
+                axes.plot(errors, seconds, label=label, markersize=4.5, **style)
                 at_most = [point for point in own if point[2]]
                 if at_most:
                     errors, seconds, _ = zip(*at_most, strict=True)
@@ -55,7 +56,8 @@ def work_precision_figure(points: Sequence[Point], orders: Mapping[str, FittedOr
                     axes.plot(errors, seconds, markersize=4.5, **style)
         _draw_slopes(axes, points, orders)
         if axes.get_legend_handles_labels()[0]:
-            figure.legend(loc="outside upper center", ncols=min(len(names), 5))
+            columns = min(len(names), 4 if any(names.values()) else 5)
+            figure.legend(loc="outside upper center", ncols=columns)
         else:
             axes.text(0.5, 0.5, "no method reached the end", transform=axes.transAxes, ha="center")
     return figure

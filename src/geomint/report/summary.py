@@ -7,7 +7,8 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from ..compare.runs import Comparison, Point
+from ..compare.point import Point
+from ..compare.runs import Comparison
 from ..errors import printable
 from ..plan import MethodRun, SeveralRuns
 from ..run.solution import Solution
@@ -107,7 +108,7 @@ def print_comparison(result: Comparison, scene: Scene) -> None:
         if p.error is None and p.bound is not None:
             error = f"≤ {number(p.bound, 2)}"
         table.add_row(
-            p.method,
+            p.method if p.peer is None else f"{p.method} (peer)",
             number(p.step or None, 4),
             number(p.rtol, 1),
             "—" if p.steps is None else str(p.steps),
@@ -118,6 +119,8 @@ def print_comparison(result: Comparison, scene: Scene) -> None:
     console.print(table)
     for method, status in sorted(reasons):
         console.print(Text(f"{method}: {status}"))
+    for peer, why in result.left_out.items():
+        console.print(Text(f"{peer}: left out: {why}"))
 
 
 def _outcome(point: Point) -> str:

@@ -13,14 +13,18 @@ from ..problem import Problem
 from . import (
     abc_flow,
     double_pendulum,
+    fast_top,
     frame_in_field,
     henon_heiles,
     lotka_volterra,
     neumann,
+    outer_solar_system,
     pulsating_body,
+    schwarzschild,
     so_n_flow,
     sphere_metric,
     spherical_pendulum,
+    spring_pendulum,
 )
 
 __all__ = ["examples"]
@@ -29,6 +33,7 @@ __all__ = ["examples"]
 def examples() -> list[tuple[Problem, npt.NDArray[np.float64]]]:
     """Return all problems, at default parameters, each with an initial state."""
     metric, frame = sphere_metric.problem(), frame_in_field.problem()
+    hole = schwarzschild.problem()
     return [
         (lotka_volterra.problem(), lotka_volterra.INITIAL),
         (henon_heiles.problem(), henon_heiles.INITIAL),
@@ -41,4 +46,8 @@ def examples() -> list[tuple[Problem, npt.NDArray[np.float64]]]:
         (neumann.problem(), neumann.initial()),
         (frame, frame_in_field.initial(frame)),
         (metric, sphere_metric.initial(metric)),
+        (outer_solar_system.problem(), outer_solar_system.initial()),
+        (hole, schwarzschild.initial(hole)),
+        (spring_pendulum.problem(), spring_pendulum.INITIAL),
+        (fast_top.problem(), fast_top.initial()),
     ]

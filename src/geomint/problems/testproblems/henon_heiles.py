@@ -7,23 +7,32 @@ from typing import Any
 import numpy as np
 
 from ...kernels.compiling.recorded import field
+from ...kernels.numbers.blocks import part
 from ..forms import Measure
+from ..natural import natural_in_space
 from ..problem import Problem
 from ..two_form import SymplecticForm
 
-__all__ = ["INITIAL", "problem"]
+__all__ = ["CHAOTIC", "INITIAL", "problem"]
 
 INITIAL = np.array([0.1, -0.2, 0.3, 0.15])
+CHAOTIC = np.array([0.0, 0.3, np.sqrt(0.138), 0.2])  # energy 1/8
+
+
+@field
+def force(params: Any, t: Any, q: Any, out: Any, work: Any) -> None:
+    """−∂V/∂q."""
+    q1, q2 = q[0], q[1]
+    out[0] = -q1 - 2.0 * params[0] * q1 * q2
+    out[1] = -q2 - params[0] * (q1 * q1 - q2 * q2)
 
 
 @field
 def motion(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """q̇ = p, ṗ = −∂V/∂q."""
-    q1, q2 = y[0], y[1]
     out[0] = y[2]
     out[1] = y[3]
-    out[2] = -q1 - 2.0 * params[0] * q1 * q2
-    out[3] = -q2 - params[0] * (q1 * q1 - q2 * q2)
+    force(params, t, part(y, 0, 2), part(out, 2, 2), work)
 
 
 @field
@@ -38,7 +47,9 @@ def energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 def problem(coupling: float = 1.0) -> Problem:
     """Return the system of Hénon and Heiles, H = ½(|p|² + |q|²) + λ (q₁² q₂ − q₂³/3).
 
-    Chaotic at energies near 1/6 (λ = 1); at `INITIAL`, 0.0777, nearly integrable.
+    Chaotic at energies near 1/6 (λ = 1); at `INITIAL`, 0.0777, nearly integrable; at `CHAOTIC`, the
+    state of energy 1/8 of E. Hairer, R. I. McLachlan, A. Razakarivony (BIT 48 (2008) 231) and of
+    arXiv:2511.03655, chaotic. Forms: ODE and splitting.
 
     References
     ----------
@@ -49,6 +60,7 @@ def problem(coupling: float = 1.0) -> Problem:
         pieces=(("q", 2), ("p", 2)),
         params=np.array([coupling]),
         field=motion,
+        splitting=natural_in_space(force),
         invariants={"energy": energy},
         measure=Measure(),
         symplectic_form=SymplecticForm(),

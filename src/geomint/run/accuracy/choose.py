@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
-from ...problems.evaluate import value
+from ...problems.evaluate import compiled_derivative, derivative, value
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
@@ -18,7 +18,7 @@ from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .growth import amplified, exponential_rate, extrapolated
 from .search import Search, Trial
 from .spots import Sample
-from .stretch import Motion, Stretch, stretch
+from .stretch import COARSE, FINE, Motion, Stretch, stretch
 
 __all__ = ["Chosen", "checked_tolerance", "choose"]
 
@@ -34,7 +34,10 @@ BIAS = 0.1  # see `with_iteration_tolerance`
 SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
+LARGE = 32  # numbers of a state whose derivative takes Python longer than a call of compiled code
+SHORT_PART = 0.5  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
+TRIAL = (COARSE + FINE) / COARSE  # times the stretch: the work of a trial
 SHORTER = 0.6  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
@@ -162,7 +165,9 @@ def choose(
         assert problem.clock is not None
         rate = value(problem, problem.clock, y0)
         motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
-    time = characteristic_time(problem, y0, span, begin)
+    large = compiled and problem.field is not None and problem.rows >= LARGE
+    rate_at = compiled_derivative(problem) if large else derivative
+    time = characteristic_time(problem, y0, span, begin, rate_at)
     wanted = Wanted(motion, tolerance, time, clock, compiled, watched, reason)
     if isinstance(method, Adaptive):
         return _local_tolerance(wanted, method)
@@ -188,8 +193,10 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         return Trial(step, wanted.error(found, own), found)
 
     turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
+    turns = max(TURNS, min(turns, SHORT_PART * wanted.turns))
     short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
-    search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit)
+    worth = TRIAL * short / abs(motion.span)
+    search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit, worth=worth)
     step, expected = search.run(first)
     if not method.symmetric and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, lambda step: tried(step, long))

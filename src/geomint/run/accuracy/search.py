@@ -50,6 +50,8 @@ class Search:
         Whether larger settings may fail to converge, or cost more.
     near : float
         The factor in error over which the power is trusted without a further trial.
+    worth : float
+        What a trial costs, as a part of the run: one of a longer step that saves less is not made.
     """
 
     attempt: Callable[[float], Trial]
@@ -58,6 +60,7 @@ class Search:
     largest: float
     implicit: bool
     near: float = 30.0
+    worth: float = 0.0
     trials: list[Trial] = field(default_factory=list)
 
     @property
@@ -79,7 +82,7 @@ class Search:
             if self._not_worth():
                 break
             setting, near = self._next(failed)
-            if near:
+            if near or self._saves(trial.setting, setting) < self.worth:
                 break
         good = list(self._good())
         if not good:
@@ -88,6 +91,7 @@ class Search:
             return good[-2][0].setting, good[-2][1]
         trial, error, _ = min(good, key=lambda each: abs(math.log(each[1] / self.goal)))
         chosen = self._changed(trial, error, failed)
+        chosen = min(chosen, trial.setting * self.near ** (1.0 / self.power))
         if self.implicit:
             chosen = min(chosen, BEYOND * max(t.setting for t, _, _ in good))
         return chosen, error * (chosen / trial.setting) ** self._power()
@@ -122,6 +126,10 @@ class Search:
         if not self.implicit or len(good) < 2 or good[-1].step <= good[-2].step:
             return False
         return good[-1].work > WORTH * good[-2].work
+
+    def _saves(self, setting: float, longer: float) -> float:
+        """Return the part of the run that a longer setting saves; infinite for a shorter one."""
+        return 1.0 - setting / longer if longer > setting else math.inf
 
     def _power(self) -> float:
         """Return the power that the last two trials showed, if they were far above rounding."""

@@ -1,0 +1,127 @@
+"""Peers on the problem of a comparison: at several tolerances, to the same end."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from ..errors import FormError
+from ..methods.rattle import Rattle
+from ..problems.problem import Problem
+from ..problems.systems import Model
+from ..run.timeline import default_step
+from .endpoint import Endpoint
+from .ladder import STEP_FACTORS
+from .peers.peer import End, Motion, Peer, Ready
+from .point import MAX_SECONDS, Point
+
+__all__ = ["peer_runs"]
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
+
+
+def peer_runs(
+    peers: list[Peer],
+    model: Model,
+    endpoint: Endpoint,
+    representation: str | None,
+    repeats: int,
+    left_out: dict[str, str],
+    report: Callable[[str], None],
+) -> Iterator[Point]:
+    """Run every peer and yield its points; note in `left_out` which did not run, and why."""
+    for peer in peers:
+        version = peer.version
+        if version is None:
+            left_out[peer.name] = f"{peer.package} is not installed: pip install {peer.package}"
+            continue
+        report(peer.name)
+        try:
+            name, motion = _motion(peer, model, endpoint, representation)
+            start = peer.start(motion)
+        except FormError as error:
+            left_out[peer.name] = str(error)
+            continue
+        blank = Point(peer.name, 0, name, 0.0, None, peer=f"{peer.package} {version}")
+        expected, before = 0.0, 1.0
+        for setting in _settings(peer, motion):
+            own: dict[str, Any] = {"step" if peer.fixed else "rtol": setting}
+            point = replace(blank, **own)
+            expected *= _times_longer(point.order, before, setting)
+            if expected > MAX_SECONDS:
+                yield replace(point, status=f"not run: would take about {expected:.0f} s")
+                continue
+            report(f"{peer.name}, {'step' if peer.fixed else 'tolerance'} {setting:.1e}")
+            point = _point(point, start, setting, motion, endpoint, repeats)
+            blank = replace(blank, order=point.order)
+            expected, before = point.seconds or 0.0, setting
+            yield point
+
+
+def _motion(
+    peer: Peer, model: Model, endpoint: Endpoint, representation: str | None
+) -> tuple[str, Motion]:
+    """Return what a peer integrates: the first representation in whose own time the end is known."""
+    own = next(iter(model.problems))
+    wanted = own if representation == "own" else representation
+    for name, problem in model.problems.items():
+        end = _own_end(problem, endpoint)
+        if end is not None and wanted in (None, name):
+            return name, Motion(problem, model.states[name], end)
+    raise FormError("the end is not known in the time of the problem")
+
+
+def _own_end(problem: Problem, endpoint: Endpoint) -> float | None:
+    ends = endpoint.end_for(problem)
+    return ends.get("tau_end" if problem.time == "tau" else "t_end")
+
+
+def _settings(peer: Peer, motion: Motion) -> list[float]:
+    if not peer.fixed:
+        return list(TOLERANCES)
+    base = default_step(motion.problem, Rattle(), motion.y0, motion.end)
+    return [factor * base for factor in STEP_FACTORS]
+
+
+def _times_longer(order: int, before: float, now: float) -> float:
+    """Return by which factor a smaller tolerance makes a run longer."""
+    return float((before / now) ** (1.0 / (order + 1))) if order else 1.0
+
+
+def _point(
+    point: Point,
+    start: Callable[[float], Ready],
+    setting: float,
+    motion: Motion,
+    endpoint: Endpoint,
+    repeats: int,
+) -> Point:
+    """Return the point of a peer at a setting, run until it has its repeats; the first run warms up."""
+    try:
+        ready = start(setting)
+        point = replace(point, order=ready.order)
+        found, first = _timed(ready)
+        seconds: list[float] = [] if first < MAX_SECONDS / repeats else [first]
+        while len(seconds) < repeats and sum(seconds) < MAX_SECONDS:
+            found, last = _timed(ready)
+            seconds.append(last)
+    except Exception as error:  # whatever another package raises
+        return replace(point, status=f"failed: {type(error).__name__}: {error}")
+    return replace(
+        point,
+        step=abs(motion.end) / found.steps if found.steps else point.step,
+        seconds=statistics.median(seconds),
+        steps=found.steps,
+        evaluations=found.evaluations,
+        repeats=len(seconds),
+        **endpoint.judged(motion.problem, found.y),
+    )
+
+
+def _timed(ready: Ready) -> tuple[End, float]:
+    begun = time.perf_counter()
+    found = ready.run()
+    return found, time.perf_counter() - begun

@@ -1,0 +1,167 @@
+"""Test problems from the literature, against what is known of them by other means."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp
+from scipy.integrate import solve_ivp
+
+import geomint as gi
+from geomint.problems.deviation import sizes_of
+from geomint.problems.evaluate import derivative, value
+from geomint.problems.testproblems import (
+    fast_top,
+    henon_heiles,
+    outer_solar_system,
+    schwarzschild,
+    spring_pendulum,
+)
+
+HOLE = schwarzschild.problem()
+PROBLEMS = {
+    "henon-heiles": (henon_heiles.problem(), henon_heiles.CHAOTIC, 20.0),
+    "outer-solar-system": (outer_solar_system.problem(), outer_solar_system.initial(), 10_000.0),
+    "schwarzschild": (HOLE, schwarzschild.initial(HOLE), 2000.0),
+    "spring-pendulum": (spring_pendulum.problem(), spring_pendulum.INITIAL, 1.0),
+    "fast-top": (fast_top.problem(), fast_top.initial(), 2.0),
+}
+
+
+def truth(problem: gi.Problem, y0: np.ndarray, end: float) -> np.ndarray:
+    """Return the state at the end by SciPy, on the field in plain Python."""
+    found = solve_ivp(
+        lambda t, y: derivative(problem, y, t),
+        (0.0, end),
+        y0,
+        "DOP853",
+        rtol=1e-13,
+        atol=1e-13 * np.abs(y0).max() * 1e-3,
+    )
+    return np.asarray(found.y[:, -1])
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("method", ["auto", "verlet-6"])
+def test_the_tolerance_is_met(name: str, method: str) -> None:
+    """By the default method, and by the splitting where there is one; nothing that is kept changes."""
+    problem, y0, end = PROBLEMS[name]
+    if method == "verlet-6" and "splitting" not in problem.forms:
+        return
+    tolerance = 1e-8 if method == "auto" else 1e-6
+    sol = gi.solve(problem, y0, t_end=end, method=method, tolerance=tolerance, observe="invariants")
+    right = truth(problem, y0, end)
+    assert np.max(np.abs(sol.y[-1] - right) / sizes_of(problem, right)) < 4.0 * tolerance
+    assert np.max(np.abs(right - y0) / sizes_of(problem, right)) > 0.1
+    for name_, drift in sol.drift.items():
+        scale = max(abs(value(problem, name_, y0)), 1e-3 * np.abs(y0).max())
+        assert drift.max_abs_error < 10.0 * tolerance * scale, name_
+
+
+@pytest.mark.parametrize(
+    ("method", "order", "step"),
+    [("verlet-2", 2, 40.0), ("verlet-4", 4, 80.0), ("gauss-2", 4, 80.0)],
+)
+def test_orders_on_the_solar_system(method: str, order: int, step: float) -> None:
+    problem, y0, end = *PROBLEMS["outer-solar-system"][:2], 4000.0
+    right = truth(problem, y0, end)
+    errors = [
+        np.max(np.abs(gi.solve(problem, y0, t_end=end, method=method, step=h).y[-1] - right))
+        for h in (step, 0.5 * step)
+    ]
+    assert abs(np.log2(errors[0] / errors[1]) - order) < 0.3
+
+
+def test_the_planets_have_their_orbits() -> None:
+    """Semi-major axes and eccentricities of the data are those of the almanac, to perturbations."""
+    y, n = outer_solar_system.initial(), 18
+    axes = (5.203, 9.555, 19.22, 30.11, 39.48)
+    eccentricities = (0.0484, 0.0555, 0.0464, 0.0095, 0.2488)
+    for i, (a, e) in enumerate(zip(axes, eccentricities, strict=True), start=1):
+        q, v = y[3 * i : 3 * i + 3], y[n + 3 * i : n + 3 * i + 3]
+        mass = outer_solar_system.CONSTANT * sum(outer_solar_system.MASSES[j] for j in (0, i))
+        energy = 0.5 * v @ v - mass / np.linalg.norm(q)
+        laplace = np.cross(v, np.cross(q, v)) / mass - q / np.linalg.norm(q)
+        assert abs(-0.5 * mass / energy / a - 1.0) < 0.015
+        assert abs(np.linalg.norm(laplace) - e) < 0.012
+
+
+def test_pluto_can_be_left_out() -> None:
+    problem, y0 = outer_solar_system.problem(pluto=False), outer_solar_system.initial(pluto=False)
+    whole, y = outer_solar_system.problem(), outer_solar_system.initial()
+    some = derivative(problem, y0)
+    assert problem.rows == len(y0) == 30
+    np.testing.assert_allclose(some, np.delete(derivative(whole, y), np.s_[15:18])[:-3], atol=1e-12)
+
+
+def radial(problem: gi.Problem, y0: np.ndarray) -> tuple[float, float, float]:
+    """Return proper time and angle between pericentres of a geodesic, and the sine of its tilt."""
+    energy, momentum = (mp.mpf(x) for x in problem.params[:2])
+    total = mp.sqrt(mp.mpf(y0[3]) ** 2 + momentum**2)
+    # (dr/dτ)² = E² − (1 − 2/r)(1 + ℓ²/r²), with w = 1/r a cubic −: three roots, two turning points
+    cubic = [2 * total**2, -(total**2), 2, energy**2 - 1]
+    near = np.sort(np.roots(np.array(cubic, dtype=float)).real)
+
+    def square(w: Any) -> Any:
+        return ((cubic[0] * w + cubic[1]) * w + cubic[2]) * w + cubic[3]
+
+    low, high, third = (mp.findroot(square, w) for w in near)
+    middle, size = (low + high) / 2, (high - low) / 2
+
+    def part(angle: Any, power: int) -> Any:
+        w = middle + size * mp.cos(angle)
+        return w**-power / mp.sqrt(2 * total**2 * (third - w))
+
+    time = 2 * mp.quad(lambda s: part(s, 2), [0, mp.pi / 2, mp.pi])
+    turn = 2 * mp.quad(lambda s: total * part(s, 0), [0, mp.pi / 2, mp.pi])
+    return float(time), float(turn), float(mp.mpf(y0[3]) / total)
+
+
+def test_a_geodesic_precesses_as_relativity_says() -> None:
+    """Without a magnetic field: after a radial period it is at the angle of the quadrature."""
+    problem = schwarzschild.problem(magnetic=0.0)
+    y0 = schwarzschild.initial(problem)
+    period, turn, tilt = radial(problem, y0)
+    sol = gi.solve(problem, y0, t_end=period, tolerance=1e-12, observe="invariants")
+    r, theta, pr, _ = sol.y[-1]
+    assert abs(r - y0[0]) < 1e-9
+    assert abs(pr) < 1e-10
+    assert abs(np.cos(theta) + tilt * np.sin(turn)) < 1e-10
+    assert turn > 2.2 * np.pi  # far from an ellipse
+    assert set(sol.drift) == {"hamiltonian", "angular-momentum-squared"}
+
+
+def test_a_top_nutates_in_the_time_of_the_quadrature() -> None:
+    """Let go with its axis at rest, it is at rest at the same height after each nutation."""
+    problem, y0 = fast_top.problem(), fast_top.initial()
+    across, _, weight = (mp.mpf(x) for x in problem.params)
+    spin, u0 = mp.mpf(y0[2]), mp.mpf(y0[5])
+    # I² u̇² = (u0 − u) (2WI (1 − u²) − m₃² (u0 − u)), u = γ₃
+    low = mp.findroot(lambda u: 2 * weight * across * (1 - u * u) - spin**2 * (u0 - u), u0)
+    other = spin**2 / (2 * weight * across) - low  # the sum of the quadratic's roots
+    middle, size = (u0 + low) / 2, (u0 - low) / 2
+
+    def rate(s: Any) -> Any:
+        u = middle + size * mp.cos(s)
+        return across / mp.sqrt(2 * weight * across * (other - u))
+
+    period = float(2 * mp.quad(rate, [0, mp.pi]))
+    assert abs(period * float(spin) / 2 / np.pi - 1.0) < 0.01
+    end = gi.solve(problem, y0, t_end=3.0 * period, step=period / 20, method="gauss-8").y[-1]
+    assert abs(end[5] - y0[5]) < 1e-12
+    assert np.hypot(end[0], end[1]) < 1e-10
+    sol = gi.solve(problem, y0, t_end=0.5 * period, step=period / 20, method="gauss-8")
+    assert abs(sol.y[-1, 5] - float(low)) < 1e-12
+
+
+@pytest.mark.parametrize("stiffness", [100.0, 3.0])
+def test_a_hanging_spring_vibrates_harmonically(stiffness: float) -> None:
+    problem = spring_pendulum.problem(stiffness, 0.7)
+    rest = 1.0 + 0.7 / stiffness**2
+    y0, t = np.array([0.0, -rest - 0.02, 0.0, 0.0]), 7.0 / stiffness
+    for method in ("gauss-8", "verlet-8"):
+        end = gi.solve(problem, y0, t_end=t, step=t / 40, method=method).y[-1]
+        exact = [0.0, -rest - 0.02 * np.cos(7.0), 0.0, 0.02 * stiffness * np.sin(7.0)]
+        np.testing.assert_allclose(end, exact, rtol=0, atol=1e-9)
