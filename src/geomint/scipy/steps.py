@@ -36,9 +36,10 @@ def explicit(f: Any, t: float, y: Any, h: float, A: Any, b: Any, c: Any, L: Any)
 def gauss(f: Any, t: float, y: Any, h: float, mu: Any, b: Any, c: Any, L: Any) -> Any:
     """Return the increments ``L_i = h b_i f(Y_i)``, from a guess of them; evaluations and status.
 
-    The iteration ends where in every component the change is 0, or rounding that no longer falls.
+    The iteration ends where twice running every component's change is 0, or rounding that no longer
+    falls. Twice, because components may take turns: those of a rotation do.
     """
-    least = np.full(y.shape, np.inf)
+    least, settled = np.full(y.shape, np.inf), False
     small = np.zeros(y.shape, np.bool_)
     for iteration in range(1, ITERATIONS + 1):
         Y = y + np.dot(mu, L)
@@ -52,8 +53,9 @@ def gauss(f: Any, t: float, y: Any, h: float, mu: Any, b: Any, c: Any, L: Any) -
         size = np.abs(y) + np.abs(new).sum(axis=0)
         small = change <= 2.0**-48 * size.max()
         ended = (change == 0.0) | ((change >= least) & (small | (change <= 2.0**-40 * size)))
-        least, L = np.minimum(least, change), new
-        if np.all(ended):
+        least, L, again = np.minimum(least, change), new, settled
+        settled = np.all(ended)
+        if (settled and again) or np.all(change == 0.0):
             return L, iteration * len(c), OK
     return L, ITERATIONS * len(c), OK if np.all(small) else NOT_CONVERGED
 
