@@ -30,10 +30,11 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 # The tables are included by pages.
-exclude_patterns = ["_build", "audit-table.md", "drift-classes-table.md"]
+exclude_patterns = ["_build", "examples", "audit-table.md", "drift-classes-table.md"]
 default_role = "py:obj"
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
@@ -51,6 +52,24 @@ napoleon_use_rtype = False
 napoleon_custom_sections = [("Attributes", "params_style")]
 
 myst_substitutions = tables.substitutions()
+
+# The gallery: docs/examples is run, and docs/gallery is what comes out.
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "example_extensions": {".py"},
+    "within_subsection_order": "FileNameSortKey",
+    "abort_on_example_error": True,
+    "reset_modules": ("gallery_setup.begin_page",),
+    "image_scrapers": ("gallery_setup.new_figures",),
+    "capture_repr": (),
+    "download_all_examples": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "min_reported_time": 1e9,
+    "plot_gallery": "True",
+}
 
 html_theme = "furo"
 html_title = f"geomint {release}"

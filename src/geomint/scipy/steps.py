@@ -54,7 +54,7 @@ def gauss(f: Any, t: float, y: Any, h: float, mu: Any, b: Any, c: Any, L: Any) -
         small = change <= 2.0**-48 * size.max()
         ended = (change == 0.0) | ((change >= least) & (small | (change <= 2.0**-40 * size)))
         least, L, again = np.minimum(least, change), new, settled
-        settled = np.all(ended)
+        settled = bool(np.all(ended))
         if (settled and again) or np.all(change == 0.0):
             return L, iteration * len(c), OK
     return L, ITERATIONS * len(c), OK if np.all(small) else NOT_CONVERGED
