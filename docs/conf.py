@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import re
 import sys
@@ -17,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import tables
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from public_names import documented_as, with_public_names
 
 import geomint
 
@@ -143,21 +143,17 @@ def _mathml(block: bool) -> Any:
 
 
 def _public_name(app: Any, env: Any, node: Any, text: Any) -> Any:
-    """Resolve a public name, such as geomint.Problem, to where it is defined and documented."""
-    package, _, name = node.get("reftarget", "").partition(".")
-    if package not in ("geomint", "chaplygin") or not name:
-        return None
-    value = getattr(importlib.import_module(package), name.split(".")[0], None)
-    module = getattr(value, "__module__", None)
-    if module is None or module == package:
+    """Resolve the name of something public to its public name, under which it is documented."""
+    target = documented_as(node.get("reftarget", ""), node.get("py:module"))
+    if target is None:
         return None
     domain = env.get_domain("py")
-    target = f"{module}.{name}"
     return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
 
 
 def _expanded(app: Any, name: str, content: list[str]) -> None:
-    content[0] = tables.with_modules(content[0])
+    text = tables.with_modules(content[0])
+    content[0] = with_public_names(text) if name.startswith("api/") else text
 
 
 def setup(app: Any) -> None:

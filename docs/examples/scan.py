@@ -3,7 +3,7 @@ A scan over two parameters
 ==========================
 
 A parameter of the system by an initial angle: 625 runs, side by side in the lanes and cores of the
-machine. The colour is the rate at which (γ₁, γ₂) turns, read off every run as it goes along.
+machine. The colour is the main frequency of γ₃, read off every run as it goes along.
 """
 
 import matplotlib.pyplot as plt

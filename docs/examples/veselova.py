@@ -3,7 +3,7 @@ The Veselova problem
 ====================
 
 A rigid body about a fixed point may not turn about a direction γ that is fixed in space. In the body γ
-moves on a sphere, between two curves; energy and K are kept to rounding.
+moves on a sphere; energy and K are kept to rounding.
 """
 
 import chaplygin as ch
