@@ -1,4 +1,4 @@
-"""Prose of pages: a paragraph, or an item of a list, is one line. ``python tests/pages/prose.py`` mends."""
+"""A paragraph of a page, or an item of a list, is one line: ``python tests/pages/prose.py`` mends."""
 
 from __future__ import annotations
 

@@ -17,7 +17,8 @@ def test_a_paragraph_is_a_line(path: Path) -> None:
 
 def test_what_is_joined() -> None:
     """Paragraphs, items and captions; not code, formulas, tables, terms, options."""
-    kept = "# A\n\n| a |\n|---|\n\n```python\nx\ny\n```\n\n$$\na\nb\n$$\n\n:::{glossary}\nterm\n  text\n:::\n"
+    parts = ["# A", "| a |\n|---|", "```python\nx\ny\n```", "$$\na\nb\n$$"]
+    kept = "\n\n".join([*parts, ":::{glossary}\nterm\n  text\n:::\n"])
     assert joined(kept) == kept
     figure = "```{figure} a.png\n:alt: b\n\nOne\ntwo.\n```\n"
     assert joined(figure) == figure.replace("One\ntwo", "One two")
