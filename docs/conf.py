@@ -59,7 +59,7 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     "filename_pattern": r"\.py$",
     "example_extensions": {".py"},
-    "within_subsection_order": "FileNameSortKey",
+    "within_subsection_order": "gallery_setup.PageOrder",
     "abort_on_example_error": True,
     "reset_modules": ("gallery_setup.begin_page",),
     "image_scrapers": ("gallery_setup.new_figures",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -12,6 +13,19 @@ from sphinx_gallery.scrapers import figure_rst
 
 from geomint import GeomintWarning
 from geomint.plots.style import COLOURS, STYLE
+
+FIRST = ("rolling_ball", "poincare_section", "drift_of_four_methods", "measure_lost_and_kept")
+
+
+class PageOrder:
+    """The order on the gallery's page: what shows most, then the others by name."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+
+    def __call__(self, name: str) -> tuple[int, str]:
+        stem = Path(name).stem
+        return (FIRST.index(stem) if stem in FIRST else len(FIRST)), stem
 
 
 def begin_page(gallery_conf: dict[str, Any], name: str) -> None:
