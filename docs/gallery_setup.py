@@ -24,6 +24,7 @@ class PageOrder:
         self.source = source
 
     def __call__(self, name: str) -> tuple[int, str]:
+        """Return what pages are sorted by."""
         stem = Path(name).stem
         return (FIRST.index(stem) if stem in FIRST else len(FIRST)), stem
 
