@@ -12,6 +12,10 @@ _OWN = re.compile(r"\s*(#|\||[-*+] |\d+\. |>|:[\w-]+:|\(.*\)=$|<|\$\$|%|\+\+\+|:
 _FENCE = re.compile(r"\s*(`{3,}|:{3,})(\{?[\w-]*)")
 _IN_PROSE = ("{figure", "{note", "{grid", "{tip", "{warning")  # directives whose contents are prose
 
+WRITTEN = [
+    path for path in PAGES if not path.stem.endswith("-table")
+]  # tables are made by programs
+
 
 def joined(text: str) -> str:
     """Return a page with every paragraph on one line; code, tables and terms stay as they are."""
@@ -50,7 +54,7 @@ def _lines(text: str) -> Iterator[tuple[str, bool]]:
 
 
 if __name__ == "__main__":
-    for path in PAGES:
+    for path in WRITTEN:
         before = path.read_text("utf-8")
         if (after := joined(before)) != before:
             path.write_text(after, "utf-8")

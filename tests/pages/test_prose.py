@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from blocks import PAGES
-from prose import joined
+from prose import WRITTEN, joined
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WRITTEN, ids=lambda path: path.stem)
 def test_a_paragraph_is_a_line(path: Path) -> None:
     text = path.read_text("utf-8")
     assert text == joined(text), "python tests/pages/prose.py mends it"
