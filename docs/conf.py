@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import os
 import re
 import sys
@@ -17,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import tables
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
+from public_names import documented_as, with_public_names
 
 import geomint
 
@@ -30,10 +30,11 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 # The tables are included by pages.
-exclude_patterns = ["_build", "audit-table.md", "drift-classes-table.md"]
+exclude_patterns = ["_build", "examples", "audit-table.md", "drift-classes-table.md"]
 default_role = "py:obj"
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
@@ -51,6 +52,24 @@ napoleon_use_rtype = False
 napoleon_custom_sections = [("Attributes", "params_style")]
 
 myst_substitutions = tables.substitutions()
+
+# The gallery: docs/examples is run, and docs/gallery is what comes out.
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "example_extensions": {".py"},
+    "within_subsection_order": "gallery_setup.PageOrder",
+    "abort_on_example_error": True,
+    "reset_modules": ("gallery_setup.begin_page",),
+    "image_scrapers": ("gallery_setup.new_figures",),
+    "capture_repr": (),
+    "download_all_examples": False,
+    "show_signature": False,
+    "write_computation_times": False,
+    "min_reported_time": 1e9,
+    "plot_gallery": "True",
+}
 
 html_theme = "furo"
 html_title = f"geomint {release}"
@@ -124,21 +143,17 @@ def _mathml(block: bool) -> Any:
 
 
 def _public_name(app: Any, env: Any, node: Any, text: Any) -> Any:
-    """Resolve a public name, such as geomint.Problem, to where it is defined and documented."""
-    package, _, name = node.get("reftarget", "").partition(".")
-    if package not in ("geomint", "chaplygin") or not name:
-        return None
-    value = getattr(importlib.import_module(package), name.split(".")[0], None)
-    module = getattr(value, "__module__", None)
-    if module is None or module == package:
+    """Resolve the name of something public to its public name, under which it is documented."""
+    target = documented_as(node.get("reftarget", ""), node.get("py:module"))
+    if target is None:
         return None
     domain = env.get_domain("py")
-    target = f"{module}.{name}"
     return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", target, node, text)
 
 
 def _expanded(app: Any, name: str, content: list[str]) -> None:
-    content[0] = tables.with_modules(content[0])
+    text = tables.with_modules(content[0])
+    content[0] = with_public_names(text) if name.startswith("api/") else text
 
 
 def setup(app: Any) -> None:

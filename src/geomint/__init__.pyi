@@ -1,5 +1,6 @@
 # The public names, for type checkers and for lazy_loader: what is not here is not public.
 
+from . import scipy as scipy
 from .arguments import as_vector as as_vector
 from .cli.chaos_report import chaos_report as chaos_report
 from .cli.drift_report import drift_report as drift_report
@@ -266,6 +267,7 @@ __all__ = [
     "run_scene",
     "scan_report",
     "scene_names",
+    "scipy",
     "section",
     "section_report",
     "select",

@@ -38,6 +38,9 @@ PYTHON = [
     "frequencies",
     "is-it-chaotic",
     "many-runs",
+    "index",
+    "how-do-i",
+    "other-packages",
     "README",
 ]
 

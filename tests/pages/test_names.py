@@ -12,6 +12,7 @@ from types import ModuleType
 import pytest
 import tables
 from blocks import PAGES, README, ROOT, blocks, prose
+from public_names import with_public_names
 
 import chaplygin
 import geomint
@@ -51,6 +52,20 @@ def test_api_pages_have_every_public_name(package: ModuleType) -> None:
             assert any(entry.startswith(value.__name__) for entry in modules | names), name
         elif not isinstance(value, str):
             assert name in shown, name
+
+
+def test_what_is_public_is_documented_by_its_public_name() -> None:
+    """And once: pages list modules, and what is public of them is taken out."""
+    pages = [
+        with_public_names(tables.with_modules(p.read_text("utf-8"))) for p in API.glob("*.rst")
+    ]
+    text = "\n".join(pages)
+    listed = re.findall(r"auto(?:class|function|exception):: (\S+)", text)
+    listed += [f"geomint.{name}" for name in re.findall(r"py:data:: (\w+)\n", text)]
+    listed += re.findall(r"automodule:: (geomint\.scipy)\n", text)
+    assert len(listed) == len(set(listed))
+    for package in (geomint, chaplygin):
+        assert {f"{package.__name__}.{name}" for name in package.__all__} <= set(listed)
 
 
 def targets(path: Path) -> list[tuple[str, str]]:

@@ -160,7 +160,7 @@ def _compiled(problem: Problem, y0: Array, end: float, tolerance: float) -> Arra
 @np.errstate(all="ignore")
 def _plain(problem: Problem, y0: Array, end: float, tolerance: float) -> Array:
     """Return the end of a run of SciPy's DOP853, in units of the end and of the pieces."""
-    from scipy.integrate import DOP853  # type: ignore[attr-defined]
+    from scipy.integrate import DOP853
 
     method: Any = DOP853
     sizes, rows, left = sizes_of(problem, y0), problem.rows, PLAIN // problem.rows

@@ -28,7 +28,7 @@ DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2, 1, 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 WIDTH = 6.5  # inches, a printed page without margins
 
-_STYLE = {
+STYLE = {
     "font.size": 9.0,
     "axes.labelsize": 9.0,
     "axes.titlesize": 9.5,
@@ -53,7 +53,7 @@ def figure_style() -> Iterator[None]:
     """Make figures within this context look alike, and leave the user's settings alone."""
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):  # type: ignore[arg-type]
+    with mpl.rc_context(STYLE):  # type: ignore[arg-type]
         yield
 
 

@@ -47,7 +47,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.io import netcdf_file  # type: ignore[attr-defined]
+from scipy.io import netcdf_file
 
 from .. import __version__
 from ..arguments import Array

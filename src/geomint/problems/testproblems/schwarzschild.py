@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import cos, sin
+from ...kernels.numbers.circular import cos, sin
 from ..evaluate import value
 from ..forms import Measure
 from ..problem import Problem

@@ -1,0 +1,101 @@
+"""A step from tolerances: chosen once, where the motion is fastest, because it is to stay as it is."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.integrate
+
+from ..arguments import as_array, positive
+from ..errors import DomainError
+
+if TYPE_CHECKING:
+    from .solver import FixedStep
+
+__all__ = ["chosen_step", "tolerances"]
+
+PILOT_STEPS = 100
+MOST_TRIALS = 40  # of a step: each multiplies it by 1/5 to 5
+LEAST_RTOL = 2.0**-50
+
+
+def tolerances(rtol: Any, atol: Any, n: int) -> tuple[float, Any]:
+    """Return tolerances as SciPy takes them, or raise `DomainError`."""
+    relative, absolute = positive("rtol", rtol), as_array("atol", atol)
+    if absolute.shape not in ((), (n,)) or not np.all(absolute >= 0.0):
+        raise DomainError("atol", atol, f"a number ≥ 0, or {n} of them")
+    return max(relative, LEAST_RTOL), np.maximum(absolute, 1e-300)
+
+
+def chosen_step(solver: FixedStep, longest: float, rtol: float, atol: Any) -> float:
+    """Return a step with the error that is wanted, at the beginning and where the motion is fastest."""
+    h = longest
+    for t, y, scale in _places(solver):
+        h = _fitting(solver, t, y, (rtol, atol), min(h, scale), h)
+    return h
+
+
+def _places(solver: FixedStep) -> list[tuple[float, Any, float]]:
+    """Return where a pilot run is fastest, and the beginning, with steps to try there."""
+    span = abs(solver.t_bound - solver.t)
+    given = {"rtol": 1e-3, "atol": 1e-6, "first_step": span * 1e-6}  # SciPy's own may be NaN
+    pilot = scipy.integrate.DOP853(solver.plain, solver.t, solver.y, solver.t_bound, **given)
+    places: list[tuple[float, Any, float]] = []
+    for _ in range(PILOT_STEPS):
+        t, y = pilot.t, pilot.y
+        pilot.step()
+        if pilot.status == "failed":  # as this run will: the steps up to there say nothing
+            del places[1:]
+            break
+        places.append((t, y, abs(pilot.t - t)))
+        if pilot.status == "finished":
+            break
+    solver.nfev += pilot.nfev
+    if not places:
+        return [(solver.t, solver.y, span)]
+    inner = places[:-1] or places  # the last may be cut
+    while len(inner) > 1 and inner[1][2] > 2.0 * inner[0][2]:  # the first steps are short
+        del inner[0]
+    fastest = min(range(len(inner)), key=lambda i: inner[i][2])
+    return [*inner[max(fastest - 2, 0) : fastest + 2], (*places[0][:2], inner[0][2])]
+
+
+def _fitting(
+    solver: FixedStep, t: float, y: Any, allowed: tuple[float, Any], h: float, longest: float
+) -> float:
+    """Return a step from there whose difference from two halves is what is allowed.
+
+    Where none is, because the function is not finite, `longest`: the run will say so.
+    """
+    too_long = math.inf
+    for _ in range(MOST_TRIALS):
+        error = _error(solver, t, y, h * solver.direction, allowed)
+        if error > 1.0:
+            too_long = min(too_long, h)
+        if 0.1 <= error <= 1.0 or (error < 0.1 and h >= min(longest, 0.9 * too_long)):
+            return h
+        factor = 0.9 * max(error, 1e-30) ** (-1.0 / (solver.order + 1))
+        h = min(h * min(max(factor, 0.2), 5.0), longest)
+        if h >= too_long:
+            h = 0.8 * too_long
+    return longest
+
+
+def _error(solver: FixedStep, t: float, y: Any, h: float, allowed: tuple[float, Any]) -> float:
+    """Return the estimated error of a step over what is allowed, infinite where it fails."""
+    whole, failed = solver.stepped(t, y, h, solver.guess(t, y, h))
+    if failed:
+        return math.inf
+    half, failed = solver.stepped(t, y, h / 2, solver.guess(t, y, h / 2))
+    if failed:
+        return math.inf
+    middle = y + half.sum(axis=0)
+    rest, failed = solver.stepped(t + h / 2, middle, h / 2, solver.guess(t + h / 2, middle, h / 2))
+    if failed:
+        return math.inf
+    moved, (rtol, atol) = whole.sum(axis=0), allowed
+    scale = atol + rtol * np.maximum(np.abs(y), np.abs(y + moved))
+    difference = moved - half.sum(axis=0) - rest.sum(axis=0)
+    return float(np.sqrt(np.mean(np.abs(difference / scale) ** 2)))
