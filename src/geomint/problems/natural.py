@@ -26,6 +26,15 @@ def natural_in_space(acceleration: Recorded) -> Splitting:
     ----------
     acceleration : recorded ``f(params, t, q, out, work)``
         Writes a(t, q) to `out`.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> @gi.helper
+    ... def spring(params, t, q, out, work):
+    ...     out[0] = -q[0]
+    >>> gi.natural_in_space(spring).parts
+    2
     """
 
     @helper

@@ -39,6 +39,13 @@ class Reference:
     ------
     DomainError
         For another kind, a key with other characters, or fields that are no texts.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> own = gi.Reference(key="Own2026", authors=("Doe, Jane",), title="A method", year=2026)
+    >>> own.text
+    'J. Doe, A method, 2026.'
     """
 
     key: str

@@ -27,6 +27,12 @@ class Citation:
     ----------
     parts : tuple of (what, references)
         A heading, such as ``"method gauss-8"``, and its sources, the original one first.
+
+    Examples
+    --------
+    >>> import geomint as gi
+    >>> isinstance(gi.cite("gauss-8"), gi.Citation)
+    True
     """
 
     parts: tuple[tuple[str, tuple[Reference, ...]], ...]

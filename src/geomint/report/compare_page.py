@@ -52,7 +52,7 @@ def write_compare_report(
     figures = {"compare": work_precision_figure(result.points, orders)}
     if result.drifts:
         figures["compare-drift"] = drift_figure(result.drifts, "t")
-    citation = cite(scene, *dict.fromkeys(p["method"] for p in found["points"]))
+    citation = cite(scene, *dict.fromkeys(p["method"] for p in found["points"] if not p["peer"]))
     page = render(
         "compare.html.j2",
         title=scene.title,
