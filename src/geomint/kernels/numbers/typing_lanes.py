@@ -309,11 +309,11 @@ for _name, _vector in (
     ("cos", _lane_by_lane(math.cos)),
     ("log", _lane_by_lane(math.log)),
 ):
-    if _name in ("sqrt", "log"):  # sine and cosine are in `geomint.kernels.numbers.circular`
-        _overload_unary(getattr(arithmetic, _name), _vector, getattr(math, _name))
     _overload_unary(getattr(math, _name), _vector)
     _overload_unary(getattr(np, _name), _vector)
 _overload_unary(np.abs, _vector_abs)
+_overload_unary(arithmetic.sqrt, _vector_sqrt, math.sqrt)
+_overload_unary(arithmetic.log, _lane_by_lane(math.log), math.log)
 
 
 @overload(abs)
