@@ -99,6 +99,7 @@ from .problems.spaces.tangent_bundle import (
     TangentStiefel as TangentStiefel,
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
+from .problems.time_transformation import time_transformed as time_transformed
 from .problems.two_form import SymplecticForm as SymplecticForm
 from .run.draws import draw_states as draw_states
 from .run.ensemble.growth import EnsembleGrowth as EnsembleGrowth
@@ -270,6 +271,7 @@ __all__ = [
     "sqrt",
     "tangent_flow",
     "top",
+    "time_transformed",
     "translations",
     "turn_coefficients",
     "value",
