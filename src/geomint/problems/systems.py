@@ -18,6 +18,7 @@ from pydantic import BaseModel
 from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
+from .time_transformation import time_transformed
 
 __all__ = ["Lift", "Model", "Reduction", "System", "find_system", "system_names"]
 
@@ -74,6 +75,21 @@ class Model(Sendable):
     states: Mapping[str, npt.NDArray[np.float64]]
     conditions: Mapping[str, str] = field(default_factory=dict)
     reductions: tuple[Reduction, ...] = ()
+
+    def in_time(self, clock: str) -> Model:
+        """Return the model with its first representation in another time.
+
+        See `geomint.time_transformed`, whose errors it raises. Of the others those in physical time are
+        left, for methods and comparisons that need them; the first itself, if it is one, as NAME-in-t.
+        """
+        first, problem = next(iter(self.problems.items()))
+        found = {first: time_transformed(problem, clock, self.states[first])}
+        states = {first: self.states[first]}
+        for name, other in self.problems.items():
+            if other.time == "t":
+                called = f"{name}-in-t" if name == first else name
+                found[called], states[called] = other, self.states[name]
+        return Model(found, states, self.conditions)
 
 
 @dataclass(frozen=True, eq=False)

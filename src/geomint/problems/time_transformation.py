@@ -120,8 +120,10 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
         equations=(*problem.equations, f"d{_letter(problem)} = σ dτ,  σ: {name}"),
         **named,
     )
-    if state is not None and not 0.0 < value(result, rate, state) < math.inf:
-        raise DomainError("clock", value(result, rate, state), "a positive number at y0")
+    if state is not None:
+        there = value(result, rate, state)
+        if not 0.0 < there < math.inf:
+            raise DomainError("clock", clock, f"a clock > 0 and finite at y0, where it is {there:g}")
     return result
 
 
