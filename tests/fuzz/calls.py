@@ -324,6 +324,9 @@ def calls() -> dict[str, Call]:
         "so_n pieces": Call(lambda n, piece: gi.so_n(n, piece), {"n": 4, "piece": "vector"}),
         "translations": Call(lambda m: gi.so_n(2, "vector") * gi.translations(m), {"m": 2}),
         "natural_on_sphere": Call(gi.natural_on_sphere, {"gradient": field.field}),
+        "time_transformed": Call(
+            gi.time_transformed, {"problem": field, "clock": "energy", "y0": y0}
+        ),
         "with_quadrature": Call(
             gi.with_quadrature, {"problem": field, "name": "s", "rate": field.invariants["energy"]}
         ),

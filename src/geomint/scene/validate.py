@@ -22,7 +22,7 @@ from ..errors import (
 from ..methods.gauss import Gauss
 from ..methods.method import Method
 from ..methods.registry import find_method
-from ..problems.systems import Model, System, find_system
+from ..problems.systems import Model, System, find_system, in_time
 from ..run.accuracy.auto import AUTO, auto_method
 from ..watch.observe import choose_watchers
 from ..watch.quantities import GROUPS, expanded, quantities_of
@@ -219,7 +219,7 @@ def _in_time(built: Model, content: Content, former: Checked | None, flaws: _Fla
     clock = content.time.clock
     if former is not None and former.content.time.clock == clock:
         return former.model
-    return built if clock is None else flaws.asked("[time] ", built.in_time, clock)
+    return built if clock is None else flaws.asked("[time] ", in_time, built, clock)
 
 
 def _representation(model: Model, content: Content) -> Iterator[str]:
