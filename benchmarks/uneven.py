@@ -3,7 +3,7 @@
 Geodesics of the ellipsoids with semi-axes 1, 5, 30 and 1, 30, 30, of speed 1, from random states, by
 Gauss methods at a fixed step, in the times of the clocks "normal_squared" and "speed", and by explicit
 steps that the error controls. An evaluation is one of the field; a step is the one with the least
-evaluations of all that keep the error of the final state below the bound. Drifts are those of one state.
+evaluations of all that keep the error of the final state below the bound. Drifts: of one state.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ import numpy as np
 
 import chaplygin as ch
 import geomint as gi
-from geomint.problems.deviation import pieces_of, relative_error
 from geomint.plots.canvas import new_figure
 from geomint.plots.style import COLOURS, WIDTH
+from geomint.problems.deviation import pieces_of, relative_error
 from machine import describe
 
 AXES = {"1, 5, 30": (1.0, 5.0, 30.0), "1, 30, 30": (1.0, 30.0, 30.0)}
@@ -28,6 +28,8 @@ CLOCKS = {"fixed step": None, "dt = N dτ": "normal_squared", "dt = σ dτ by sp
 ADAPTIVE = "dop853-adaptive"
 BOUNDS = (1e-6, 1e-9, 1e-12)
 END = 1000.0
+DRAWN = ("energy", "measure")
+POINTS = 200  # of a curve of the picture
 WATCHED = ("energy", "joachimsthal", "ellipsoid", "tangency", "measure")
 
 
@@ -104,7 +106,9 @@ def drifts(problem: gi.Problem, steps: int) -> dict[str, Any]:
         uneven = problem if clock is None else gi.time_transformed(problem, clock, y)
         short = gi.solve(uneven, y, t_end=END, tolerance=1e-9, progress=False)
         step = short.step_sizes.mean
-        end = {"t_end": step * steps} if clock is None else {"tau_end": step * steps, "clock": False}
+        end = (
+            {"t_end": step * steps} if clock is None else {"tau_end": step * steps, "clock": False}
+        )
         sol = gi.solve(
             *(uneven, y),
             step=step,
@@ -116,19 +120,24 @@ def drifts(problem: gi.Problem, steps: int) -> dict[str, Any]:
         found[name] = {
             "step": step,
             "evaluations": sol.evaluations,
-            "drift": {
-                k: {
-                    "class": d.drift_class,
-                    "largest": d.max_abs_error,
-                    "times": (d.windows.times / step).tolist(),
-                    "errors": d.windows.maxima.tolist(),
-                }
-                for k, d in sol.drift.items()
-            },
+            "drift": {k: told(d, step, k in DRAWN) for k, d in sol.drift.items()},
         }
-        told = {k: (d.drift_class, f"{d.max_abs_error:.1e}") for k, d in sol.drift.items()}
-        print(name, f"step {step:.3g}", told, flush=True)
+        short = {k: (d.drift_class, f"{d.max_abs_error:.1e}") for k, d in sol.drift.items()}
+        print(name, f"step {step:.3g}", short, flush=True)
     return found
+
+
+def told(drift: gi.Drift, step: float, drawn: bool) -> dict[str, Any]:
+    """Return the class of a drift, and the largest deviations of some of its windows."""
+    found = {"class": drift.drift_class, "largest": drift.max_abs_error}
+    if not drawn:
+        return found
+    windows = drift.windows
+    few = np.unique(np.geomspace(1, len(windows.times), POINTS).astype(int)) - 1
+    return found | {
+        "times": [float(f"{t:.6g}") for t in windows.times[few] / step],
+        "errors": [float(f"{e:.3g}") for e in windows.maxima[few]],
+    }
 
 
 def headroom(count: int) -> dict[str, Any]:
@@ -208,7 +217,7 @@ def picture(record: dict[str, Any], path: Path) -> None:
                     label="dop853, error-controlled" if name == ADAPTIVE else name,
                 )  # fmt: skip
             column[0].set(xlabel="evaluations of the field", title=f"semi-axes {axes}")
-            for panel, what in zip(column[1:], ("energy", "measure"), strict=True):
+            for panel, what in zip(column[1:], DRAWN, strict=True):
                 for (_, entry), color in zip(found["drift"].items(), COLOURS, strict=False):
                     drift = entry["drift"][what]
                     size = np.maximum(np.abs(drift["errors"]), 1e-17)

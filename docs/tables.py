@@ -416,7 +416,9 @@ def uneven_words() -> dict[str, str]:
     return {
         "uneven_table": _table(heads, rows),
         "uneven_drifts": _table(["semi-axes", "steps", *watched], drifts),
-        "uneven_states": str(len(next(iter(record["ellipsoids"].values()))["curves"]["fixed step"]["errors"])),
+        "uneven_states": str(
+            len(next(iter(record["ellipsoids"].values()))["curves"]["fixed step"]["errors"])
+        ),
         "uneven_gains": f"{min(gains):.1f} to {max(gains):.1f}",
         "uneven_headroom": f"{100.0 * (max(record['sphere']['longer']) - 1.0):.0f} %",
     }
@@ -675,6 +677,7 @@ def substitutions() -> dict[str, str]:
         **error_words(),
         **tolerance_words(),
         **frequency_words(),
+        **uneven_words(),
         **lyapunov_words(),
         **ensemble_words(),
         **brouwer_words(),

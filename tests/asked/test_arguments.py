@@ -245,7 +245,11 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
     "time_transformed": (
         {"problem": EVEN, "clock": "speed", "y0": [0.6, 0.8, 1.0]},
-        {"problem": dataclasses.replace(EVEN, params=[2.0]), "clock": turned, "y0": [1.0, 2.0, 3.0]},
+        {
+            "problem": dataclasses.replace(EVEN, params=[2.0]),
+            "clock": turned,
+            "y0": [1.0, 2.0, 3.0],
+        },
     ),
     "with_quadrature": (
         {"problem": IN_TAU, "name": "s", "rate": size},

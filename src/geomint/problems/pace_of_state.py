@@ -56,7 +56,9 @@ def pace_parameters(problem: Problem, y0: Array) -> Array:
         speed = length(rates[rows])
         sizes.append(max(length(y0[rows]), time * speed))
         speeds.append(speed)
-    shares = [(speed / size) if size > 0.0 else 0.0 for speed, size in zip(speeds, sizes, strict=True)]
+    shares = [
+        (speed / size) if size > 0.0 else 0.0 for speed, size in zip(speeds, sizes, strict=True)
+    ]
     whole = float(np.linalg.norm(shares))
     if whole == 0.0:  # an equilibrium
         return np.array([*(0.0 for _ in sizes), 1.0])

@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -56,8 +57,8 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
     -------
     Problem
         In τ, with dt/dτ as its clock: ends, events, and states are wanted at times t as ever. It has
-        the same states, invariants, constraints and observables, the measure of density μ/σ, and neither
-        a Hamiltonian or splitting form, nor an exact flow.
+        the same states, invariants, constraints and observables, the measure of density μ/σ, and
+        neither a Hamiltonian or splitting form, nor an exact flow.
 
     Raises
     ------
@@ -83,7 +84,9 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
     if not isinstance(problem, Problem):
         raise DomainError("problem", problem, "a geomint.Problem")
     if problem.field is None and problem.action is None:
-        what = f"offers {', '.join(problem.forms)}: a time transformation needs a field or an action"
+        what = (
+            f"offers {', '.join(problem.forms)}: a time transformation needs a field or an action"
+        )
         raise FormError(f"problem {problem.name!r} {what}")
     state = None if y0 is None else problem.canonical(y0)
     rate, more = _rate_of(problem, clock, state)
@@ -98,10 +101,10 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
         measure = Measure(density, manifold, measure.conditions)
     old = problem.clock
     joint = rate if problem.time == "t" else old and _product(of_own(old), rate)
-    named = {
-        group: {name: of_own(f) for name, f in getattr(problem, group).items()}
-        for group in ("invariants", "constraints", "observables")
-    }
+
+    def named(quantities: Mapping[str, Recorded]) -> dict[str, Recorded]:
+        return {name: of_own(f) for name, f in quantities.items()}
+
     name = clock if isinstance(clock, str) else rate.function.__name__
     result = dataclasses.replace(
         problem,
@@ -118,12 +121,16 @@ def time_transformed(problem: Problem, clock: Any = SPEED, y0: Any = None) -> Pr
         clock=joint,
         measure=measure,
         equations=(*problem.equations, f"d{_letter(problem)} = σ dτ,  σ: {name}"),
-        **named,
+        invariants=named(problem.invariants),
+        constraints=named(problem.constraints),
+        observables=named(problem.observables),
     )
     if state is not None:
         there = value(result, rate, state)
         if not 0.0 < there < math.inf:
-            raise DomainError("clock", clock, f"a clock > 0 and finite at y0, where it is {there:g}")
+            raise DomainError(
+                "clock", clock, f"a clock > 0 and finite at y0, where it is {there:g}"
+            )
     return result
 
 
