@@ -43,6 +43,7 @@ MAX_ITERATIONS = 200
 TOLERANCE = 2.0**-110
 TARGET = 1e-19  # relative agreement of the two steps, beyond what double precision can show
 MAX_HALVINGS = 4
+MAX_SHORTER = 10  # halvings of a first step that is too long for the motion
 
 
 def reference_solution(
@@ -83,7 +84,7 @@ def reference_solution(
 
 def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
     h = 1.5 * default_step(problem, Gauss(8), y0, own_end)
-    fine = integrate_extended(problem, y0, own_end, 0.5 * h)
+    h, fine = _first(problem, y0, own_end, h)
     for _ in range(MAX_HALVINGS):
         h, coarse = 0.5 * h, fine
         fine = integrate_extended(problem, y0, own_end, 0.5 * h)
@@ -103,6 +104,18 @@ def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
         method=METHOD,
         confirmation=confirm(problem, y0, own_end, first),
     )
+
+
+def _first(
+    problem: Problem, y0: Array, own_end: float, h: float
+) -> tuple[float, npt.NDArray[Any]]:
+    """Return a step, shorter if it must be, and the end by half of it."""
+    for _ in range(MAX_SHORTER):
+        try:
+            return h, integrate_extended(problem, y0, own_end, 0.5 * h)
+        except ConvergenceError:  # of a motion that becomes faster than it begins
+            h *= 0.5
+    return h, integrate_extended(problem, y0, own_end, 0.5 * h)
 
 
 def integrate_extended(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray[Any]:
