@@ -334,3 +334,14 @@ def test_scenes() -> None:
     for clock, said in (("sped", "Did you mean 'speed'"), ("tangency", "clock > 0")):
         with pytest.raises(gi.SceneError, match=rf"\[time\] clock = .*{said}"):
             scene.changed(time={"clock": clock})
+
+
+def test_functions_get_their_own_parameters_only() -> None:
+    @gi.observable
+    def count(params, t, y, work):
+        return 0.0 * y[0] + 1.0 * len(params)
+
+    problem = replace(PENDULUM, observables={"count": count})
+    other = gi.time_transformed(problem, "speed", [1.0, 0.5])
+    assert len(other.params) > 1
+    assert gi.value(other, "count", [1.0, 0.5]) == 1.0
