@@ -418,6 +418,32 @@ def tolerance_words() -> dict[str, str]:
     }
 
 
+def uneven_words() -> dict[str, str]:
+    """Return evaluations and drifts of uneven steps on ellipsoids."""
+    record = result("uneven")
+    heads = ["semi-axes", "steps", *(f"{bound:g}" for bound in record["bounds"])]
+    rows, drifts = [], []
+    watched = ("energy", "joachimsthal", "ellipsoid", "tangency", "measure")
+    for axes, found in record["ellipsoids"].items():
+        even = found["curves"]["fixed step"]["mean"]
+        for name, one in found["curves"].items():
+            pairs = zip(one["mean"], even, strict=True)
+            rows.append([axes, name, *(f"{n:.0f} ({e / n:.1f})" for n, e in pairs)])
+        for name, one in found["drift"].items():
+            kept = (one["drift"][key] for key in watched)
+            drifts.append([axes, name, *(f"{d['largest']:.0e}, {d['class']}" for d in kept)])
+    gains = [gain for one in record["sphere"]["gains"] for gain in one]
+    return {
+        "uneven_table": _table(heads, rows),
+        "uneven_drifts": _table(["semi-axes", "steps", *watched], drifts),
+        "uneven_states": str(
+            len(next(iter(record["ellipsoids"].values()))["curves"]["fixed step"]["errors"])
+        ),
+        "uneven_gains": f"{min(gains):.1f} to {max(gains):.1f}",
+        "uneven_headroom": f"{100.0 * (max(record['sphere']['longer']) - 1.0):.0f} %",
+    }
+
+
 def frequency_words() -> dict[str, str]:
     """Return how exact frequencies of runs are, and what their digits tell."""
     record = result("frequencies")
@@ -677,6 +703,7 @@ def substitutions() -> dict[str, str]:
         **error_words(),
         **tolerance_words(),
         **frequency_words(),
+        **uneven_words(),
         **lyapunov_words(),
         **ensemble_words(),
         **brouwer_words(),

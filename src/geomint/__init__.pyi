@@ -102,6 +102,7 @@ from .problems.spaces.tangent_bundle import (
     TangentStiefel as TangentStiefel,
 )
 from .problems.systems import Model as Model, Reduction as Reduction, System as System
+from .problems.time_transformation import time_transformed as time_transformed
 from .problems.two_form import SymplecticForm as SymplecticForm
 from .references.reference import Reference as Reference
 from .report.cite import Citation as Citation, cite as cite
@@ -279,6 +280,7 @@ __all__ = [
     "solve_ensemble",
     "sqrt",
     "tangent_flow",
+    "time_transformed",
     "top",
     "translations",
     "turn_coefficients",

@@ -35,6 +35,18 @@ def turning(params, t, y, out, work):
     out[1] = y[0]
 
 
+@gi.field
+def spiral(params, t, y, out, work):
+    out[0] = -params[0] * y[1]
+    out[1] = y[0]
+    out[2] = y[0] * y[2]
+
+
+@gi.observable
+def turned(params, t, y, work):
+    return y[0] * y[0] + 1.0
+
+
 @gi.observable
 def size(params, t, y, work):
     return y[0] * y[0] + y[1] * y[1] + t
@@ -96,6 +108,7 @@ IN_T = gi.Problem(
     "forced", (("y", 2),), [1.5], field=forced, invariants={"size": size}, measure=gi.Measure(flat)
 )
 IN_TAU = gi.Problem("turning", (("y", 2),), field=turning, time="tau", clock=rate)
+EVEN = gi.Problem("even", (("y", 2), ("z", 1)), [1.0], field=spiral)
 BENT = gi.Problem("bent", (("y", 2),), [1.5], field=bent)
 
 
@@ -230,6 +243,14 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "TangentStiefel": (
         {"n": 3, "r": 2, "names": ("a", "b")},
         {"n": 4, "r": 1, "names": ("a", "c")},
+    ),
+    "time_transformed": (
+        {"problem": EVEN, "clock": "speed", "y0": [0.6, 0.8, 1.0]},
+        {
+            "problem": dataclasses.replace(EVEN, params=[2.0]),
+            "clock": turned,
+            "y0": [1.0, 2.0, 3.0],
+        },
     ),
     "with_quadrature": (
         {"problem": IN_TAU, "name": "s", "rate": size},

@@ -119,6 +119,7 @@ TABLE: dict[tuple[str, str], tuple[Any, ...]] = {
     ("", "initial"): (BASE["initial"], {"gamma": [0.6, 0.0, 0.8], "p": [0.8, 1.0, -0.6]}, ALL),
     ("time", "t_end"): (2.0, 3.0, ALL),
     ("time", "tau_end"): (2.0, 3.0, ALL, IN_TAU),
+    ("time", "clock"): (None, "speed", ALL),
     ("integrate", "method"): ("gauss-8", "rk-4", ALL),
     ("integrate", "step"): (0.25, 0.125, ALL),
     ("integrate", "tolerance"): (1e-4, 1e-8, (run, drift, compare), TO_TOLERANCE),

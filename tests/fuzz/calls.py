@@ -325,6 +325,9 @@ def calls() -> dict[str, Call]:
         "translations": Call(lambda m: gi.so_n(2, "vector") * gi.translations(m), {"m": 2}),
         "natural_in_space": Call(gi.natural_in_space, {"acceleration": field.field}),
         "natural_on_sphere": Call(gi.natural_on_sphere, {"gradient": field.field}),
+        "time_transformed": Call(
+            gi.time_transformed, {"problem": field, "clock": "energy", "y0": y0}
+        ),
         "with_quadrature": Call(
             gi.with_quadrature, {"problem": field, "name": "s", "rate": field.invariants["energy"]}
         ),

@@ -35,6 +35,7 @@ PYTHON = [
     "stop-when",
     "derivatives",
     "how-accurate",
+    "uneven-motions",
     "frequencies",
     "is-it-chaotic",
     "many-runs",

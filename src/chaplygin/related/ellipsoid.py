@@ -107,6 +107,12 @@ def ellipsoid_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     return 0.5 * total
 
 
+@gi.observable
+def squared_normal(params: Any, t: Any, y: Any, work: Any) -> Any:
+    """N = |A⁻¹x|²: with dt = N dτ the squares of the coordinates are quotients of theta functions."""
+    return normal_squared(params, y)
+
+
 @gi.helper
 def normal_squared(params: Any, y: Any) -> Any:
     """Return N = |A⁻¹x|²."""
@@ -276,6 +282,7 @@ def ellipsoid_problem(a: Any) -> gi.Problem:
         field=ellipsoid_field,
         hamiltonian=space.hamiltonian(ellipsoid_gradients, separable=True),
         invariants={"energy": ellipsoid_energy, "joachimsthal": joachimsthal, **integrals},
+        observables={"normal_squared": squared_normal},
         measure=gi.Measure(ellipsoid_log_density),
         physical=lambda y: {"x": np.array(y[:n]), "p": np.array(y[n:])},
         parameters={"a": squares.tolist()},

@@ -43,6 +43,7 @@ MAX_ITERATIONS = 200
 TOLERANCE = 2.0**-110
 TARGET = 1e-19  # relative agreement of the two steps, beyond what double precision can show
 MAX_HALVINGS = 4
+MAX_SHORTER = 10  # halvings of a first step that is too long for the motion
 
 
 def reference_solution(
@@ -82,27 +83,41 @@ def reference_solution(
 
 
 def _computed(problem: Problem, y0: Array, own_end: float) -> Reference:
-    h = 1.5 * default_step(problem, Gauss(8), y0, own_end)
-    fine = integrate_extended(problem, y0, own_end, 0.5 * h)
-    for _ in range(MAX_HALVINGS):
-        h, coarse = 0.5 * h, fine
-        fine = integrate_extended(problem, y0, own_end, 0.5 * h)
-        error = relative_error(named(problem, coarse), named(problem, fine))
-        if error <= TARGET:
-            break
+    h, error, fine = _agreed(problem, y0, own_end)
 
     def first(end: float) -> npt.NDArray[Any]:
-        return fine if end == own_end else integrate_extended(problem, y0, end, 0.5 * h)
+        return fine if end == own_end else integrate_extended(problem, y0, end, h)
 
     return Reference(
         own_end=own_end,
         physical_end=float(fine[-1]) if problem.clock is not None else None,
         y=fine[: problem.rows].astype(np.float64),
         error=error,
-        steps=(h, 0.5 * h),
+        steps=(2.0 * h, h),
         method=METHOD,
         confirmation=confirm(problem, y0, own_end, first),
     )
+
+
+def _agreed(problem: Problem, y0: Array, own_end: float) -> tuple[float, float, npt.NDArray[Any]]:
+    """Return a step, how far its end and that of twice the step are apart, and its end.
+
+    A motion may become so much faster than it begins that the first steps are too long for it.
+    """
+    h = 0.75 * default_step(problem, Gauss(8), y0, own_end)
+    ends: list[npt.NDArray[Any]] = []
+    error, shorter = math.inf, 0
+    while error > TARGET and len(ends) <= MAX_HALVINGS:
+        try:
+            ends.append(integrate_extended(problem, y0, own_end, h))
+        except ConvergenceError:
+            if shorter == MAX_SHORTER:
+                raise
+            ends, shorter = [], shorter + 1
+        if len(ends) > 1:
+            error = relative_error(named(problem, ends[-2]), named(problem, ends[-1]))
+        h *= 0.5
+    return 2.0 * h, error, ends[-1]
 
 
 def integrate_extended(problem: Problem, y0: Array, end: float, h: float) -> npt.NDArray[Any]:

@@ -102,7 +102,9 @@ class Asked(Compared):
     @property
     def end(self) -> dict[str, Any]:
         """``{"t_end": …}`` or ``{"tau_end": …}``."""
-        return {k: v for k, v in dict(self.content.time).items() if v is not None}
+        time = self.content.time
+        ends = {"t_end": time.t_end, "tau_end": time.tau_end}
+        return {name: end for name, end in ends.items() if end is not None}
 
     @property
     def saving(self) -> Saving:

@@ -34,14 +34,16 @@ def sizes_of(problem: Problem, y: Array) -> Array:
 def shifted(problem: Problem, y0: Array, seed: int, shift: float) -> tuple[Problem, Array]:
     """Return parameters and state off by that; parameters upwards, as some are counts.
 
-    A piece that is 0 stays so.
+    A piece that is 0 stays so, and so do parameters of the space, which is another one without.
     """
     rng = np.random.default_rng(seed)
     y = y0.copy()
     for rows in problem.slices.values():
         size = float(np.max(np.abs(y[rows])))
         y[rows] += shift * size * rng.choice([-1.0, 1.0], rows.stop - rows.start)
-    params = problem.params * (1.0 + shift * rng.choice([0.0, 1.0], len(problem.params)))
+    moves = rng.choice([0.0, 1.0], len(problem.params))
+    moves[: 0 if problem.space is None else len(problem.space.params)] = 0.0
+    params = problem.params * (1.0 + shift * moves)
     return dataclasses.replace(problem, params=params), y
 
 

@@ -18,8 +18,9 @@ from pydantic import BaseModel
 from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sending import Sendable
 from .problem import Problem
+from .time_transformation import time_transformed
 
-__all__ = ["Lift", "Model", "Reduction", "System", "find_system", "system_names"]
+__all__ = ["Lift", "Model", "Reduction", "System", "find_system", "in_time", "system_names"]
 
 Lift = Callable[[npt.NDArray[np.float64]], npt.NDArray[np.float64]]
 
@@ -74,6 +75,22 @@ class Model(Sendable):
     states: Mapping[str, npt.NDArray[np.float64]]
     conditions: Mapping[str, str] = field(default_factory=dict)
     reductions: tuple[Reduction, ...] = ()
+
+
+def in_time(model: Model, clock: str) -> Model:
+    """Return a model with its first representation in another time.
+
+    See `geomint.time_transformed`, whose errors it raises. Of the others those in physical time are
+    left, for methods and comparisons that need them; the first itself, if it is one, as NAME-in-t.
+    """
+    first, problem = next(iter(model.problems.items()))
+    found = {first: time_transformed(problem, clock, model.states[first])}
+    states = {first: model.states[first]}
+    for name, other in model.problems.items():
+        if other.time == "t":
+            called = f"{name}-in-t" if name == first else name
+            found[called], states[called] = other, model.states[name]
+    return Model(found, states, model.conditions)
 
 
 @dataclass(frozen=True, eq=False)

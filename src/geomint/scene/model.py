@@ -66,10 +66,17 @@ class OtherEnd(Section):
 
 
 class TimeSection(OtherEnd):
-    """``[time]``: the end, in physical time or in the problem's own reparametrised time."""
+    """``[time]``: the end, in physical time or in the problem's own reparametrised time.
+
+    With a `clock` σ the scene's own representation is in the time τ of dt = σ dτ, in which even steps
+    are uneven ones of t, see `geomint.time_transformed`: ``"speed"``, or one of its quantities that
+    is > 0. Methods that need another form than it has then work in t, as they do without.
+    """
 
     _expected = "exactly one of t_end and tau_end"
     _refused = {0: "neither", 2: "both"}
+
+    clock: Name | None = Field(default=None, description='"speed", or the name of a quantity > 0')
 
 
 class IntegrateSection(Section):

@@ -22,7 +22,7 @@ from ..errors import (
 from ..methods.gauss import Gauss
 from ..methods.method import Method
 from ..methods.registry import find_method
-from ..problems.systems import Model, System, find_system
+from ..problems.systems import Model, System, find_system, in_time
 from ..run.accuracy.auto import AUTO, auto_method
 from ..watch.observe import choose_watchers
 from ..watch.quantities import GROUPS, expanded, quantities_of
@@ -47,6 +47,7 @@ class Checked(NamedTuple):
     content: Content
     parameters: BaseModel
     initial: BaseModel
+    built: Model
     model: Model
     method: Method
     notes: tuple[str, ...]
@@ -99,9 +100,12 @@ def check_content(given: Mapping[str, Any], name: str, former: Checked | None = 
     if content is None or built_of is None or method is None or flaws:
         raise flaws.error(name)
     try:
-        model, notes = _build(*built_of) if former is None else (former.model, former.notes)
+        built = _build(*built_of) if former is None else (former.built, former.notes)
     except _UNBUILT as error:
         raise _Flaws([_why_unbuilt(error, content)]).error(name) from error
+    model, notes = _in_time(built[0], content, former, flaws), built[1]
+    if model is None:
+        raise flaws.error(name)
     flaws += _representation(model, content)
     if content.integrate.method == AUTO and not flaws:
         method = _chosen_method(model, content, method, flaws)
@@ -111,7 +115,7 @@ def check_content(given: Mapping[str, Any], name: str, former: Checked | None = 
     flaws += _events(model, content)
     if flaws or method is None:
         raise flaws.error(name)
-    return Checked(raw, content, *built_of[1:], model, method, notes)
+    return Checked(raw, content, *built_of[1:], built[0], model, method, notes)
 
 
 def _system(
@@ -208,6 +212,14 @@ def _why_unbuilt(error: BaseException, content: Content) -> str:
     expected = "numbers whose products are finite, and of which there are not too many"
     said_by = f"{type(error).__name__}: {shortened(str(error))}"
     return f"{either} expected {expected} ({said_by})"
+
+
+def _in_time(built: Model, content: Content, former: Checked | None, flaws: _Flaws) -> Model | None:
+    """Return the model in the time that the scene asks for: that of a former scene if it can be."""
+    clock = content.time.clock
+    if former is not None and former.content.time.clock == clock:
+        return former.model
+    return built if clock is None else flaws.asked("[time] ", in_time, built, clock)
 
 
 def _representation(model: Model, content: Content) -> Iterator[str]:

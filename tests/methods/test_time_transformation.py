@@ -1,0 +1,347 @@
+"""The same motions in another time: orbits, structure, cost, and what else runs with them."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chaplygin as ch
+import geomint as gi
+from geomint.problems.deviation import pieces_of, relative_error
+from geomint.problems.testproblems import henon_heiles, so_n_flow
+from geomint.testing import check_problem
+
+SHARP = ch.ellipsoid_problem([1.0, 900.0, 900.0])  # semi-axes 1, 30, 30
+FLAT = ch.ellipsoid_problem([1.0, 25.0, 900.0])
+ROUND = ch.ellipsoid_problem([4.0, 4.0, 4.0])
+GAUSS = gi.Gauss(8)
+END = 300.0
+
+
+def state(problem: gi.Problem, seed: int = 0) -> np.ndarray:
+    y = problem.random_state(seed)
+    y[3:] /= np.linalg.norm(y[3:])
+    return y
+
+
+@functools.cache
+def uneven(problem: gi.Problem, clock: str) -> gi.Problem:
+    return gi.time_transformed(problem, clock, state(problem))
+
+
+@functools.cache
+def known(problem: gi.Problem) -> np.ndarray:
+    """Return the end of a motion, by steps that are not even in any time."""
+    method = gi.find_method("dop853-adaptive").with_options(rtol=1e-15, atol=0.0)
+    return gi.solve(problem, state(problem), t_end=END, method=method).y[-1]
+
+
+def off(problem: gi.Problem, y: np.ndarray, right: np.ndarray) -> float:
+    return relative_error(pieces_of(problem, y), pieces_of(problem, right))
+
+
+@gi.field
+def pendulum(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -params[0] * gi.sin(y[0])
+
+
+@gi.field
+def driven(params, t, y, out, work):
+    out[0] = y[1]
+    out[1] = -params[0] * gi.sin(y[0]) + gi.sin(t)
+
+
+@gi.observable
+def twice(params, t, y, work):
+    return 2.0 + 0.0 * y[0]
+
+
+@gi.observable
+def huge(params, t, y, work):
+    return 2.0**400 + 0.0 * y[0]
+
+
+@gi.observable
+def tiny(params, t, y, work):
+    return 2.0**-400 + 0.0 * y[0]
+
+
+@gi.observable
+def angle(params, t, y, work):
+    return 1.0 * y[0]
+
+
+PIECES = (("angle", 1), ("momentum", 1))
+PENDULUM = gi.Problem(name="pendulum", pieces=PIECES, params=[1.0], field=pendulum)
+# Steps of τ with errors of some 1e-10 at the end.
+CLOCKS = (("normal_squared", 10.0), ("speed", 0.4))
+
+
+@pytest.mark.parametrize(("clock", "step"), CLOCKS)
+def test_the_motion_is_the_same(clock: str, step: float) -> None:
+    sol = gi.solve(uneven(SHARP, clock), state(SHARP), t_end=END, method=GAUSS, step=step)
+    assert sol.t[-1] == pytest.approx(END, rel=1e-14)
+    assert off(SHARP, sol.y[-1], known(SHARP)) < 1e-8
+
+
+@pytest.mark.parametrize(("clock", "step"), CLOCKS)
+def test_back_to_where_it_began(clock: str, step: float) -> None:
+    y, problem = state(SHARP), uneven(SHARP, clock)
+    run = functools.partial(gi.solve, problem, tau_end=100 * step, method=GAUSS, step=step)
+    there = run(y).y[-1]
+    assert off(SHARP, there, y) > 0.1
+    there[3:] *= -1.0
+    back = run(there).y[-1]
+    back[3:] *= -1.0
+    assert off(SHARP, back, y) < 1e-12
+
+
+@pytest.mark.parametrize("clock", ["normal_squared", "speed"])
+def test_the_order_is_that_of_the_method(clock: str) -> None:
+    problem, y = uneven(FLAT, clock), state(FLAT)
+    span = {"normal_squared": 100.0, "speed": 20.0}[clock]
+    right = gi.solve(problem, y, tau_end=span, method=gi.Gauss(8), step=span / 1000)
+    errors, late = [], []
+    for steps in (400, 800):
+        sol = gi.solve(problem, y, tau_end=span, method=gi.Gauss(2), step=span / steps)
+        errors.append(off(FLAT, sol.y[-1], right.y[-1]))
+        late.append(abs(sol.t[-1] - right.t[-1]))
+    assert 3.7 < np.log2(errors[0] / errors[1]) < 4.3
+    assert 3.7 < np.log2(late[0] / late[1]) < 4.3
+
+
+def evaluations(problem: gi.Problem, own: gi.Problem, right: np.ndarray, steps: Any) -> int:
+    """Return the least evaluations of steps whose error at the end is less than 1e-9."""
+    found = []
+    for step in steps:
+        try:
+            sol = gi.solve(problem, state(own), t_end=END, method=GAUSS, step=step)
+        except gi.ConvergenceError:
+            continue
+        if off(own, sol.y[-1], right) < 1e-9:
+            found.append(sol.evaluations)
+    return min(found)
+
+
+@pytest.mark.parametrize(
+    ("problem", "clock", "times", "steps"),
+    [
+        (SHARP, "normal_squared", 12.0, (10.0, 7.0, 5.0)),
+        (SHARP, "speed", 5.0, (1.0, 0.7, 0.5, 0.35, 0.25)),
+        (FLAT, "normal_squared", 3.5, (8.0, 5.5, 4.0)),
+        (FLAT, "speed", 2.5, (1.4, 1.0, 0.7)),
+    ],
+)
+def test_fewer_evaluations(problem: gi.Problem, clock: str, times: float, steps: Any) -> None:
+    even = evaluations(problem, problem, known(problem), np.geomspace(0.5, 0.02, 15))
+    assert even > times * evaluations(uneven(problem, clock), problem, known(problem), steps)
+
+
+@pytest.mark.parametrize(("clock", "step"), [("normal_squared", 4.0), ("speed", 0.5)])
+def test_nothing_drifts(clock: str, step: float) -> None:
+    watched = ("energy", "joachimsthal", "ellipsoid", "tangency", "measure")
+    problem, y = uneven(FLAT, clock), state(FLAT)
+    sol = gi.solve(
+        *(problem, y), tau_end=20_000 * step, clock=False, method=GAUSS, step=step, observe=watched
+    )
+    for name in watched[:-1]:
+        assert sol.drift[name].max_abs_error < 2e-14, name
+    assert sol.drift["measure"].drift_class in ("roundoff", "bounded", "sqrt", "undetermined")
+    assert sol.drift["measure"].max_abs_error < 1e-9
+
+
+def test_a_density_of_another_flow_drifts() -> None:
+    """That of t, watched in τ: what μ/σ is for."""
+    problem = uneven(FLAT, "normal_squared")
+    wrong = replace(problem, measure=FLAT.measure)
+    kept, lost = (
+        gi.solve(p, state(FLAT), tau_end=400.0, method=GAUSS, step=4.0, observe=["measure"])
+        for p in (problem, wrong)
+    )
+    assert kept.drift["measure"].max_abs_error < 1e-9
+    assert lost.drift["measure"].max_abs_error > 1e-2
+
+
+@pytest.mark.parametrize("clock", ["speed", "energy"])
+@pytest.mark.parametrize(
+    "problem",
+    [
+        henon_heiles.problem(),
+        so_n_flow.problem(4, season=0.0),  # a field that asks for the number of its parameters
+        gi.load_scene("ball-3d").problem,
+        gi.load_scene("hamiltonized-n3").problem,
+        gi.load_scene("sphere-n3").problem,  # functions that hand the time on
+    ],
+    ids=lambda p: p.name,
+)
+def test_forms_and_measures_agree(problem: gi.Problem, clock: str) -> None:
+    rng = np.random.default_rng(3)
+    y = problem.random_state(3) if problem.make_random else 0.2 * rng.normal(size=problem.rows)
+    if problem.name == "classical-ball":
+        y = gi.load_scene("ball-3d").state  # whose momentum in space is a constraint
+    if clock not in ("speed", *problem.diagnostics):
+        clock = next(iter(problem.invariants))
+    try:
+        other = gi.time_transformed(problem, clock, y)
+    except gi.DomainError:
+        other = gi.time_transformed(problem, twice, y)
+    check_problem(other, [y])
+    sigma = gi.value(other, other.clock, y)
+    sigma /= 1.0 if problem.clock is None else gi.value(problem, problem.clock, y)
+    assert gi.derivative(other, y) == pytest.approx(sigma * gi.derivative(problem, y), rel=1e-14)
+
+
+@pytest.mark.parametrize(("clock", "sigma"), [(twice, 2.0), (huge, 2.0**400), (tiny, 2.0**-400)])
+def test_a_constant_clock_changes_no_bit(clock: Any, sigma: float) -> None:
+    y = [2.0, 0.5]
+    even = gi.solve(PENDULUM, y, t_end=20.0, method=GAUSS, step=0.25)
+    other = gi.time_transformed(PENDULUM, clock, y)
+    sol = gi.solve(other, y, tau_end=20.0 / sigma, method=GAUSS, step=0.25 / sigma)
+    assert sol.y.tobytes() == even.y.tobytes()
+    assert sol.t[-1] == pytest.approx(20.0, rel=1e-13)
+    assert sol.evaluations == even.evaluations
+
+
+def test_a_steady_motion_has_even_steps() -> None:
+    y = state(ROUND)
+    even = gi.solve(ROUND, y, t_end=50.0, method=GAUSS, step=0.5)
+    other = gi.solve(uneven(ROUND, "speed"), y, tau_end=50.0, method=GAUSS, step=0.5)
+    assert other.t[-1] == pytest.approx(50.0, rel=1e-12)
+    assert off(ROUND, other.y[-1], even.y[-1]) < 1e-12
+
+
+def test_at_rest_and_from_rest() -> None:
+    still = gi.time_transformed(PENDULUM, "speed", [0.0, 0.0])
+    sol = gi.solve(still, [0.0, 0.0], t_end=10.0, method=GAUSS, step=0.5)
+    assert sol.y[-1].tolist() == [0.0, 0.0]
+    assert sol.t[-1] == pytest.approx(10.0)
+    for y in ([2.0, 0.0], [0.0, 1.0], [1e-150, 0.0]):
+        falling = gi.time_transformed(PENDULUM, "speed", y)
+        even = gi.solve(PENDULUM, y, t_end=10.0, method=GAUSS, step=0.1)
+        sol = gi.solve(falling, y, t_end=10.0, method=GAUSS, step=0.1)
+        assert off(PENDULUM, sol.y[-1], even.y[-1]) < 1e-12, y
+
+
+def test_what_else_a_run_takes() -> None:
+    """States at physical times, events, dense output, restarts, tolerances, ensembles, tangents."""
+    problem, y, times = uneven(SHARP, "normal_squared"), state(SHARP), [0.0, 10.0, 200.0, END]
+    run = functools.partial(gi.solve, problem, method=GAUSS)
+    sol = run(y, t_end=END, step=7.0, t_eval=times, events="x[0]", dense=True)
+    even = gi.solve(SHARP, y, t_end=END, step=0.03, method=GAUSS, t_eval=times, events="x[0]")
+    assert sol.t == pytest.approx(np.array(times), abs=1e-10)
+    assert sol.y == pytest.approx(even.y, abs=1e-6)
+    (found,), (expected,) = sol.events.values(), even.events.values()
+    assert found.t == pytest.approx(expected.t, abs=1e-6)
+    assert sol.sol(t=200.0) == pytest.approx(sol.y[2], abs=1e-9)
+
+    half = run(y, tau_end=350.0, step=7.0, save_every=1)
+    whole, rest = run(y, tau_end=700.0, step=7.0), gi.solve(half, tau_end=700.0)
+    assert rest.y[-1].tobytes() == whole.y[-1].tobytes()
+    assert rest.t[-1] == whole.t[-1]
+
+    chosen = run(y, t_end=END, tolerance=1e-9)
+    assert off(SHARP, chosen.y[-1], known(SHARP)) < 1e-8
+    members = gi.solve_ensemble(problem, [y, y], t_end=END, method=GAUSS, step=7.0)
+    assert np.array_equal(members.y[1, -1], run(y, t_end=END, step=7.0).y[-1])
+    moved = gi.tangent_flow(problem, y, tau_end=70.0, method=GAUSS, step=7.0)
+    assert np.isfinite(moved.slopes).all()
+
+
+def test_a_saved_run_goes_on(tmp_path: Any) -> None:
+    for clock, step in CLOCKS:
+        sol = gi.solve(
+            uneven(SHARP, clock), state(SHARP), tau_end=20 * step, method=GAUSS, step=step
+        )
+        sol.save(tmp_path / "run.nc")
+        loaded = gi.load(tmp_path / "run.nc")
+        ends = [gi.solve(s, tau_end=40 * step).y[-1] for s in (sol, loaded)]
+        assert ends[0].tobytes() == ends[1].tobytes()
+
+
+def test_another_time_of_another_time() -> None:
+    """Of the time of N that of 1/N, in which a number of steps is that of t."""
+
+    @gi.observable
+    def inverse(params, t, y, work):
+        return 1.0 / normal(params, t, y, work)
+
+    normal = FLAT.observables["normal_squared"]
+    again = gi.time_transformed(uneven(FLAT, "normal_squared"), inverse)
+    even = gi.solve(FLAT, state(FLAT), t_end=30.0, method=GAUSS, step=0.1)
+    sol = gi.solve(again, state(FLAT), tau_end=30.0, method=GAUSS, step=0.1)
+    assert sol.t[-1] == pytest.approx(30.0, rel=1e-12)
+    assert off(FLAT, sol.y[-1], even.y[-1]) < 1e-11
+
+
+def test_groups_keep_their_orbits() -> None:
+    scene = gi.load_scene("ball-3d")
+    other = gi.time_transformed(scene.problem, "speed", scene.state)
+    sol = gi.solve(other, scene.state, tau_end=20.0, method="cf-4", step=0.05, observe=["K"])
+    assert sol.drift["K"].within_roundoff
+
+
+@pytest.mark.parametrize(
+    ("given", "error", "said"),
+    [
+        ((None, "speed", None), gi.DomainError, "problem"),
+        ((SHARP, "sped", None), gi.DomainError, "Did you mean 'speed'"),
+        ((SHARP, 1.0, None), gi.DomainError, "clock"),
+        ((SHARP, "speed", None), gi.DomainError, "y0"),
+        ((SHARP, "tangency", state(SHARP)), gi.DomainError, "clock > 0"),
+        ((PENDULUM, angle, [-1.0, 0.0]), gi.DomainError, "clock > 0"),
+        ((replace(PENDULUM, field=driven), twice, None), gi.DomainError, "depends on time"),
+        ((replace(PENDULUM, field=driven), twice, [1.0, 0.0]), gi.FormError, "on time explicitly"),
+        ((replace(SHARP, field=None), "normal_squared", None), gi.FormError, "field or an action"),
+    ],
+)
+def test_what_has_no_other_time(given: Any, error: type[Exception], said: str) -> None:
+    with pytest.raises(error, match=said):
+        gi.time_transformed(*given)
+
+
+def test_methods_of_other_forms_are_refused() -> None:
+    with pytest.raises(gi.FormError, match="hamiltonian"):
+        gi.solve(uneven(SHARP, "speed"), state(SHARP), t_end=1.0, method="rattle-2", step=0.1)
+
+
+def test_a_clock_that_stands_still() -> None:
+    """σ = angle, which falls to 0 within finite t: the end is never reached."""
+    other = gi.time_transformed(PENDULUM, angle, [1.0, 0.0])
+    with pytest.raises(gi.ClockError):
+        gi.solve(other, [1.0, 0.0], t_end=3.0, method=GAUSS, step=0.1)
+
+
+def test_scenes() -> None:
+    scene = gi.load_scene("ellipsoid-uneven")
+    own, plan = scene.problem, gi.make_plan(scene)
+    assert own.time == "tau"
+    assert plan.problem is own
+    even = scene.changed(time={"clock": None})
+    assert even.problem.time == "t"
+    assert even.hash != scene.hash
+    assert scene.changed(time={"t_end": 5.0}).problem is own
+    other = scene.changed(time={"clock": "speed"}, integrate={"step": 0.5})
+    assert other.problem.time == "tau"
+    ends = [gi.run_scene(s) for s in (scene, other)]
+    assert off(FLAT, ends[0].y[-1], ends[1].y[-1]) < 1e-7
+    explicit = gi.make_plan(scene.changed_integration("rattle-2", 0.1))
+    assert explicit.problem.time == "t"  # a form that the scene's own representation has not
+    for clock, said in (("sped", "Did you mean 'speed'"), ("tangency", "clock > 0")):
+        with pytest.raises(gi.SceneError, match=rf"\[time\] clock = .*{said}"):
+            scene.changed(time={"clock": clock})
+
+
+def test_functions_get_their_own_parameters_only() -> None:
+    @gi.observable
+    def count(params, t, y, work):
+        return 0.0 * y[0] + 1.0 * len(params)
+
+    problem = replace(PENDULUM, observables={"count": count})
+    other = gi.time_transformed(problem, "speed", [1.0, 0.5])
+    assert len(other.params) > 1
+    assert gi.value(other, "count", [1.0, 0.5]) == 1.0
