@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,7 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
-from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
+from ..errors import (
+    ConvergenceError,
+    DeclarationError,
+    NonFiniteError,
+    StepError,
+    StepSizeError,
+)
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
@@ -18,7 +25,7 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 
-__all__ = ["Advance", "Between", "Stepper", "filled_block"]
+__all__ = ["Advance", "Between", "Kernel", "Stepper", "filled_block"]
 
 
 _NOTHING = scalar_block(0)
@@ -54,6 +61,18 @@ class Between:
     powers: int
     inside: Recorded
     places: Block
+
+
+class Kernel(NamedTuple):
+    """Another kernel for the same memory: what takes steps where the first one gives up.
+
+    Where the first one does not, its steps have the same bits.
+    """
+
+    recorded: Recorded
+    functions: tuple[Bound, ...]
+    coefficients: Block
+    work: int
 
 
 class Advance(NamedTuple):
@@ -93,6 +112,8 @@ class Stepper:
         Whether the kernel's own lanes are stages.
     lane_by_lane : bool
         Whether a step of eight states at once, in lanes, is that of each alone, to the bit.
+    otherwise : callable, optional
+        Makes what takes the steps from the first one on that does not converge.
     """
 
     kernel: Recorded
@@ -110,6 +131,7 @@ class Stepper:
     between: Between | None = None
     stages_in_lanes: bool = False
     lane_by_lane: bool = False
+    otherwise: Callable[[], Kernel] | None = None
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
@@ -198,6 +220,33 @@ class Stepper:
         self, first: int, count: int, every: int, out: Block, whole: bool = False
     ) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory."""
+        before = None if self.otherwise is None else self.memory.data.copy()
+        result = self._advanced(first, count, every, out, whole)
+        if before is None or result.status != NOT_CONVERGED or not self.turn():
+            return result
+        self.memory.data[:] = before
+        return self._advanced(first, count, every, out, whole)
+
+    def turn(self) -> bool:
+        """Turn to the kernel for steps that do not converge; False if there is none, or no more.
+
+        Steps that the first one can take have the same bits, so that it does not matter when. A field
+        that takes no numbers with derivatives has none.
+        """
+        if self.otherwise is None:
+            return False
+        kernel, self.otherwise = self.otherwise(), None
+        known = self.kernel, self.functions, self.coefficients, self.work, self._advance
+        self.kernel, self.functions, self.coefficients = kernel[:3]
+        self.work = scalar_block(kernel.work)
+        try:
+            self.prepare()
+        except DeclarationError:
+            self.kernel, self.functions, self.coefficients, self.work, self._advance = known
+            return False
+        return True
+
+    def _advanced(self, first: int, count: int, every: int, out: Block, whole: bool) -> Advance:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
