@@ -55,7 +55,7 @@ def newton_kernel(
     )
     room = 8 * jacobian_scratch(rows, scratch)
     return Kernel(
-        newton_stepper(groups, unrolled),
+        newton_stepper(groups, 0),
         (field, jacobians),
         filled_block(coefficients.data, numbers.data),
         sum(newton_work(rows, groups, stages, params, room)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -29,6 +30,7 @@ __all__ = ["Advance", "Between", "Kernel", "Stepper", "filled_block"]
 
 
 _NOTHING = scalar_block(0)
+_TURNING = threading.RLock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +138,7 @@ class Stepper:
     def __post_init__(self) -> None:
         self._advance: Call | None = None
         self._single: Stepper | None = None  # what takes single steps beside the run
-        self.beside: dict[str, Call] = {}  # what else has been prepared; of all that share its code
+        self.beside: dict[Any, Call] = {}  # what else has been prepared; of all that share its code
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
@@ -221,30 +223,31 @@ class Stepper:
     ) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory."""
         before = None if self.otherwise is None else self.memory.data.copy()
-        result = self._advanced(first, count, every, out, whole)
-        if before is None or result.status != NOT_CONVERGED or not self.turn():
+        kernel, result = self.kernel, self._advanced(first, count, every, out, whole)
+        if before is None or result.status != NOT_CONVERGED or not self.turn(kernel):
             return result
         self.memory.data[:] = before
         return self._advanced(first, count, every, out, whole)
 
-    def turn(self) -> bool:
-        """Turn to the kernel for steps that do not converge; False if there is none, or no more.
+    def turn(self, failed: Recorded) -> bool:
+        """Turn from a kernel to that for the steps which it cannot take; False if there is none.
 
-        Steps that the first one can take have the same bits, so that it does not matter when. A field
-        that takes no numbers with derivatives has none.
+        Steps that it can take have the same bits by both, so that it does not matter when, nor who asks
+        for it: the run, or what takes steps beside it, in another thread perhaps. A field that takes no
+        numbers with derivatives has no other kernel.
         """
-        if self.otherwise is None:
-            return False
-        kernel, self.otherwise = self.otherwise(), None
-        known = self.kernel, self.functions, self.coefficients, self.work, self._advance
-        self.kernel, self.functions, self.coefficients = kernel[:3]
-        self.work = scalar_block(kernel.work)
-        try:
-            self.prepare()
-        except DeclarationError:
-            self.kernel, self.functions, self.coefficients, self.work, self._advance = known
-            return False
-        return True
+        with _TURNING:
+            if self.kernel is not failed or self.otherwise is None:
+                return self.kernel is not failed
+            other, self.otherwise = self.otherwise(), None
+            known = self.kernel, self.functions, self.coefficients, self.work, self._advance
+            self.kernel, self.functions = other.recorded, other.functions
+            self.coefficients, self.work = other.coefficients, scalar_block(other.work)
+            try:
+                self.prepare()
+            except DeclarationError:
+                self.kernel, self.functions, self.coefficients, self.work, self._advance = known
+            return self.kernel is not failed
 
     def _advanced(self, first: int, count: int, every: int, out: Block, whole: bool) -> Advance:
         if self._advance is None:

@@ -55,6 +55,7 @@ from .status import NOT_CONVERGED, OK
 __all__ = ["newton_coefficients", "newton_stepper", "newton_work", "whole_size"]
 
 MOST_WHOLE = 1024  # unknowns of all stages together: their matrix takes 8 MB, factors 0.2 s
+BLIND = 2.0**-24
 LEAST_DAMPED = 2.0**-10
 LEAST_PART = 2.0**-6  # of a step, in continuation
 TRIES = 3  # times the cap on iterations: for all of continuation together
@@ -295,14 +296,17 @@ def size_of_change(s: Any, groups: int, rows: int) -> float:
 
 
 @inlined
-def ended(s: Any, change: float, last: float, before: float, tolerance: float) -> bool:
+def ended(
+    s: Any, lack: float, change: float, last: float, before: float, tolerance: float, final: bool
+) -> bool:
     """Tell whether Newton's iteration has ended: by the one rule, but that rounding may be larger.
 
-    Residuals of stiff fields are rounded to h‖J‖ roundings, of which the factors leave some.
+    Residuals of stiff fields are rounded to h‖J‖ roundings, of which the factors leave some. Where a
+    residual is all rounding (`lack`, over sizes, is `BLIND`) nothing is known, however small changes are.
     """
-    kept_up = (change <= NEWTON_ROUNDING) & (change >= before)
+    kept_up = (change <= NEWTON_ROUNDING) & ((change >= before) | final)
     rounding = rounding_left(change, s.c[0]) | kept_up
-    return solved(change, last, before, tolerance, rounding, False)
+    return (lack <= BLIND) & solved(change, last, before, tolerance, rounding, final)
 
 
 @inlined
@@ -319,6 +323,7 @@ def simplified(
     factor_mean(s, h, groups, rows)
     last = before = BEGINNING
     for iteration in range(cap):
+        lack = size_of_change(s, groups, rows)
         solve_mean(s, groups, rows)
         for i in range(groups * rows):
             s.L[i] = s.L[i] - s.change[i]
@@ -327,7 +332,7 @@ def simplified(
         delta = size_of_change(s, groups, rows)
         if not finite(delta) or no_contraction(iteration, patience, delta):
             return NOT_CONVERGED, iteration + 1, delta
-        if ended(s, delta, last, before, tolerance):
+        if ended(s, lack, delta, last, before, tolerance, iteration + 1 == cap):
             return OK, iteration + 1, delta
         before, last = last, delta
         write_lack(field, params, s, t, h, groups, rows)
@@ -346,6 +351,7 @@ def damped(
     write_lack(field, params, s, t, h, groups, rows)
     for iteration in range(cap):
         write_jacobians(jacobians, s, t, h, groups, rows)
+        lack = size_of_change(s, groups, rows)
         factor_stages(s, h, groups, rows)
         solve_stages(s, rows)
         for i in range(groups * rows):
@@ -362,7 +368,7 @@ def damped(
         delta, size = size_of_change(s, groups, rows), size_of_vector(s, rows)
         if not finite(delta):
             return NOT_CONVERGED, iteration + 1, delta
-        if ended(s, delta, last, before, tolerance):
+        if ended(s, lack, delta, last, before, tolerance, iteration + 1 == cap):
             return OK, iteration + 1, delta
         before, last = last, delta
         damping = 1.0

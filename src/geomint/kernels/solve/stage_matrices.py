@@ -27,7 +27,8 @@ def factor_lanes(n: int, real: Any, imaginary: Any, order: Any) -> None:
     """Factor eight complex n×n matrices in place, one in each lane, by elimination.
 
     Rows are exchanged in all lanes alike: the pivot is the row whose smallest lane is the largest. The
-    inverse of each pivot is left in its place. What is singular leaves numbers that are not finite.
+    inverse of each pivot is left in its place. What is singular, or so large that squares of its
+    numbers are none, leaves numbers that are not finite.
     """
     for k in range(n):
         at, best = k, -1.0
@@ -43,7 +44,7 @@ def factor_lanes(n: int, real: Any, imaginary: Any, order: Any) -> None:
             real[at * n + j], imaginary[at * n + j] = p, q
         p, q = real[k * n + k], imaginary[k * n + k]
         size = p * p + q * q
-        p, q = p / size, -q / size
+        p, q = p / size + 0.0 * size, -q / size
         real[k * n + k], imaginary[k * n + k] = p, q
         for i in range(k + 1, n):
             u, v = real[i * n + k], imaginary[i * n + k]
@@ -103,7 +104,7 @@ def factor_whole(n: int, matrix: Any, order: Any) -> None:
             kept = matrix[k * width + j]
             matrix[k * width + j] = matrix[at * width + j]
             matrix[at * width + j] = kept
-        inverse = 1.0 / matrix[k * width + k]
+        inverse = 1.0 / matrix[k * width + k] + 0.0 * matrix[k * width + k]
         matrix[k * width + k] = inverse
         first = k // LANES + 1  # of the lane values that lie behind the pivot as a whole
         ends = min(LANES * first, n)
