@@ -18,7 +18,7 @@ from ..kernels.solve.gauss_between import gauss_between, gauss_inside, gauss_pol
 from ..tableaux import gauss_legendre
 from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, unrolled
-from .gauss_newton import newton_kernel
+from .gauss_newton import check_derivatives, newton_kernel
 from .method import Method, Start, iteration_tolerance
 from .stepper import Between, Kernel, Stepper, filled_block
 
@@ -110,23 +110,31 @@ class Gauss(Method):
         coefficients = packed(layout, **given, **numbers)
 
         def newton() -> Kernel:
+            check_derivatives(s, field, y0, work)
+            at = lane_positions(stages, LANES * groups)
             return newton_kernel(
-                function, constant, rows, stages, LANES * groups,
-                lane_positions(stages, LANES * groups), scratch, len(s.problem.params),
-                coefficients, cap, patience,
-            )  # fmt: skip
+                function, rows, len(s.problem.params), scratch, at, coefficients, cap, patience
+            )
 
+        own = Kernel(
+            gauss_stepper(groups, constant, function.recorded if self.fused else None),
+            () if self.fused else (function,),
+            coefficients,
+            sum(gauss_work(rows, groups, 8 * scratch)),
+        )
+        if self.iteration == "newton":
+            own = newton()
         return s.stepper(
             y0,
-            kernel=gauss_stepper(groups, constant, function.recorded if self.fused else None),
-            functions=() if self.fused else (function,),
-            coefficients=coefficients,
+            kernel=own.recorded,
+            functions=own.functions,
+            coefficients=own.coefficients,
             memory=gauss_memory(rows, groups),
-            work=gauss_work(rows, groups, 8 * scratch),
+            work=(own.work,),
             evaluations=stages,
             between=None if len(s.lengths) > 1 else _between(stages, groups),
             stages_in_lanes=True,
-            otherwise=None if self.iteration == "fixed-point" else newton,
+            otherwise=newton if self.iteration == "auto" else None,
         )
 
 

@@ -239,11 +239,12 @@ class Stepper:
         with _TURNING:
             if self.kernel is not failed or self.otherwise is None:
                 return self.kernel is not failed
-            other, self.otherwise = self.otherwise(), None
+            make, self.otherwise = self.otherwise, None
             known = self.kernel, self.functions, self.coefficients, self.work, self._advance
-            self.kernel, self.functions = other.recorded, other.functions
-            self.coefficients, self.work = other.coefficients, scalar_block(other.work)
             try:
+                other = make()
+                self.kernel, self.functions = other.recorded, other.functions
+                self.coefficients, self.work = other.coefficients, scalar_block(other.work)
                 self.prepare()
             except DeclarationError:
                 self.kernel, self.functions, self.coefficients, self.work, self._advance = known

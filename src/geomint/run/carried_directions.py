@@ -109,7 +109,8 @@ class CarriedDirections:
                 for other in self._groups:
                     other.take_of(self._stepper)
                 self.restore(begun)
-                return self._some(t, h, first, count, before)
+                self._some(t, h, first, count, before)
+                return
             if done.status != OK:
                 failed = copy.copy(self._stepper)
                 failed.t0, failed.h = t, h
@@ -154,7 +155,7 @@ class _Group:
         self.memory: Array = memory.data.reshape(
             len(stepper.memory), -1
         )  # a value and slopes a row
-        self._kind, self._given = kind, {"params": params, "memory": memory}
+        self._kind, self._params, self._memory = kind, params, memory
         self.take_of(stepper)
 
     def take_of(self, stepper: Stepper) -> None:
@@ -167,8 +168,9 @@ class _Group:
             fractions=stepper.fractions,
             work=self._block(len(stepper.work)),
             rows=stepper.rows,
+            params=self._params,
+            memory=self._memory,
             out=self._block(0),
-            **self._given,
         )
 
     def _block(self, rows: int) -> Block:

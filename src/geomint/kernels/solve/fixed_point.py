@@ -45,7 +45,6 @@ FINE = 1e-6  # above, two contractions do not predict a third
 ROUNDINGS = 16.0
 EARLY = 8  # iterations after which changes as large as what changes tell of divergence
 DIVERGING = 0.5
-SLOW = 2.0**-12  # what is left after a third of the iterations where they are too few
 # Newton's method either falls quadratically or has met the rounding of its residual. A change larger
 # than this that no longer falls is neither.
 NEWTON_ROUNDING = 2.0**-40
@@ -88,12 +87,12 @@ def rounding_left(change: Any, number: Any) -> Any:
 def no_contraction(iteration: int, patience: int, change: float) -> bool:
     """Tell whether an iteration that has not ended so far is not worth going on with.
 
-    Changes are relative to sizes that grow with what diverges: they stay near 1, or above. Where it does
-    not diverge, it is asked for a quarter of the digits after a third of the iterations (`patience`;
-    negative: never).
+    Changes are relative to sizes that grow with what diverges: they stay near 1, or above. Where it
+    does not diverge, it is asked for three digits (`COARSE`) after a third of the iterations
+    (`patience`; negative: never).
     """
     diverging = (iteration == EARLY) & (patience > EARLY) & (change > DIVERGING)
-    return diverging | ((iteration == patience) & (change > SLOW))
+    return diverging | ((iteration == patience) & (change > COARSE))
 
 
 @helper

@@ -35,7 +35,9 @@ from .status import NOT_CONVERGED, OK
 
 __all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work"]
 
-Coefficients = namedtuple("Coefficients", "rows cap patience tolerance pieces padding c b mu predictors")
+Coefficients = namedtuple(
+    "Coefficients", "rows cap patience tolerance pieces padding c b mu predictors"
+)
 Memory = namedtuple("Memory", "y carry padding stages")
 Work = namedtuple("Work", "Y F scales padding scratch")
 
@@ -230,6 +232,8 @@ def gauss_step(
         for g in range(groups):
             field(params, t + c[g] * h, part(Y, g * rows, rows), part(F, g * rows, rows), scratch)
         if coarse:
+            if no_contraction(iteration, patience, last):
+                return NOT_CONVERGED, iteration + 1, last
             inverse_scales(given.pieces, y, stages, groups, scales)
         worst = 0.0 * c[0]
         for g in range(groups):
@@ -246,8 +250,6 @@ def gauss_step(
             for i in range(rows * groups):
                 stages[i] = like(0.0, stages[i])
             continue
-        if no_contraction(iteration, patience, delta):
-            return NOT_CONVERGED, iteration + 1, delta
         rounding = rounding_left(delta, c[0])
         if solved(delta, last, before, tolerance, rounding, iteration + 1 == cap):
             for r in range(rows):

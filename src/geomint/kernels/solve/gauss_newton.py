@@ -65,7 +65,8 @@ Numbers = namedtuple(
     "into_imaginary out_real out_imaginary"
 )  # fmt: skip
 Work = namedtuple(
-    "Work", "Y F scales padding begun change real imaginary vector params jacobian matrix order scratch"
+    "Work",
+    "Y F scales padding begun change real imaginary vector params jacobian matrix order scratch",
 )
 Stages = namedtuple(
     "Stages", "y carry L begun change real imaginary Y F scales scratch vector matrix order jacobian "
@@ -127,9 +128,7 @@ def newton_work(rows: int, groups: int, stages: int, params: int, scratch: int) 
 
 
 @inlined
-def stages_of(
-    coefficients: Any, memory: Any, work: Any, groups: int, rows: int
-) -> Any:
+def stages_of(coefficients: Any, memory: Any, work: Any, groups: int, rows: int) -> Any:
     """Return all that Newton's iteration reads and writes, by name."""
     given = sections(coefficients, gauss_coefficients(rows, groups, REST))
     layout = newton_coefficients(groups)
@@ -170,15 +169,13 @@ def stages_of(
 
 
 @inlined
-def write_lack(
-    field: Any, params: Any, s: Any, t: float, h: float, groups: int, rows: int
-) -> None:
+def write_lack(field: Any, params: Any, s: Any, t: float, h: float, groups: int, rows: int) -> None:
     """Write R into `change`, and the stages into Y."""
-    stage_sums(
-        eight_columns(s.mu, 0, 0, groups), s.mu, s.L, s.y, s.carry, s.Y, groups, rows
-    )
+    stage_sums(eight_columns(s.mu, 0, 0, groups), s.mu, s.L, s.y, s.carry, s.Y, groups, rows)
     for g in range(groups):
-        field(params, t + s.c[g] * h, part(s.Y, g * rows, rows), part(s.F, g * rows, rows), s.scratch)
+        field(
+            params, t + s.c[g] * h, part(s.Y, g * rows, rows), part(s.F, g * rows, rows), s.scratch
+        )
     for g in range(groups):
         weights = s.b[g] * h
         for r in range(g * rows, (g + 1) * rows):
@@ -301,8 +298,8 @@ def ended(
 ) -> bool:
     """Tell whether Newton's iteration has ended: by the one rule, but that rounding may be larger.
 
-    Residuals of stiff fields are rounded to h‖J‖ roundings, of which the factors leave some. Where a
-    residual is all rounding (`lack`, over sizes, is `BLIND`) nothing is known, however small changes are.
+    Residuals of stiff fields are rounded to h‖J‖ roundings, of which the factors leave some. Where
+    `lack`, a residual over sizes, is more than `BLIND`, nothing is known, however small changes are.
     """
     kept_up = (change <= NEWTON_ROUNDING) & ((change >= before) | final)
     rounding = rounding_left(change, s.c[0]) | kept_up
@@ -433,14 +430,10 @@ def newton_step(
     tolerance = top(section(coefficients, gauss_coefficients(rows, groups, REST), "tolerance")[0])
     for i in range(len(s.params)):
         s.params[i] = plain(params[i])
-    status, more, left = simplified(
-        field, jacobians, params, s, t, h, tolerance, groups, rows
-    )
+    status, more, left = simplified(field, jacobians, params, s, t, h, tolerance, groups, rows)
     used += more
     if status != OK and whole_size(rows, s.count) > 0:
-        status, more, left = continued(
-            field, jacobians, params, s, t, h, tolerance, groups, rows
-        )
+        status, more, left = continued(field, jacobians, params, s, t, h, tolerance, groups, rows)
         used += more
     if status == OK:
         for r in range(rows):
@@ -449,8 +442,8 @@ def newton_step(
 
 
 @functools.cache
-def newton_stepper(groups: int, rows: int) -> Recorded:
-    """Return the stepper for 8 · `groups` stages and `rows` rows (0: any number of rows).
+def newton_stepper(groups: int) -> Recorded:
+    """Return the stepper for 8 · `groups` stages and any number of rows.
 
     It takes a field, and its Jacobians (`geomint.kernels.solve.stage_jacobians`).
     """
@@ -458,7 +451,7 @@ def newton_stepper(groups: int, rows: int) -> Recorded:
     @helper
     def gauss_newton(functions, params, coefficients, substep, memory, work, t, h):
         header = gauss_coefficients(0, groups, REST)
-        n = rows if rows > 0 else int(top(section(coefficients, header, "rows")[0]))
+        n = int(top(section(coefficients, header, "rows")[0]))
         return newton_step(functions, params, coefficients, substep, memory, work, t, h, groups, n)
 
     return stepper(gauss_newton)

@@ -57,9 +57,7 @@ def factor_lanes(n: int, real: Any, imaginary: Any, order: Any) -> None:
 
 
 @helper
-def solve_lanes(
-    n: int, real: Any, imaginary: Any, order: Any, x: Any, y: Any
-) -> None:
+def solve_lanes(n: int, real: Any, imaginary: Any, order: Any, x: Any, y: Any) -> None:
     """Solve in place for x + iy, eight right-hand sides, by the factors of `factor_lanes`."""
     for k in range(n):
         at = int(order[k])
