@@ -49,6 +49,7 @@ from .gauss import (
     padding,
     stage_sums,
 )
+from .stage_jacobians import jacobian_evaluations
 from .stage_matrices import factor_lanes, factor_whole, padded, solve_lanes, solve_whole
 from .status import NOT_CONVERGED, OK
 
@@ -419,7 +420,10 @@ def newton_step(
     functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any,
     t: float, h: float, groups: int, rows: int,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Take the step of the fixed-point iteration where it contracts, and else by Newton's method."""
+    """Take the step of the fixed-point iteration where it contracts, and else by Newton's method.
+
+    Jacobians count as so many iterations as they take evaluations of the field.
+    """
     field, jacobians = functions
     status, used, left = gauss_step(
         (field,), params, coefficients, substep, memory, work, t, h, groups, rows
@@ -431,10 +435,10 @@ def newton_step(
     for i in range(len(s.params)):
         s.params[i] = plain(params[i])
     status, more, left = simplified(field, jacobians, params, s, t, h, tolerance, groups, rows)
-    used += more
+    used += more + jacobian_evaluations(rows)
     if status != OK and whole_size(rows, s.count) > 0:
         status, more, left = continued(field, jacobians, params, s, t, h, tolerance, groups, rows)
-        used += more
+        used += more * (1 + jacobian_evaluations(rows))
     if status == OK:
         for r in range(rows):
             add_compensated(s.y, s.carry, r, increment(s.L, r, groups, rows))

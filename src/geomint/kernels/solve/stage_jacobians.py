@@ -5,14 +5,20 @@ from __future__ import annotations
 import functools
 from typing import Any
 
-from ..compiling.recorded import Recorded
+from ..compiling.recorded import Recorded, inlined
 from ..numbers.arithmetic import like
 from ..numbers.blocks import part
 from ..numbers.tangent import as_tangents
 
-__all__ = ["DIRECTIONS", "jacobian_scratch", "jacobians_of"]
+__all__ = ["DIRECTIONS", "jacobian_evaluations", "jacobian_scratch", "jacobians_of"]
 
 DIRECTIONS = 2  # at once: more of them leave registers, as stages are in lanes beside them
+
+
+@inlined
+def jacobian_evaluations(rows: int) -> int:
+    """Return how many evaluations of the field those of its Jacobians are counted as."""
+    return (rows + DIRECTIONS - 1) // DIRECTIONS * (1 + DIRECTIONS)
 
 
 def jacobian_scratch(rows: int, work: int) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -180,17 +181,27 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(
             method, wanted.tolerance, wanted.turns, abs(motion.span) / first
         )
-    integrator = Integrator.of(own, wanted.start(first))
-    integrator.prepare()
 
-    def tried(step: float, length: float) -> Trial:
-        found = stretch(integrator.stepper, motion, p, step, length)
-        return Trial(step, wanted.error(found, own), found)
+    def trials(method: Method) -> Callable[[float, float], Trial]:
+        integrator = Integrator.of(method, wanted.start(first))
+        integrator.prepare()
+
+        def tried(step: float, length: float) -> Trial:
+            found = stretch(integrator.stepper, motion, p, step, length)
+            return Trial(step, wanted.error(found, method), found)
+
+        return tried
 
     turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
     short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
+    other = own.options.get("iteration") == "auto"
+    tried = trials(own.with_options(iteration="fixed-point") if other else own)
     search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit)
     step, expected = search.run(first)
+    if other and search.stiff(step, expected):
+        tried = trials(own)
+        search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit)
+        step, expected = search.run(first)
     if not method.symmetric and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, lambda step: tried(step, long))
     rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0
