@@ -626,7 +626,17 @@ def largest_step_words() -> dict[str, str]:
         costs = [f"{1e6 * s:.2g}" if s else "–" for s in took.values()]
         costs = [str(int(float(c))) if c != "–" and float(c) >= 10.0 else c for c in costs]
         rows.append([title, str(found["rows"]), f"{before:.3g}", after, more, *costs])
-    head = ["", "numbers", "fixed point", "with Newton", "times", "µs at ½", "at 1½", "at 3", "at 5"]
+    head = [
+        "",
+        "numbers",
+        "fixed point",
+        "with Newton",
+        "times",
+        "µs at ½",
+        "at 1½",
+        "at 3",
+        "at 5",
+    ]
     factors = [found["factor"] for found in record["cases"].values()]
     return {
         "largest_step_table": _table(head, rows),
