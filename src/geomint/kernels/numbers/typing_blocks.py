@@ -230,9 +230,8 @@ def _as_lanes(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-def other_rows(block: Any, row: Any) -> Any:
-    """Return the type of a block of other rows in the same memory, and code that makes it."""
-    result = BlockType(row)
+def other_rows(block: Any, result: BlockType) -> Any:
+    """Return code that makes a block of other rows in the same memory."""
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
@@ -240,25 +239,24 @@ def other_rows(block: Any, row: Any) -> Any:
         numbers = builder.mul(rows, ir.Constant(rows.type, _width(block.row)))
         view = cgutils.create_struct_proxy(result)(context, builder)
         view.data = source.data
-        view.rows = builder.sdiv(numbers, ir.Constant(rows.type, _width(row)))
+        view.rows = builder.sdiv(numbers, ir.Constant(rows.type, _width(result.row)))
         return view._getvalue()
 
-    return result, codegen
+    return codegen
 
 
 @instruction(blocks.as_singles)
 def _as_singles(typingctx, block):
     single = block.row.singles() if hasattr(block.row, "singles") else types.float64
-    result, codegen = other_rows(block, single)
-    return result(block), codegen
+    result = BlockType(single)
+    return result(block), other_rows(block, result)
 
 
 @instruction(blocks.as_numbers)
 def _as_numbers(typingctx, block):
     if not isinstance(block, BlockType):
         return None
-    result, codegen = other_rows(block, types.float64)
-    return result(block), codegen
+    return SCALAR_BLOCK(block), other_rows(block, SCALAR_BLOCK)
 
 
 @instruction(blocks.set_lane)

@@ -490,5 +490,5 @@ def _as_tangents(typingctx, block, directions):
     count = getattr(directions, "literal_value", None)
     if count is None or not isinstance(block, BlockType):
         return None
-    result, codegen = other_rows(block, TangentType(LANE_VALUE, LANE_VALUE, count))
-    return result(block, directions), codegen
+    _, result, _ = tangent_lanes(count)
+    return result(block, directions), other_rows(block, result)

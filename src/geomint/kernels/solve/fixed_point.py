@@ -74,7 +74,7 @@ def finite(change: float) -> bool:
 @inlined
 def failure(iteration: int) -> int:
     """Return the status of an iteration that is not finite: the function's fault, or divergence."""
-    return NOT_FINITE if iteration <= 0 else NOT_CONVERGED
+    return NOT_FINITE if iteration == 0 else NOT_CONVERGED
 
 
 @inlined

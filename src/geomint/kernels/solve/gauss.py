@@ -31,7 +31,7 @@ from .fixed_point import (
     rounding_left,
     solved,
 )
-from .status import NOT_CONVERGED, OK
+from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work"]
 
@@ -226,7 +226,7 @@ def gauss_step(
     last = BEGINNING
     before = BEGINNING
     coarse = True
-    anew = 0
+    anew = False
     for iteration in range(cap):
         stage_sums(m, mu, stages, y, carry, Y, groups, rows)
         for g in range(groups):
@@ -245,8 +245,8 @@ def gauss_step(
         delta = top(worst)
         if not finite(delta):
             if iteration > 0:
-                return failure(iteration - anew), iteration + 1, delta
-            anew = 1
+                return NOT_FINITE if anew else failure(iteration), iteration + 1, delta
+            anew = True
             for i in range(rows * groups):
                 stages[i] = like(0.0, stages[i])
             continue
