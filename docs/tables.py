@@ -660,6 +660,38 @@ def symplectic_words() -> dict[str, str]:
     }
 
 
+def largest_step_words() -> dict[str, str]:
+    """Return the longest steps whose stages are found, by fixed point and by Newton's method."""
+    record = result("largest_step")
+    rows = []
+    for name, found in record["cases"].items():
+        before, factor, took = found["before"], found["factor"], found["seconds"]
+        more = f"{record['most']:.0f} or more" if factor >= record["most"] else f"{factor:.1f}"
+        after = f"{before * factor:.3g}"
+        title = f"`{name}`" if " " not in name else name
+        costs = [f"{1e6 * s:.2g}" if s else "–" for s in took.values()]
+        costs = [str(int(float(c))) if c != "–" and float(c) >= 10.0 else c for c in costs]
+        rows.append([title, str(found["rows"]), f"{before:.3g}", after, more, *costs])
+    head = [
+        "",
+        "numbers",
+        "fixed point",
+        "with Newton",
+        "times",
+        "µs at ½",
+        "at 1½",
+        "at 3",
+        "at 5",
+    ]
+    factors = [found["factor"] for found in record["cases"].values()]
+    return {
+        "largest_step_table": _table(head, rows),
+        "largest_step_cases": str(len(factors)),
+        "largest_step_five": str(sum(factor >= 5.0 for factor in factors)),
+        "largest_step_machine": measured_on(record),
+    }
+
+
 WORDS = {bool: "true or false", int: "whole number", float: "number", str: "string"}
 
 
@@ -709,6 +741,7 @@ def substitutions() -> dict[str, str]:
         **brouwer_words(),
         **symplectic_words(),
         "against_peers_machine": measured_on(result("against_peers")),
+        **largest_step_words(),
         "peers": peers(),
         "peers_machine": measured_on(result("peers_per_step")),
         "kernel_limits": kernel_limits(),

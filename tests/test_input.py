@@ -76,6 +76,11 @@ REFUSED = {
     "compiled is a word": (lambda: solved(compiled="no"), "compiled = 'no': expected True or"),
     "clock is a number": (lambda: solved(clock=0), "clock = 0: expected True, False or None"),
     "progress is an array": (lambda: solved(progress=np.ones(2)), "progress = array"),
+    "iteration is none": (
+        lambda: gi.Gauss(8, iteration="picard"),
+        "iteration = 'picard': expected one",
+    ),
+    "iteration is a list": (lambda: gi.Gauss(8, iteration=["auto"]), "iteration = "),
     "fused is a word": (lambda: gi.Gauss(8, fused="no"), "fused = 'no'"),
     "attitude is a list": (lambda: SPHERE.ball(attitude=[1]), "attitude = "),
     # counts

@@ -40,7 +40,8 @@ def test_a_run_that_is_repeated():
 
 
 def test_errors_are_outcomes():
-    implicit = partial(SOLVE, method="gauss-8", t_end=80.0, step=40.0)
+    method = gi.Gauss(8, iteration="fixed-point")
+    implicit = partial(SOLVE, method=method, t_end=80.0, step=40.0)
     outcome = attempt(implicit)
     assert isinstance(outcome.error, gi.ConvergenceError)
     assert outcome.solution is outcome.error.partial

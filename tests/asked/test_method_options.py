@@ -17,6 +17,7 @@ BOTH = {  # two values of every option
     "iteration_tolerance": (0.0, 1e-6),
     "max_iterations": (50, 60),
     "fused": (False, True),
+    "iteration": ("auto", "newton"),
     "rtol": (1e-8, 1e-6),
     "atol": (1e-12, 1e-10),
     "max_step": (math.inf, 0.01),
@@ -80,7 +81,11 @@ def solved(method: gi.Method, **more: object) -> gi.Solution:
     return gi.solve(problem, y0, method=method, **given)
 
 
-@pytest.mark.parametrize("make", [gi.Rattle, lambda **o: gi.Gauss(2, **o)], ids=["rattle", "gauss"])
+@pytest.mark.parametrize(
+    "make",
+    [gi.Rattle, lambda **o: gi.Gauss(2, iteration="fixed-point", **o)],
+    ids=["rattle", "gauss"],
+)
 def test_implicit_options_do_what_they_say(make) -> None:
     full, short = (solved(make(iteration_tolerance=x), step=0.05) for x in (0.0, 1e-4))
     assert short.iterations < full.iterations

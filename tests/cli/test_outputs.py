@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
+from chaplygin import scenes
 from geomint.cli import main
 from geomint.run.files import outputs
 
@@ -32,6 +33,14 @@ ALSO = {
 
 def invoke(*arguments):
     return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+def by_fixed_point(folder):
+    """Write the scene sphere-n3 without Newton's method, so that long steps fail; return the file."""
+    text = (Path(scenes.__file__).parent / "sphere-n3.toml").read_text(encoding="utf-8")
+    file = folder / "sphere-n3.toml"
+    file.write_text(text.replace("[integrate]", '[integrate]\niteration = "fixed-point"'), "utf-8")
+    return file
 
 
 def no_run(*_, **__):
@@ -132,7 +141,7 @@ def test_a_file_that_may_not_be_larger(tmp_path):
 @pytest.mark.parametrize("command", ["run", "drift"])
 def test_a_failure_is_told_before_what_is_written(command, tmp_path):
     out = tmp_path / ("out.nc" if command == "run" else "report")
-    result = invoke(command, "sphere-n3", "--step", 40, "--out", out)
+    result = invoke(command, by_fixed_point(tmp_path), "--step", 40, "--out", out)
     assert result.exit_code == 2
     said = result.output  # both streams, in order
     assert said.index("geomint: gauss-8: failed: the implicit step did not") < said.index(
@@ -158,7 +167,8 @@ def test_a_terminal_that_is_gone(command):
 
 
 def test_a_run_that_failed_is_seen_in_every_file(tmp_path):
-    assert invoke("drift", "sphere-n3", "--step", 40, "--out", tmp_path).exit_code == 2
+    file = by_fixed_point(tmp_path)
+    assert invoke("drift", file, "--step", 40, "--out", tmp_path).exit_code == 2
     assert '"status": "failed"' in (tmp_path / "drift.json").read_text(encoding="utf-8")
     assert "gauss-8: failed." in (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "run failed" in (tmp_path / "drift.svg").read_text(encoding="utf-8")

@@ -116,7 +116,8 @@ def test_without_an_exact_flow_it_is_refused():
 
 
 def test_failure_is_shown_with_its_reason(model):
-    result = compare(model, {"tau_end": 10.0}, ["gauss-8"], steps=[5.0, 0.25], repeats=1)
+    method = gi.Gauss(8, iteration="fixed-point")
+    result = compare(model, {"tau_end": 10.0}, [method], steps=[5.0, 0.25], repeats=1)
     failed, good = result.points
     assert failed.status.startswith("failed: ConvergenceError")
     assert "t = " in failed.status

@@ -251,7 +251,13 @@ def calls() -> dict[str, Call]:
         **_bodies(),
         "Gauss": Call(
             _maker(gi.Gauss),
-            {"stages": 2, "iteration_tolerance": 0.0, "max_iterations": 100, "fused": False},
+            {
+                "stages": 2,
+                "iteration_tolerance": 0.0,
+                "max_iterations": 100,
+                "iteration": "newton",
+                "fused": False,
+            },
         ),
         "RungeKutta": Call(_maker(gi.RungeKutta), {"tableau": "dop853"}),
         "RKMK": Call(_maker(gi.RKMK), {"tableau": "dop853", "coordinates": "exp"}),

@@ -56,6 +56,7 @@ def known_keys() -> dict[str, tuple[str, ...]]:
     options = (
         "iteration_tolerance",
         "max_iterations",
+        "iteration",
         "fused",
         "rtol",
         "atol",
@@ -167,6 +168,8 @@ def _likely(rng: Random, key: str) -> Any:
     )
     if key in counts:
         return rng.choice((1, 2, 3, 1000, 2**31, 2**53, 2**63, 10**30))
+    if key == "iteration":
+        return rng.choice(("auto", "fixed-point", "newton", "Newton", ""))
     if key in ("attitude", "multipliers", "fused", "terminal"):
         return rng.random() < 0.5
     if key in ("t_eval", "steps", "a", "gamma", "p", "k", "omega", "g", "moments", "J"):

@@ -201,17 +201,20 @@ def test_a_group_without_a_cayley_map() -> None:
         gi.RKMK(coordinates="cayly")
 
 
+FIXED_POINT = [gi.Gauss(stages, iteration="fixed-point") for stages in (1, 8)]
+
+
 @pytest.mark.parametrize(
     ("method", "problem", "y0", "h"),
     [
-        ("gauss-1", henon_heiles.problem(), henon_heiles.INITIAL, 30.0),
-        ("gauss-8", henon_heiles.problem(), henon_heiles.INITIAL, 30.0),
+        (FIXED_POINT[0], henon_heiles.problem(), henon_heiles.INITIAL, 30.0),
+        (FIXED_POINT[1], henon_heiles.problem(), henon_heiles.INITIAL, 30.0),
         ("rattle-2", spherical_pendulum.problem(), spherical_pendulum.INITIAL, 9.0),
         ("rattle-6", double_pendulum.problem(), double_pendulum.INITIAL, 20.0),
     ],
 )
 def test_a_step_too_large_to_converge(
-    method: str, problem: gi.Problem, y0: np.ndarray, h: float
+    method: str | gi.Method, problem: gi.Problem, y0: np.ndarray, h: float
 ) -> None:
     """A ConvergenceError with t, step, residual, iterations, and a hint."""
     with pytest.raises(
@@ -228,7 +231,7 @@ def test_a_step_too_large_to_converge(
 def test_the_cap_on_iterations() -> None:
     """Reached: an error with just so many iterations."""
     problem = lotka_volterra.problem()
-    method = gi.Gauss(4, max_iterations=3)
+    method = gi.Gauss(4, max_iterations=3, iteration="fixed-point")
     with pytest.raises(gi.ConvergenceError) as caught:
         gi.solve(problem, lotka_volterra.INITIAL, t_end=1.0, step=0.5, method=method)
     assert caught.value.iterations == 3

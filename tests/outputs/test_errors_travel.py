@@ -99,7 +99,7 @@ def fail(kind):
     scene = gi.load_scene("sphere-n3")
     if kind == "domain":
         scene.problem.exact([float("nan")] * 6)
-    gi.run_scene(scene.changed(integrate={"step": 40.0}), progress=False)
+    gi.run_scene(scene.changed(integrate={"step": 40.0, "iteration": "fixed-point"}), progress=False)
 
 
 if __name__ == "__main__":

@@ -158,7 +158,7 @@ def test_steps_of_an_adaptive_method_are_its_own():
 
 
 def test_what_a_failed_run_has_is_handed_out_as_asked():
-    asked = scene(integrate={"step": 3.0, "max_iterations": 9})
+    asked = scene(integrate={"step": 3.0, "max_iterations": 9, "iteration": "fixed-point"})
     with pytest.raises(gi.ConvergenceError) as raised:
         gi.make_plan(asked).solve(progress=False)
     assert raised.value.partial.y.shape[1] == asked.problem.rows

@@ -201,7 +201,13 @@ def _coefficients(rows: int, pieces: list[float], groups: int) -> DoubleDoubleBl
         "mu": [spread_columns(x, at, width) for x in table.split("mu")],
         "predictors": [predictor, np.zeros_like(predictor)],
     }
-    given = {"rows": rows, "cap": MAX_ITERATIONS, "tolerance": TOLERANCE, "pieces": pieces}
+    given = {
+        "rows": rows,
+        "cap": MAX_ITERATIONS,
+        "patience": -1,
+        "tolerance": TOLERANCE,
+        "pieces": pieces,
+    }
     for name, numbers in given.items():
         section(block, layout, name).data[::2] = numbers
     for name, (hi, lo) in lanes.items():

@@ -80,8 +80,7 @@ class Carried:
         at_once, self.numbers, self.conditions = self._types(stepper, d)
         stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
         self.sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
-        self.kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(self.numbers)
-        self.functions = tuple(f.of_type(self.numbers) for f in stepper.functions)
+        self._take_of(stepper)
         manifold = Bound(no_conditions, FIELD)
         if conditions is not None:
             given = {"params": len(problem.params), "y": problem.rows, "out": m}
@@ -90,6 +89,36 @@ class Carried:
         self._kept = self._start(problem, conditions, y0, time, directions)
         supports = self._supports(problem, conditions, y0)
         self.arguments = self._arguments(problem, stepper, supports)
+
+    def _take_of(self, stepper: Stepper) -> None:
+        """Let steps be those of the stepper's kernel, as it is now."""
+        self._taken = stepper.kernel
+        self.kernel = bound_stepper(stepper.kernel, stepper.functions).of_type(self.numbers)
+        self.functions = tuple(f.of_type(self.numbers) for f in stepper.functions)
+
+    def turn(self, stepper: Stepper) -> bool:
+        """Turn to the kernel for steps that did not converge; False if there is none."""
+        if not stepper.turn(self._taken):
+            return False
+        self._take_of(stepper)
+        self.arguments.update(
+            kernel=self.kernel,
+            functions=self.functions,
+            coefficients=stepper.coefficients,
+            scratch=self._room(self.numbers, len(stepper.work))[0],
+        )
+        return True
+
+    @property
+    def remembered(self) -> tuple[Array, Array]:
+        """All that the next step depends on, as copies; to be set again as long as steps are taken."""
+        given = self.arguments
+        return given["memory"].data.copy(), given["plain"].data.copy()
+
+    @remembered.setter
+    def remembered(self, known: tuple[Array, Array]) -> None:
+        for name, numbers in zip(("memory", "plain"), known, strict=True):
+            self.arguments[name].data[:] = numbers
 
     def _types(self, stepper: Stepper, d: int) -> tuple[int, NumberType, NumberType]:
         """Return how many directions a step carries at once, its numbers, those of conditions."""

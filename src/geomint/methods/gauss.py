@@ -10,6 +10,7 @@ from types import MappingProxyType
 import numpy as np
 
 from ..arguments import Array, switch, whole
+from ..errors import DomainError
 from ..kernels.numbers.blocks import packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.gauss import gauss_coefficients, gauss_memory, gauss_stepper, gauss_work
@@ -18,12 +19,15 @@ from ..references.literature import BUTCHER_1964, HLW_2006
 from ..tableaux import gauss_legendre
 from .binding import lane_field
 from .bound_forms import field_of, piece_numbers, unrolled
+from .gauss_newton import check_derivatives, newton_kernel
 from .method import Method, Start, iteration_tolerance
-from .stepper import Between, Stepper, filled_block
+from .stepper import Between, Kernel, Stepper, filled_block
 
 __all__ = ["Gauss"]
 
 MAX_UNROLLED_ROWS = 16  # a fixed-point iteration gains more than an explicit step
+ITERATIONS = ("auto", "fixed-point", "newton")
+PATIENCE = 3  # a part of the iterations after which a step is looked at
 MAX_EXTRAPOLATION = 1.5  # substeps longer than this, against the last one, start from nothing
 
 
@@ -42,10 +46,14 @@ class Gauss(Method):
         the state's pieces: 2⁻⁵⁶ saves an eighth of the time and lets invariants drift linearly by
         some 1e-17 a step.
     max_iterations : int
-        After which a `ConvergenceError` is raised.
+        After which a `ConvergenceError` is raised, or Newton's method takes over; its cap too, and
+        thrice that of its tries together.
+    iteration : ``"auto"``, ``"fixed-point"`` or ``"newton"``
+        How stages are solved for. ``"auto"``, the default: each step by fixed-point iteration if it
+        contracts, and else by Newton's method. What is found is the same, to rounding.
     fused : bool
-        Compile the field into the stepper: the same bits, in 0.85 of the time where fields are
-        small, for some seconds of compilation for each problem in each process.
+        Compile the field into the stepper of the fixed-point iteration: the same bits, in 0.85 of the
+        time where fields are small, for some seconds of compilation for each problem in each process.
 
     Notes
     -----
@@ -59,6 +67,7 @@ class Gauss(Method):
     _: KW_ONLY
     iteration_tolerance: float = 0.0
     max_iterations: int = 100
+    iteration: str = "auto"
     fused: bool = False
 
     needs = "field"
@@ -70,6 +79,8 @@ class Gauss(Method):
 
     def __post_init__(self) -> None:
         stages = whole("stages", self.stages, 1, 16)
+        if not (isinstance(self.iteration, str) and self.iteration in ITERATIONS):
+            raise DomainError("iteration", self.iteration, f"one of {list(ITERATIONS)}")
         self._set(
             stages=stages,
             iteration_tolerance=iteration_tolerance(self.iteration_tolerance),
@@ -87,23 +98,44 @@ class Gauss(Method):
         groups = 1 if stages <= LANES else 2
         function, scratch = lane_field(field, s.problem.params, y0, work, s.compiled)
         numbers = _lane_coefficients(stages, groups, s.lengths)
-        given = {"rows": rows, "cap": cap, "tolerance": tolerance, "pieces": piece_numbers(s)}
+        patience = -1 if self.iteration == "fixed-point" else cap // PATIENCE
+        given = {
+            "rows": rows,
+            "cap": 0 if self.iteration == "newton" else cap,
+            "patience": patience,
+            "tolerance": tolerance,
+            "pieces": piece_numbers(s),
+        }
+        (constant,) = unrolled(rows, limit=MAX_UNROLLED_ROWS)
+        layout = gauss_coefficients(rows, groups, len(s.lengths))
+        coefficients = packed(layout, **given, **numbers)
+
+        def newton() -> Kernel:
+            check_derivatives(s, field, y0, work)
+            at = lane_positions(stages, LANES * groups)
+            return newton_kernel(
+                function, rows, len(s.problem.params), scratch, at, coefficients, cap, patience
+            )
+
+        own = Kernel(
+            gauss_stepper(groups, constant, function.recorded if self.fused else None),
+            () if self.fused else (function,),
+            coefficients,
+            sum(gauss_work(rows, groups, 8 * scratch)),
+        )
+        if self.iteration == "newton":
+            own = newton()
         return s.stepper(
             y0,
-            kernel=gauss_stepper(
-                groups,
-                *unrolled(rows, limit=MAX_UNROLLED_ROWS),
-                function.recorded if self.fused else None,
-            ),
-            functions=() if self.fused else (function,),
-            coefficients=packed(
-                gauss_coefficients(rows, groups, len(s.lengths)), **given, **numbers
-            ),
+            kernel=own.recorded,
+            functions=own.functions,
+            coefficients=own.coefficients,
             memory=gauss_memory(rows, groups),
-            work=gauss_work(rows, groups, 8 * scratch),
+            work=(own.work,),
             evaluations=stages,
             between=None if len(s.lengths) > 1 else _between(stages, groups),
             stages_in_lanes=True,
+            otherwise=newton if self.iteration == "auto" else None,
         )
 
 

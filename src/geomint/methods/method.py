@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
@@ -21,7 +21,7 @@ from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
 from ..references.reference import Reference
 from ..tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
-from .stepper import Between, Stepper, filled_block
+from .stepper import Between, Kernel, Stepper, filled_block
 
 __all__ = ["Form", "Method", "Start"]
 
@@ -70,6 +70,7 @@ class Start:
         between: Between | None = None,
         stages_in_lanes: bool = False,
         lane_by_lane: bool = False,
+        otherwise: Callable[[], Kernel] | None = None,
     ) -> Stepper:
         """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
 
@@ -93,6 +94,7 @@ class Start:
             between=between,
             stages_in_lanes=stages_in_lanes,
             lane_by_lane=lane_by_lane,
+            otherwise=otherwise,
         )
 
 

@@ -17,7 +17,7 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.orbit import INSIDE, bound_inside
 from ..kernels.solve.partial import bound_polynomial, bound_write, partial_steps, steps_to_clock
-from ..kernels.solve.status import OK
+from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..problems.problem import Problem
 from .stepper import Advance, Stepper, filled_block
 
@@ -137,10 +137,10 @@ class PartialSteps:
 
     def _call(self, clock: bool) -> Call:
         """Return what takes the steps, compiled or found when it is asked for first."""
-        key = "to_clock" if clock else "partial"
-        calls: dict[str, Call] = self._own.__dict__
+        s = self._stepper
+        key = "to_clock" if clock else "partial", s.kernel
+        calls: dict[Any, Call] = self._own.__dict__.setdefault("calls", {})
         if key not in calls:
-            s = self._stepper
             if key not in s.beside:
                 s.beside[key] = self._made(clock)
             calls[key] = call = s.beside[key].copy()
@@ -186,16 +186,20 @@ class PartialSteps:
     ) -> tuple[Array, StepError | None]:
         count, rows = len(at), nodes.states.shape[1]
         out = scalar_block(count * rows)
-        asked = Advance(
-            *self._call(clock)(
-                states=Block(nodes.states.reshape(-1)),
-                times=Block(nodes.times),
-                nodes=Block(at.astype(np.float64)),
-                count=count,
-                out=out,
-                **given,
+        while True:
+            kernel = self._stepper.kernel
+            asked = Advance(
+                *self._call(clock)(
+                    states=Block(nodes.states.reshape(-1)),
+                    times=Block(nodes.times),
+                    nodes=Block(at.astype(np.float64)),
+                    count=count,
+                    out=out,
+                    **given,
+                )
             )
-        )
+            if asked.status != NOT_CONVERGED or not self._stepper.turn(kernel):
+                break
         states = out.data.reshape(count, rows)
         if asked.status == OK:
             return states, None

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -10,7 +12,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
-from ..errors import ConvergenceError, NonFiniteError, StepError, StepSizeError
+from ..errors import (
+    ConvergenceError,
+    DeclarationError,
+    NonFiniteError,
+    StepError,
+    StepSizeError,
+)
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
@@ -18,10 +26,11 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 
-__all__ = ["Advance", "Between", "Stepper", "filled_block"]
+__all__ = ["Advance", "Between", "Kernel", "Stepper", "filled_block"]
 
 
 _NOTHING = scalar_block(0)
+_TURNING = threading.RLock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +63,18 @@ class Between:
     powers: int
     inside: Recorded
     places: Block
+
+
+class Kernel(NamedTuple):
+    """Another kernel for the same memory: what takes steps where the first one gives up.
+
+    Where the first one does not, its steps have the same bits.
+    """
+
+    recorded: Recorded
+    functions: tuple[Bound, ...]
+    coefficients: Block
+    work: int
 
 
 class Advance(NamedTuple):
@@ -93,6 +114,8 @@ class Stepper:
         Whether the kernel's own lanes are stages.
     lane_by_lane : bool
         Whether a step of eight states at once, in lanes, is that of each alone, to the bit.
+    otherwise : callable, optional
+        Makes what takes the steps from the first one on that does not converge.
     """
 
     kernel: Recorded
@@ -110,11 +133,12 @@ class Stepper:
     between: Between | None = None
     stages_in_lanes: bool = False
     lane_by_lane: bool = False
+    otherwise: Callable[[], Kernel] | None = None
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
         self._single: Stepper | None = None  # what takes single steps beside the run
-        self.beside: dict[str, Call] = {}  # what else has been prepared; of all that share its code
+        self.beside: dict[Any, Call] = {}  # what else has been prepared; of all that share its code
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
@@ -203,6 +227,35 @@ class Stepper:
         self, first: int, count: int, every: int, out: Block, whole: bool = False
     ) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory."""
+        before = None if self.otherwise is None else self.memory.data.copy()
+        kernel, result = self.kernel, self._advanced(first, count, every, out, whole)
+        if before is None or result.status != NOT_CONVERGED or not self.turn(kernel):
+            return result
+        self.memory.data[:] = before
+        return self._advanced(first, count, every, out, whole)
+
+    def turn(self, failed: Recorded) -> bool:
+        """Turn from a kernel to that for the steps which it cannot take; False if there is none.
+
+        Steps that it can take have the same bits by both, so that it does not matter when, nor who asks
+        for it: the run, or what takes steps beside it, in another thread perhaps. A field that takes no
+        numbers with derivatives has no other kernel.
+        """
+        with _TURNING:
+            if self.kernel is not failed or self.otherwise is None:
+                return self.kernel is not failed
+            make, self.otherwise = self.otherwise, None
+            known = self.kernel, self.functions, self.coefficients, self.work, self._advance
+            try:
+                other = make()
+                self.kernel, self.functions = other.recorded, other.functions
+                self.coefficients, self.work = other.coefficients, scalar_block(other.work)
+                self.prepare()
+            except DeclarationError:
+                self.kernel, self.functions, self.coefficients, self.work, self._advance = known
+            return self.kernel is not failed
+
+    def _advanced(self, first: int, count: int, every: int, out: Block, whole: bool) -> Advance:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None

@@ -12,7 +12,7 @@ from ..arguments import Array, as_array
 from ..errors import DomainError, NonFiniteError, StepError
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
-from ..kernels.solve.status import OK
+from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..methods.stepper import Advance, Stepper
 from ..methods.tangent import AT_ONCE, tangent_type
 
@@ -101,8 +101,16 @@ class CarriedDirections:
 
     def _some(self, t: float, h: float, first: int, count: int, before: int) -> None:
         """Take a few steps with all groups, after which all are where the first is."""
+        begun = self.memories
         for group in self._groups:
+            kernel = group.kernel
             done = group.take(t, h, first, count)
+            if done.status == NOT_CONVERGED and self._stepper.turn(kernel):
+                for other in self._groups:
+                    other.take_of(self._stepper)
+                self.restore(begun)
+                self._some(t, h, first, count, before)
+                return
             if done.status != OK:
                 failed = copy.copy(self._stepper)
                 failed.t0, failed.h = t, h
@@ -147,15 +155,21 @@ class _Group:
         self.memory: Array = memory.data.reshape(
             len(stepper.memory), -1
         )  # a value and slopes a row
+        self._kind, self._params, self._memory = kind, params, memory
+        self.take_of(stepper)
+
+    def take_of(self, stepper: Stepper) -> None:
+        """Let steps be those of the stepper's kernel, as it is now."""
+        self.kernel = stepper.kernel
         self._call = bound_stepper(stepper.kernel, stepper.functions).call(
-            number_type=kind,
+            number_type=self._kind,
             functions=stepper.functions,
-            params=params,
             coefficients=stepper.coefficients,
             fractions=stepper.fractions,
-            memory=memory,
             work=self._block(len(stepper.work)),
             rows=stepper.rows,
+            params=self._params,
+            memory=self._memory,
             out=self._block(0),
         )
 

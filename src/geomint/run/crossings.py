@@ -16,7 +16,7 @@ from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, part, scalar_block
 from ..kernels.solve.events import MOST_IN_STEP, NODES, NOTE, SCRATCH, events_in
-from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, OK
+from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, NOT_CONVERGED, OK
 from ..methods.partial import Nodes, driven, inside_of, own_blocks
 from ..methods.stepper import Advance, Stepper, filled_block
 from ..problems.problem import Problem
@@ -102,9 +102,13 @@ class Crossings:
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
-        if not self._events or self._calls:
-            return
+        if self._events and not self._calls:
+            self._make({name: scalar_block(2) for name in self._events})
+
+    def _make(self, signs: Mapping[str, Block]) -> None:
+        """Make the calls, with the signs that events have had last."""
         s, problem = self._stepper, self._problem
+        self._kernel = s.kernel
         common = driven(s)
         sizes = {"params": len(problem.params), "y": problem.rows}
         room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (s.rows + 2)))
@@ -117,7 +121,7 @@ class Crossings:
                 y=scalar_block(problem.rows),
                 free=scalar_block(problem.work),
                 direction=event.sign,
-                signs=scalar_block(2),
+                signs=signs[name],
                 scratch=scalar_block(SCRATCH),
                 note=scalar_block(NOTE),
                 room=room,
@@ -201,7 +205,7 @@ class Crossings:
 
     def _look(self, name: str, known: Nodes, first: int) -> _Look:
         """Return the events of one name, a row each: time, direction, state; what went wrong where."""
-        call, parts = self._calls[name], []
+        call, parts, begin = self._calls[name], [], first
         rows = self._stepper.rows + 2
         signs, late = call.given("signs").data.copy(), self._late.get(name, [])
         call.set(states=Block(known.states.reshape(-1)), times=Block(known.times))
@@ -212,6 +216,10 @@ class Crossings:
             if status != OK or node >= len(known.times) - 1:
                 break
             first = node
+        if status == NOT_CONVERGED and self._stepper.turn(self._kernel):
+            call.given("signs").data[:] = signs
+            self._make({name: other.given("signs") for name, other in self._calls.items()})
+            return self._look(name, known, begin)
         found = np.concatenate(parts)
         if self._after is not None and len(found):
             found = found[~self._has_been_told(name, found)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arguments import Array
 from ..kernels.numbers.blocks import scalar_block
-from ..kernels.solve.status import OK
+from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..kernels.tangent.directions import begin_at
 from ..kernels.tangent.exponents import growth_sweep
 from ..methods.carried import Carried
@@ -25,7 +25,8 @@ class Growing:
         self._stepper, self._carried = stepper, carried
         self._start, self._h, self._every = start, h, every
         d = carried.sizes.d
-        self._sums, self._carries, self._second = (scalar_block(n) for n in (d, d, 2))
+        self._noted = [scalar_block(n) for n in (d, d, 2)]
+        self._sums, self._carries, self._second = self._noted
         self._second.data[1] = 1.0
         self.steps = self._iterations = 0
         self._t: list[float] = []
@@ -61,7 +62,17 @@ class Growing:
     def _take(
         self, t0: float, h: float, first: int, times: int, steps: int, before: int = 0
     ) -> None:
+        carried = self._carried
+        known = carried.remembered
+        sums = [block.data.copy() for block in self._noted]
         done = Advance(*self._sweep(t0=t0, h=h, first=first, times=times, steps=steps))
+        if done.status == NOT_CONVERGED and carried.turn(self._stepper):
+            self.prepare()
+            carried.remembered = known
+            for block, numbers in zip(self._noted, sums, strict=True):
+                block.data[:] = numbers
+            self._take(t0, h, first, times, steps, before)
+            return
         self._iterations += done.iterations
         if done.status != OK:
             self._stepper.move(t0, h)

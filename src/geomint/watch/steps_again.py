@@ -45,9 +45,9 @@ class StepsAgain(Watcher):
 
     def begin(self, run: Run) -> float:
         """Compile, or find in the cache, the sweep with the method's step in it."""
-        stepper = run.stepper.fixed_step
+        self._run, self._stepper = run, run.stepper.fixed_step
         self._time = run.time
-        self._carried, self._sweep = self.swept(run, stepper)
+        self._carried, self._sweep = self.swept(run, self._stepper)
         return 0.0
 
     def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
@@ -61,11 +61,17 @@ class StepsAgain(Watcher):
         flat = np.array(states)
         for first in range(0, len(times), BATCH):
             here = slice(first, first + BATCH)
-            self._sweep(
-                starts=Block(starts[here]),
-                lengths=Block(lengths[here]),
-                states=Block(flat[here].reshape(-1)),
-                out=Block(values[here]),
-            )
+            while True:
+                known = self._carried.remembered
+                self._sweep(
+                    starts=Block(starts[here]),
+                    lengths=Block(lengths[here]),
+                    states=Block(flat[here].reshape(-1)),
+                    out=Block(values[here]),
+                )
+                if np.isfinite(values[here]).all() or not self._carried.turn(self._stepper):
+                    break
+                run, self._carried.remembered = self._run, known
+                self._sweep = self.sweep(run.problem, self._stepper, self._carried, run.state)
         self._time = float(times[-1])
         return values

@@ -29,7 +29,9 @@ class Bound:
         return replace(self, signature=self.signature.in_lanes)
 
     def of_type(self, number_type: NumberType) -> Bound:
-        """Return the same function for a type of number, whatever calls it."""
+        """Return the same function for a type of number, whatever calls it; its own one, if it has."""
+        if self.signature.own is not None:
+            return self
         return replace(self, signature=replace(self.signature, own=number_type))
 
     def entry(self, compiled: bool = True, number_type: NumberType = SCALAR) -> Any:

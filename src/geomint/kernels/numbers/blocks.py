@@ -20,6 +20,7 @@ __all__ = [
     "Block",
     "LaneBlock",
     "as_lanes",
+    "as_numbers",
     "as_singles",
     "fixed_rows",
     "packed",
@@ -128,6 +129,11 @@ def _counted(row: int) -> int:
 def as_singles(block: Any) -> Any:
     """Return the memory of a block of eight numbers a row as a block of single ones."""
     return block.as_singles()
+
+
+def as_numbers(block: Block) -> Block:
+    """Return the float64 numbers that a block of any numbers is made of, sharing memory."""
+    return Block(block.data.reshape(-1))
 
 
 def set_lane(block: Any, row: int, index: int, value: Any) -> None:

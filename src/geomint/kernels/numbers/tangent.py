@@ -22,7 +22,7 @@ from . import arithmetic, circular
 from .blocks import Block
 from .lanes import LANES, Lanes
 
-__all__ = ["Tangent", "TangentBlock", "tangent_block", "tangent_lane_block"]
+__all__ = ["Tangent", "TangentBlock", "as_tangents", "tangent_block", "tangent_lane_block"]
 
 
 class Tangent:
@@ -277,3 +277,11 @@ def tangent_lane_block(directions: int) -> type[TangentLaneBlock]:
     name = f"TangentLaneBlock{directions}"
     shape = (1 + directions, LANES)
     return type(name, (TangentLaneBlock,), {"__slots__": (), "row_shape": shape, "width": shape[0]})
+
+
+def as_tangents(block: Any, directions: int) -> TangentLaneBlock:
+    """Return rows of lane values as eight numbers a row with so many directions, sharing memory.
+
+    A value and its slopes are a row each. Compiled, the number of directions is a constant.
+    """
+    return tangent_lane_block(directions)(block.data.reshape(-1, 1 + directions, LANES))

@@ -26,7 +26,7 @@ from .instruction import instruction
 from .lanes import LANES
 from .typing_lanes import LANE_VALUE
 
-__all__ = ["LANE_BLOCK", "SCALAR_BLOCK"]
+__all__ = ["LANE_BLOCK", "SCALAR_BLOCK", "BlockType", "other_rows"]
 
 _F64 = ir.DoubleType()
 _ALIGN = 8
@@ -230,20 +230,33 @@ def _as_lanes(typingctx, block, start, rows):
     return result(block, types.int64, types.int64), _view(result)
 
 
-@instruction(blocks.as_singles)
-def _as_singles(typingctx, block):
-    single = block.row.singles() if hasattr(block.row, "singles") else types.float64
-    result = BlockType(single)
+def other_rows(block: Any, result: BlockType) -> Any:
+    """Return code that makes a block of other rows in the same memory."""
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         source = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
         rows = _number_of_rows(builder, sig.args[0], source)
+        numbers = builder.mul(rows, ir.Constant(rows.type, _width(block.row)))
         view = cgutils.create_struct_proxy(result)(context, builder)
         view.data = source.data
-        view.rows = builder.mul(rows, ir.Constant(rows.type, LANES))
+        view.rows = builder.sdiv(numbers, ir.Constant(rows.type, _width(result.row)))
         return view._getvalue()
 
-    return result(block), codegen
+    return codegen
+
+
+@instruction(blocks.as_singles)
+def _as_singles(typingctx, block):
+    single = block.row.singles() if hasattr(block.row, "singles") else types.float64
+    result = BlockType(single)
+    return result(block), other_rows(block, result)
+
+
+@instruction(blocks.as_numbers)
+def _as_numbers(typingctx, block):
+    if not isinstance(block, BlockType):
+        return None
+    return SCALAR_BLOCK(block), other_rows(block, SCALAR_BLOCK)
 
 
 @instruction(blocks.set_lane)

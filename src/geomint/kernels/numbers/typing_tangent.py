@@ -20,8 +20,8 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from . import arithmetic, circular
 from .instruction import instruction
-from .tangent import tangent_block, tangent_lane_block
-from .typing_blocks import BlockType
+from .tangent import as_tangents, tangent_block, tangent_lane_block
+from .typing_blocks import BlockType, other_rows
 from .typing_lanes import (
     LANE_MASK,
     LANE_VALUE,
@@ -483,3 +483,12 @@ def _lane(typingctx, x, index):
         return _pack(context, b, one, b.extract_element(eight.value, position), slopes)
 
     return one(x, index), codegen
+
+
+@instruction(as_tangents, prefer_literal=True)
+def _as_tangents(typingctx, block, directions):
+    count = getattr(directions, "literal_value", None)
+    if count is None or not isinstance(block, BlockType):
+        return None
+    _, result, _ = tangent_lanes(count)
+    return result(block, directions), other_rows(block, result)

@@ -32,6 +32,7 @@ __all__ = [
     "finite",
     "inverse_size",
     "larger",
+    "no_contraction",
     "rounding_left",
     "solved",
     "solved_by_newton",
@@ -42,6 +43,8 @@ SMALLEST = 1e-200  # sizes below count as this: their inverse is a number, and s
 COARSE = 2.0**-10  # below, sizes are known to a part in a thousand and stay
 FINE = 1e-6  # above, two contractions do not predict a third
 ROUNDINGS = 16.0
+EARLY = 8  # iterations after which changes as large as what changes tell of divergence
+DIVERGING = 0.5
 # Newton's method either falls quadratically or has met the rounding of its residual. A change larger
 # than this that no longer falls is neither.
 NEWTON_ROUNDING = 2.0**-40
@@ -78,6 +81,18 @@ def failure(iteration: int) -> int:
 def rounding_left(change: Any, number: Any) -> Any:
     """Tell whether a change is not more than a few roundings of numbers of the kind of `number`."""
     return change <= ROUNDINGS * epsilon(number)
+
+
+@inlined
+def no_contraction(iteration: int, patience: int, change: float) -> bool:
+    """Tell whether an iteration that has not ended so far is not worth going on with.
+
+    Changes are relative to sizes that grow with what diverges: they stay near 1, or above. Where it
+    does not diverge, it is asked for three digits (`COARSE`) after a third of the iterations
+    (`patience`; negative: never).
+    """
+    diverging = (iteration == EARLY) & (patience > EARLY) & (change > DIVERGING)
+    return diverging | ((iteration == patience) & (change > COARSE))
 
 
 @helper

@@ -17,7 +17,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.arithmetic import fma, lane, magnitude, maximum, top
+from ..numbers.arithmetic import fma, lane, like, magnitude, maximum, top
 from ..numbers.blocks import REST, as_lanes, part, section, sections
 from .advance import stepper
 from .compensated import add_compensated
@@ -27,14 +27,17 @@ from .fixed_point import (
     failure,
     finite,
     inverse_size,
+    no_contraction,
     rounding_left,
     solved,
 )
-from .status import NOT_CONVERGED, OK
+from .status import NOT_CONVERGED, NOT_FINITE, OK
 
 __all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work"]
 
-Coefficients = namedtuple("Coefficients", "rows cap tolerance pieces padding c b mu predictors")
+Coefficients = namedtuple(
+    "Coefficients", "rows cap patience tolerance pieces padding c b mu predictors"
+)
 Memory = namedtuple("Memory", "y carry padding stages")
 Work = namedtuple("Work", "Y F scales padding scratch")
 
@@ -55,9 +58,10 @@ def gauss_coefficients(rows: int, groups: int, substeps: int) -> Coefficients:
     return Coefficients(
         rows=1,
         cap=1,
+        patience=1,
         tolerance=1,
         pieces=rows,
-        padding=padding(3 + rows),
+        padding=padding(4 + rows),
         c=lanes,
         b=lanes,
         mu=lanes * lanes,
@@ -190,10 +194,15 @@ def gauss_step(
     groups: int,
     rows: int,
 ) -> tuple[int, int, float]:
-    """Solve for the stages by fixed-point iteration and add the update."""
+    """Solve for the stages by fixed-point iteration and add the update.
+
+    Where what is extrapolated from the last step is no state of the field's, the iteration begins anew
+    from the state itself.
+    """
     field = functions[0]
     given = sections(coefficients, gauss_coefficients(rows, groups, REST))
     cap, tolerance = int(top(given.cap[0])), top(given.tolerance[0])
+    patience = int(top(given.patience[0]))
     c, b = as_lanes(given.c, 0, groups), as_lanes(given.b, 0, groups)
     columns = 8 * groups * groups
     mu = as_lanes(given.mu, 0, columns)
@@ -217,11 +226,14 @@ def gauss_step(
     last = BEGINNING
     before = BEGINNING
     coarse = True
+    anew = False
     for iteration in range(cap):
         stage_sums(m, mu, stages, y, carry, Y, groups, rows)
         for g in range(groups):
             field(params, t + c[g] * h, part(Y, g * rows, rows), part(F, g * rows, rows), scratch)
         if coarse:
+            if no_contraction(iteration, patience, last):
+                return NOT_CONVERGED, iteration + 1, last
             inverse_scales(given.pieces, y, stages, groups, scales)
         worst = 0.0 * c[0]
         for g in range(groups):
@@ -232,7 +244,12 @@ def gauss_step(
                 stages[g * rows + r] = new
         delta = top(worst)
         if not finite(delta):
-            return failure(iteration), iteration + 1, delta
+            if iteration > 0:
+                return NOT_FINITE if anew else failure(iteration), iteration + 1, delta
+            anew = True
+            for i in range(rows * groups):
+                stages[i] = like(0.0, stages[i])
+            continue
         rounding = rounding_left(delta, c[0])
         if solved(delta, last, before, tolerance, rounding, iteration + 1 == cap):
             for r in range(rows):

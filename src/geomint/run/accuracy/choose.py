@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -185,19 +187,29 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(
             method, wanted.tolerance, wanted.turns, abs(motion.span) / first
         )
-    integrator = Integrator.of(own, wanted.start(first))
-    integrator.prepare()
 
-    def tried(step: float, length: float) -> Trial:
-        found = stretch(integrator.stepper, motion, p, step, length)
-        return Trial(step, wanted.error(found, own), found)
+    def trials(method: Method) -> Callable[[float, float], Trial]:
+        integrator = Integrator.of(method, wanted.start(first))
+        integrator.prepare()
+
+        def tried(step: float, length: float) -> Trial:
+            found = stretch(integrator.stepper, motion, p, step, length)
+            return Trial(step, wanted.error(found, method), found)
+
+        return tried
 
     turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
     turns = max(TURNS, min(turns, SHORT_PART * wanted.turns))
     short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
     worth = TRIAL * short / abs(motion.span)
-    search = Search(lambda step: tried(step, short), wanted.goal, p, most, implicit, worth=worth)
-    step, expected = search.run(first)
+    other = own.options.get("iteration") == "auto"
+    for iteration in ("fixed-point", "auto") if other else ("",):
+        tried = trials(own.with_options(iteration=iteration) if iteration else own)
+        attempt = functools.partial(tried, length=short)
+        search = Search(attempt, wanted.goal, p, most, implicit, worth=worth)
+        step, expected = search.run(first)
+        if not search.stiff(step, expected):
+            break
     if not method.symmetric and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, lambda step: tried(step, long))
     rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0

@@ -22,6 +22,7 @@ CHANGED = 30.0  # of the error, so far a setting may change in any case
 CHANGE = 3.0  # of the setting from one trial to the next, at most; of low orders more
 BACK = 0.4  # of a setting that failed
 WORTH = 0.97  # of the work: longer steps that save less are not worth their error
+STIFF = 3.0  # times the setting that serves, the least for which steps that cost more are tried
 BEYOND = 1.1  # of the longest step that has been tried: longer implicit ones may fail
 
 
@@ -107,6 +108,12 @@ class Search:
         factor = (self.goal / trial.error) ** (1.0 / self.power)
         changed = min(setting * min(max(factor, 1.0 / self.change), self.change), self.largest)
         return changed, trial.error * (changed / setting) ** self.power
+
+    def stiff(self, setting: float, expected: float) -> bool:
+        """Tell whether settings fail that are far too small for the goal."""
+        failed = any(trial.stretch is None for trial in self.trials)
+        far = expected * STIFF**self.power < self.goal or not math.isfinite(expected)
+        return failed and far and STIFF * setting < self.largest
 
     @property
     def record(self) -> tuple[tuple[float, float | None], ...]:

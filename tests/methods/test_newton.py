@@ -1,0 +1,367 @@
+"""Steps of Gauss methods whose fixed-point iteration does not contract: stiff forces, long steps."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+
+import geomint as gi
+from geomint.kernels.numbers.blocks import section
+from geomint.kernels.solve.gauss import gauss_memory
+from geomint.methods.gauss import lane_positions
+from geomint.problems.testproblems import henon_heiles
+from geomint.tableaux import gauss_legendre
+
+Array = Any
+SOLVED = 1e-13  # residuals are rounded to h‖J‖ roundings: some hundred here
+
+
+@gi.field
+def stiff_pendulum(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """A pendulum on a stiff spring: |p|²/2 + k (|q| − 1)²/2 + q₂."""
+    length = gi.sqrt(y[0] * y[0] + y[1] * y[1])
+    force = params[0] * (1.0 - length) / length
+    out[0] = y[2]
+    out[1] = y[3]
+    out[2] = force * y[0]
+    out[3] = force * y[1] - 1.0
+
+
+@gi.observable
+def pendulum_energy(params, t, y, work):  # type: ignore[no-untyped-def]
+    stretch = gi.sqrt(y[0] * y[0] + y[1] * y[1]) - 1.0
+    return 0.5 * (y[2] * y[2] + y[3] * y[3]) + 0.5 * params[0] * stretch * stretch + y[1]
+
+
+@gi.field
+def fast_rotor(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """A fast turn that drives a slow pendulum: H = ω |z|²/2 (1 + q/10) + p²/2 − cos q."""
+    rate = params[0] * (1.0 + 0.1 * y[2])
+    out[0] = -rate * y[1]
+    out[1] = rate * y[0]
+    out[2] = y[3]
+    out[3] = -gi.sin(y[2]) - 0.05 * params[0] * (y[0] * y[0] + y[1] * y[1])
+
+
+@gi.observable
+def rotor_energy(params, t, y, work):  # type: ignore[no-untyped-def]
+    turn = 0.5 * params[0] * (y[0] * y[0] + y[1] * y[1]) * (1.0 + 0.1 * y[2])
+    return turn + 0.5 * y[3] * y[3] - gi.cos(y[2])
+
+
+def problem(field: Any, rows: int, params: Any = (), **more: Any) -> gi.Problem:
+    return gi.Problem(
+        name=field.function.__name__, pieces=(("y", rows),), field=field, params=params, **more
+    )
+
+
+PENDULUM = problem(stiff_pendulum, 4, [1e4], invariants={"energy": pendulum_energy})
+ROTOR = problem(fast_rotor, 4, [1e3], invariants={"energy": rotor_energy})
+# Problem, state, the longest step that the fixed-point iteration takes twenty times (within a tenth).
+STIFF = {
+    "stiff pendulum": (PENDULUM, np.array([1.0005, 0.0, 0.0, 0.0]), 0.015),
+    "fast rotor": (ROTOR, np.array([0.02, 0.0, 1.0, 0.0]), 0.0069),
+}
+WITHIN = {"stiff pendulum": 1e-9, "fast rotor": 0.04}  # of the energy, at five times that
+
+
+def moved(of: gi.Problem, y: Array, step: float, count: int, **options: Any) -> gi.Integrator:
+    compiled = options.pop("compiled", True)
+    motion = gi.Integrator(of, y, gi.Gauss(8, **options), step=step, compiled=compiled)
+    motion.step(count)
+    return motion
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_longer_steps_than_the_fixed_point_takes(name: str) -> None:
+    """It fails at twice its longest; at five times that, the energy stays where it is."""
+    of, y, longest = STIFF[name]
+    moved(of, y, longest / 1.2, 20, iteration="fixed-point")
+    with pytest.raises(gi.ConvergenceError):
+        moved(of, y, 2.0 * longest, 20, iteration="fixed-point")
+    h = 5.0 * longest
+    run = gi.solve(of, y, t_end=4000 * h, step=h, observe=["energy"], progress=False)
+    maxima = np.array(run.drift["energy"].windows.maxima)
+    half = len(maxima) // 2
+    assert maxima[half:].max() <= 1.1 * maxima[:half].max()
+    assert maxima.max() < WITHIN[name]
+
+
+def increments(motion: gi.Integrator, stages: int) -> Array:
+    groups = 1 if stages <= 8 else 2
+    rows = motion.stepper.rows
+    numbers = section(motion.stepper.memory, gauss_memory(rows, groups), "stages").data
+    lanes = np.concatenate(list(numbers.reshape(groups, rows, 8)), axis=1).T
+    return lanes[lane_positions(stages, 8 * groups)]
+
+
+def correction(of: gi.Problem, y: Array, t: float, h: float, L: Array, stages: int) -> float:
+    """Return Newton's correction of increments, relative: by dense matrices of all stages."""
+    table = gauss_legendre(stages)
+    c, b, mu = (np.asarray(x) for x in (table.c, table.b, table.mu))
+    Y, n = y + mu @ L, of.rows
+    lack = L - h * b[:, None] * np.array(
+        [gi.derivative(of, Y[i], t + c[i] * h) for i in range(stages)]
+    )
+    matrix = np.eye(stages * n)
+    for i in range(stages):
+        J = gi.jacobian(of, Y[i], t + c[i] * h)
+        for j in range(stages):
+            matrix[i * n : (i + 1) * n, j * n : (j + 1) * n] -= h * b[i] * mu[i, j] * J
+    change = np.linalg.solve(matrix, lack.ravel())
+    return float(np.abs(change).max() / max(np.abs(y).max(), np.abs(L).max()))
+
+
+@pytest.mark.parametrize("stages", [1, 2, 3, 8, 13])
+@pytest.mark.parametrize("name", STIFF)
+def test_what_is_accepted_is_solved(name: str, stages: int) -> None:
+    """Dense matrices of all stages, made elsewhere, have nothing left to correct."""
+    of, y, longest = STIFF[name]
+    h = 2.0 * longest
+    motion = gi.Integrator(of, y, gi.Gauss(stages, iteration="newton"), step=h)
+    for k in range(6):
+        before = motion.state
+        motion.step()
+        found = increments(motion, stages)
+        assert correction(of, before, k * h, h, found, stages) < SOLVED
+        np.testing.assert_allclose(motion.state, before + found.sum(axis=0), rtol=1e-13, atol=1e-13)
+
+
+def test_all_numbers_of_stages_find_what_the_fixed_point_does() -> None:
+    of, y = henon_heiles.problem(), henon_heiles.INITIAL
+    for stages in range(1, 17):
+        ends = []
+        for iteration in ("fixed-point", "newton"):
+            motion = gi.Integrator(of, y, gi.Gauss(stages, iteration=iteration), step=0.1)
+            motion.step(5)
+            ends.append(motion.state)
+        np.testing.assert_allclose(*ends, rtol=0.0, atol=4e-15)
+
+
+@pytest.mark.parametrize(("stages", "h"), [(1, 0.05), (2, 0.2), (3, 0.4)])
+def test_orders_from_both_sides(stages: int, h: float) -> None:
+    of, y = henon_heiles.problem(), henon_heiles.INITIAL
+    exact = gi.solve(of, y, t_end=4.0, step=0.05, method="gauss-8", progress=False).y[-1]
+    errors = []
+    for step in (h, 0.5 * h):
+        method = gi.Gauss(stages, iteration="newton")
+        end = gi.solve(of, y, t_end=4.0, step=step, method=method, progress=False).y[-1]
+        errors.append(np.abs(end - exact).max())
+    assert 2 * stages - 0.2 < np.log2(errors[0] / errors[1]) < 2 * stages + 0.2
+
+
+# --- bits ---------------------------------------------------------------------------------------------
+
+
+@gi.field
+def stiffer(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """An oscillator whose force grows with time: steps are easy, and then they are not."""
+    out[0] = y[1]
+    out[1] = -(1.0 + params[0] * t * t) * y[0] - y[0] * y[0] * y[0]
+
+
+STIFFER = problem(stiffer, 2, [100.0])
+START = np.array([1.0, 0.5])
+STEPS, LENGTH = 60, 0.25
+
+
+def end_of(motion: gi.Integrator) -> bytes:
+    return bytes(motion.stepper.memory.data.tobytes()) + bytes([motion.steps])
+
+
+def test_the_same_bits_in_chunks_of_any_size() -> None:
+    whole = moved(STIFFER, START, LENGTH, STEPS)
+    with pytest.raises(gi.ConvergenceError):
+        moved(STIFFER, START, LENGTH, STEPS, iteration="fixed-point")
+    for size in (1, 7, 59):
+        pieces = moved(STIFFER, START, LENGTH, 0)
+        while pieces.steps < STEPS:
+            pieces.step(min(size, STEPS - pieces.steps))
+        assert end_of(pieces) == end_of(whole)
+        assert pieces.iterations == whole.iterations
+
+
+@pytest.mark.parametrize("at", [3, 20, 50])
+def test_the_same_bits_after_a_restart(at: int) -> None:
+    """Wherever it is broken off: before, at, or after the first step that is not easy."""
+    whole = moved(STIFFER, START, LENGTH, STEPS)
+    first = moved(STIFFER, START, LENGTH, at)
+    for other in (pickle.loads(pickle.dumps(first)), copy.copy(first)):
+        other.step(STEPS - at)
+        assert end_of(other) == end_of(whole)
+
+
+def test_the_same_bits_in_plain_python() -> None:
+    for of, y, h in ((STIFFER, START, 1.0), (PENDULUM, STIFF["stiff pendulum"][1], 0.1)):
+        ends = [end_of(moved(of, y, h, 4, compiled=compiled)) for compiled in (True, False)]
+        assert ends[0] == ends[1]
+
+
+def test_members_have_the_bits_of_single_runs() -> None:
+    of, y, longest = STIFF["stiff pendulum"]
+    states = y + 1e-4 * np.arange(5)[:, None] * np.array([0.0, 1.0, 0.0, 0.0])
+    given = {"t_end": 40 * longest, "step": 4.0 * longest, "progress": False}
+    ensemble = gi.solve_ensemble(of, states, **given)
+    for k, state in enumerate(states):
+        single = gi.solve(of, state, **given)
+        np.testing.assert_array_equal(
+            ensemble.y[k, -1] if ensemble.y.ndim == 3 else ensemble.y[k], single.y[-1]
+        )
+
+
+def test_easy_steps_do_not_turn() -> None:
+    motion = moved(henon_heiles.problem(), henon_heiles.INITIAL, 0.25, 200)
+    plain = moved(henon_heiles.problem(), henon_heiles.INITIAL, 0.25, 200, iteration="fixed-point")
+    assert motion.stepper.otherwise is not None
+    assert end_of(motion) == end_of(plain)
+    assert motion.stepper.turn(motion.stepper.kernel)
+    motion.reset()
+    motion.step(200)
+    assert end_of(motion) == end_of(plain)
+
+
+# --- where Jacobians are special --------------------------------------------------------------------
+
+
+@gi.field
+def constant(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    out[0] = params[0]
+    out[1] = 2.0 * t
+
+
+@gi.field
+def nothing(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    out[0] = 0.0 * y[0]
+    out[1] = 0.0 * y[1]
+
+
+@gi.field
+def half_singular(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """J = [[0, k], [0, 0]]: singular, not zero."""
+    out[0] = params[0] * y[1]
+    out[1] = -1.0 + 0.0 * y[0]
+
+
+def test_a_jacobian_that_is_zero_or_singular() -> None:
+    y = np.array([1.0, -2.0])
+    assert moved(problem(nothing, 2), y, 0.5, 3, iteration="newton").state.tolist() == [1.0, -2.0]
+    end = moved(problem(constant, 2, [3.0]), y, 0.5, 2, iteration="newton").state
+    np.testing.assert_allclose(end, [4.0, -1.0], rtol=1e-15)
+    end = moved(problem(half_singular, 2, [1e3]), y, 1.0, 1, iteration="newton").state
+    np.testing.assert_allclose(end, [1.0 - 2500.0, -3.0], rtol=1e-14)
+
+
+@gi.field
+def cubic(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """2/h (y − (y − a)³): 1 − h J/2 is 0 at y = a, where the midpoint rule begins."""
+    away = y[0] - params[1]
+    out[0] = params[0] * (y[0] - away * away * away)
+
+
+@gi.field
+def growing(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    out[0] = params[0] * y[0]
+
+
+def test_a_step_whose_matrix_is_singular() -> None:
+    """Where it has a solution elsewhere that is found; where it has none that is told."""
+    method = gi.Gauss(1, iteration="newton")
+    a, h = 0.125, 0.5
+    motion = gi.Integrator(problem(cubic, 1, [2.0 / h, a]), [a], method, step=h)
+    motion.step()
+    np.testing.assert_allclose(motion.state, [2.0 * (a + a ** (1.0 / 3.0)) - a], rtol=1e-14)
+    motion = gi.Integrator(problem(growing, 1, [2.0 / h]), [a], gi.Gauss(1), step=h, time=1.0)
+    with pytest.raises(gi.ConvergenceError) as caught:
+        motion.step(3)
+    error = caught.value
+    assert (error.t, error.step) == (1.0, 0)
+    assert error.iterations > 30
+    assert error.residual > 1e-3
+    assert motion.state.tolist() == [a]
+    assert motion.steps == 0
+
+
+def test_from_rest_and_through_nothing() -> None:
+    """A piece that is 0 before the step, and one of 1e-150, are solved for to relative accuracy."""
+    of = gi.Problem(
+        name="spring from rest",
+        pieces=(("q", 2), ("p", 2)),
+        field=stiff_pendulum,
+        params=[1e4],
+    )
+    for p in (0.0, 1e-150):
+        y = np.array([0.0, -1.001, p, p])
+        motion = gi.Integrator(of, y, "gauss-8", step=0.1)
+        motion.step()
+        assert correction(of, y, 0.0, 0.1, increments(motion, 8), 8) < SOLVED
+
+
+@gi.field
+def powers(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """Takes no numbers with derivatives."""
+    out[0] = y[1]
+    out[1] = -params[0] * y[0] ** 3
+
+
+@pytest.mark.filterwarnings("ignore:field 'powers' takes one number:geomint.GeomintWarning")
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_field_without_derivatives_keeps_its_fixed_point(compiled: bool) -> None:
+    of, y = problem(powers, 2, [1e4]), np.array([1.0, 0.0])
+    assert np.isfinite(moved(of, y, 0.001, 2, compiled=compiled).state).all()
+    with pytest.raises(gi.ConvergenceError):
+        moved(of, y, 1.0, 2, compiled=compiled)
+    with pytest.raises(gi.DeclarationError, match="derivatives"):
+        moved(of, y, 0.001, 2, compiled=compiled, iteration="newton")
+
+
+# --- beside a run -------------------------------------------------------------------------------------
+
+
+def test_states_between_long_steps_and_events() -> None:
+    """Real steps from the node before, and events of the same orbit."""
+    of, y, longest = STIFF["stiff pendulum"]
+    h = 5.0 * longest
+    wanted = np.linspace(0.3 * h, 20.7 * h, 35)
+    run = gi.solve(
+        of, y, t_end=30 * h, step=h, t_eval=wanted, events={"low": gi.Event(lowest)}, progress=False
+    )
+    nodes = gi.solve(of, y, t_end=30 * h, step=h, save_every=1, progress=False)
+    for t, state in zip(wanted, run.y, strict=True):
+        k = int(t / h)
+        part = gi.Integrator(of, nodes.y[k], gi.Gauss(8))
+        part.propagate_for(t - k * h)
+        np.testing.assert_allclose(state, part.state, atol=1e-9)
+    met = run.events["low"]
+    assert len(met.t) > 0
+    np.testing.assert_allclose(met.y[:, 0], 0.0, atol=1e-12)
+
+
+@gi.observable
+def lowest(params, t, y, work):  # type: ignore[no-untyped-def]
+    return y[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STIFF)
+def test_derivatives_of_long_steps(name: str) -> None:
+    """Symplectic to rounding, and what differences of the steps say."""
+    of, y, longest = STIFF[name]
+    h, eye = 5.0 * longest, np.eye(4)
+    slopes = gi.tangent_flow(of, y, t_end=6 * h, step=h, directions=eye, method="gauss-8").slopes
+    for k in range(4):
+        ends = [moved(of, y + d * eye[k], h, 6).state for d in (1e-6, -1e-6)]
+        size = np.abs(slopes).max()
+        np.testing.assert_allclose(slopes[:, k], (ends[0] - ends[1]) / 2e-6, atol=1e-6 * size)
+    motion = gi.Integrator(of, y, "gauss-8", step=h, tangents=4)
+    motion.step(2)
+    motion.step(4)
+    np.testing.assert_allclose(motion.tangents, slopes, atol=1e-10 * size)
+    if name == "stiff pendulum":  # canonical: DΦᵀ J DΦ = J
+        form = np.kron([[0.0, 1.0], [-1.0, 0.0]], np.eye(2))
+        np.testing.assert_allclose(slopes.T @ form @ slopes, form, atol=1e-14 * size * size)
+        found = gi.lyapunov(of, y, t_end=50 * h, step=h)
+        assert abs(found.exponents.sum()) * 50 * h < 1e-9
