@@ -192,7 +192,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         integrator = Integrator.of(method, wanted.start(first))
         integrator.prepare()
 
-        def tried(step: float, length: float) -> Trial:
+        def tried(length: float, step: float) -> Trial:
             found = stretch(integrator.stepper, motion, p, step, length)
             return Trial(step, wanted.error(found, method), found)
 
@@ -205,13 +205,14 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     other = own.options.get("iteration") == "auto"
     for iteration in ("fixed-point", "auto") if other else ("",):
         tried = trials(own.with_options(iteration=iteration) if iteration else own)
-        attempt = functools.partial(tried, length=short)
-        search = Search(attempt, wanted.goal, p, most, implicit, worth=worth)
+        search = Search(
+            functools.partial(tried, short), wanted.goal, p, most, implicit, worth=worth
+        )
         step, expected = search.run(first)
         if not search.stiff(step, expected):
             break
     if not method.symmetric and long > short and math.isfinite(expected):
-        step, expected = search.corrected(step, expected, lambda step: tried(step, long))
+        step, expected = search.corrected(step, expected, functools.partial(tried, long))
     rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0
     growth = amplified(rate, abs(motion.span))
     floor = growth * rounding_floor(wanted.turns, step / time)
