@@ -20,30 +20,10 @@ import numpy as np
 import geomint as gi
 from geomint.plots.canvas import new_figure
 from geomint.plots.style import COLOURS, WIDTH
+from geomint.problems.testproblems import fast_rotor, spring_pendulum
 from machine import describe
 
 STEPS, RATIO, MOST = 100, 1.1, 12.0
-
-
-@gi.field
-def stiff_pendulum(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """|p|²/2 + k (|q| − 1)²/2 + q₂."""
-    length = gi.sqrt(y[0] * y[0] + y[1] * y[1])
-    force = params[0] * (1.0 - length) / length
-    out[0] = y[2]
-    out[1] = y[3]
-    out[2] = force * y[0]
-    out[3] = force * y[1] - 1.0
-
-
-@gi.field
-def fast_rotor(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """ω |z|² (1 + q/10)/2 + p²/2 − cos q."""
-    rate = params[0] * (1.0 + 0.1 * y[2])
-    out[0] = -rate * y[1]
-    out[1] = rate * y[0]
-    out[2] = y[3]
-    out[3] = -gi.sin(y[2]) - 0.05 * params[0] * (y[0] * y[0] + y[1] * y[1])
 
 
 def cases() -> dict[str, tuple[gi.Problem, np.ndarray]]:
@@ -57,13 +37,8 @@ def cases() -> dict[str, tuple[gi.Problem, np.ndarray]]:
             key = next(k for k, p in model.problems.items() if "field" in p.forms)
             problem, y0 = model.problems[key], model.states[key]
         found[name] = (problem, y0)
-    for field, params, y0 in (
-        (stiff_pendulum, [1e4], [1.0005, 0.0, 0.0, 0.0]),
-        (fast_rotor, [1e3], [0.02, 0.0, 1.0, 0.0]),
-    ):
-        name = field.function.__name__.replace("_", " ")
-        problem = gi.Problem(name=name, pieces=(("y", 4),), field=field, params=params)
-        found[name] = (problem, np.array(y0))
+    found["stiff pendulum"] = spring_pendulum.problem(), np.array([1.0005, 0.0, 0.0, 0.0])
+    found["fast rotor"] = fast_rotor.problem(), fast_rotor.INITIAL
     return found
 
 

@@ -1,7 +1,9 @@
 """Commands on disks that are full, places that cannot be written, and terminals that are gone."""
 
 import errno
+import importlib
 import os
+import pkgutil
 import subprocess
 import sys
 import warnings
@@ -11,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
+import geomint.plan
 from chaplygin import scenes
 from geomint.cli import main
 from geomint.run.files import outputs
@@ -50,6 +53,8 @@ def no_run(*_, **__):
 @pytest.fixture
 def nothing_begins(monkeypatch):
     """Whatever costs time must not begin before the output has been tried."""
+    for module in pkgutil.iter_modules(geomint.plan.__path__, "geomint.plan."):
+        importlib.import_module(module.name)  # or it imports, once and for all, what is set here
     for name in (
         "geomint.plan.plan.Plan.solve",
         "geomint.compare.runs.solve",
@@ -285,7 +290,8 @@ def test_a_warning_that_was_told_is_heard_by_later_runs(tmp_path, monkeypatch):
 @pytest.mark.parametrize("step", [40, -1])
 def test_the_traceback_of_an_error_is_told_once(step, tmp_path, monkeypatch):
     """Of an error before the run as of one that ends it."""
-    call = ["drift", "sphere-n3", "--debug", "--quiet", "--step", str(step), "--out", str(tmp_path)]
+    scene = str(by_fixed_point(tmp_path))
+    call = ["drift", scene, "--debug", "--quiet", "--step", str(step), "--out", str(tmp_path)]
     monkeypatch.setattr("sys.argv", ["geomint", *call])
     result = invoke(*call)
     assert result.exit_code == 2

@@ -13,6 +13,7 @@ import geomint as gi
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import derivative, value
 from geomint.problems.testproblems import (
+    fast_rotor,
     fast_top,
     henon_heiles,
     outer_solar_system,
@@ -26,6 +27,7 @@ PROBLEMS = {
     "outer-solar-system": (outer_solar_system.problem(), outer_solar_system.initial(), 10_000.0),
     "schwarzschild": (HOLE, schwarzschild.initial(HOLE), 2000.0),
     "spring-pendulum": (spring_pendulum.problem(), spring_pendulum.INITIAL, 1.0),
+    "fast-rotor": (fast_rotor.problem(), fast_rotor.INITIAL, 1.0),
     "fast-top": (fast_top.problem(), fast_top.initial(), 2.0),
 }
 

@@ -13,44 +13,12 @@ import geomint as gi
 from geomint.kernels.numbers.blocks import section
 from geomint.kernels.solve.gauss import gauss_memory
 from geomint.methods.gauss import lane_positions
-from geomint.problems.testproblems import henon_heiles
+from geomint.problems.testproblems import fast_rotor, henon_heiles, spring_pendulum
 from geomint.tableaux import gauss_legendre
 
 Array = Any
+LONG = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 SOLVED = 1e-13  # residuals are rounded to h‖J‖ roundings: some hundred here
-
-
-@gi.field
-def stiff_pendulum(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """A pendulum on a stiff spring: |p|²/2 + k (|q| − 1)²/2 + q₂."""
-    length = gi.sqrt(y[0] * y[0] + y[1] * y[1])
-    force = params[0] * (1.0 - length) / length
-    out[0] = y[2]
-    out[1] = y[3]
-    out[2] = force * y[0]
-    out[3] = force * y[1] - 1.0
-
-
-@gi.observable
-def pendulum_energy(params, t, y, work):  # type: ignore[no-untyped-def]
-    stretch = gi.sqrt(y[0] * y[0] + y[1] * y[1]) - 1.0
-    return 0.5 * (y[2] * y[2] + y[3] * y[3]) + 0.5 * params[0] * stretch * stretch + y[1]
-
-
-@gi.field
-def fast_rotor(params, t, y, out, work):  # type: ignore[no-untyped-def]
-    """A fast turn that drives a slow pendulum: H = ω |z|²/2 (1 + q/10) + p²/2 − cos q."""
-    rate = params[0] * (1.0 + 0.1 * y[2])
-    out[0] = -rate * y[1]
-    out[1] = rate * y[0]
-    out[2] = y[3]
-    out[3] = -gi.sin(y[2]) - 0.05 * params[0] * (y[0] * y[0] + y[1] * y[1])
-
-
-@gi.observable
-def rotor_energy(params, t, y, work):  # type: ignore[no-untyped-def]
-    turn = 0.5 * params[0] * (y[0] * y[0] + y[1] * y[1]) * (1.0 + 0.1 * y[2])
-    return turn + 0.5 * y[3] * y[3] - gi.cos(y[2])
 
 
 def problem(field: Any, rows: int, params: Any = (), **more: Any) -> gi.Problem:
@@ -59,12 +27,17 @@ def problem(field: Any, rows: int, params: Any = (), **more: Any) -> gi.Problem:
     )
 
 
-PENDULUM = problem(stiff_pendulum, 4, [1e4], invariants={"energy": pendulum_energy})
-ROTOR = problem(fast_rotor, 4, [1e3], invariants={"energy": rotor_energy})
+def in_one_piece(of: gi.Problem) -> gi.Problem:
+    """Return a problem whose state is as large as all of it: no piece passes through nothing."""
+    invariants = {"energy": of.invariants["energy"]}
+    return problem(of.field, 4, of.params, invariants=invariants)
+
+
+PENDULUM, ROTOR = (in_one_piece(p.problem()) for p in (spring_pendulum, fast_rotor))
 # Problem, state, the longest step that the fixed-point iteration takes twenty times (within a tenth).
 STIFF = {
     "stiff pendulum": (PENDULUM, np.array([1.0005, 0.0, 0.0, 0.0]), 0.015),
-    "fast rotor": (ROTOR, np.array([0.02, 0.0, 1.0, 0.0]), 0.0069),
+    "fast rotor": (ROTOR, fast_rotor.INITIAL, 0.0069),
 }
 WITHIN = {"stiff pendulum": 1e-9, "fast rotor": 0.04}  # of the energy, at five times that
 
@@ -76,6 +49,7 @@ def moved(of: gi.Problem, y: Array, step: float, count: int, **options: Any) -> 
     return motion
 
 
+@LONG
 @pytest.mark.parametrize("name", STIFF)
 def test_longer_steps_than_the_fixed_point_takes(name: str) -> None:
     """It fails at twice its longest; at five times that, the energy stays where it is."""
@@ -201,6 +175,7 @@ def test_the_same_bits_in_plain_python() -> None:
         assert ends[0] == ends[1]
 
 
+@LONG
 def test_members_have_the_bits_of_single_runs() -> None:
     of, y, longest = STIFF["stiff pendulum"]
     states = y + 1e-4 * np.arange(5)[:, None] * np.array([0.0, 1.0, 0.0, 0.0])
@@ -211,6 +186,17 @@ def test_members_have_the_bits_of_single_runs() -> None:
         np.testing.assert_array_equal(
             ensemble.y[k, -1] if ensemble.y.ndim == 3 else ensemble.y[k], single.y[-1]
         )
+
+
+def test_long_steps_are_told() -> None:
+    """Once a run, unless they are asked for."""
+    of, y, longest = STIFF["stiff pendulum"]
+    h = 3.0 * longest
+    with pytest.warns(gi.GeomintWarning, match="shorter step") as told:
+        gi.solve(of, y, t_end=50 * h, step=h)
+    assert len(told) == 1
+    gi.solve(of, y, t_end=50 * h, step=h, method=gi.Gauss(8, iteration="newton"))
+    gi.solve(of, y, t_end=5.0, step=longest / 2.0)
 
 
 def test_easy_steps_do_not_turn() -> None:
@@ -287,12 +273,7 @@ def test_a_step_whose_matrix_is_singular() -> None:
 
 def test_from_rest_and_through_nothing() -> None:
     """A piece that is 0 before the step, and one of 1e-150, are solved for to relative accuracy."""
-    of = gi.Problem(
-        name="spring from rest",
-        pieces=(("q", 2), ("p", 2)),
-        field=stiff_pendulum,
-        params=[1e4],
-    )
+    of = spring_pendulum.problem()
     for p in (0.0, 1e-150):
         y = np.array([0.0, -1.001, p, p])
         motion = gi.Integrator(of, y, "gauss-8", step=0.1)
@@ -321,6 +302,7 @@ def test_a_field_without_derivatives_keeps_its_fixed_point(compiled: bool) -> No
 # --- beside a run -------------------------------------------------------------------------------------
 
 
+@LONG
 def test_states_between_long_steps_and_events() -> None:
     """Real steps from the node before, and events of the same orbit."""
     of, y, longest = STIFF["stiff pendulum"]

@@ -120,7 +120,8 @@ def evaluations(problem: gi.Problem, own: gi.Problem, right: np.ndarray, steps: 
     found = []
     for step in steps:
         try:
-            sol = gi.solve(problem, state(own), t_end=END, method=GAUSS, step=step)
+            method = gi.Gauss(8, iteration="fixed-point")
+            sol = gi.solve(problem, state(own), t_end=END, method=method, step=step)
         except gi.ConvergenceError:
             continue
         if off(own, sol.y[-1], right) < 1e-9:

@@ -97,7 +97,8 @@ def test_estimates_are_near_what_a_run_does():
 
 
 def test_a_step_that_is_too_large_is_foretold():
-    told = plan(gi.Scene(**REDUCED, integrate={"step": 50.0})).evaluations
+    given = {"step": 50.0, "method": "gauss-8", "iteration": "fixed-point"}
+    told = plan(gi.Scene(**REDUCED, integrate=given)).evaluations
     assert told.value == "the run will fail"
     assert "did not converge" in told.reason
 

@@ -137,6 +137,7 @@ class Stepper:
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
+        self.turned = False  # whether `otherwise` takes the steps
         self._single: Stepper | None = None  # what takes single steps beside the run
         self.beside: dict[Any, Call] = {}  # what else has been prepared; of all that share its code
 
@@ -253,7 +254,8 @@ class Stepper:
                 self.prepare()
             except DeclarationError:
                 self.kernel, self.functions, self.coefficients, self.work, self._advance = known
-            return self.kernel is not failed
+            self.turned = self.kernel is not failed
+            return self.turned
 
     def _advanced(self, first: int, count: int, every: int, out: Block, whole: bool) -> Advance:
         if self._advance is None:

@@ -143,11 +143,12 @@ def _rate_of(problem: Problem, clock: Any, state: Array | None) -> tuple[Recorde
     known, none = problem.diagnostics, np.zeros(0)
     if isinstance(clock, Recorded):
         return clock, none
-    if isinstance(clock, str) and clock in known:
-        return known[clock], none
-    if clock != SPEED:
+    name = clock if isinstance(clock, str) else ""
+    if name in known:
+        return known[name], none
+    if name != SPEED:
         expected = f"{SPEED!r}, a recorded function, or one of {sorted(known)}"
-        hint = nearest(clock, [SPEED, *known]) if isinstance(clock, str) else ""
+        hint = nearest(name, [SPEED, *known]) if name else ""
         raise DomainError("clock", clock, f"{expected}.{hint}")
     if problem.field is None:
         raise FormError(f"clock {SPEED!r} needs a field, which problem {problem.name!r} has not")

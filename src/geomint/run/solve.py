@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from ..arguments import finite
-from ..errors import GeomintWarning, StepError, WatcherError
+from ..errors import StepError, WatcherError
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
@@ -32,6 +31,7 @@ from .progress import Progress
 from .recorder import Recorder
 from .result import Status
 from .solution import Solution
+from .step_notes import tell_long_steps, tell_short_run
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
@@ -305,6 +305,8 @@ def _solved(
     if isinstance(status, StepError):
         status.partial = solution
         raise status
+    if spots is None and integrator.stepper.turned:
+        tell_long_steps(problem, chosen, state, timeline)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled
@@ -312,17 +314,6 @@ def _solved(
         begin = t0 if label(solution)[0] == "t" else 0.0
         solution.error_estimate = error_estimate(solution, again, begin)
     return solution
-
-
-def tell_short_run(problem: Problem, end: float, step: float) -> None:
-    """Warn if the run was shorter than the step that was asked for, which it did not take."""
-    if end < step * (1.0 - 1e-9):
-        warnings.warn(
-            f"step = {step:.9g} is longer than the run to {problem.time} = "
-            f"{end:.9g}: a step of that length was taken instead",
-            GeomintWarning,
-            stacklevel=5,
-        )
 
 
 def _integrate(

@@ -13,6 +13,7 @@ from ..problem import Problem
 from . import (
     abc_flow,
     double_pendulum,
+    fast_rotor,
     fast_top,
     frame_in_field,
     henon_heiles,
@@ -49,5 +50,6 @@ def examples() -> list[tuple[Problem, npt.NDArray[np.float64]]]:
         (outer_solar_system.problem(), outer_solar_system.initial()),
         (hole, schwarzschild.initial(hole)),
         (spring_pendulum.problem(), spring_pendulum.INITIAL),
+        (fast_rotor.problem(), fast_rotor.INITIAL),
         (fast_top.problem(), fast_top.initial()),
     ]

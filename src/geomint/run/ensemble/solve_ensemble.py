@@ -17,7 +17,7 @@ from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
 from ..calls import explained
 from ..progress import Progress
-from ..solve import tell_short_run
+from ..step_notes import tell_short_run
 from .given import Asked, canonical_members
 from .outcome import ENDED_EARLY, empty_outcome
 from .place import place_for
