@@ -36,10 +36,10 @@ def in_one_piece(of: gi.Problem) -> gi.Problem:
 PENDULUM, ROTOR = (in_one_piece(p.problem()) for p in (spring_pendulum, fast_rotor))
 # Problem, state, the longest step that the fixed-point iteration takes twenty times (within a tenth).
 STIFF = {
-    "stiff pendulum": (PENDULUM, np.array([1.0005, 0.0, 0.0, 0.0]), 0.015),
+    "stiff pendulum": (PENDULUM, np.array([1.0005, 0.0, 0.0, 0.0]), 0.05),
     "fast rotor": (ROTOR, fast_rotor.INITIAL, 0.0069),
 }
-WITHIN = {"stiff pendulum": 1e-9, "fast rotor": 0.04}  # of the energy, at five times that
+WITHIN = {"stiff pendulum": 3e-4, "fast rotor": 0.04}  # of the energy, at five times that
 
 
 def moved(of: gi.Problem, y: Array, step: float, count: int, **options: Any) -> gi.Integrator:
@@ -190,13 +190,13 @@ def test_members_have_the_bits_of_single_runs() -> None:
 
 def test_long_steps_are_told() -> None:
     """Once a run, unless they are asked for."""
-    of, y, longest = STIFF["stiff pendulum"]
+    of, (_, y, longest) = spring_pendulum.problem(), STIFF["stiff pendulum"]
     h = 3.0 * longest
     with pytest.warns(gi.GeomintWarning, match="shorter step") as told:
         gi.solve(of, y, t_end=50 * h, step=h)
     assert len(told) == 1
     gi.solve(of, y, t_end=50 * h, step=h, method=gi.Gauss(8, iteration="newton"))
-    gi.solve(of, y, t_end=5.0, step=longest / 2.0)
+    gi.solve(of, y, t_end=5.0, step=longest / 4.0)
 
 
 def test_easy_steps_do_not_turn() -> None:
@@ -306,7 +306,7 @@ def test_a_field_without_derivatives_keeps_its_fixed_point(compiled: bool) -> No
 def test_states_between_long_steps_and_events() -> None:
     """Real steps from the node before, and events of the same orbit."""
     of, y, longest = STIFF["stiff pendulum"]
-    h = 5.0 * longest
+    h = 1.5 * longest
     wanted = np.linspace(0.3 * h, 20.7 * h, 35)
     run = gi.solve(
         of, y, t_end=30 * h, step=h, t_eval=wanted, events={"low": gi.Event(lowest)}, progress=False

@@ -250,7 +250,7 @@ def gauss_step(
             for i in range(rows * groups):
                 stages[i] = like(0.0, stages[i])
             continue
-        rounding = rounding_left(delta, c[0])
+        rounding = rounding_left(delta, c[0], iteration)
         if solved(delta, last, before, tolerance, rounding, iteration + 1 == cap):
             for r in range(rows):
                 add_compensated(y, carry, r, increment(stages, r, groups, rows))

@@ -303,7 +303,7 @@ def ended(
     `lack`, a residual over sizes, is more than `BLIND`, nothing is known, however small changes are.
     """
     kept_up = (change <= NEWTON_ROUNDING) & ((change >= before) | final)
-    rounding = rounding_left(change, s.c[0]) | kept_up
+    rounding = rounding_left(change, s.c[0], 0) | kept_up
     return (lack <= BLIND) & solved(change, last, before, tolerance, rounding, final)
 
 
