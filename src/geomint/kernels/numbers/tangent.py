@@ -12,6 +12,7 @@ A. Griewank, A. Walther, Evaluating Derivatives, SIAM 2008, chapter 3.
 from __future__ import annotations
 
 import functools
+import operator
 from collections.abc import Callable
 from typing import Any
 
@@ -85,7 +86,7 @@ class Tangent:
             quotient = self.value / other.value
             own = _fused(-quotient, other.slopes, self.slopes)
             return Tangent(quotient, _times(1.0 / other.value, own))
-        return Tangent(self.value / other, _shaped(self.slopes, self.value / other) / other)
+        return Tangent(self.value / other, _over(self.slopes, other))
 
     def __rtruediv__(self, other: Any) -> Tangent:
         quotient = other / self.value
@@ -143,6 +144,9 @@ class Tangent:
         if not isinstance(condition, np.ndarray):
             return x if condition else y
         value = arithmetic.select(condition, x.value, y.value)
+        if x.slopes.dtype == object:
+            by = functools.partial(arithmetic.select, condition)
+            return Tangent(value, _each(by, x.slopes, y.slopes))
         slopes = (_shaped(x.slopes, value), _shaped(y.slopes, value))
         return Tangent(value, np.where(condition, *slopes))
 
@@ -157,8 +161,18 @@ class Tangent:
         return Tangent(take(self.value), np.array([take(slope) for slope in self.slopes]))
 
 
+def _each(function: Callable[..., Any], *slopes: Array) -> Array:
+    """Return what a function makes of each slope: objects, perhaps with slopes of their own."""
+    found = np.empty(len(slopes[0]), dtype=object)
+    for k, given in enumerate(zip(*slopes, strict=True)):
+        found[k] = function(*given)
+    return found
+
+
 def _fused(number: Any, slopes: Array, more: Array) -> Array:
     """Return slopes times a number and others added, with one rounding."""
+    if slopes.dtype == object:
+        return _each(functools.partial(arithmetic.fma, number), slopes, more)
     of = number if isinstance(number, np.ndarray) else more[0] if more.ndim == 2 else number
     slopes, more = _shaped(slopes, of), _shaped(more, of)
     rows = zip(slopes, more, strict=True)
@@ -167,7 +181,16 @@ def _fused(number: Any, slopes: Array, more: Array) -> Array:
 
 def _times(number: Any, slopes: Array) -> Array:
     """Return slopes times a number; of one number times eight there are eight."""
+    if slopes.dtype == object:
+        return _each(functools.partial(operator.mul, number), slopes)
     return number * _shaped(slopes, number)
+
+
+def _over(slopes: Array, number: Any) -> Array:
+    """Return slopes divided by a number."""
+    if slopes.dtype == object:
+        return _each(lambda slope: slope / number, slopes)
+    return _shaped(slopes, number) / number
 
 
 def _shaped(slopes: Array, value: Any) -> Array:
@@ -189,7 +212,7 @@ class _Functions:
     @staticmethod
     def sqrt(x: Tangent) -> Tangent:
         root = arithmetic.sqrt(x.value)
-        return Tangent(root, x.slopes / (2.0 * root))
+        return Tangent(root, _over(x.slopes, 2.0 * root))
 
     @staticmethod
     def sin(x: Tangent) -> Tangent:
@@ -201,7 +224,7 @@ class _Functions:
 
     @staticmethod
     def log(x: Tangent) -> Tangent:
-        return Tangent(arithmetic.log(x.value), x.slopes / x.value)
+        return Tangent(arithmetic.log(x.value), _over(x.slopes, x.value))
 
 
 class TangentBlock(Block):

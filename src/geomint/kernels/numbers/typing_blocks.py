@@ -26,7 +26,7 @@ from .instruction import instruction
 from .lanes import LANES
 from .typing_lanes import LANE_VALUE
 
-__all__ = ["LANE_BLOCK", "SCALAR_BLOCK", "BlockType", "other_rows"]
+__all__ = ["LANE_BLOCK", "SCALAR_BLOCK", "BlockType", "other_rows", "parts_of", "place_in"]
 
 _F64 = ir.DoubleType()
 _ALIGN = 8
@@ -59,19 +59,21 @@ def _number_of_rows(builder: Any, typ: BlockType, block: Any) -> Any:
     return block.rows if typ.rows is None else ir.Constant(ir.IntType(64), typ.rows)
 
 
-def _parts(row: Any) -> tuple[Any, ...]:
+def parts_of(row: Any) -> tuple[Any, ...]:
     """Return the types that a row is made of: float64 numbers and lane values."""
     return getattr(row, "parts", (row,))
 
 
 def _width(row: Any) -> int:
     """Numbers in a row: of all its parts."""
-    return sum(LANES if part == LANE_VALUE else 1 for part in _parts(row))
+    return sum(LANES if part == LANE_VALUE else 1 for part in parts_of(row))
 
 
-def _place(row: Any, part: int) -> Any:
-    """Return where a part is in the value of a row."""
-    return part if part == 0 or not hasattr(row, "packed") else (1, part - 1)
+def place_in(row: Any, part: int) -> tuple[int, ...]:
+    """Return where a part is in the value of a row: nowhere in what is a part itself."""
+    if hasattr(row, "place"):
+        return row.place(part)
+    return (part,) if hasattr(row, "parts") else ()
 
 
 def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index: Any) -> list[Any]:
@@ -86,7 +88,7 @@ def _row_pointers(context: Any, builder: Any, typ: BlockType, value: Any, index:
             )
     start = builder.mul(index, ir.Constant(index.type, _width(typ.row)))
     pointers, offset = [], 0
-    for part in _parts(typ.row):
+    for part in parts_of(typ.row):
         at = builder.add(start, ir.Constant(index.type, offset))
         pointer = builder.gep(block.data, [at])
         if part == LANE_VALUE:
@@ -132,7 +134,7 @@ def _lower_get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     row = sig.args[0].row
     value = cgutils.get_null_value(context.get_value_type(row))
     for k, part in enumerate(parts):
-        value = builder.insert_value(value, part, _place(row, k))
+        value = builder.insert_value(value, part, place_in(row, k))
     return value
 
 
@@ -143,7 +145,7 @@ def _lower_set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         builder.store(args[2], pointers[0], align=_ALIGN)
     else:
         for i, pointer in enumerate(pointers):
-            part = builder.extract_value(args[2], _place(sig.args[0].row, i))
+            part = builder.extract_value(args[2], place_in(sig.args[0].row, i))
             builder.store(part, pointer, align=_ALIGN)
     return context.get_dummy_value()
 
@@ -270,7 +272,7 @@ def _set_lane(typingctx, block, row, index, value):
         for i, pointer in enumerate(_row_pointers(context, builder, sig.args[0], args[0], args[1])):
             part = args[3]
             if hasattr(block.row, "singles"):
-                part = builder.extract_value(part, _place(block.row, i))
+                part = builder.extract_value(part, place_in(block.row, i))
             lanes = builder.load(pointer, align=_ALIGN)
             lanes = builder.insert_element(lanes, part, position)
             builder.store(lanes, pointer, align=_ALIGN)

@@ -41,6 +41,10 @@ class DoubleDoubleType(types.Type):
         """Return the type of eight such numbers."""
         return DoubleDoubleType(LANE_VALUE)
 
+    def singles(self) -> DoubleDoubleType:
+        """Return the type of one of eight such numbers."""
+        return DoubleDoubleType(types.float64)
+
 
 DD_VALUE = DoubleDoubleType(types.float64)
 DD_LANE_VALUE = DoubleDoubleType(LANE_VALUE)
@@ -318,10 +322,16 @@ def _overload_epsilon(x):
     return (lambda x: 4.93038065763132e-32) if _is_dd(x) else None
 
 
-@lower_cast(types.float64, DoubleDoubleType)
-def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+@lower_cast(types.Number, DoubleDoubleType)
+@lower_cast(LANE_VALUE, DoubleDoubleType)
+@lower_cast(DoubleDoubleType, DoubleDoubleType)
+def _cast(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
     packed = cgutils.create_struct_proxy(toty)(context, builder)
-    packed.hi, packed.lo = value, context.get_constant(types.float64, 0.0)
+    if _is_dd(fromty):
+        parts = [(builder.extract_value(value, k), fromty.base) for k in range(2)]
+    else:
+        parts = [(value, fromty), (context.get_constant(types.float64, 0.0), types.float64)]
+    packed.hi, packed.lo = (context.cast(builder, x, kind, toty.base) for x, kind in parts)
     return packed._getvalue()
 
 

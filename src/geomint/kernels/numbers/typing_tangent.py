@@ -1,8 +1,9 @@
-"""The numba half of tangent numbers: a value and slopes, of float64 or of lane values.
+"""The numba half of tangent numbers: a value and slopes, of float64, of lane values or of any other.
 
-Operations are machine instructions on all slopes at once: with a value of one number and slopes in
-lanes, a tangent number of eight directions costs about three plain numbers. The bits are those of
-`geomint.kernels.numbers.tangent`.
+Of float64 and lanes operations are machine instructions on all slopes at once: with a value of one
+number and slopes in lanes, a tangent number of eight directions costs about three plain numbers. Of
+double-double numbers, and of tangent numbers again, they are those that such numbers have. The bits
+are those of `geomint.kernels.numbers.tangent`.
 """
 
 from __future__ import annotations
@@ -21,18 +22,9 @@ from numba.extending import intrinsic, models, overload, register_model
 from . import arithmetic, circular
 from .instruction import instruction
 from .tangent import as_tangents, tangent_block, tangent_lane_block
-from .typing_blocks import BlockType, other_rows
-from .typing_lanes import (
-    LANE_MASK,
-    LANE_VALUE,
-    LANES,
-    broadcast,
-    call_vector_function,
-    emit_larger,
-    fold_lanes,
-)
-
-_F64 = ir.DoubleType()
+from .typing_bases import arithmetic_of, eight_of, is_eight, is_machine, one_of, result_of
+from .typing_blocks import BlockType, other_rows, parts_of, place_in
+from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes
 
 __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
 
@@ -40,7 +32,9 @@ __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
 class TangentType(types.Type):
     """A value of type `base` and `count` slopes of type `element`.
 
-    `element` is that of the base, or eight directions in a lane value beside a value of one number.
+    The base is float64, a lane value, or a type of number with operators of its own, as double-double
+    and tangent ones have. `element` is that of the base, or eight directions in a lane value beside a
+    float64 value.
     """
 
     def __init__(self, base: Any, element: Any, count: int) -> None:
@@ -50,7 +44,15 @@ class TangentType(types.Type):
     @property
     def parts(self) -> tuple[Any, ...]:
         """The types of what a row of a block holds, in its order."""
-        return (self.base, *[self.element] * self.count)
+        return (*parts_of(self.base), *parts_of(self.element) * self.count)
+
+    def place(self, part: int) -> tuple[int, ...]:
+        """Return where one of the parts is in a number."""
+        own = len(parts_of(self.base))
+        if part < own:
+            return (0, *place_in(self.base, part))
+        slope, part = divmod(part - own, len(parts_of(self.element)))
+        return (1, slope, *place_in(self.element, part))
 
     @property
     def packed(self) -> bool:
@@ -59,11 +61,11 @@ class TangentType(types.Type):
 
     def lanes(self) -> TangentType:
         """Return the type of eight such numbers."""
-        return TangentType(LANE_VALUE, LANE_VALUE, self.count)
+        return TangentType(eight_of(self.base), eight_of(self.base), self.count)
 
     def singles(self) -> TangentType:
         """Return the type of one of eight such numbers."""
-        return TangentType(types.float64, types.float64, self.count)
+        return TangentType(one_of(self.base), one_of(self.base), self.count)
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
         """Let plain numbers be constants, and one number be eight alike."""
@@ -106,165 +108,166 @@ def _joined(*given: Any) -> TangentType | None:
     tangents = [x for x in given if _is_tangent(x)]
     if not tangents or not all(_is_tangent(x) or _is_plain(x) for x in given):
         return None
-    first = tangents[0]
-    eight = any(getattr(x, "base", x) == LANE_VALUE for x in given)
-    alike = all((x.count, x.packed) == (first.count, first.packed) for x in tangents)
-    if not alike or (eight and first.packed):
+    first = next((x for x in tangents if is_eight(x)), tangents[0])
+    eight = any(is_eight(x) for x in given)
+    if eight and _holds_packed(first):
         return None
-    return first.lanes() if eight else first
+    joined = first if is_eight(first) or not eight else first.lanes()
+    fit = all(x == joined or (eight and not is_eight(x) and x.lanes() == joined) for x in tangents)
+    return joined if fit else None
+
+
+def _holds_packed(kind: TangentType) -> bool:
+    """Whether directions are in lanes, its own or those of its base: there are no eight of them."""
+    return kind.packed or (_is_tangent(kind.base) and _holds_packed(kind.base))
 
 
 class _Number:
-    """LLVM values of an operand as one of type `to`: value, and slopes unless it is a constant."""
+    """An operand as one of type `to`: value, and slopes unless it is a constant."""
 
-    def __init__(self, context: Any, builder: Any, to: TangentType, kind: Any, given: Any) -> None:
-        self._builder, self._to = builder, to
+    def __init__(self, a: Any, to: TangentType, kind: Any, given: Any) -> None:
+        self._a, self._to = a, to
         self.constant = not _is_tangent(kind)
         if self.constant:
-            self.value = _as(context, builder, to.base, kind, given)
+            self.value = a.taken(to.base, kind, given)
             self.slopes: list[Any] = []
             return
-        self.value = _as(context, builder, to.base, kind.base, builder.extract_value(given, 0))
-        slopes = (builder.extract_value(given, (1, k)) for k in range(to.count))
-        self.slopes = [_as(context, builder, to.element, kind.element, s) for s in slopes]
+        part = a.builder.extract_value
+        self.value = a.taken(to.base, kind.base, part(given, 0))
+        slopes = (part(given, (1, k)) for k in range(to.count))
+        self.slopes = [a.taken(to.element, kind.element, slope) for slope in slopes]
 
     @property
     def factor(self) -> Any:
         """The value, to multiply slopes with."""
-        return broadcast(self._builder, self.value) if self._to.packed else self.value
+        return self.beside(self.value)
+
+    def beside(self, value: Any) -> Any:
+        """Return a number of the base as one of the elements."""
+        return broadcast(self._a.builder, value) if self._to.packed else value
 
 
-def _as(context: Any, builder: Any, to: Any, kind: Any, value: Any) -> Any:
-    if kind == to:
-        return value
-    number = context.cast(builder, value, kind, types.float64)
-    return broadcast(builder, number) if to == LANE_VALUE else number
+def _operands(context: Any, builder: Any, to: TangentType, kinds: Any, values: Any) -> Any:
+    """Return the arithmetic of a type, and operands of an operation that gives it."""
+    a = arithmetic_of(context, builder, to.base)
+    return a, *(_Number(a, to, kind, value) for kind, value in zip(kinds, values, strict=True))
 
 
-def _pack(context: Any, builder: Any, kind: TangentType, value: Any, slopes: Sequence[Any]) -> Any:
-    packed = cgutils.get_null_value(context.get_value_type(kind))
-    packed = builder.insert_value(packed, value, 0)
+def _pack(a: Any, kind: TangentType, value: Any, slopes: Sequence[Any]) -> Any:
+    packed = cgutils.get_null_value(a.context.get_value_type(kind))
+    packed = a.builder.insert_value(packed, a.given(kind.base, value), 0)
     for k, slope in enumerate(slopes):
-        packed = builder.insert_value(packed, slope, (1, k))
+        packed = a.builder.insert_value(packed, a.given(kind.element, slope), (1, k))
     return packed
 
 
-def _fused(b: Any, x: Any, y: Any, z: Any) -> Any:
-    """Return ``x y + z`` with one rounding, of numbers or lanes."""
-    if isinstance(x.type, ir.VectorType):
-        return call_vector_function(b, "llvm.fma", (x, y, z))
-    return b.fma(x, y, z)
-
-
-def _sum(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
-    value = b.fadd(x.value, y.value)
+def _sum(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+    value = a.add(x.value, y.value)
     if x.constant or y.constant:
         return value, x.slopes or y.slopes
-    return value, [b.fadd(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
+    return value, [a.add(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
 
 
-def _difference(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
-    value = b.fsub(x.value, y.value)
+def _difference(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+    value = a.subtract(x.value, y.value)
     if y.constant:
         return value, x.slopes
     if x.constant:
-        return value, [b.fneg(u) for u in y.slopes]
-    return value, [b.fsub(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
+        return value, [a.negative(u) for u in y.slopes]
+    return value, [a.subtract(s, u) for s, u in zip(x.slopes, y.slopes, strict=True)]
 
 
-def _product(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
-    value = b.fmul(x.value, y.value)
+def _product(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+    value = a.multiply(x.value, y.value)
     if x.constant or y.constant:
         number, other = (x, y) if x.constant else (y, x)
         factor = number.factor
-        return value, [b.fmul(factor, s) for s in other.slopes]
+        return value, [a.multiply(factor, s) for s in other.slopes]
     p, q = x.factor, y.factor
     pairs = zip(x.slopes, y.slopes, strict=True)
-    return value, [_fused(b, p, u, b.fmul(q, s)) for s, u in pairs]
+    return value, [a.fused(p, u, a.multiply(q, s)) for s, u in pairs]
 
 
-def _quotient(b: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
-    value = b.fdiv(x.value, y.value)
+def _quotient(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
+    value = a.divide(x.value, y.value)
     if y.constant:
         divisor = y.factor
-        return value, [b.fdiv(s, divisor) for s in x.slopes]
-    inverse = b.fdiv(ir.Constant(value.type, 1.0 if value.type == _F64 else [1.0] * LANES), y.value)
-    by = broadcast(b, inverse) if y._to.packed else inverse
-    times = b.fneg(broadcast(b, value) if y._to.packed else value)
+        return value, [a.divide(s, divisor) for s in x.slopes]
+    by = y.beside(a.reciprocal(y.value))
+    times = a.negative(y.beside(value))
     if x.constant:
-        return value, [b.fmul(by, b.fmul(times, u)) for u in y.slopes]
+        return value, [a.multiply(by, a.multiply(times, u)) for u in y.slopes]
     pairs = zip(x.slopes, y.slopes, strict=True)
-    return value, [b.fmul(by, _fused(b, times, u, s)) for s, u in pairs]
+    return value, [a.multiply(by, a.fused(times, u, s)) for s, u in pairs]
 
 
-def _register(functions: list[Any], result: Callable[..., Any], emit: Any) -> None:
-    """Let operators take two numbers, one of which at least is a tangent number."""
-    for function in functions:
+def _register(function: Any, result: Callable[..., Any], emit: Any) -> None:
+    """Let an operator take two numbers, one of which at least is a tangent number."""
 
-        @infer_global(function)
-        class Template(AbstractTemplate):
-            def generic(self, args: Any, kws: Any) -> Any:
-                joined = _joined(*args) if len(args) == 2 else None
-                return None if joined is None else signature(result(joined), *args)
+    @infer_global(function)
+    class Template(AbstractTemplate):
+        def generic(self, args: Any, kws: Any) -> Any:
+            joined = _joined(*args) if len(args) == 2 else None
+            found = None if joined is None else result(self.context, function, joined)
+            return None if found is None else signature(found, *args)
 
-        def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            to = _joined(*sig.args)
-            assert to is not None
-            pairs = zip(sig.args, args, strict=True)
-            x, y = (_Number(context, builder, to, kind, value) for kind, value in pairs)
-            return emit(context, builder, to, x, y)
+    def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        to = _joined(*sig.args)
+        assert to is not None
+        return emit(to, *_operands(context, builder, to, sig.args, args))
 
-        for left, right in (
-            (TangentType, TangentType),
-            (TangentType, types.Number),
-            (types.Number, TangentType),
-            (TangentType, LANE_VALUE),
-            (LANE_VALUE, TangentType),
-        ):
-            lower_builtin(function, left, right)(lower)
+    for left, right in (
+        (TangentType, TangentType),
+        (TangentType, types.Number),
+        (types.Number, TangentType),
+        (TangentType, LANE_VALUE),
+        (LANE_VALUE, TangentType),
+    ):
+        lower_builtin(function, left, right)(lower)
+
+
+def _binary(emit: Any) -> Any:
+    return lambda to, a, x, y: _pack(a, to, *emit(a, x, y))
 
 
 for _functions, _emit in (
-    ([operator.add, operator.iadd], _sum),
-    ([operator.sub, operator.isub], _difference),
-    ([operator.mul, operator.imul], _product),
-    ([operator.truediv, operator.itruediv], _quotient),
+    ((operator.add, operator.iadd), _sum),
+    ((operator.sub, operator.isub), _difference),
+    ((operator.mul, operator.imul), _product),
+    ((operator.truediv, operator.itruediv), _quotient),
 ):
-    _register(
-        _functions,
-        lambda joined: joined,
-        lambda c, b, to, x, y, emit=_emit: _pack(c, b, to, *emit(b, x, y)),
-    )
+    for _function in _functions:
+        _register(_function, lambda context, function, joined: joined, _binary(_emit))
 
 
-def _truth(joined: TangentType) -> Any:
-    return LANE_MASK if joined.base == LANE_VALUE else types.boolean
+def _truth(context: Any, function: Any, joined: TangentType) -> Any:
+    """Return the type of a comparison of values; None where the base has none."""
+    if is_machine(joined.base):
+        return LANE_MASK if joined.base == LANE_VALUE else types.boolean
+    return result_of(context, function, joined.base, joined.base)
 
 
-for _sign, _function in (
-    ("<", operator.lt),
-    ("<=", operator.le),
-    (">", operator.gt),
-    (">=", operator.ge),
-    ("==", operator.eq),
+def _comparison(function: Any) -> Any:
+    return lambda to, a, x, y: a.compare(function, x.value, y.value)
+
+
+for _function in (
+    operator.lt,
+    operator.le,
+    operator.gt,
+    operator.ge,
+    operator.eq,
+    operator.ne,
 ):
-    _register(
-        [_function], _truth, lambda c, b, to, x, y, s=_sign: b.fcmp_ordered(s, x.value, y.value)
-    )
-_register([operator.ne], _truth, lambda c, b, to, x, y: b.fcmp_unordered("!=", x.value, y.value))
+    _register(_function, _truth, _comparison(_function))
 
 
 @lower_cast(LANE_VALUE, TangentType)
 @lower_cast(types.Number, TangentType)
-def _cast_number(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
-    number = _as(context, builder, toty.base, fromty, value)
-    return _pack(context, builder, toty, number, [])
-
-
 @lower_cast(TangentType, TangentType)
-def _cast_one(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
-    number = _Number(context, builder, toty, fromty, value)
-    return _pack(context, builder, toty, number.value, number.slopes)
+def _cast(context: Any, builder: Any, fromty: Any, toty: Any, value: Any) -> Any:
+    a, number = _operands(context, builder, toty, (fromty,), (value,))
+    return _pack(a, toty, number.value, number.slopes)
 
 
 def _unary(function: Any, emit: Any) -> None:
@@ -278,21 +281,18 @@ def _unary(function: Any, emit: Any) -> None:
     @lower_builtin(function, TangentType)
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         (kind,) = sig.args
-        return emit(context, builder, kind, _Number(context, builder, kind, kind, args[0]))
+        a, x = _operands(context, builder, kind, (kind,), args)
+        return _pack(a, kind, *emit(a, x))
 
 
-def _negative(context: Any, b: Any, kind: TangentType, x: _Number) -> Any:
-    return _pack(context, b, kind, b.fneg(x.value), [b.fneg(s) for s in x.slopes])
+def _size(a: Any, x: _Number) -> tuple[Any, list[Any]]:
+    negative = a.is_negative(x.value)
+    value, *slopes = [a.select(negative, a.negative(p), p) for p in (x.value, *x.slopes)]
+    return value, slopes
 
 
-def _size(context: Any, b: Any, kind: TangentType, x: _Number) -> Any:
-    negative = b.fcmp_ordered("<", x.value, ir.Constant(x.value.type, None))
-    parts = [b.select(negative, b.fneg(part), part) for part in (x.value, *x.slopes)]
-    return _pack(context, b, kind, parts[0], parts[1:])
-
-
-_unary(operator.neg, _negative)
-_unary(operator.pos, lambda c, b, kind, x: _pack(c, b, kind, x.value, x.slopes))
+_unary(operator.neg, lambda a, x: (a.negative(x.value), [a.negative(s) for s in x.slopes]))
+_unary(operator.pos, lambda a, x: (x.value, x.slopes))
 _unary(abs, _size)
 
 
@@ -315,19 +315,16 @@ def _fma(typingctx, x, y, z):
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        triple = zip(sig.args, args, strict=True)
-        p, q, r = (_Number(context, b, to, kind, value) for kind, value in triple)
-        values = p.value, q.value, r.value
-        eight = to.base == LANE_VALUE
-        value = call_vector_function(b, "llvm.fma", values) if eight else b.fma(*values)
+        a, p, q, r = _operands(context, b, to, sig.args, args)
+        value = a.fused(p.value, q.value, r.value)
         slopes = r.slopes
         for factor, others in ((q.factor, p.slopes), (p.factor, q.slopes)):
             if slopes and others:
                 pairs = zip(others, slopes, strict=True)
-                slopes = [_fused(b, factor, s, more) for s, more in pairs]
+                slopes = [a.fused(factor, s, more) for s, more in pairs]
             elif others:
-                slopes = [b.fmul(factor, s) for s in others]
-        return _pack(context, b, to, value, slopes)
+                slopes = [a.multiply(factor, s) for s in others]
+        return _pack(a, to, value, slopes)
 
     return to(x, y, z), codegen
 
@@ -335,17 +332,17 @@ def _fma(typingctx, x, y, z):
 @instruction(arithmetic.select)
 def _select(typingctx, condition, x, y):
     to = _joined(x, y)
-    if to is None or (condition == LANE_MASK) != (to.base == LANE_VALUE):
+    if to is None or (condition == LANE_MASK) != is_eight(to):
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        pairs = zip(sig.args[1:], args[1:], strict=True)
-        p, q = (_Number(context, b, to, kind, value) for kind, value in pairs)
+        a, p, q = _operands(context, b, to, sig.args[1:], args[1:])
         zero = ir.Constant(context.get_value_type(to.element), None)
+        zero = a.taken(to.element, to.element, zero)
         s, u = p.slopes or [zero] * to.count, q.slopes or [zero] * to.count
         both = zip((p.value, *s), (q.value, *u), strict=True)
-        parts = [b.select(args[0], first, second) for first, second in both]
-        return _pack(context, b, to, parts[0], parts[1:])
+        parts = [a.select(args[0], first, second) for first, second in both]
+        return _pack(a, to, parts[0], parts[1:])
 
     return to(condition, x, y), codegen
 
@@ -359,8 +356,8 @@ def _like(typingctx, value, example):
         return None
 
     def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        number = _Number(context, builder, to, sig.args[0], args[0])
-        return _pack(context, builder, to, number.value, number.slopes)
+        a, number = _operands(context, builder, to, sig.args[:1], args[:1])
+        return _pack(a, to, number.value, number.slopes)
 
     return to(value, example), codegen
 
@@ -379,18 +376,19 @@ def _chained(emit: Any) -> Any:
     @intrinsic
     def chain(typingctx, x, value, number):
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            tangent = _Number(context, builder, x, x, args[0])
-            factor = broadcast(builder, args[2]) if x.packed else args[2]
-            slopes = [emit(builder, s, factor) for s in tangent.slopes]
-            return _pack(context, builder, x, args[1], slopes)
+            a, tangent = _operands(context, builder, x, (x,), args[:1])
+            new, by = (a.taken(x.base, x.base, arg) for arg in args[1:])
+            factor = tangent.beside(by)
+            slopes = [emit(a, s, factor) for s in tangent.slopes]
+            return _pack(a, x, new, slopes)
 
         return x(x, x.base, x.base), codegen
 
     return chain
 
 
-_by = _chained(lambda b, slope, factor: b.fmul(factor, slope))
-_over = _chained(lambda b, slope, divisor: b.fdiv(slope, divisor))
+_by = _chained(lambda a, slope, factor: a.multiply(factor, slope))
+_over = _chained(lambda a, slope, divisor: a.divide(slope, divisor))
 
 
 @overload(arithmetic.sqrt)
@@ -428,23 +426,17 @@ def _overload_log(x):
 
 @instruction(arithmetic.magnitude)
 def _magnitude(typingctx, x):
-    if not _is_tangent(x):
+    if not _is_tangent(x) or not is_machine(x.base):
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
-        number = _Number(context, b, x, x, args[0])
-        found = number.value if not x.packed else number.factor
-        found = _absolute(b, found)
+        a, number = _operands(context, b, x, (x,), args)
+        found = a.absolute(number.factor)
         for slope in number.slopes:
-            found = emit_larger(b, _absolute(b, slope), found)
+            found = emit_larger(b, a.absolute(slope), found)
         return fold_lanes(b, emit_larger, found) if x.packed else found
 
     return x.base(x), codegen
-
-
-def _absolute(b: Any, x: Any) -> Any:
-    negative = b.fcmp_ordered("<", x, ir.Constant(x.type, None))
-    return b.select(negative, b.fneg(x), x)
 
 
 @overload(arithmetic.plain)
@@ -467,20 +459,22 @@ def _overload_top(x):
 
 @overload(arithmetic.epsilon)
 def _overload_epsilon(x):
-    return (lambda x: 2.220446049250313e-16) if _is_tangent(x) else None
+    return (lambda x: arithmetic.epsilon(_value(x))) if _is_tangent(x) else None
 
 
 @instruction(arithmetic.lane)
 def _lane(typingctx, x, index):
-    if not _is_tangent(x) or x.base != LANE_VALUE:
+    if not _is_tangent(x) or not is_eight(x):
         return None
     one = x.singles()
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         position = context.cast(b, args[1], sig.args[1], types.int32)
-        eight = _Number(context, b, x, x, args[0])
-        slopes = [b.extract_element(s, position) for s in eight.slopes]
-        return _pack(context, b, one, b.extract_element(eight.value, position), slopes)
+        found = cgutils.get_null_value(context.get_value_type(one))
+        for place in (x.place(k) for k in range(len(x.parts))):
+            part = b.extract_element(b.extract_value(args[0], place), position)
+            found = b.insert_value(found, part, place)
+        return found
 
     return one(x, index), codegen
 
