@@ -38,7 +38,7 @@ def cases() -> dict[str, tuple[gi.Problem, np.ndarray]]:
             problem, y0 = model.problems[key], model.states[key]
         found[name] = (problem, y0)
     found["stiff pendulum"] = spring_pendulum.problem(), np.array([1.0005, 0.0, 0.0, 0.0])
-    found["fast rotor"] = fast_rotor.problem(), fast_rotor.INITIAL
+    found["fast rotor"] = fast_rotor.problem(1000.0), fast_rotor.INITIAL
     return found
 
 

@@ -33,7 +33,7 @@ def in_one_piece(of: gi.Problem) -> gi.Problem:
     return problem(of.field, 4, of.params, invariants=invariants)
 
 
-PENDULUM, ROTOR = (in_one_piece(p.problem()) for p in (spring_pendulum, fast_rotor))
+PENDULUM, ROTOR = map(in_one_piece, (spring_pendulum.problem(), fast_rotor.problem(1000.0)))
 # Problem, state, the longest step that the fixed-point iteration takes twenty times (within a tenth).
 STIFF = {
     "stiff pendulum": (PENDULUM, np.array([1.0005, 0.0, 0.0, 0.0]), 0.05),

@@ -40,7 +40,7 @@ def turning(params: Any, t: Any, y: Any, work: Any) -> Any:
     return y[0] * y[0] + y[1] * y[1]
 
 
-def problem(frequency: float = 1000.0, coupling: float = 0.1) -> Problem:
+def problem(frequency: float = 100.0, coupling: float = 0.1) -> Problem:
     """Return an oscillator z of frequency ω (1 + ε q) and a pendulum, q and p.
 
     ::
