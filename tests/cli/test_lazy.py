@@ -2,12 +2,16 @@
 
 import subprocess
 import sys
+import threading
+from types import SimpleNamespace
 
 import pytest
 
 HEAVY = ("numba", "matplotlib", "scipy", "jinja2", "llvmlite")
 PROBE = f"""
 import sys
+import threading
+from types import SimpleNamespace
 from geomint.cli import main
 try:
     main(sys.argv[1:])
@@ -75,3 +79,26 @@ def test_typos_import_nothing_heavy(tmp_path, typo):
         code, names = imported(*arguments)
         assert code == 2
         assert names == set()
+
+
+def test_what_a_page_needs_is_imported_beside_the_run_and_once(monkeypatch):
+    """Not before it has begun; what cannot be imported is no failure there."""
+    from geomint.cli import meanwhile
+    from geomint.run.progress import WHEN_RUNNING, Progress
+
+    names, before = [], sys.getswitchinterval()
+    monkeypatch.setattr(meanwhile, "importlib", SimpleNamespace(import_module=names.append))
+    meanwhile.import_meanwhile("drift_page")
+    assert names == []
+    for _ in range(2):
+        with Progress(False, 1.0, "run") as bar:
+            bar.begin()
+    waiting = [t for t in threading.enumerate() if t.name == "importing drift_page"]
+    for thread in waiting:
+        thread.join(10.0)
+    assert names[0] == "geomint.report.drift_page"
+    assert len(names) == len(set(names)) == 1 + len(meanwhile._DRAWING)
+    assert WHEN_RUNNING == []
+    monkeypatch.setattr(meanwhile, "importlib", SimpleNamespace(import_module=lambda name: 1 / 0))
+    meanwhile.import_meanwhile("drift_page", at_once=True)
+    sys.setswitchinterval(before)

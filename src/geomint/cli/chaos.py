@@ -63,7 +63,7 @@ def command(
     print_notes(chosen)
     check_folder(out, CHAOS_FILES)
     try:
-        import_meanwhile("chaos_page")
+        import_meanwhile("chaos_page", at_once=True)
         found = plan.run(not quiet)
     except StepError as error:
         if not isinstance(error.partial, Lyapunov) or not len(error.partial.t):

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import sys
 import threading
 
+from ..run.progress import WHEN_RUNNING
+
 __all__ = ["import_meanwhile"]
+
+SWITCH = 2e-4  # seconds
 
 _DRAWING = (
     "geomint.plots.figure",
@@ -15,15 +20,22 @@ _DRAWING = (
 )
 
 
-def import_meanwhile(page: str) -> None:
-    """Begin to import a module of `geomint.report`, and what figures are made with.
+def import_meanwhile(page: str, at_once: bool = False) -> None:
+    """Import a module of `geomint.report`, and what figures are made with, beside the next run.
 
-    What fails here fails again, and is told, where it is imported for use.
+    Or `at_once`. Before a run Python has enough to do. What fails here fails again, and is told, where
+    it is imported for use.
     """
 
     def load() -> None:
+        # The run comes back to Python every millisecond or two, and must not wait for five.
+        sys.setswitchinterval(SWITCH)
         with contextlib.suppress(Exception):
             for name in (f"geomint.report.{page}", *_DRAWING):
                 importlib.import_module(name)
 
-    threading.Thread(target=load, name=f"importing {page}").start()
+    thread = threading.Thread(target=load, name=f"importing {page}")
+    if at_once:
+        thread.start()
+    else:
+        WHEN_RUNNING.append(thread.start)

@@ -91,7 +91,7 @@ def command(
     plan = plan_scan(chosen, **keys)
     print_notes(chosen)
     check_folder(out, SCAN_FILES)
-    import_meanwhile("scan_page")
+    import_meanwhile("scan_page", at_once=True)
     many = plan.run(not quiet, workers)
 
     from ..report.scan_page import scan_lines, scan_record, scan_status, write_scan_report

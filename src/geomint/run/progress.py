@@ -7,15 +7,17 @@ import sys
 import threading
 import time
 import warnings
+from collections.abc import Callable
 from html import escape
 from types import FrameType, TracebackType
 from typing import Any
 
 from ..errors import GeomintWarning
 
-__all__ = ["DAY", "HOUR", "Progress", "time_in_words"]
+__all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]
 
 _DELAY = 1.0
+WHEN_RUNNING: list[Callable[[], object]] = []  # called, once, when the next run has begun
 HOUR, DAY = 3600.0, 86400.0
 _UNITS = (("years", 365.25 * DAY), ("days", DAY), ("hours", HOUR), ("minutes", 60.0))
 
@@ -98,6 +100,8 @@ class Progress:
     def begin(self) -> None:
         """Start the clock of the run, after compilation, and take Ctrl-C over."""
         self._compiling.clear()
+        while WHEN_RUNNING:
+            WHEN_RUNNING.pop()()
         self._start = time.perf_counter()
         if threading.current_thread() is threading.main_thread():
             handler = signal.getsignal(signal.SIGINT)
