@@ -159,9 +159,9 @@ def test_the_data(name, folders):
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        pytest.param("drift", ("--methods", "gauss-8:3.9,rk-4"), marks=pytest.mark.slow),
-        ("drift", ("--method", "gauss-8", "--step", "3.9")),
-        ("compare", ("--methods", "gauss-8", "--steps", "3.9", "--tau-end", "3.95")),
+        pytest.param("drift", ("--methods", "lobatto-8:3.9,rk-4"), marks=pytest.mark.slow),
+        ("drift", ("--method", "lobatto-8", "--step", "3.9")),
+        ("compare", ("--methods", "lobatto-8", "--steps", "3.9", "--tau-end", "3.95")),
         ("section", ("--event", "gamma[2]", "--level", "1.5", "--points", "1")),
         ("scan", ("--vary", "D=2:4:2", "--vary", "a[0]=0.7:0.8:2", "--show", "drift:energy")),
     ],

@@ -145,7 +145,8 @@ def compare(
             result.drifts.append((point, outcome.result().drift))
 
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "step = .* is longer than the run")
+        for told in ("step = .* is longer than the run", "steps of .* are so long"):
+            warnings.filterwarnings("ignore", told)
         if not run_many(runs, take):
             result.status = "interrupted"
             return result
