@@ -34,7 +34,13 @@ extensions = [
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 # The tables are included by pages.
-exclude_patterns = ["_build", "examples", "audit-table.md", "drift-classes-table.md"]
+exclude_patterns = [
+    "_build",
+    "examples",
+    "audit-table.md",
+    "drift-classes-table.md",
+    "stress-table.md",
+]
 default_role = "py:obj"
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "substitution"]
