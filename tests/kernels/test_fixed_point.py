@@ -8,12 +8,12 @@ import pytest
 from geomint.kernels.numbers.lanes import Lanes
 from geomint.kernels.solve.fixed_point import (
     BEGINNING,
-    LATE,
     NEWTON_ROUNDING,
     SMALLEST,
     failure,
     finite,
     inverse_size,
+    kept_up,
     larger,
     rounding_left,
     solved,
@@ -44,18 +44,20 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_when_an_iteration_has_ended(case: str) -> None:
     change, last, before, tolerance, final, expected = CASES[case]
-    rounding = rounding_left(change, 1.0, 0)
+    rounding = rounding_left(change, 1.0)
     assert bool(solved(change, last, before, tolerance, rounding, final)) is expected
     lanes = [Lanes(np.full(8, x)) for x in (change, last, before)]
-    found = solved(*lanes, tolerance, rounding_left(lanes[0], lanes[0], 0), final)
+    found = solved(*lanes, tolerance, rounding_left(lanes[0], lanes[0]), final)
     assert found.tolist() == [expected] * 8
 
 
-def test_late_iterations_have_more_rounding() -> None:
-    """What never falls below 40 roundings is the end at last, not at first."""
-    ended = [bool(rounding_left(40 * EPSILON, 1.0, k)) for k in range(40)]
-    assert ended == [False] * (LATE + 3) + [True] * (37 - LATE)
-    assert not rounding_left(1e-12, 1.0, 99)
+def test_what_rounding_keeps_up() -> None:
+    """As large as halfway to the cap; not what still contracts, nor what is no rounding."""
+    assert kept_up(3e-14, 5e-14)
+    assert kept_up(5e-14, 3e-14)
+    assert not kept_up(1e-14, 1e-12)
+    assert not kept_up(1e-10, 1e-10)
+    assert not kept_up(1e-14, BEGINNING)
 
 
 def test_when_newton_has_ended() -> None:

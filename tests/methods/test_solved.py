@@ -65,9 +65,8 @@ class Steps:
 
     def __init__(self, problem: gi.Problem, stages: int, h: float, tolerance: float = 0.0) -> None:
         self.problem, self.stages = problem, stages
-        self.stepper = gi.Gauss(stages, iteration_tolerance=tolerance).start(
-            Start(problem, np.ones(problem.rows), T0, h)
-        )
+        given = {"iteration": "fixed-point", "iteration_tolerance": tolerance}
+        self.stepper = gi.Gauss(stages, **given).start(Start(problem, np.ones(problem.rows), T0, h))
         self.accepted: list[tuple[Array, ...]] = []
         self.failed: list[tuple[Array, float]] = []
         self.lanes = lane_positions(stages, 8 * (1 if stages <= LANES else 2))

@@ -6,9 +6,10 @@ step has given them so far. So an unknown that passes through zero, a momentum o
 begins at rest are all solved for to relative accuracy. It ends
 
 - with δ = 0: Φ(x) = x, bit for bit, whatever the sizes;
-- where δ no longer falls and is a few roundings (`rounding_left`), of which more are let pass the
-  longer it goes on: where the function subtracts what is nearly the same, as a stiff spring does, they
-  are those of its terms;
+- where δ no longer falls and is a few roundings (`rounding_left`);
+- of Gauss methods, at the cap, where δ has not fallen since half of the iterations (`kept_up`): where
+  the function subtracts what is nearly the same, as a stiff spring does, roundings are those of its
+  terms;
 - with a tolerance: where δ times the larger of its last two contractions, which is what a further
   iteration would change, is less than it. Two contractions, because one piece may wait for another
   to move before it does.
@@ -33,6 +34,7 @@ __all__ = [
     "failure",
     "finite",
     "inverse_size",
+    "kept_up",
     "larger",
     "no_contraction",
     "rounding_left",
@@ -45,7 +47,6 @@ SMALLEST = 1e-200  # sizes below count as this: their inverse is a number, and s
 COARSE = 2.0**-10  # below, sizes are known to a part in a thousand and stay
 FINE = 1e-6  # above, two contractions do not predict a third
 ROUNDINGS = 16.0
-LATE = 24  # iterations after which as many roundings more pass with each
 EARLY = 8  # iterations after which changes as large as what changes tell of divergence
 DIVERGING = 0.5
 # Newton's method either falls quadratically or has met the rounding of its residual. A change larger
@@ -81,9 +82,18 @@ def failure(iteration: int) -> int:
 
 
 @inlined
-def rounding_left(change: Any, number: Any, iteration: int) -> Any:
+def rounding_left(change: Any, number: Any) -> Any:
     """Tell whether a change is not more than a few roundings of numbers of the kind of `number`."""
-    return change <= ROUNDINGS * max(1, iteration - LATE) * epsilon(number)
+    return change <= ROUNDINGS * epsilon(number)
+
+
+@inlined
+def kept_up(change: float, halfway: float) -> bool:
+    """Tell whether rounding has kept a change up since it was `halfway` to the last iteration.
+
+    What contracts, however slowly, falls by more than the eighth in so many iterations.
+    """
+    return (change <= NEWTON_ROUNDING) & (8.0 * change >= halfway)
 
 
 @inlined

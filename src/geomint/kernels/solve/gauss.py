@@ -27,6 +27,7 @@ from .fixed_point import (
     failure,
     finite,
     inverse_size,
+    kept_up,
     no_contraction,
     rounding_left,
     solved,
@@ -225,6 +226,7 @@ def gauss_step(
     m = eight_columns(mu, 0, 0, groups)
     last = BEGINNING
     before = BEGINNING
+    halfway = BEGINNING
     coarse = True
     anew = False
     for iteration in range(cap):
@@ -250,8 +252,11 @@ def gauss_step(
             for i in range(rows * groups):
                 stages[i] = like(0.0, stages[i])
             continue
-        rounding = rounding_left(delta, c[0], iteration)
-        if solved(delta, last, before, tolerance, rounding, iteration + 1 == cap):
+        final = iteration + 1 == cap
+        if 2 * iteration == cap:
+            halfway = delta
+        rounding = rounding_left(delta, c[0]) | (final & kept_up(delta, halfway))
+        if solved(delta, last, before, tolerance, rounding, final):
             for r in range(rows):
                 add_compensated(y, carry, r, increment(stages, r, groups, rows))
             return OK, iteration + 1, delta

@@ -302,8 +302,8 @@ def ended(
     Residuals of stiff fields are rounded to h‖J‖ roundings, of which the factors leave some. Where
     `lack`, a residual over sizes, is more than `BLIND`, nothing is known, however small changes are.
     """
-    kept_up = (change <= NEWTON_ROUNDING) & ((change >= before) | final)
-    rounding = rounding_left(change, s.c[0], 0) | kept_up
+    stays = (change <= NEWTON_ROUNDING) & ((change >= before) | final)
+    rounding = rounding_left(change, s.c[0]) | stays
     return (lack <= BLIND) & solved(change, last, before, tolerance, rounding, final)
 
 

@@ -211,7 +211,7 @@ def lobatto_step(
         delta = top(worst)
         if not finite(delta):
             return failure(iteration), iteration + 1, delta
-        rounding = rounding_left(delta, c, iteration)
+        rounding = rounding_left(delta, c)
         done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         held = held + 1.0 if done or held > 0.0 else held
         if held > settle:

@@ -252,7 +252,7 @@ def rattle_step(
         worst = top(delta)
         if not finite(worst):
             return failure(iteration), iteration + 1, worst
-        rounding = rounding_left(delta, still, iteration)
+        rounding = rounding_left(delta, still)
         done = solved(delta, last, before, tolerance, rounding, iteration + 1 == cap)
         held = select(done | (held > 0.0), held + 1.0, held)
         going = select(held > settle, still, going)
