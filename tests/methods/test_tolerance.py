@@ -255,6 +255,23 @@ def test_steps_that_fail_on_the_way_are_shortened() -> None:
     assert sol.accuracy.trials[-1][1] is None  # a step that failed
 
 
+@gi.field
+def lorenz(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 10.0 * (y[1] - y[0])
+    out[1] = y[0] * (28.0 - y[2]) - y[1]
+    out[2] = y[0] * y[1] - params[0] * y[2]
+
+
+@pytest.mark.parametrize("end", [40.0, 120.0, 400.0])
+def test_fast_chaos_is_said_however_long_the_run(end: float) -> None:
+    """Errors are as large as the motion after a small part of what a long run is scouted by."""
+    p = gi.Problem("lorenz", (("x", 1), ("y", 1), ("z", 1)), params=[8.0 / 3.0], field=lorenz)
+    with pytest.warns(gi.GeomintWarning, match="errors grow by a factor of e in every"):
+        sol = gi.solve(p, [-5.0, -6.0, 22.0], t_end=end, tolerance=1e-9, progress=False)
+    assert sol.accuracy is not None
+    assert 0.3 < sol.accuracy.rate < 2.0  # 0.906 in the mean of long runs
+
+
 def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
     from geomint.problems.testproblems import henon_heiles
 
@@ -406,7 +423,8 @@ def test_how_errors_grow() -> None:
     assert exponential_rate(t, 1e-12 * np.exp(0.5 * t)) == pytest.approx(0.5, rel=0.2)
     assert exponential_rate(t, np.minimum(1e-6 * np.exp(t), 1.0)) == pytest.approx(1.0, rel=0.3)
     assert exponential_rate(t, 0.0 * t) == 0.0
-    assert exponential_rate(t[:2], t[:2]) == 0.0
+    assert exponential_rate(t[:2], 1e-9 * t[:2]) == 0.0
+    assert exponential_rate(t, np.minimum(np.exp(20.0 * t), 1.0)) is None
     assert amplified(0.0, 100.0) == 1.0
     assert amplified(1e-9, 1.0) == pytest.approx(1.0)
     assert amplified(0.1, 100.0) == pytest.approx(math.expm1(10.0) / 10.0)

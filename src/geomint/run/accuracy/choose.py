@@ -36,6 +36,7 @@ BIAS = 0.1  # see `with_iteration_tolerance`
 SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
+SCOUT_SHORTEST = 20.0  # steps
 LARGE = 32  # numbers of a state whose derivative takes Python longer than a call of compiled code
 SHORT_PART = 0.5  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
@@ -247,9 +248,12 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
     scout.prepare()
     rate = math.inf
     for reach in (length, min(2.0 * length, span)):  # what a passing burst has made does not go on
-        found = stretch(scout.stepper, motion, p, longer, reach, math.inf)
-        again = 0.0 if found is None else exponential_rate(found.times, found.errors)
-        rate = min(rate, again)
+        again = None
+        while again is None and reach > SCOUT_SHORTEST * longer:
+            found = stretch(scout.stepper, motion, p, longer, reach, math.inf)
+            again = None if found is None else exponential_rate(found.times, found.errors)
+            reach *= 0.25  # errors were as large as the motion before they told anything
+        rate = min(rate, again or 0.0)
         if rate == 0.0:
             break
     return rate

@@ -41,16 +41,16 @@ def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> fl
     return level * end + tilt * end * end
 
 
-def exponential_rate(times: Array, errors: Array) -> float:
+def exponential_rate(times: Array, errors: Array) -> float | None:
     """Return the rate at which errors grow exponentially; 0 where they grow as in regular motions.
 
     By late ones against earlier ones, each in the root mean square, before they are as large as the
-    motion.
+    motion; None where they are so before they tell anything.
     """
     large = np.flatnonzero(errors > SATURATED)
     count = int(large[0]) if len(large) else len(times)
     if count < FEWEST:
-        return 0.0
+        return None if len(large) else 0.0
     times, errors = times[:count], errors[:count]
     part = times / times[-1]
     late, early = part >= LATE, (part >= EARLY) & (part <= MIDDLE)
