@@ -56,8 +56,13 @@ def test_over_one_parameter(tmp_path: Path) -> None:
 
 
 def test_over_a_list_and_a_component(tmp_path: Path) -> None:
+    """p is not tangent for any of these values: told, once, and on the page."""
     vary = {"initial.p[2]": [0.5, -0.5, 1.0], "system.a[1]": "1:1.2:2"}
-    many = gi.scan_report(SCENE, tmp_path / "out", vary=vary, show=["final:gamma[0]"])
+    told = r"6 of 6 states were changed; with initial.p\[2\] = 0.5.*the state uses the tangent part"
+    with pytest.warns(gi.GeomintWarning, match=told) as heard:
+        many = gi.scan_report(SCENE, tmp_path / "out", vary=vary, show=["final:gamma[0]"])
+    assert len(heard) == 1
+    assert "6 of 6 states were changed" in (tmp_path / "out" / "scan.html").read_text("utf-8")
     rows = rows_of(tmp_path / "out")
     pairs = [(float(row["initial.p[2]"]), float(row["system.a[1]"])) for row in rows]
     assert pairs == [(0.5, 1.0), (0.5, 1.2), (-0.5, 1.0), (-0.5, 1.2), (1.0, 1.0), (1.0, 1.2)]
@@ -117,6 +122,7 @@ def test_members_with_other_pieces_are_refused() -> None:
         plan_scan(gi.Scene("r", **fixed_directions(False, "drift:energy")))
 
 
+@pytest.mark.filterwarnings("ignore:.*states were changed:geomint.GeomintWarning")
 def test_of_members_that_fail_page_and_json_tell(tmp_path: Path) -> None:
     """A step much too long for one value of a parameter, which hurts no other."""
     scene = {**SCENE, "integrate": {"step": 1.5}}

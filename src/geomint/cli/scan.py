@@ -89,7 +89,7 @@ def command(
     given["representation"] = representation
     chosen = chosen_scene(scene, **given, t_end=t_end, tau_end=tau_end)
     plan = plan_scan(chosen, **keys)
-    print_notes(chosen)
+    print_notes(chosen, plan.notes)
     check_folder(out, SCAN_FILES)
     import_meanwhile("scan_page", at_once=True)
     many = plan.run(not quiet, workers)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from ..errors import GeomintWarning
 from ..plan import plan_scan
 from ..report import SCAN_FILES
 from ..report.scan_page import write_scan_report
@@ -50,6 +52,8 @@ def scan_report(
         Before anything is computed.
     """
     plan = plan_scan(load_scene(scene), **keys)
+    for note in plan.notes:
+        warnings.warn(note, GeomintWarning, stacklevel=2)
     check_folder(out, SCAN_FILES)
     many = plan.run(progress)
     write_scan_report(plan, many, Path(out), paper=paper)

@@ -52,6 +52,8 @@ class ScanPlan(Compared):
         Of the numbers that vary.
     draws : array of int, shape (members,)
         Which of the random states with these values it is; 0 without draws.
+    notes : tuple of str
+        What was changed to make states admissible.
     """
 
     scene: Scene
@@ -62,6 +64,7 @@ class ScanPlan(Compared):
     states: Array
     values: Array
     draws: npt.NDArray[np.int64]
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.states)
@@ -116,8 +119,8 @@ def plan_scan(scene: Scene, **keys: Any) -> ScanPlan:
     readings = chosen_readings(section.show or _usual(scene.problem))
     asked = Asked(scene, "drift")
     route = _route(asked, readings)
-    problems, states, values, draws = _members(scene, route, variations)
-    return ScanPlan(scene, route, variations, readings, problems, states, values, draws)
+    members = _members(scene, route, variations)
+    return ScanPlan(scene, route, variations, readings, *members)
 
 
 def _usual(problem: Problem) -> list[str]:
@@ -144,12 +147,13 @@ def _route(asked: Asked, readings: dict[str, Reading]) -> Route:
 
 def _members(
     scene: Scene, route: Route, variations: Sequence[Variation]
-) -> tuple[tuple[Problem, ...], Array, Array, npt.NDArray[np.int64]]:
-    """Return problems and states of all members, the numbers that vary, and which draws they are."""
+) -> tuple[tuple[Problem, ...], Array, Array, npt.NDArray[np.int64], tuple[str, ...]]:
+    """Return problems and states of all members, the numbers that vary, the draws, and notes."""
     section, states = scene.content.ensemble, []
     problems: list[Problem] = []
     values: list[tuple[float, ...]] = []
-    for numbers, model in varied_models(scene, variations):
+    changed: list[str] = []
+    for numbers, model, note in varied_models(scene, variations):
         if route.name not in model.problems:
             where = told_values(variations, numbers)
             raise SceneError(f"with {where}: the system has no representation {route.name!r}")
@@ -167,6 +171,8 @@ def _members(
                 temperature=section.temperature,
                 seed=section.seed,
             )
+        if note:
+            changed.append(f"with {told_values(variations, numbers)}: {note}")
         problems.append(problem)
         states.append(drawn)
         values.append(numbers)
@@ -174,4 +180,8 @@ def _members(
     found = np.repeat(np.array(values).reshape(len(values), -1), each, axis=0)
     repeated = [problem for problem in problems for _ in range(each)]
     many = tuple(repeated if variations else problems)
-    return many, np.concatenate(states), found, np.tile(np.arange(each), len(states))
+    draws = np.tile(np.arange(each), len(states))
+    notes = (
+        (f"{len(changed)} of {len(values)} states were changed; {changed[0]}",) if changed else ()
+    )
+    return many, np.concatenate(states), found, draws, notes

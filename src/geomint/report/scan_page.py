@@ -68,6 +68,7 @@ def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str
         "steps": int(many.steps.sum()),
         "run_seconds": many.run_seconds,
         **method_record(plan.scene.method),
+        "notes": list(plan.notes),
         "provenance": {**scene_record(plan.scene, command), "seed": section.seed},
     }
     told: dict[str, Any] = finite_json(record)

@@ -150,8 +150,10 @@ def told_values(variations: Sequence[Variation], values: Sequence[float]) -> str
 
 def varied_models(
     scene: Scene, variations: Sequence[Variation]
-) -> Iterator[tuple[tuple[float, ...], Model]]:
-    """Yield every combination of values, the last one changing fastest, and its model.
+) -> Iterator[tuple[tuple[float, ...], Model, str]]:
+    """Yield every combination of values, the last one changing fastest, its model, and a note.
+
+    The note says what was changed to make the initial state admissible; "" if nothing was.
 
     Raises
     ------
@@ -159,7 +161,7 @@ def varied_models(
         For values that the system does not take, with them.
     """
     if not variations:
-        yield (), scene.model
+        yield (), scene.model, ""
         return
     raw, system = scene.sections, find_system(scene.content.system.name)
     tables = {section: dict(raw.get(section, {})) for section in SECTIONS}
@@ -168,13 +170,14 @@ def varied_models(
         for variation, value in zip(variations, values, strict=True):
             variation.put(tables, value)
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", GeomintWarning)  # of states that are projected
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always")
                 parameters = system.parameters.model_validate(tables["system"])
                 model = system.build(parameters, system.initial.model_validate(tables["initial"]))
         except (GeomintError, ValueError, ArithmeticError) as error:
             raise _refused(scene, tables, variations, values) from error
-        yield values, model
+        notes = (str(w.message) for w in told if issubclass(w.category, GeomintWarning))
+        yield values, model, next(notes, "")
 
 
 def _refused(
