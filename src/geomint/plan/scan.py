@@ -53,7 +53,7 @@ class ScanPlan(Compared):
     draws : array of int, shape (members,)
         Which of the random states with these values it is; 0 without draws.
     notes : tuple of str
-        What was changed to make states admissible.
+        What was changed to make states admissible, beyond what the scene itself tells.
     """
 
     scene: Scene
@@ -171,7 +171,7 @@ def _members(
                 temperature=section.temperature,
                 seed=section.seed,
             )
-        if note:
+        if note and note not in scene.notes:
             changed.append(f"with {told_values(variations, numbers)}: {note}")
         problems.append(problem)
         states.append(drawn)
