@@ -101,4 +101,6 @@ def test_what_a_page_needs_is_imported_beside_the_run_and_once(monkeypatch):
     assert WHEN_RUNNING == []
     monkeypatch.setattr(meanwhile, "importlib", SimpleNamespace(import_module=lambda name: 1 / 0))
     meanwhile.import_meanwhile("drift_page", at_once=True)
-    sys.setswitchinterval(before)
+    for thread in [t for t in threading.enumerate() if t.name == "importing drift_page"]:
+        thread.join(10.0)
+    assert sys.getswitchinterval() == before

@@ -8,13 +8,14 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
+from test_tangent import MOST, most_operations
 
 import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import EXTENDED, NumberType, tangent, tangent_lanes
 from geomint.kernels.compiling.recorded import helper
 from geomint.kernels.compiling.signatures import BLOCK, GIVEN, takes
-from geomint.kernels.numbers import arithmetic as ar, circular
+from geomint.kernels.numbers import arithmetic as ar
 from geomint.kernels.numbers.blocks import Block, scalar_block
 from geomint.kernels.numbers.tangent import Tangent, tangent_block
 
@@ -75,31 +76,11 @@ def called(function, base: Base, given, rows: int, params=(), work: int = 0):
 
 @helper
 def operations(params, y, out, work):
-    x, z = y[0], y[1]
-    out[0] = x + z
-    out[1] = 2.5 + x + 1
-    out[2] = x - z
-    out[3] = 2.5 - x - 1
-    out[4] = x * z
-    out[5] = 3.0 * x * 2
-    out[6] = x / z
-    out[7] = 2.0 / x
-    out[8] = x / 3.0
-    out[9] = -x + +z
-    out[10] = abs(x) + abs(-z)
-    out[11] = ar.fma(x, z, x) + ar.fma(x, 3.0, z) + ar.fma(2.0, z, 1.0) + ar.fma(2.0, 3.0, z)
-    out[12] = ar.sqrt(x * x + z * z)
-    out[13] = ar.maximum(x, z) * x + ar.maximum(x, 0.5)
-    out[14] = ar.select(x < z, x * x, z) + ar.select(x >= 0.0, 1.0, z)
-    out[15] = ar.like(2.0, x) * x
-    out[16] = circular.sin(x * z)
-    out[17] = circular.cos(x - z)
-    out[18] = params[0] * x
-    out[18] += z
-    out[18] /= x
+    most_operations(y, out)
+    out[MOST] = params[0] * y[0]
 
 
-COUNT = 19
+COUNT = MOST + 1
 
 
 @helper

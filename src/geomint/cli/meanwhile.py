@@ -29,10 +29,12 @@ def import_meanwhile(page: str, at_once: bool = False) -> None:
 
     def load() -> None:
         # The run comes back to Python every millisecond or two, and must not wait for five.
+        before = sys.getswitchinterval()
         sys.setswitchinterval(SWITCH)
         with contextlib.suppress(Exception):
             for name in (f"geomint.report.{page}", *_DRAWING):
                 importlib.import_module(name)
+        sys.setswitchinterval(before)
 
     thread = threading.Thread(target=load, name=f"importing {page}")
     if at_once:
