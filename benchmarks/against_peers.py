@@ -11,7 +11,7 @@ meets it: an integrator made once is given the state and goes to the end. The fi
 in the best way known, and traced from geomint's source (`geomint.compare.peers`). Compilation is apart.
 
 The truth is a Gauss method of 12 stages in double-double arithmetic, or the exact flow where there is
-one; heyoka at its tightest has to meet the errors too. Errors are those of the final state, of each
+one; states from which heyoka at its tightest does not meet an error are left out. Errors are those of the final state, of each
 piece relative to its largest number at the beginning or the end. The codes take turns; medians of the
 repeats; over the states the geometric mean of heyoka's time over geomint's, and the least. Beside it
 that over the steps alone: an integrator made once, with the method and the step that were chosen; and
@@ -234,8 +234,11 @@ def compared(row: Row, seed: int, repeats: int, clock: Callable[[], float]) -> l
     tightest = min(error for _, error in settings.values())
     found = []
     for goal in GOALS:
-        if tightest >= goal:  # by roundings, or the truth is wrong
+        if tightest >= GOALS[0]:
             raise SystemExit(f"{row.key}, seed {seed}: heyoka is off by {tightest:.1e}")
+        if tightest >= goal:  # by its roundings
+            print(f"  seed {seed} is left out: heyoka is off by {tightest:.1e} at least", flush=True)
+            continue
         good = {name: seconds for name, (seconds, error) in settings.items() if error < goal}
         best = sorted(good, key=lambda name: good[name])[:2]
         for part in SMALLER:
@@ -277,8 +280,8 @@ def compared(row: Row, seed: int, repeats: int, clock: Callable[[], float]) -> l
     return found
 
 
-def summary(row: Row, goal: float, states: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return what the states of a row say about a goal."""
+def summary(row: Row, goal: float, states: list[dict[str, Any]], count: int) -> dict[str, Any]:
+    """Return what the states of a row, of so many, say about a goal."""
     ratios = [state["ratio"] for state in states]
     alone = [s["heyoka"]["seconds"] / s["geomint"]["steps_alone"] for s in states]
     traced = [s["traced"] / s["fastest"] for s in states if s["traced"] > 0.0]
@@ -296,6 +299,7 @@ def summary(row: Row, goal: float, states: list[dict[str, Any]]) -> dict[str, An
         "heyoka_ms": 1e3 * statistics.median(s["heyoka"]["seconds"] for s in states),
         "missed": sum(s["geomint"]["tolerance"] < goal for s in states),
         "not_met": sum(s["geomint"]["error"] >= goal for s in states),
+        "left_out": count - len(states),
         "states": states,
     }
 
@@ -313,7 +317,7 @@ def run(
         print(f"{row.key}: {count} settings compiled in {made:.0f} s", flush=True)
         found = [entry for seed in range(states) for entry in compared(row, seed, repeats, clock)]
         for goal in GOALS:
-            table.append(summary(row, goal, [e for e in found if e["goal"] == goal]))
+            table.append(summary(row, goal, [e for e in found if e["goal"] == goal], states))
             told = {k: v for k, v in table[-1].items() if k not in ("states", "problem", "end")}
             print("  ", {k: round(v, 3) if v > 1e-3 else v for k, v in told.items()}, flush=True)
         print(f"  {time.perf_counter() - begun:.0f} s", flush=True)

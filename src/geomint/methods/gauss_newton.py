@@ -15,7 +15,8 @@ from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, packed
 from ..kernels.numbers.lanes import LANES
 from ..kernels.numbers.tangent import tangent_block
-from ..kernels.solve.gauss_newton import newton_coefficients, newton_stepper, newton_work
+from ..kernels.solve.gauss_newton import newton_stepper
+from ..kernels.solve.stage_equations import newton_coefficients, newton_work
 from ..kernels.solve.stage_jacobians import DIRECTIONS, jacobian_scratch, jacobians_of
 from ..problems.watched_call import unwatched_call
 from ..tableaux import gauss_legendre

@@ -34,7 +34,7 @@ from .fixed_point import (
 )
 from .status import NOT_CONVERGED, NOT_FINITE, OK
 
-__all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work"]
+__all__ = ["gauss_coefficients", "gauss_memory", "gauss_stepper", "gauss_work", "scales_by"]
 
 Coefficients = namedtuple(
     "Coefficients", "rows cap patience tolerance pieces padding c b mu predictors"
@@ -158,28 +158,37 @@ def increment(stages: Any, row: int, groups: int, rows: int) -> float:
     return total
 
 
-@helper
-def inverse_scales(pieces: Any, y: Any, stages: Any, groups: int, scales: Any) -> None:
-    """Write 1 / (size of the row's piece) for each row; 0 for rows of no piece, as the clock's is.
+@functools.cache
+def scales_by(size: Recorded) -> Recorded:
+    """Return ``inverse_scales(pieces, y, stages, groups, scales)``, by the sizes of numbers."""
 
-    The size is the largest of |y| and of the increments of the stages
-    (`geomint.kernels.solve.fixed_point`).
-    """
-    rows = len(scales)
-    r = 0
-    while r < rows:
-        end = r
-        largest = 0.0
-        moves = 0.0 * magnitude(stages[r])
-        while end < rows and top(pieces[end]) == top(pieces[r]):
-            largest = max(largest, top(magnitude(y[end])))
-            for g in range(groups):
-                moves = maximum(magnitude(stages[g * rows + end]), moves)
-            end += 1
-        inverse = inverse_size(max(largest, top(moves))) if top(pieces[r]) >= 0.0 else 0.0
-        for i in range(r, end):
-            scales[i] = inverse
-        r = end
+    @helper
+    def inverse_scales(pieces, y, stages, groups, scales):
+        """Write 1 / (size of the row's piece) for each row; 0 for rows of no piece, as the clock's is.
+
+        The size is the largest of those of y and of the increments of the stages
+        (`geomint.kernels.solve.fixed_point`).
+        """
+        rows = len(scales)
+        r = 0
+        while r < rows:
+            end = r
+            largest = 0.0
+            moves = 0.0 * size(stages[r])
+            while end < rows and top(pieces[end]) == top(pieces[r]):
+                largest = max(largest, top(size(y[end])))
+                for g in range(groups):
+                    moves = maximum(size(stages[g * rows + end]), moves)
+                end += 1
+            inverse = inverse_size(max(largest, top(moves))) if top(pieces[r]) >= 0.0 else 0.0
+            for i in range(r, end):
+                scales[i] = inverse
+            r = end
+
+    return inverse_scales
+
+
+inverse_scales = scales_by(magnitude)
 
 
 @inlined
