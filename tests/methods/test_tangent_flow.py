@@ -15,6 +15,7 @@ from geomint.kernels.solve.status import OK
 from geomint.methods import find_method
 from geomint.methods.method import Start
 from geomint.methods.stepper import Stepper
+from geomint.run.carried_directions import CarriedDirections
 
 STEP, STEPS = 0.05, 7
 FIXED = [
@@ -73,6 +74,10 @@ def check(p: gi.Problem, y0: np.ndarray, name: str, moving: Any = True) -> None:
     both = {"parameters": v} if len(v) else {}
     found = gi.tangent_flow(p, y0, **stop, method=name, step=STEP, directions=u, **both)
     np.testing.assert_allclose(found.y, run.y[-1], rtol=1e-15, atol=1e-15)
+    by = 2.0 ** np.array([700, -700, 40])
+    both = {name: w * by for name, w in both.items()}
+    longer = gi.tangent_flow(p, y0, **stop, method=name, step=STEP, directions=by * u, **both)
+    np.testing.assert_array_equal(longer.slopes / by, found.slopes)
     stepper = find_method(name).start(Start(p, y0, 0.0, STEP))
     with mp.workdps(50):
         e = mp.mpf(10) ** -20
@@ -84,6 +89,28 @@ def check(p: gi.Problem, y0: np.ndarray, name: str, moving: Any = True) -> None:
             expected = ((ends[0] - ends[1]) / (2 * e)).astype(float)
             size = np.abs(found.slopes).max()
             np.testing.assert_allclose(found.slopes[:, k], expected, rtol=0, atol=1e-13 * size)
+
+
+GROWN = ["gauss-3", "gauss-1-suzuki-4", "rattle-2", "rattle-4", "lobatto-3", "lobatto-8"]
+
+
+@pytest.mark.parametrize("name", GROWN)
+def test_slopes_may_grow(name: str) -> None:
+    """Where they are much larger than the state the state is solved for as it was before."""
+    p, y0 = PROBLEMS["double-pendulum" if name[0] in "rl" else "henon-heiles"]
+    stepper = find_method(name).start(Start(p, p.canonical(y0), 0.0, 0.1))
+    y, slopes = [], []
+    for grown in (1.0, 2.0**40, 2.0**500):
+        carried = CarriedDirections(stepper, np.eye(p.rows))
+        for group in carried._groups:
+            group.memory[:, 1:] *= grown
+        carried.take(0.0, 0.1, 5)
+        y.append(carried.state)
+        slopes.append(carried.slopes / grown)
+    for k in (1, 2):
+        np.testing.assert_allclose(y[k], y[0], rtol=0.0, atol=1e-14)
+        size = np.abs(slopes[0]).max()
+        np.testing.assert_allclose(slopes[k], slopes[0], rtol=0.0, atol=1e-13 * size)
 
 
 J = np.kron([[0.0, 1.0], [-1.0, 0.0]], np.eye(2))

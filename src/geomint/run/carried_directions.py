@@ -24,6 +24,9 @@ PIECE = 100  # steps after which all are where the first is, and Ctrl-C is seen
 class CarriedDirections:
     """The state of a stepper with directions, moved on by steps of its own.
 
+    Steps see each direction in a unit of its own, a power of two that makes it about as long as the
+    state, so that what comes of it does not depend on its length.
+
     Parameters
     ----------
     stepper : Stepper
@@ -36,6 +39,10 @@ class CarriedDirections:
 
     def __init__(self, stepper: Stepper, directions: Array, moved: Array | None = None) -> None:
         self._stepper, self._shape = stepper, directions.shape
+        self._units = _units(stepper.memory.data[: stepper.rows], directions)
+        if moved is not None:
+            self._units = np.maximum(self._units, _units(stepper.params.data, moved))
+            moved = moved / self._units
         self._groups = []
         for first in range(0, directions.shape[1], AT_ONCE):
             some = slice(first, first + AT_ONCE)
@@ -44,7 +51,7 @@ class CarriedDirections:
 
     def begin(self, memory: Array, directions: Array | None = None) -> None:
         """Begin at a state and its carries, with other directions or those there are now."""
-        slopes = self.slopes if directions is None else directions
+        slopes = (self.slopes if directions is None else directions) / self._units
         for i, group in enumerate(self._groups):
             own = slopes[:, i * AT_ONCE : (i + 1) * AT_ONCE]
             group.memory[:] = 0.0
@@ -71,7 +78,8 @@ class CarriedDirections:
     def slopes(self) -> Array:
         """What has become of the directions, one a column; a copy."""
         n, count = self._shape
-        return np.hstack([group.memory[:n, 1:] for group in self._groups])[:, :count].copy()
+        found: Array = np.hstack([group.memory[:n, 1:] for group in self._groups])[:, :count]
+        return found * self._units
 
     def take(self, t: float, h: float, steps: int, first: int = 0, before: int = 0) -> None:
         """Take steps ``first``, … of length h from time t on; `before` others were taken before t.
@@ -120,8 +128,8 @@ class CarriedDirections:
     @property
     def _finite(self) -> bool:
         """Whether all slopes are numbers: steps look at the state alone."""
-        rows = self._stepper.rows
-        return all(bool(np.isfinite(group.memory[:rows]).all()) for group in self._groups)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return bool(np.isfinite(self.slopes).all())
 
     @property
     def memories(self) -> list[Array]:
@@ -180,6 +188,15 @@ class _Group:
     def take(self, t: float, h: float, first: int, count: int) -> Advance:
         """Take some steps after the first ones."""
         return Advance(*self._call(t0=t, h=h, first=first, count=count, every=count + first + 1))
+
+
+def _units(numbers: Array, directions: Array) -> Array:
+    """Return for each direction the power of two that it is as many times as long as some numbers."""
+    length, size = np.abs(directions).max(axis=0), np.abs(numbers).max(initial=0.0)
+    ratio = np.divide(length, size if size > 0.0 else 1.0)
+    units = np.exp2(np.clip(np.ceil(np.log2(ratio, where=ratio > 0.0)), -1000.0, 1000.0))
+    found: Array = np.where(ratio > 0.0, units, 1.0)
+    return found
 
 
 def columns(name: str, directions: Any, rows: int) -> Array:

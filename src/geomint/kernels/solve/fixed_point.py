@@ -24,7 +24,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiling.recorded import helper, inlined
-from ..numbers.arithmetic import epsilon, like, magnitude, maximum, select
+from ..numbers.arithmetic import epsilon, like, maximum, plain, select
 from .status import NOT_CONVERGED, NOT_FINITE
 
 __all__ = [
@@ -62,10 +62,10 @@ def inverse_size(size: Any) -> Any:
 
 @inlined
 def larger(x: Any, moves: Any, n: int) -> Any:
-    """Return the size of a piece: the largest of its numbers and of their increments."""
-    size = 0.0 * magnitude(x[0])
+    """Return the size of a piece: the largest of its numbers and of their increments, no slopes."""
+    size = 0.0 * plain(x[0])
     for i in range(n):
-        size = maximum(maximum(magnitude(x[i]), magnitude(moves[i])), size)
+        size = maximum(maximum(abs(plain(x[i])), abs(plain(moves[i]))), size)
     return size
 
 

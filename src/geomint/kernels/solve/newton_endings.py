@@ -107,16 +107,17 @@ def ended(
 ) -> bool:  # fmt: skip
     """Tell whether Newton's iteration has ended: by the one rule, but that rounding may be larger.
 
-    Where `lack`, a residual over sizes, is more than `BLIND` and than rounding makes it, nothing is
-    known, however small changes are.
+    Where `lack`, a residual over sizes, is more than `BLIND` and than rounding makes it, or where
+    rounding leaves no digits of what is solved for, nothing is known, however small changes are.
     """
     known = lack <= BLIND
     stays = (change >= before) | final
     bound = NEWTON_ROUNDING
     if (not known or change > bound) and change <= FINE and (stays or change <= tolerance):
         lacks, changes = rounding(field, params, s, t, h, whole, groups, rows)
-        known = known | (lack <= ROUNDINGS * lacks)
-        bound = max(bound, ROUNDINGS * changes)
+        if ROUNDINGS * changes <= FINE:
+            known = known | (lack <= ROUNDINGS * lacks)
+            bound = max(bound, ROUNDINGS * changes)
     left = rounding_left(change, s.c[0]) | (stays & (change <= bound))
     return known & solved(change, last, before, tolerance, left, final)
 

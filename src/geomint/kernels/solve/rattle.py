@@ -8,7 +8,7 @@ from collections import namedtuple
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.arithmetic import epsilon, like, magnitude, maximum, plain, select, slope_count, top
+from ..numbers.arithmetic import epsilon, like, maximum, plain, select, slope_count, top
 from ..numbers.blocks import REST, part, sections
 from .advance import stepper
 from .compensated import add_compensated
@@ -89,14 +89,14 @@ def add_normal_response(
     `dp` holds ∂H/∂p at (q, p). p is moved along a normal by a part of its own size: by less, what is
     wanted would be lost to rounding. Iterations do the rest.
     """
-    size = largest(n, p)
+    size = plain(largest(n, p))
     size = SHIFT * select(size > 0.0, size, 1.0 + size)
     out = own.response
     shifted = part(own.three, 0, n)
     dq_shifted = part(own.three, n, n)
     dp_shifted = part(own.three, 2 * n, n)
     for a in range(m):
-        normal = largest(n, part(G, a * n, n))
+        normal = plain(largest(n, part(G, a * n, n)))
         by = size / select(normal > 0.0, normal, 1.0 + normal)
         inverse = 1.0 / by
         for i in range(n):
@@ -128,14 +128,16 @@ def drop_rounding(g: Any, G: Any, q: Any, n: int, m: int) -> None:
 def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: int) -> Any:
     """Move P along the normals until ``G₁ ∂H/∂p(Q, P) = 0``, by Newton's method.
 
-    Returns the last change over the size of P. For H quadratic in p there are two steps, the second
-    cleans.
+    Returns the last change over the size of P, of values. For H quadratic in p there are two steps, the
+    second cleans; where there are slopes, whatever their size, they follow.
     """
     q, p, dp, G, response, defect = own.Q, own.P, own.dp1, own.G1, own.response, own.g
     one = like(1.0, q[0])
-    still = 0.0 * magnitude(one)
+    still = 0.0 * plain(one)
     last = like(BEGINNING, still)
     going = like(1.0, still)  # 0 in the lanes that have converged
+    held = still
+    settle = like(FOLLOW if slope_count(one) > 0 else 0.0, still)
     for iteration in range(NEWTON):
         gradients(params, t, q, p, own.dp0, dp, own.scratch)
         for i in range(m * n):
@@ -149,13 +151,14 @@ def project_momentum(gradients: Any, params: Any, t: Any, own: Work, n: int, m: 
         size = still
         for i in range(n):
             by = along(n, m, i, G, defect)
-            size = maximum(magnitude(p[i]), size)
-            change = maximum(magnitude(by), change)
+            size = maximum(abs(plain(p[i])), size)
+            change = maximum(abs(plain(by)), change)
             p[i] = p[i] - select(going > 0.0, by, 0.0 * by)
         change = change * inverse_size(size)
         last = select(going > 0.0, change, last)
         if iteration > 0:
-            going = select(change <= CLEAN, still, going)
+            held = select((change <= CLEAN) | (held > 0.0), held + 1.0, held)
+            going = select(held > settle, still, going)
         if top(going) == 0.0 or not finite(top(change)):
             break
     return last
@@ -210,7 +213,7 @@ def rattle_step(
         response[i] = zero
     add_normal_response(gradients, params, t0, q, P, dp0, G0, half * half, own, n, m)
     add_normal_response(gradients, params, t1, Q, P, dp1, G0, half * half, own, n, m)
-    still = 0.0 * magnitude(q[0])
+    still = 0.0 * plain(q[0])
     last = like(BEGINNING, still)
     before = like(BEGINNING, still)
     going = like(1.0, still)  # 0 in the lanes that have converged: they change no more

@@ -1,0 +1,95 @@
+"""Newton's method where rounding is large: very stiff springs, against the equations in 50 digits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+
+import geomint as gi
+from geomint.kernels.numbers.blocks import section
+from geomint.kernels.solve.gauss import gauss_memory
+from geomint.methods.gauss import lane_positions
+from geomint.problems.testproblems import spring_pendulum
+from geomint.tableaux import gauss_legendre
+
+Array = Any
+LONG = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+AT_REST = np.array([1.0, 0.0, 0.0, 0.3])  # the spring, not the pendulum
+# ω and steps with h ω from 3 to 2·10⁴: with a bound on rounding that did not know them none was taken.
+STIFF = [(1e2, 0.03), (1e3, 0.05), (1e4, 0.003), (1e4, 0.05), (1e5, 0.01), (1e5, 0.05), (1e6, 0.02)]
+STAGES = (1, 2, 5, 8, 11)
+LENGTHS = (2.0**-900, 2.0**-30, 2.0**30, 2.0**900)
+
+
+def increments(motion: gi.Integrator, stages: int) -> Array:
+    groups = 1 if stages <= 8 else 2
+    rows = motion.stepper.rows
+    numbers = section(motion.stepper.memory, gauss_memory(rows, groups), "stages").data
+    lanes = np.concatenate(list(numbers.reshape(groups, rows, 8)), axis=1).T
+    return lanes[lane_positions(stages, 8 * groups)]
+
+
+def slope_of(omega: float, y: Array) -> tuple[Array, Array]:
+    """Return the field of the spring pendulum and its Jacobian, in mpmath numbers."""
+    q, p, k = y[:2], y[2:], mpf(omega) ** 2
+    r = mp.sqrt(q[0] ** 2 + q[1] ** 2)
+    pull = k * (1 - 1 / r)
+    J = np.full((4, 4), mpf(0))
+    J[0, 2] = J[1, 3] = mpf(1)
+    for i in range(2):
+        for j in range(2):
+            J[2 + i, j] = -k * q[i] * q[j] / r**3 - (pull if i == j else 0)
+    return np.array([p[0], p[1], -pull * q[0], -pull * q[1] - 1]), J
+
+
+def step(omega: float, stages: int, y: Array, h: float, near: Array) -> tuple[Array, Array]:
+    """Return one step and its derivative, from increments near which the equations are solved."""
+    mp.dps = 50
+    table = gauss_legendre(stages)
+    b, mu = [mpf(float(x)) for x in table.b], [[mpf(float(x)) for x in row] for row in table.mu]
+    start, H = np.array([mpf(float(x)) for x in y]), mpf(h)
+    L = np.array([[mpf(float(x)) for x in row] for row in near])
+    for _ in range(8):
+        lack, matrix = mp.matrix(4 * stages, 5), mp.eye(4 * stages)
+        for i in range(stages):
+            f, J = slope_of(omega, start + sum(mu[i][j] * L[j] for j in range(stages)))
+            for r in range(4):
+                lack[4 * i + r, 0] = L[i, r] - H * b[i] * f[r]
+                for k in range(4):
+                    lack[4 * i + r, 1 + k] = H * b[i] * J[r, k]
+                    for j in range(stages):
+                        matrix[4 * i + r, 4 * j + k] -= H * b[i] * mu[i][j] * J[r, k]
+        found = mp.lu_solve(matrix, lack[:, 0])
+        L = L - np.array(found.tolist(), dtype=object).reshape(stages, 4)
+        if mp.norm(found, mp.inf) < mpf(10) ** -40:
+            break
+    else:
+        raise AssertionError("no solution there")
+    inverse = matrix**-1
+    moves = np.array((inverse * lack[:, 1:]).tolist(), dtype=object).reshape(stages, 4, 4)
+    return start + L.sum(axis=0), np.eye(4) + moves.sum(axis=0)
+
+
+@LONG
+@pytest.mark.parametrize("stages", STAGES)
+@pytest.mark.parametrize(("omega", "h"), STIFF)
+def test_steps_and_their_derivatives(omega: float, h: float, stages: int) -> None:
+    """Of lengths some roundings are lost, of speeds those over the step; of derivatives (h ω)²."""
+    of, method = spring_pendulum.problem(omega), gi.Gauss(stages)
+    motion = gi.Integrator(of, AT_REST, method, step=h)
+    motion.step()
+    exact, slopes = step(omega, stages, AT_REST, h, increments(motion, stages))
+    rounding = 2.0**-52 * np.array([1.0, 1.0, 1.0 / h, 1.0 / h])
+    assert np.abs((exact - motion.state).astype(float) / rounding).max() < 4096.0
+    found = gi.tangent_flow(of, AT_REST, t_end=h, step=h, method=method)
+    wanted = slopes.astype(float)
+    off = 2.0**-52 * (64.0 + (h * omega) ** 2) * np.abs(wanted).max()
+    np.testing.assert_allclose(found.slopes, wanted, rtol=0.0, atol=off)
+    np.testing.assert_allclose(found.y, motion.state, rtol=0.0, atol=64.0 * rounding.max())
+    longer = gi.tangent_flow(
+        of, AT_REST, t_end=h, step=h, method=method, directions=np.diag(LENGTHS)
+    )
+    np.testing.assert_array_equal(longer.slopes / LENGTHS, found.slopes)
