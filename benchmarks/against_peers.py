@@ -11,11 +11,12 @@ meets it: an integrator made once is given the state and goes to the end. The fi
 in the best way known, and traced from geomint's source (`geomint.compare.peers`). Compilation is apart.
 
 The truth is a Gauss method of 12 stages in double-double arithmetic, or the exact flow where there is
-one; states from which heyoka at its tightest does not meet an error are left out. Errors are those of the final state, of each
-piece relative to its largest number at the beginning or the end. The codes take turns; medians of the
-repeats; over the states the geometric mean of heyoka's time over geomint's, and the least. Beside it
-that over the steps alone: an integrator made once, with the method and the step that were chosen; and
-what heyoka takes with the traced field over what it takes with the fastest one, by single runs.
+one; states from which heyoka at its tightest does not meet an error are left out. Errors are those of
+the final state, of each piece relative to its largest number at the beginning or the end. The codes
+take turns; medians of the repeats; over the states the geometric mean of heyoka's time over geomint's,
+and the least. Beside it that over the steps alone: an integrator made once, with the method and the
+step that were chosen; and what heyoka takes with the traced field over what it takes with the fastest
+one, by single runs.
 Seeds are 0, 1, ….
 """
 

@@ -191,11 +191,11 @@ class _Group:
 
 
 def _units(numbers: Array, directions: Array) -> Array:
-    """Return for each direction the power of two that it is as many times as long as some numbers."""
+    """Return for each direction the power of two that makes it about as long as some numbers."""
     length, size = np.abs(directions).max(axis=0), np.abs(numbers).max(initial=0.0)
-    ratio = np.divide(length, size if size > 0.0 else 1.0)
-    units = np.exp2(np.clip(np.ceil(np.log2(ratio, where=ratio > 0.0)), -1000.0, 1000.0))
-    found: Array = np.where(ratio > 0.0, units, 1.0)
+    with np.errstate(over="ignore"):
+        exponents = np.frexp(length / (size if size > 0.0 else 1.0))[1]
+    found: Array = np.where(length > 0.0, np.ldexp(1.0, np.clip(exponents, -1000, 1000)), 1.0)
     return found
 
 
