@@ -1,4 +1,4 @@
-"""Newton's method where rounding is large: very stiff springs, against the equations in 50 digits."""
+"""Newton's method where rounding is large: very stiff springs, against the equations in 40 digits."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LONG = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.Geomin
 AT_REST = np.array([1.0, 0.0, 0.0, 0.3])  # the spring, not the pendulum
 # ω and steps with h ω from 3 to 2·10⁴: with a bound on rounding that did not know them none was taken.
 STIFF = [(1e2, 0.03), (1e3, 0.05), (1e4, 0.003), (1e4, 0.05), (1e5, 0.01), (1e5, 0.05), (1e6, 0.02)]
-STAGES = (1, 2, 5, 8, 11)
+CASES = [(*case, stages) for case in STIFF for stages in (1, 2, 5)]
 LENGTHS = (2.0**-900, 2.0**-30, 2.0**30, 2.0**900)
 
 
@@ -45,37 +45,43 @@ def slope_of(omega: float, y: Array) -> tuple[Array, Array]:
     return np.array([p[0], p[1], -pull * q[0], -pull * q[1] - 1]), J
 
 
+def eliminated(matrix: Array, right: Array) -> Array:
+    """Return the solution of a linear system, by elimination in place."""
+    n = len(matrix)
+    for k in range(n):
+        at = k + int(np.argmax(np.abs(matrix[k:, k])))
+        matrix[[k, at]], right[[k, at]] = matrix[[at, k]], right[[at, k]]
+        for i in (i for i in range(n) if i != k and matrix[i, k] != 0):
+            factor = matrix[i, k] / matrix[k, k]
+            matrix[i, k:] = matrix[i, k:] - factor * matrix[k, k:]
+            right[i] = right[i] - factor * right[k]
+    return right / np.diag(matrix)[:, None]
+
+
 def step(omega: float, stages: int, y: Array, h: float, near: Array) -> tuple[Array, Array]:
     """Return one step and its derivative, from increments near which the equations are solved."""
-    mp.dps = 50
-    table = gauss_legendre(stages)
+    mp.dps = 40
+    table, n = gauss_legendre(stages), 4 * stages
     b, mu = [mpf(float(x)) for x in table.b], [[mpf(float(x)) for x in row] for row in table.mu]
     start, H = np.array([mpf(float(x)) for x in y]), mpf(h)
     L = np.array([[mpf(float(x)) for x in row] for row in near])
-    for _ in range(8):
-        lack, matrix = mp.matrix(4 * stages, 5), mp.eye(4 * stages)
+    for _ in range(6):
+        matrix, lack = np.full((n, n), mpf(0)) + np.eye(n), np.full((n, 5), mpf(0))
         for i in range(stages):
             f, J = slope_of(omega, start + sum(mu[i][j] * L[j] for j in range(stages)))
-            for r in range(4):
-                lack[4 * i + r, 0] = L[i, r] - H * b[i] * f[r]
-                for k in range(4):
-                    lack[4 * i + r, 1 + k] = H * b[i] * J[r, k]
-                    for j in range(stages):
-                        matrix[4 * i + r, 4 * j + k] -= H * b[i] * mu[i][j] * J[r, k]
-        found = mp.lu_solve(matrix, lack[:, 0])
-        L = L - np.array(found.tolist(), dtype=object).reshape(stages, 4)
-        if mp.norm(found, mp.inf) < mpf(10) ** -40:
-            break
-    else:
-        raise AssertionError("no solution there")
-    inverse = matrix**-1
-    moves = np.array((inverse * lack[:, 1:]).tolist(), dtype=object).reshape(stages, 4, 4)
-    return start + L.sum(axis=0), np.eye(4) + moves.sum(axis=0)
+            own = slice(4 * i, 4 * i + 4)
+            lack[own, 0], lack[own, 1:] = L[i] - H * b[i] * f, H * b[i] * J
+            for j in range(stages):
+                matrix[own, 4 * j : 4 * j + 4] -= H * b[i] * mu[i][j] * J
+        found = eliminated(matrix, lack).reshape(stages, 4, 5)
+        L = L - found[:, :, 0]
+        if np.abs(found[:, :, 0]).max() < mpf(10) ** -30:
+            return start + L.sum(axis=0), np.eye(4) + found[:, :, 1:].sum(axis=0)
+    raise AssertionError("no solution there")
 
 
 @LONG
-@pytest.mark.parametrize("stages", STAGES)
-@pytest.mark.parametrize(("omega", "h"), STIFF)
+@pytest.mark.parametrize(("omega", "h", "stages"), [*CASES, (1e4, 0.05, 8), (1e6, 0.02, 11)])
 def test_steps_and_their_derivatives(omega: float, h: float, stages: int) -> None:
     """Of lengths some roundings are lost, of speeds those over the step; of derivatives (h ω)²."""
     of, method = spring_pendulum.problem(omega), gi.Gauss(stages)
