@@ -99,3 +99,39 @@ def test_steps_and_their_derivatives(omega: float, h: float, stages: int) -> Non
         of, AT_REST, t_end=h, step=h, method=method, directions=np.diag(LENGTHS)
     )
     np.testing.assert_array_equal(longer.slopes / LENGTHS, found.slopes)
+
+
+@gi.field
+def chain(params, t, y, out, work):  # type: ignore[no-untyped-def]
+    """Masses on a line, stiff springs between them, each bound to its place by a cubic one."""
+    n = len(y) // 2
+    for i in range(n):
+        out[i] = 1.0 * y[n + i]
+        pull = -y[i] * y[i] * y[i]
+        if i > 0:
+            pull = pull + params[0] * (y[i - 1] - y[i])
+        if i + 1 < n:
+            pull = pull + params[0] * (y[i + 1] - y[i])
+        out[n + i] = pull
+
+
+@LONG
+def test_more_unknowns_than_a_matrix_holds() -> None:
+    """One Jacobian for all stages serves, and derivatives are symplectic: ω(Du, Dv) = ω(u, v)."""
+    n = 65
+    of = gi.Problem(name="chain", pieces=(("q", n), ("p", n)), field=chain, params=[1e6])
+    rng = np.random.default_rng(0)
+    y, D = 0.01 * rng.normal(size=2 * n), rng.normal(size=(2 * n, 2))
+    found = gi.tangent_flow(of, y, t_end=0.1, step=0.02, method="gauss-8", directions=D)
+    with pytest.raises(gi.ConvergenceError):
+        gi.solve(of, y, t_end=0.1, step=0.02, method=gi.Gauss(8, iteration="fixed-point"))
+
+    def area(u: Array, v: Array) -> float:
+        return float(u[:n] @ v[n:] - u[n:] @ v[:n])
+
+    size = np.prod(np.linalg.norm(found.slopes, axis=0))
+    assert abs(area(*found.slopes.T) - area(*D.T)) < 1e-13 * size
+    ends = [gi.solve(of, y + d * D[:, 0], t_end=0.1, step=0.02).y[-1] for d in (1e-5, -1e-5)]
+    differences = (ends[0] - ends[1]) / 2e-5
+    size = np.abs(differences).max()
+    np.testing.assert_allclose(found.slopes[:, 0], differences, rtol=0.0, atol=1e-7 * size)
