@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..problems.problem import Problem
 from .method import Method, Start
 from .stepper import Stepper
 
-__all__ = ["keep_started", "started"]
+__all__ = ["has_run", "keep_started", "started"]
 
 MOST = 16  # steppers that a problem keeps
 
@@ -34,6 +35,11 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
     if len(kept) >= MOST:
         kept.clear()
     kept[method, s.clock] = stepper.renewed(stepper.state, s.t0, s.h), _fingerprints(stepper)
+
+
+def has_run(problem: Problem) -> bool:
+    """Tell whether the problem keeps a stepper of a run before."""
+    return bool(problem.__dict__.get("_started"))
 
 
 class _Kept(dict[Any, tuple[Stepper, tuple[str, ...]]]):
