@@ -26,6 +26,7 @@ CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64  # steps, before it is known what one takes
 FEW = 32  # rows: of fewer, steps cost so much less
 MAX_BUFFER = 1 << 18  # numbers
+_NOTHING = scalar_block(0)
 
 
 @dataclass
@@ -77,7 +78,7 @@ def drive(
     chunk = FIRST_CHUNK * (max(1, FEW // rows) if stepper.compiled else 1)
     if steps is None:
         chunk = _at_most(chunk, left())
-    out = scalar_block(0)
+    out = _NOTHING
     while steps is None or integrator.done < steps:
         first = integrator.done
         count = chunk if steps is None else min(chunk, steps - first)
