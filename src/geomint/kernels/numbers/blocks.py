@@ -144,7 +144,7 @@ def set_lane(block: Any, row: int, index: int, value: Any) -> None:
 
 def scalar_block(size: int) -> Block:
     """Return a block of `size` zeros, aligned so that lane values in it load fast."""
-    raw = np.zeros(size + LANES)
+    raw: Any = np.zeros(size + LANES)
     begin = ctypes.addressof(ctypes.c_char.from_buffer(raw))
     skip = (-begin // 8) % LANES
     block = Block(raw[skip : skip + size])
