@@ -234,8 +234,10 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
 
     Chaos is not seen before some Lyapunov times have passed. A scout is a long stretch of runs that
     cost little: longer steps, and an iteration that stops early. Only how their errors grow counts.
+    Where there is an exact motion, on a torus, nothing grows so for long: what a scout would see is a
+    passage near a separatrix.
     """
-    if wanted.turns < SCOUT_LEAST:
+    if wanted.turns < SCOUT_LEAST or wanted.motion.problem.make_exact is not None:
         return 0.0
     motion, p, span = wanted.motion, method.order, abs(wanted.motion.span)
     most = search.largest
