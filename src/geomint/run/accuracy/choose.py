@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
-from ...methods.started import has_run
+from ...methods.started import often_run
 from ...problems.evaluate import compiled_derivative, derivative, value
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
@@ -171,7 +171,7 @@ def choose(
         assert problem.clock is not None
         rate = value(problem, problem.clock, y0)
         motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
-    dear = problem.rows >= LARGE or has_run(problem)  # that code is for runs to come, too
+    dear = problem.rows >= LARGE or often_run(problem)
     quick = compiled and problem.field is not None and dear
     rate_at = compiled_derivative(problem) if quick else derivative
     time = characteristic_time(problem, y0, span, begin, rate_at)
