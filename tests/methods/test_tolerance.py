@@ -19,6 +19,7 @@ from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import compiled_derivative, derivative
 from geomint.problems.testproblems import outer_solar_system
 from geomint.problems.time_scale import characteristic_time
+from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
 from geomint.run.accuracy.choose import LARGE
 from geomint.run.accuracy.growth import amplified, exponential_rate, extrapolated
@@ -389,6 +390,38 @@ def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> No
     trials, setting = searched(4.0, 1.0)
     assert trials > 1
     assert setting == pytest.approx(right, rel=0.02)
+
+
+def test_warm_calls_have_the_bits_of_cold_ones_and_evaluate_nothing_in_python(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """After many runs the time scale is that of compiled code; states are admitted once."""
+    monkeypatch.setattr("geomint.methods.started.OFTEN", 1)
+    admitted = []
+
+    def admit(y: np.ndarray) -> np.ndarray:
+        admitted.append(y)
+        return y
+
+    problem = dataclasses.replace(OSCILLATOR, admit=admit)
+    given: dict[str, Any] = {"t_end": 30.0, "method": "auto", "tolerance": 1e-8, "progress": False}
+    cold = gi.solve(problem, [1.0, 0.5], **given)
+
+    def never(*_: Any) -> np.ndarray:
+        raise AssertionError("a derivative in plain Python")
+
+    monkeypatch.setattr(choose, "derivative", never)
+    assert gi.solve(problem, [1.0, 0.5], **given) == cold
+    assert len(admitted) == 2
+    changed = dataclasses.replace(problem, field=gi.field(quicker))
+    monkeypatch.undo()
+    once, again = (gi.solve(changed, [1.0, 0.5], **given) for _ in range(2))
+    assert once == again != cold
+
+
+def quicker(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -4.0 * y[0]
 
 
 def test_compiled_derivatives_have_the_bits_of_plain_ones() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -166,15 +167,7 @@ class Method(ABC):
     @property
     def options(self) -> dict[str, Any]:
         """The options and their values."""
-        return {f.name: getattr(self, f.name) for f in self._given() if f.kw_only}
-
-    def _given(self) -> list[dataclasses.Field[Any]]:
-        """Return the fields that the constructor takes; none of a class that is no dataclass."""
-        return (
-            [f for f in dataclasses.fields(self) if f.init]
-            if dataclasses.is_dataclass(self)
-            else []
-        )
+        return {f.name: getattr(self, f.name) for f in given_to(type(self)) if f.kw_only}
 
     def with_options(self, **changes: Any) -> Self:
         """Return the method with other options, such as another `max_iterations`.
@@ -196,7 +189,7 @@ class Method(ABC):
         return dataclasses.replace(self, **options)  # type: ignore[type-var]
 
     def __repr__(self) -> str:
-        fields = self._given()
+        fields = given_to(type(self))
         given = [pasted(getattr(self, f.name)) for f in fields if not f.kw_only]
         while len(given) > 1 and given[-1] == pasted(fields[len(given) - 1].default):
             given.pop()
@@ -255,6 +248,13 @@ class Method(ABC):
             if problem.time == "tau":
                 advice = "give it one, or the end as tau_end with clock=False"
             raise FormError(f"problem {problem.name!r} has no clock dt/dτ: {advice}")
+
+
+@functools.cache
+def given_to(kind: type) -> tuple[dataclasses.Field[Any], ...]:
+    """Return the fields that a constructor takes; none of a class that is no dataclass."""
+    known = dataclasses.fields(kind) if dataclasses.is_dataclass(kind) else ()
+    return tuple(f for f in known if f.init)
 
 
 def checked_method(what: str, method: Any, expected: str = "a geomint method") -> Method:

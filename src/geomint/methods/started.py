@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from ..problems.problem import Problem
 from .method import Method, Start
 from .stepper import Stepper
 
-__all__ = ["keep_started", "started"]
+__all__ = ["keep_started", "often_run", "started"]
 
 MOST = 16  # steppers that a problem keeps
+OFTEN = 32  # steppers started: then more will be, and what a start takes matters
 
 
 def started(method: Method, s: Start) -> Stepper:
@@ -31,13 +33,22 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
     if method.adaptive or not s.compiled:
         return
     kept = _kept(s)
+    kept.times += 1
     if len(kept) >= MOST:
         kept.clear()
     kept[method, s.clock] = stepper.renewed(stepper.state, s.t0, s.h), _fingerprints(stepper)
 
 
+def often_run(problem: Problem) -> bool:
+    """Tell whether many runs of a problem have begun in this process."""
+    kept: _Kept | None = problem.__dict__.get("_started")
+    return kept is not None and kept.times >= OFTEN
+
+
 class _Kept(dict[Any, tuple[Stepper, tuple[str, ...]]]):
     """The steppers that a problem keeps; copies and pickles of it have none, addresses are no use."""
+
+    times = 0
 
     def __reduce__(self) -> Any:
         return _Kept, ()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -278,7 +277,8 @@ class Stepper:
         memory.data[: self.rows] = y
         if carry is not None:
             memory.data[self.rows : 2 * self.rows] = carry
-        fresh = copy.copy(self)
+        fresh = object.__new__(type(self))
+        fresh.__dict__.update(self.__dict__)  # what `copy.copy` does in five times the time
         fresh.memory, fresh.work, fresh.t0, fresh.h = memory, scalar_block(len(self.work)), t, h
         fresh._single = None
         return fresh
@@ -294,6 +294,13 @@ class Stepper:
         return self
 
     @property
+    def aside(self) -> Stepper:
+        """What takes steps beside the run, from wherever it is begun; prepared as this one is."""
+        if self._single is None:
+            self._single = self.restarted(self.state, self.t0, self.h)._alone()
+        return self._single
+
+    @property
     def carry(self) -> Array:
         """The carries of the compensated state; a view."""
         return self.memory.data[self.rows : 2 * self.rows]
@@ -305,9 +312,7 @@ class Stepper:
 
         `before` is the number of steps of the run before it.
         """
-        if self._single is None:
-            self._single = self.restarted(y, t, h)._alone()
-        single = self._single
+        single = self.aside
         single.begin(y, t, h)
         if carry is not None:
             single.carry[:] = carry

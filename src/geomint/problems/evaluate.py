@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from types import FunctionType
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from ..arguments import Array, as_array, finite
 from ..errors import DomainError, nearest
 from ..kernels.compiling.bound import Bound
+from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
@@ -112,7 +114,8 @@ def compiled_derivative(problem: Problem) -> Callable[..., Array]:
     """Return a function with the bits of `derivative`: the field compiled for single numbers."""
     assert problem.field is not None
     state, rates = np.zeros(problem.rows), np.zeros(problem.rows)
-    call = Bound(problem.field, FIELD).call(
+    call = _field_call(problem.field, problem.field.fingerprint).copy()
+    call.set(
         params=Block(problem.params),
         t=0.0,
         y=Block(state),
@@ -126,6 +129,12 @@ def compiled_derivative(problem: Problem) -> Callable[..., Array]:
         return rates.copy()
 
     return rate_at
+
+
+@functools.lru_cache(maxsize=64)
+def _field_call(field: Recorded, fingerprint: str) -> Call:
+    """Return the field as Python calls it, without arguments; another one where it has changed."""
+    return Bound(field, FIELD).call()
 
 
 def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -> Array:

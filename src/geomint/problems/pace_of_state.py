@@ -20,7 +20,8 @@ from ..kernels.compiling.recorded import helper
 from ..kernels.numbers.arithmetic import sqrt
 from .evaluate import derivative
 from .problem import Problem
-from .time_scale import characteristic_time, length
+from .spaces.repair import length
+from .time_scale import characteristic_time
 
 __all__ = ["pace", "pace_parameters"]
 

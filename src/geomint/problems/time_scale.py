@@ -12,6 +12,7 @@ from ..errors import DomainError
 from ..kernels.compiling.code import reads
 from .evaluate import derivative
 from .problem import Problem
+from .spaces.repair import length
 
 __all__ = ["characteristic_time"]
 
@@ -245,11 +246,3 @@ def roughness(problem: Problem, y: Array, time: float, start: float, rate_at: Ra
             rest = scaled - POLYNOMIALS @ (POLYNOMIALS.T @ scaled)
             found = max(found, float(np.max(np.abs(rest))))
     return found
-
-
-def length(v: Array) -> float:
-    """Return ‖v‖ without overflow or underflow of its square."""
-    largest = float(np.max(np.abs(v)))
-    if largest == 0.0 or not math.isfinite(largest):
-        return largest
-    return largest * float(np.linalg.norm(v / largest))

@@ -129,7 +129,7 @@ class Integrator:
         self.steps, self.iterations = 0, 0
         self._carried: CarriedDirections | None = None
         self.stepper = started(method, start)
-        self._nothing = scalar_block(self.stepper.rows)
+        self._nothing: Block | None = None
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what steps need, and see that it is right."""
@@ -364,13 +364,20 @@ class Integrator:
         if self._carried is not None:
             count = min(count, PIECE)
         mark = self.bookmark
-        asked, good = self.take(count, count + self._done + 1, self._nothing)
+        asked, good = self.take(count, count + self._done + 1, self._unread)
         if self._carried is not None:
             self._carry(self._carried, good.steps, mark)
             self._carried.follow(self.stepper.memory.data)
         if asked.status != OK:
             raise self.failure(asked, good)
         return good.steps
+
+    @property
+    def _unread(self) -> Block:
+        """Where kernels may write a state that nobody reads."""
+        if self._nothing is None:
+            self._nothing = scalar_block(self.stepper.rows)
+        return self._nothing
 
     def _carry(self, carried: CarriedDirections, count: int, mark: Any) -> None:
         """Take the last steps with directions too; where these fail, the state is with them."""
@@ -380,7 +387,7 @@ class Integrator:
         except BaseException as error:
             self.bookmark = mark
             if isinstance(error, StepError) and error.step > self.steps:
-                self.take(error.step - self.steps, count + self._done + 1, self._nothing)
+                self.take(error.step - self.steps, count + self._done + 1, self._unread)
             raise
 
     def failure(self, asked: Advance, good: Advance) -> StepError:

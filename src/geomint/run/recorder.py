@@ -139,8 +139,10 @@ class Recorder:
                 last = int(indices[past[0]]) - 1
                 cut = slice(0, past[0])
                 indices, times, states = indices[cut], times[cut], states[cut]
-        nodes = self._nodes_to(indices, times, states)
-        stop = self._crossings.take(nodes, memories)
+        stop = None
+        if self._crossings:
+            nodes = self._nodes_to(indices, times, states)
+            stop = self._crossings.take(nodes, memories)
         if stop is not None:
             last = int(nodes.steps[stop.node])
             cut = slice(0, stop.node)
@@ -213,7 +215,7 @@ class Recorder:
         Not in one of a length in the last bits of the time, within which functions of it are noise: a
         run that goes on looks there.
         """
-        if abs(time - self._before[0]) <= rounding(time):
+        if not self._crossings or abs(time - self._before[0]) <= rounding(time):
             return False
         number = np.array([self._number])
         stop = self._crossings.take(self._nodes_to(number, np.array([time]), state[None, :]))

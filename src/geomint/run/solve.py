@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from ..arguments import finite
+from ..arguments import Array, finite
 from ..errors import StepError, WatcherError
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
@@ -166,9 +166,9 @@ def solve(
     chosen = choose_for(problem, y0, method, step, tolerance, named)
     for last in (False, False, False, True):
         spots = None if chosen.sample is None else Spots(chosen.sample)
-        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step, "spots": spots}
+        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step}
         try:
-            solution = _solved(problem, y0, **named, **by)
+            solution = _solved(problem, y0, **named, **by, admitted=chosen.state, spots=spots)
             break
         except TOO_LONG:
             shorter = chosen.shorter()
@@ -202,9 +202,13 @@ def _solved(
     estimate_error: bool,
     progress: bool | None,
     compiled: bool,
+    admitted: Array | None = None,
     spots: Spots | None = None,
 ) -> Solution:
-    """Return what `solve` does with a step, or the default one; look at the spots on the way."""
+    """Return what `solve` does with a step, or the default one; look at the spots on the way.
+
+    `admitted` is y0 made canonical, where that has been done.
+    """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
     if isinstance(problem, Solution):
@@ -219,7 +223,7 @@ def _solved(
         check_no_steps(step=step, save_every=save_every, callback=callback)
         check_no_steps(estimate_error=estimate_error or None)
     check_estimate(estimate_error, before)
-    state = problem.canonical(y0) if before is None else y0
+    state = y0 if before is not None else problem.canonical(y0) if admitted is None else admitted
     timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock

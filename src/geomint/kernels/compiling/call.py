@@ -10,7 +10,6 @@ arguments)``, with blocks and functions as their members, one after the other.
 
 from __future__ import annotations
 
-import copy
 import ctypes
 import functools
 import pickle
@@ -81,7 +80,8 @@ class Call:
 
     def copy(self) -> Call:
         """Return a call of the same with the same arguments, for instance for another thread."""
-        other = copy.copy(self)
+        other = Call.__new__(Call)
+        other.__dict__.update(self.__dict__)  # what `copy.copy` does in five times the time
         other._values, other.owner = dict(self._values), None
         if self._code is not None:
             other._own(list(self._numbers))

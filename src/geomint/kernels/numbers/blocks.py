@@ -8,6 +8,7 @@ is also all that an uncompiled run needs.
 
 from __future__ import annotations
 
+import ctypes
 from typing import Any
 
 import numpy as np
@@ -143,9 +144,12 @@ def set_lane(block: Any, row: int, index: int, value: Any) -> None:
 
 def scalar_block(size: int) -> Block:
     """Return a block of `size` zeros, aligned so that lane values in it load fast."""
-    raw = np.zeros(size + LANES)
-    skip = (-raw.__array_interface__["data"][0] // 8) % LANES
-    return Block(raw[skip : skip + size])
+    raw: Any = np.zeros(size + LANES)
+    begin = ctypes.addressof(ctypes.c_char.from_buffer(raw))
+    skip = (-begin // 8) % LANES
+    block = Block(raw[skip : skip + size])
+    block._known = block.data, begin + 8 * skip
+    return block
 
 
 def part(block: Block, start: int, rows: int) -> Block:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Mapping
 from typing import Any
@@ -18,6 +19,11 @@ Pieces = tuple[tuple[str, int], ...]
 
 def piece_slices(pieces: Pieces) -> dict[str, slice]:
     """Return where each piece lies in the flat state."""
+    return dict(_slices(tuple(pieces)))
+
+
+@functools.lru_cache(maxsize=256)
+def _slices(pieces: Pieces) -> dict[str, slice]:
     bounds = itertools.pairwise(itertools.accumulate((rows for _, rows in pieces), initial=0))
     return {name: slice(*ends) for (name, _), ends in zip(pieces, bounds, strict=True)}
 

@@ -45,8 +45,8 @@ def _packages() -> set[str]:
 def length(v: Array) -> float:
     """Return |v| without overflow or underflow of its square."""
     largest = float(np.abs(v).max())
-    if largest == 0.0:
-        return 0.0
+    if largest == 0.0 or not math.isfinite(largest):
+        return largest
     scaled = v / largest
     return largest * math.sqrt(scaled @ scaled)
 

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
 from ...arguments import finite, switch
-from ...errors import (
-    ConvergenceError,
-    DomainError,
-    GeomintWarning,
-    NonFiniteError,
-    StepSizeError,
-)
+from ...errors import ConvergenceError, DomainError, NonFiniteError, StepSizeError
 from ...methods import Exact, Method, find_solver
 from ...problems.declaration import check_problem
 from ...problems.problem import Problem
@@ -59,9 +52,7 @@ def choose_for(
         chosen = find_solver(method)
     if isinstance(chosen, Exact):
         raise DomainError("tolerance", tolerance, "nothing: the exact flow takes no steps")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)  # said of the run itself
-        state = problem.canonical(y0)
+    state = problem.canonical(y0)
     begin, end, own = ending(problem, asked["t_end"], asked["tau_end"], t0)
     clock, compiled = asked["clock"], switch("compiled", asked["compiled"])
     by_clock = problem.time == "tau" and (not own or asked["t_eval"] is not None)

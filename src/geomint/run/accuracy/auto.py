@@ -10,6 +10,8 @@ that was the fastest of all families; measured: `benchmarks/tolerance.py`.
 
 from __future__ import annotations
 
+import functools
+
 from ...errors import MethodError
 from ...methods.composition import Compose
 from ...methods.gauss import Gauss
@@ -50,9 +52,12 @@ def auto_method(problem: Problem, tolerance: float | None) -> tuple[Method, str]
     )
     if problem.field is not None:
         reason = f"{stages} stages for a tolerance of {tolerance:g}, evaluated at once"
-        return Gauss(stages), reason
+        return _gauss(stages), reason
     if problem.action is not None:
         return RKMK("dop853"), "the problem has a group action and no field"
     if problem.splitting is not None:
         return Compose(Verlet(), order), "the problem has a splitting, and no field or action"
     return Compose(Rattle(), order), "the problem has a Hamiltonian form only"
+
+
+_gauss = functools.cache(Gauss)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
+from ...methods.started import often_run
 from ...problems.evaluate import compiled_derivative, derivative, value
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
@@ -37,7 +38,7 @@ SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
 SCOUT_SHORTEST = 20.0  # steps
-LARGE = 32  # numbers of a state whose derivative takes Python longer than a call of compiled code
+LARGE = 32  # numbers of a state whose derivative takes Python longer than compiling it is worth
 SHORT_PART = 0.5  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
 TRIAL = (COARSE + FINE) / COARSE  # times the stretch: the work of a trial
@@ -53,12 +54,14 @@ def checked_tolerance(value: Any) -> float:
 class Chosen(NamedTuple):
     """A method with its options, its step (None if it finds its own), and what is expected of both.
 
-    `sample` is what spots on the way are measured by, None without.
+    `state` is the canonical one that they were chosen at; `sample` is what spots on the way are
+    measured by, None without.
     """
 
     method: Method
     step: float | None
     accuracy: Accuracy
+    state: Array
     sample: Sample | None = None
 
     def shorter(self) -> Chosen | None:
@@ -168,8 +171,9 @@ def choose(
         assert problem.clock is not None
         rate = value(problem, problem.clock, y0)
         motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
-    large = compiled and problem.field is not None and problem.rows >= LARGE
-    rate_at = compiled_derivative(problem) if large else derivative
+    dear = problem.rows >= LARGE or often_run(problem)
+    quick = compiled and problem.field is not None and dear
+    rate_at = compiled_derivative(problem) if quick else derivative
     time = characteristic_time(problem, y0, span, begin, rate_at)
     wanted = Wanted(motion, tolerance, time, clock, compiled, watched, reason)
     if isinstance(method, Adaptive):
@@ -205,7 +209,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     worth = TRIAL * short / abs(motion.span)
     other = own.options.get("iteration") == "auto"
     for iteration in ("fixed-point", "auto") if other else ("",):
-        tried = trials(own.with_options(iteration=iteration) if iteration else own)
+        tried = trials(varied(own, "iteration", iteration) if iteration else own)
         search = Search(
             functools.partial(tried, short), wanted.goal, p, most, implicit, worth=worth
         )
@@ -222,7 +226,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     else:  # shorter steps would not help
         expected *= growth
     accuracy = wanted.accuracy(expected, floor, search.record, rate)
-    return Chosen(own, step, accuracy, sample_of(search, p, step))
+    return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step))
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
@@ -230,15 +234,17 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
 
     Chaos is not seen before some Lyapunov times have passed. A scout is a long stretch of runs that
     cost little: longer steps, and an iteration that stops early. Only how their errors grow counts.
+    Where there is an exact motion, on a torus, nothing grows so for long: what a scout would see is a
+    passage near a separatrix.
     """
-    if wanted.turns < SCOUT_LEAST:
+    if wanted.turns < SCOUT_LEAST or wanted.motion.problem.make_exact is not None:
         return 0.0
     motion, p, span = wanted.motion, method.order, abs(wanted.motion.span)
     most = search.largest
     if search.implicit:
         most = max(step, *(trial.setting for trial in search.trials if trial.stretch is not None))
     if "iteration_tolerance" in method.options:
-        method = method.with_options(iteration_tolerance=SCOUT_ITERATION)
+        method = varied(method, "iteration_tolerance", SCOUT_ITERATION)
     error = wanted.goal * wanted.length(SCOUT_TURNS, SCOUT_PART) / span
     longer = min(max((SCOUT_ERROR / error) ** (1.0 / p), 1.0) * step, most)
     # Where much longer steps than the characteristic time serve, the motion is so much slower.
@@ -276,7 +282,8 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
     if long > short and math.isfinite(expected):
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
-    return Chosen(own, None, wanted.accuracy(expected, floor, search.record))
+    accuracy = wanted.accuracy(expected, floor, search.record)
+    return Chosen(own, None, accuracy, wanted.motion.y0)
 
 
 def sample_of(search: Search, order: int, step: float) -> Sample | None:
@@ -312,4 +319,10 @@ def with_iteration_tolerance(
         return method
     allowed = AIM * tolerance / (BIAS * steps * turns)
     bits = max(BITS * math.ceil(-math.log2(allowed) / BITS), LEAST_BITS)
-    return method if bits > MOST_BITS else method.with_options(iteration_tolerance=2.0**-bits)
+    return method if bits > MOST_BITS else varied(method, "iteration_tolerance", 2.0**-bits)
+
+
+@functools.lru_cache(maxsize=256)
+def varied(method: Method, option: str, value: Any) -> Method:
+    """Return a method with another value of an option; made once for all runs."""
+    return method.with_options(**{option: value})

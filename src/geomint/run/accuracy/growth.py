@@ -29,7 +29,7 @@ def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> fl
     """
     some = times >= FITTED * times[-1]
     t, slopes = times[some], errors[some] / times[some]
-    mean = float(np.sqrt(np.mean(slopes**2)))
+    mean = root_mean_square(slopes)
     if symmetric or len(t) < 4 or end <= times[-1]:
         return mean * end
     tilt = float(np.polyfit(t, slopes, 1)[0])
@@ -54,8 +54,8 @@ def exponential_rate(times: Array, errors: Array) -> float | None:
     times, errors = times[:count], errors[:count]
     part = times / times[-1]
     late, early = part >= LATE, (part >= EARLY) & (part <= MIDDLE)
-    before, after = (float(np.sqrt(np.mean(errors[some] ** 2))) for some in (early, late))
-    then, now = (float(np.mean(times[some])) for some in (early, late))
+    before, after = root_mean_square(errors[early]), root_mean_square(errors[late])
+    then, now = (float(np.add.reduce(t)) / len(t) for t in (times[early], times[late]))
     grown = math.log(after / before) if before > 0.0 and after > 0.0 else 0.0
     return (grown - math.log(now / then)) / (now - then) if grown > REGULAR else 0.0
 
@@ -67,3 +67,8 @@ def amplified(rate: float, span: float) -> float:
     """
     exponent = min(rate * span, MOST)
     return math.expm1(exponent) / exponent if exponent > 0.0 else 1.0
+
+
+def root_mean_square(values: Array) -> float:
+    """Return √(mean of squares)."""
+    return math.sqrt(float(np.add.reduce(values * values)) / len(values))

@@ -15,7 +15,6 @@ import numpy as np
 from ...arguments import Array
 from ...kernels.numbers.blocks import scalar_block
 from ...kernels.solve.status import OK
-from ...methods.stepper import Stepper
 from ..integrator import Integrator
 from .stretch import COARSE, FINE
 
@@ -23,6 +22,7 @@ __all__ = ["Sample", "Spots"]
 
 MOST, PART = 4, 0.03  # spots, and the part of the run's steps that they may cost
 ROUNDING = 1e-14  # relative: less says nothing
+_NOTHING = scalar_block(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,6 @@ class Spots:
         count = min(MOST, int(PART * min(expected, 1e15) / cost))
         self._marks = [int(expected * i / (count + 1)) for i in range(1, count + 1)]
         self._integrator = integrator
-        self._beside: Stepper | None = None
 
     def most(self, done: int) -> float:
         """Return how many steps lead from `done` to the next spot."""
@@ -78,8 +77,6 @@ class Spots:
     def _sample(self) -> None:
         """Run the stretch of a sample from here, by both runs, and note how far they part."""
         stepper = self._integrator.stepper
-        if self._beside is None:
-            self._beside = stepper.renewed(stepper.state, stepper.t0, stepper.h)
         each, h = self.sample.each, stepper.h
         coarse = self._run(h, COARSE * each)
         fine = self._run(h * COARSE / FINE, FINE * each)
@@ -89,8 +86,7 @@ class Spots:
 
     def _run(self, h: float, steps: int) -> Array:
         """Return the state after so many steps from where the run is; infinite if one fails."""
-        stepper, rows = self._beside, len(self.sample.sizes)
-        assert stepper is not None
+        stepper, rows = self._integrator.stepper.aside, len(self.sample.sizes)
         stepper.begin(self._integrator.stepper.state, self._integrator.time, h)
-        done = stepper.advance(0, steps, steps + 1, scalar_block(0))
+        done = stepper.advance(0, steps, steps + 1, _NOTHING)
         return stepper.state[:rows].copy() if done.status == OK else np.full(rows, np.inf)
