@@ -18,7 +18,8 @@ KINDS: dict[str, type[OfQuantity]] = {
 OF_EXPONENTS: dict[str, type[Exponents]] = {
     kind.kind: kind for kind in (Exponents, ExponentErrors, ExponentVerdict)
 }
-EXPECTED = f"{', '.join(f'{kind}:NAME' for kind in KINDS)}, {', '.join(OF_EXPONENTS)}, or a geomint.Reading"
+_KNOWN = ", ".join([*(f"{kind}:NAME" for kind in KINDS), *OF_EXPONENTS])
+EXPECTED = f"{_KNOWN}, or a geomint.Reading"
 
 
 def chosen_readings(wanted: Any) -> dict[str, Reading]:
