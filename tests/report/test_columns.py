@@ -29,17 +29,17 @@ def shown(width: int, *given: object, **others: object) -> str:
 
 
 ROWS = [
-    ("a-name-of-many-parts", "words that may be broken between them, as many as there are", "1.25"),
-    ("short", "an-unbroken-word-of-thirty-marks here", "−3.5e-12"),
+    ("an-unbroken-name-of-thirty-marks and more words beside", "words and words " * 8, "1.25"),
+    ("short", "words that may be broken between them, as many as there are", "−3.5e-12"),
 ]
 HEADINGS = ["name", "told", Column("number", justify="right", no_wrap=True)]
 
 
-@pytest.mark.parametrize("width", [56, 64, 70, 80, 100, 200])
+@pytest.mark.parametrize("width", [44, 52, 56, 64, 70, 80, 100, 200])
 def test_words_are_whole(width: int) -> None:
     text = shown(width, HEADINGS, ROWS, ["number"])
     told = {word for row in ROWS for cell in row for word in cell.split()}
-    if width < 66:  # 20 + 29 + 8 marks, and blanks
+    if width < 54:  # 32 + 7 + 8 marks, and blanks
         told -= {row[2] for row in ROWS}
         assert "number" not in text
     assert told <= words_of(text)
