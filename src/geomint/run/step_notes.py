@@ -95,7 +95,7 @@ def _integral_off(solution: Solution, state: Array, start: float, allowed: float
 def _turns(problem: Problem, state: Array, h: float, start: float) -> float:
     """Return how many characteristic times a step is."""
     rates = derivative(problem, state, start)
-    sizes = [(np.linalg.norm(state[p]), np.linalg.norm(rates[p])) for p in problem.slices.values()]
+    sizes = [(np.abs(state[p]).max(), np.abs(rates[p]).max()) for p in problem.slices.values()]
     if not any(rate * abs(h) > TURN * size for size, rate in sizes):
         return 0.0  # at no cost
     return abs(h) / characteristic_time(problem, state, h, start)
