@@ -32,6 +32,7 @@ __all__ = [
     "StepSizeError",
     "UnknownReferenceError",
     "WatcherError",
+    "closest",
     "nearest",
     "printable",
 ]
@@ -381,16 +382,23 @@ class UnknownReferenceError(GeomintError, ArithmeticError):
         self.known, self.judges = known, judges
 
 
+def closest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that is probably meant; None if there is none like it."""
+    folded = {name.casefold(): name for name in known}
+    word = word[:LONGEST_WORD].casefold()  # comparing takes the product of the lengths
+    close = get_close_matches(word, folded, n=1, cutoff=0.5)
+    return folded[close[0]] if close else None
+
+
 def nearest(word: str, known: Iterable[str], lister: str = "") -> str:
     """Return `` Did you mean 'x'?`` for the closest known word, or the known ones.
 
     Of more than a dozen only some are listed, and what lists them, where a command does.
     """
-    words, word = list(known), word[:LONGEST_WORD]  # comparing takes the product of the lengths
-    folded = {name.casefold(): name for name in words}
-    close = get_close_matches(word.casefold(), folded, n=1, cutoff=0.5)
-    if close:
-        return f" Did you mean {folded[close[0]]!r}?"
+    words = list(known)
+    close = closest(word, words)
+    if close is not None:
+        return f" Did you mean {close!r}?"
     if not words:
         return ""
     more = f", … ({len(words)} in all)" if len(words) > MOST_NAMES else ""

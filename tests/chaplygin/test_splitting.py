@@ -294,6 +294,7 @@ def test_any_scale_of_momenta(scale):
     np.testing.assert_allclose(again / factors, once, rtol=0, atol=1e-13)
 
 
+@pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 def test_a_step_far_too_large():
     """The flows exist for any time: a bad answer on the manifold, or a typed error."""
     problem, y0 = sphere(3)

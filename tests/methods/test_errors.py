@@ -163,6 +163,7 @@ def test_a_step_that_turns_too_far(problem: gi.Problem) -> None:
         assert (caught.value.t, caught.value.step, caught.value.h) == (0.0, 0, h)
 
 
+@pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 def test_a_cayley_step_that_turns_too_far() -> None:
     """SO(n) refuses coordinates in which its elimination would lose digits."""
     kwargs = {"t_end": 50.0, "step": 50.0, "method": "rkmk-cayley-4"}

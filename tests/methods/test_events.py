@@ -434,6 +434,7 @@ LOST = {
 }
 
 
+@pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
 @pytest.mark.parametrize("name", LOST)
 def test_cuts_that_lost_a_crossing(name: str) -> None:
     """The first of two crossings, where a run ends at the second."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,6 +105,25 @@ def test_points_lie_within() -> None:
         i, j = np.searchsorted(found.boundary.x, x), np.searchsorted(found.boundary.y, y)
         cell = found.boundary.least[max(j - 1, 0) : j + 1, max(i - 1, 0) : i + 1]
         assert cell.min() < found.boundary.energy
+
+
+@pytest.mark.parametrize(("problem", "event", "y0"), [
+    (CONTROL, "q[0]", [0.0, 0.1, 0.48, 0.0]), (SPHERE, "gamma[2]", gi.load_scene("sphere-n3").state),
+])  # fmt: skip
+def test_the_picture_shows_what_the_energy_allows(problem: gi.Problem, event: str, y0: Any) -> None:
+    """All of it, and nearly nothing else."""
+    found = gi.poincare_section(problem, y0, event, 20)
+    assert found.boundary is not None
+    x, y, least, energy = found.boundary
+    inside = least <= energy
+    panel = found.plot().axes[0]
+    for values, some, (low, high) in (
+        (x, inside.any(axis=0), panel.get_xlim()),
+        (y, inside.any(axis=1), panel.get_ylim()),
+    ):
+        allowed = values[some]
+        assert low <= allowed[0] < allowed[-1] <= high
+        assert high - low < 1.15 * (allowed[-1] - allowed[0])
 
 
 def test_levels() -> None:

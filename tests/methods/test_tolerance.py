@@ -246,6 +246,20 @@ def test_a_motion_that_becomes_faster_is_said(name: str) -> None:
     assert len(sol.accuracy.spots) >= 1
 
 
+def test_a_tolerance_that_a_finer_run_finds_missed_is_said() -> None:
+    """Where the error is estimated it is compared with what was asked for, at the end."""
+    given: dict[str, Any] = {"method": "rk-4", "tolerance": 1e-6, "estimate_error": True}
+    p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[3.0], field=quickening)
+    with pytest.warns(gi.GeomintWarning, match="was not met: by a run with finer steps") as told:
+        sol = gi.solve(p, [1.0, 0.0], t_end=400.0, **given, progress=False)
+    assert len(told) == 1
+    assert sol.error_estimate is not None
+    assert np.abs(sol.error_estimate[-1]).max() > 1e-5
+    steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
+    for end in (100.0, 32 * math.pi):  # where v is 0, an error of it is not measured by that
+        gi.solve(steady, [1.0, 0.0], t_end=end, **given, progress=False)
+
+
 def test_steps_that_fail_on_the_way_are_shortened() -> None:
     p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[12.0], field=quickening)
     method = gi.Gauss(8, iteration="fixed-point")

@@ -10,7 +10,7 @@ import pytest
 
 import geomint as gi
 from geomint.report.drift_page import write_drift_report
-from geomint.report.text import number, with_error
+from geomint.report.text import number, parameters_told, with_error
 from geomint.run.provenance import finite_json
 from geomint.watch.drift import CLASSES
 
@@ -52,6 +52,25 @@ def record(report):
 @pytest.fixture(scope="module")
 def page(report):
     return (report[0] / "report.html").read_text(encoding="utf-8")
+
+
+def test_parameters_are_those_given(page):
+    """Under their keys and symbols, in their order; what the equations have beside follows."""
+    told = re.findall(r"<dt>([^<]*)</dt><dd>([^<]*)</dd>", page)
+    names = [name for name, _ in told]
+    first = names.index("moments (I)")
+    assert told[first : first + 2] == [("moments (I)", "1, 2, 3"), ("D", "1")]
+    assert "a" not in names[:first]
+
+
+def test_a_weight_is_told_as_it_was_given():
+    ball = {"name": "rolling-ball", "moments": [0.4, 0.5, 0.7], "m": 2.0, "rho": 0.5}
+    state = {"gamma": [0.48, 0.6, 0.64], "omega": [1.0, -2.0, 1.5]}
+    scene = gi.Scene("r", system=ball, initial=state, time={"t_end": 1.0})
+    told = parameters_told(scene, scene.problem)
+    assert list(told)[:3] == ["moments (I)", "m", "rho (ρ)"]
+    assert [told[key] for key in list(told)[:3]] == ["0.4, 0.5, 0.7", "2", "0.5"]
+    assert "D" in told  # of the equations
 
 
 def test_the_contract(record):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -45,14 +46,41 @@ def test_over_one_parameter(tmp_path: Path) -> None:
         assert float(rows[k]["drift:energy"]) == np.abs(energy - energy[0]).max()
         found = gi.lyapunov(scene.problem, scene.state, tau_end=10.0, step=0.125, count=1)
         assert float(rows[k]["exponent"]) == found.exponents[0]
+        assert float(rows[k]["exponent-error"]) == found.errors[0]
     record = json.loads((tmp_path / "out" / "scan.json").read_text("utf-8"))
     assert record["members"] == 5
     assert record["statuses"] == {"success": 5}
-    assert list(record["readings"]) == SHOW
+    assert list(record["readings"]) == [*SHOW, "exponent-error", "chaotic"]
     assert record["readings"]["exponent"]["known"] == 5
     page = (tmp_path / "out" / "scan.html").read_text("utf-8")
-    for word in ("5 values of D from 2 to 6", "gauss-8", "frequency:gamma[0]", "Over D"):
+    assert record["verdicts"] == {"regular": [], "undecided": [0, 1, 2, 3, 4], "chaotic": []}
+    words = ("Largest exponents: 0 above 0, 0 compatible with 0, 5 undecided", "exponent-error")
+    for word in ("5 values of D from 2 to 6", "gauss-8", "frequency:gamma[0]", "Over D", *words):
         assert word in page
+
+
+@gi.field
+def wells(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A pendulum, turned by a force of period 2π."""
+    out[0] = y[1]
+    out[1] = -gi.sin(y[0]) + params[0] * gi.cos(t)
+
+
+def test_exponents_are_told_from_zero() -> None:
+    """The reading is the verdict of `geomint.lyapunov`, member by member, of one run for all three."""
+    problem = gi.Problem("wells", (("q", 1), ("v", 1)), params=[0.0], field=wells)
+    forced = [dataclasses.replace(problem, params=[a]) for a in (0.0, 1.0)]
+    words = ["exponent", "exponent-error", "chaotic"]
+    given: dict[str, Any] = {"t_end": 1000.0, "step": 0.2, "method": "rk-4"}
+    many = gi.solve_ensemble(forced, [0.5, 0.0], **given, readings=words)
+    for k, verdict in enumerate(("regular", "chaotic")):
+        alone = gi.lyapunov(forced[k], [0.5, 0.0], count=1, progress=False, **given)
+        assert alone.verdict == verdict
+        assert [many.readings[word][k] for word in words] == [
+            alone.exponents[0],
+            alone.errors[0],
+            float(verdict == "chaotic"),
+        ]
 
 
 def test_over_a_list_and_a_component(tmp_path: Path) -> None:

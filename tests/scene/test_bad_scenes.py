@@ -86,6 +86,48 @@ def test_all_flaws_are_told_at_once(tmp_path):
         assert word in message
 
 
+def test_flaws_of_every_kind_are_told_together(tmp_path):
+    """Unknown keys, wrong sizes, values and names: what needs nothing that is wrong is looked at."""
+    text = scenes.REDUCED.replace("gamma =", "gama =").replace("[0.8, 1.0, -0.6]", "[0.8, 1.0]")
+    text = text.replace("D = 4.0", "D = 4.0\ncolour = 3").replace("t_end", "tend")
+    text = text.replace("step = 0.1", "step = 0.1\nmax_iterations = 2.5\nwat = 3")
+    with pytest.raises(gi.SceneError, match="8 problems") as caught:
+        gi.load_scene(write(tmp_path, text + '[drift]\nmethod = "rk4"\n'))
+    for words in (
+        "[time] tend = 1.0: no such key. Did you mean 't_end'?",
+        "[system] colour = 3: no such key.",
+        "[initial] gamma is missing",
+        "[initial] gama = [0.6, 0.0, 0.8]: no such key. Did you mean 'gamma'?",
+        "[initial] p = [0.8, 1.0]: expected 3 numbers, got 2",
+        "[integrate] max_iterations = 2.5: expected a whole number",
+        "[integrate] wat = 3: no such key",
+        "[drift] method = 'rk4'",
+    ):
+        assert words in str(caught.value)
+
+
+def test_names_are_looked_at_beside_flaws_of_the_structure(tmp_path):
+    text = scenes.REDUCED.replace('["energy"]', '["enery"]\nevery = 0').replace("0.1", "-0.1")
+    text += '[drift]\nquantities = ["areaa"]\nstepp = 3\n[section]\nevnt = "gamma[7]"\n'
+    with pytest.raises(gi.SceneError, match="6 problems") as caught:
+        gi.load_scene(write(tmp_path, text))
+    for words in ("'enery'", "every = 0", "step = -0.1", "'areaa'", "stepp = 3", "[section] evnt"):
+        assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("D = 4.0", "d = 4.0"), ("D = 4.0", 'D = "4"'), ("[0.8, 1.1, 1.5]", "1.0")],
+    ids=["unknown key", "value of another kind", "no list"],
+)
+def test_what_follows_from_a_flaw_is_not_told(tmp_path, old, new):
+    """A weight that was misspelt is not missing too, nor is what was watched of it not there."""
+    text = scenes.changed(old, new).replace('["energy"]', '["all"]\n[observe.measure]\nsteps = 3')
+    with pytest.raises(gi.SceneError) as caught:
+        gi.load_scene(write(tmp_path, text))
+    assert "problems" not in str(caught.value)
+
+
 def test_an_option_is_told_beside_a_method_of_another_section(tmp_path):
     text = scenes.REDUCED.replace("step = 0.1", "max_iterations = 2.5")
     with pytest.raises(gi.SceneError, match="2 problems") as caught:

@@ -116,3 +116,58 @@ def test_a_scene_that_is_not_changed_keeps_its_text(tmp_path):
     assert load_changed(str(path), False, step=0.5).toml() != SCENE
     assert load_changed(str(path), True).hash == scene.for_drift().hash
     assert scene.changed_integration(representation="own") is scene
+
+
+IN_DRIFT = ("[drift] step", "[drift] quantities", "[drift] every")
+
+
+@pytest.mark.parametrize(
+    ("options", "told", "untold"),
+    [
+        ("", ("[observe], after every step", "[integrate] repr"), ("[drift]", "--")),
+        ("--for-drift", (*IN_DRIFT, "[integrate] repr"), ("[observe]", "[integrate] step")),
+        (
+            "--step 0.5 --observe K --representation own --method gauss-4",
+            ("--step", "--observe", "--representation"),
+            ("[drift]", "[observe]", "[integrate]"),
+        ),
+        ("--methods gauss-8:0.4,gauss-4:0.3", ("methods", *IN_DRIFT[1:]), ("[drift] step",)),
+    ],
+)
+def test_a_plan_names_the_place_where_a_setting_was_written(options, told, untold, tmp_path):
+    """The section for drifts, the command line, or where scenes have it."""
+    path = tmp_path / "s.toml"
+    path.write_text(SCENE + "step = 0.5\n", encoding="utf-8")
+    given = ["check", str(path), *options.split()]
+    result = CliRunner().invoke(main, given, env={"COLUMNS": "300"})
+    assert result.exit_code == 0, result.output
+    for word in told:
+        assert word in result.stdout
+    for word in untold:
+        assert word not in result.stdout
+
+
+def test_places_follow_changes_of_a_scene(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENE, encoding="utf-8")
+    scene = gi.load_scene(path)
+    drift = scene.for_drift()
+    assert drift.place("observe", "every") == "[drift] every"
+    assert scene.place("observe", "every") == "[observe] every"
+    later = drift.changed(observe={"every": 3})
+    assert later.place("observe", "every") == "[observe] every"
+    assert later.place("observe", "quantities") == "[drift] quantities"
+    other = drift.changed_observation(["energy"])
+    assert other.place("observe", "quantities") == "[observe] quantities"
+    assert load_changed(str(path), True) == drift
+
+
+def test_a_flaw_is_told_where_it_was_written(tmp_path):
+    path = tmp_path / "s.toml"
+    path.write_text(SCENE.replace('["K"]', '["KK"]'), encoding="utf-8")
+    result = CliRunner().invoke(main, ["check", "--for-drift", str(path)])
+    assert "[drift] quantities[0] = 'KK'" in result.stderr
+    assert "[observe]" not in result.stderr
+    path.write_text(SCENE, encoding="utf-8")
+    result = CliRunner().invoke(main, ["check", str(path), "--observe", "KK"])
+    assert "--observe[0] = 'KK'" in result.stderr

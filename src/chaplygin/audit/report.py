@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column
 from rich.text import Text
+
+from geomint.report.columns import fitted
 
 from .claim import (
     FAILS,
@@ -173,16 +175,18 @@ def print_audit(audit: Audit, listed: str | None = None) -> None:
         chosen = [r for r in audit.results if listed == "all" or r.verdict not in (TRUE, UNCHECKED)]
         _print_claims(screen, chosen)
     verdicts, rows = by_section(audit)
-    table = Table(box=None, header_style="bold")
-    table.add_column("section", no_wrap=True, max_width=34)
-    for heading in ("claims", "hold", "findings", "unchecked", "worst that holds"):
-        table.add_column(heading, justify="right")
+    headings = ("claims", "hold", "findings", "unchecked", "worst that holds")
+    columns: list[str | Column] = [
+        "section",
+        *(Column(heading, justify="right") for heading in headings),
+    ]
+    cells = []
     for row in rows:
         each = dict(zip(verdicts, row["counts"], strict=True))
         found = sum(each.get(kind, 0) for kind in FINDINGS)
         numbers = (len(row["results"]), each.get(TRUE, 0), found, each.get(UNCHECKED, 0))
-        table.add_row(Text(row["section"]), *(str(n or "") for n in numbers), row["worst"])
-    screen.print(table)
+        cells.append((Text(row["section"]), *(str(n or "") for n in numbers), row["worst"]))
+    screen.print(fitted(screen, columns, cells, ("unchecked", "hold")))
     if audit.unexplained and listed is None:
         _print_claims(screen, audit.unexplained)
     screen.print(Text(summary(audit)))
@@ -193,11 +197,13 @@ def print_audit(audit: Audit, listed: str | None = None) -> None:
 def _print_claims(screen: Console, results: Sequence[Result]) -> None:
     """Print a table of claims for each section."""
     for section, group in itertools.groupby(results, lambda r: r.claim.section):
-        table = Table(box=None, header_style="bold", title=section, title_justify="left")
-        table.add_column("label", max_width=30, overflow="fold")
-        table.add_column("residual", justify="right", no_wrap=True)
-        table.add_column("verdict", width=14)
-        table.add_column("statement → what holds (its residual), or why not")
+        columns: list[str | Column] = [
+            "label",
+            Column("residual", justify="right", no_wrap=True),
+            "verdict",
+            "statement → what holds (its residual), or why not",
+        ]
+        rows = []
         for result in group:
             statement, told = Text(result.claim.statement), explanation(result)
             if told:
@@ -205,8 +211,9 @@ def _print_claims(screen: Console, results: Sequence[Result]) -> None:
             on, off = residuals(result)
             residual = f"{on}\noff: {off}" if off else on
             verdict = Text(result.verdict, style=COLOURS[result.verdict])
-            table.add_row(Text(result.claim.label), Text(residual), verdict, statement)
-        screen.print(table)
+            rows.append((Text(result.claim.label), Text(residual), verdict, statement))
+        screen.print(Text(section, style="italic"))
+        screen.print(fitted(screen, columns, rows, ("residual",)))
         screen.print()
 
 

@@ -20,7 +20,7 @@ from geomint.report.pages import (
     write_files,
 )
 from geomint.report.paper import Paper, Table, scene_facts
-from geomint.report.text import number, parameter
+from geomint.report.text import number, parameters_told
 
 from ..manifold import Array
 from .motion import TURNS, motion_panels, sampled
@@ -115,7 +115,7 @@ def write_exact_report(
             for row in record["states"]
         ],
         equations=problem.equations,
-        parameters={key: parameter(value) for key, value in problem.parameters.items()},
+        parameters=parameters_told(scene, problem),
         provenance=record["provenance"],
         citation=citation,
     )

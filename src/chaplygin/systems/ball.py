@@ -13,6 +13,7 @@ from .parameters import (
     Dimension,
     Initial,
     Matrix,
+    Moments,
     Number,
     Numbers,
     Strict,
@@ -32,7 +33,7 @@ class AnyBall(Weight):
 
     a: Numbers | None = None
     inertia: Numbers | Matrix | None = None
-    moments: Numbers | Matrix | None = None
+    moments: Moments = None
     J: Numbers | Matrix | None = None
 
     def sphere(self) -> ChaplyginSphere:

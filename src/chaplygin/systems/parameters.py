@@ -15,6 +15,7 @@ __all__ = [
     "Direction",
     "Initial",
     "Matrix",
+    "Moments",
     "Number",
     "Numbers",
     "Placed",
@@ -28,6 +29,7 @@ __all__ = [
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Numbers = list[Number]
 Matrix = list[Numbers]
+Moments = Annotated[Numbers | Matrix | None, Field(title="I")]
 Dimension = Annotated[int, Field(strict=True, ge=2)]
 
 
@@ -53,7 +55,7 @@ class Weight(Strict):
 
     D: Number | None = None
     m: Number | None = None
-    rho: Number | None = None
+    rho: Number | None = Field(default=None, title="ρ")
 
     def mass_and_radius(self) -> tuple[float, float]:
         """Return m and ρ; where D is given, ρ = 1."""

@@ -6,7 +6,7 @@ import geomint as gi
 
 from ..ball.rolling_states import initial_attitude
 from ..rubber.sphere import RubberSphere
-from .parameters import Matrix, Numbers, Placed, Weight
+from .parameters import Matrix, Moments, Numbers, Placed, Weight
 
 __all__ = ["RUBBER"]
 
@@ -20,7 +20,7 @@ class RubberParameters(Weight):
 
     a: Numbers | None = None
     inertia: Numbers | Matrix | None = None
-    moments: Numbers | Matrix | None = None
+    moments: Moments = None
     multipliers: bool = True
 
     def sphere(self) -> RubberSphere:

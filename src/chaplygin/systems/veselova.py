@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Annotated
+
+from pydantic import Field
 
 import geomint as gi
 
@@ -23,7 +26,7 @@ class VeselovaParameters(Strict):
     """
 
     a: Numbers | None = None
-    moments: Numbers | None = None
+    moments: Annotated[Numbers | None, Field(title="I")] = None
     D: Number = default_of(Veselova, "D")
     f1: Number = default_of(Veselova.classical, "f1")
 

@@ -17,11 +17,14 @@ from .options import (
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
     from ..plan import Plan
     from ..scene import Scene
 
 __all__ = ["command"]
+
+WIDE = 90  # columns: with fewer, three of words would be too narrow to read
 
 
 @click.command("check")
@@ -67,23 +70,30 @@ def command(
 
 
 def _print_plan(console: Console, scene: Scene, plan: Plan | str) -> None:
-    from rich.table import Table
     from rich.text import Text
 
     from ..plan import estimate
+    from ..report.columns import fitted
 
     if isinstance(plan, str):
         console.print(Text(f"not possible: {plan}"))
         return
-    table = Table("what", "choice", "why", box=None, header_style="bold")
-    table.add_row("system", scene.content.system.name, "[system] name".replace("[", r"\["))
-    for choice in plan.choices:
-        table.add_row(choice.what, Text(choice.value), Text(choice.reason))
+    rows = [("system", Text(scene.content.system.name), Text("[system] name"))]
+    rows += [(c.what, Text(c.value), Text(c.reason)) for c in plan.choices]
     if scene.content.time.tau_end is not None and plan.scene.content.time.tau_end is None:
         why = "estimated by the rate at the start; the run goes where the scene's τ leads"
-        table.add_row("end", f"about t = {plan.scene.content.time.t_end:.4g}", why)
+        rows.append(("end", Text(f"about t = {plan.scene.content.time.t_end:.4g}"), Text(why)))
     with patience("timing"):
         time = estimate(plan)
     why = "by a trial of the first steps" if time.measured else "by the sizes, a generous bound"
-    table.add_row("time", Text(str(time)), why)
-    console.print(table)
+    rows.append(("time", Text(str(time)), Text(why)))
+    if console.width < WIDE:  # reasons go below choices
+        console.print(fitted(console, ["what", "choice and why"], _stacked(rows)))
+    else:
+        console.print(fitted(console, ["what", "choice", "why"], rows))
+
+
+def _stacked(rows: list[tuple[str, Text, Text]]) -> list[tuple[str, Text]]:
+    from rich.text import Text
+
+    return [(what, Text("\n").join((choice, why))) for what, choice, why in rows]

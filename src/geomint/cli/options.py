@@ -153,7 +153,12 @@ def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
     with warnings.catch_warnings(), patience("building the scene"):
         warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
-        return load_changed(scene, drift, **changes)
+        return load_changed(scene, drift, _option, **changes)
+
+
+def _option(key: str) -> str:
+    """Return the option of the command line that changes a key of a scene."""
+    return "--observe" if key == "quantities" else f"--{key.replace('_', '-')}"
 
 
 def methods_of(scene: Scene, methods: list[str] | None, changes: Mapping[str, Any]) -> list[str]:

@@ -55,7 +55,7 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
     "--show",
     metavar="LIST",
     help="What is read off: final:NAME, drift:NAME, lowest:, highest:, mean:, digits:, frequency:, "
-    "exponent.",
+    "exponent (with its error, and whether it is above 0).",
 )
 @click.option("--workers", type=click.IntRange(min=1), help="Threads; else as many as cores.")
 @folder_option("scan", "scan.html, scan.csv, scan.json, scan.png and scan.svg")

@@ -24,7 +24,8 @@ def choose_exact(c: Asked) -> Choice[Route | None] | None:
     if c.purpose == "drift":
         reason = "a drift report is one of steps"
     elif c.content.observe.quantities:
-        reason = "[observe] quantities are watched after steps: [] asks for states alone"
+        place = c.scene.place("observe", "quantities")
+        reason = f"{place} are watched after steps: [] asks for states alone"
     elif c.saving.every is not None:
         reason = "[save] every counts steps"
     if reason:

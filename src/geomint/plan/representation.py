@@ -76,11 +76,13 @@ def _asked(
         problem = c.model.problems[name]
         has = f"It has {', '.join(quantities_of(problem))}"
         fitting = f"Methods that fit {name!r}: {_methods_for(problem)}"
-        raise FormError(
-            f"representation {asked!r}, which [integrate] asks for, does not serve: "
-            f"{against[name]}. {fitting if unfitting[name] else has}"
-        )
-    return told_representation(c.route(name), f"[integrate] representation = {asked!r}")
+        instead = fitting if unfitting[name] else has
+        raise FormError(f"{_place(c)} = {asked!r} does not serve: {against[name]}. {instead}")
+    return told_representation(c.route(name), f"{_place(c)} = {asked!r}")
+
+
+def _place(c: Asked) -> str:
+    return c.scene.place("integrate", "representation")
 
 
 def _nothing_fits(c: Asked, against: dict[str, str]) -> FormError:

@@ -103,7 +103,8 @@ def watchers_of(c: Asked, route: Route) -> dict[str, Watcher]:
     there = {name: watcher for name, watcher in wanted.items() if watcher is not None}
     if wanted and not there:
         lacking = f"{route.name} has no {', '.join(wanted)}"
-        raise SceneError(f"a drift report has nothing to show: [observe] quantities: {lacking}")
+        place = c.scene.place("observe", "quantities")
+        raise SceneError(f"a drift report has nothing to show: {place}: {lacking}")
     given = {name: there[name].with_options(**options[name]) for name in there if name in options}
     return there | given
 
@@ -115,11 +116,13 @@ def choose_quantities(
 
     The group of constraints means those of the representation that is integrated.
     """
-    names = tuple(watchers)
+    names, place = tuple(watchers), c.scene.place("observe", "quantities")
     if not names:
-        return Choice("watched", names, "nothing", "[observe] quantities is empty")
+        return Choice("watched", names, "nothing", f"{place} is empty")
     every = c.content.observe.every
     often = "after every step" if every == 1 else f"every {every} steps and at the end"
+    if c.scene.place("observe", "every") != "[observe] every":
+        often += f" ({c.scene.place('observe', 'every')})"
     for name, watcher in watchers.items():
         often += f" ({name}: the first {watcher.steps} steps)" if watcher.steps else ""
     functions = [watcher for watcher in watchers.values() if isinstance(watcher, Function)]
@@ -127,7 +130,8 @@ def choose_quantities(
     often += ", by one function" if len(groups) == 1 < len(groups[0]) else ""
     rest = len({*quantities_of(route.problem)} - {*names})
     left = f"; {rest} other{'s' if rest > 1 else ''} left out" if rest else ""
-    reason = f"[observe], {often}, reduced to windows on the way{left}"
+    section = "[observe]" if place == "[observe] quantities" else place
+    reason = f"{section}, {often}, reduced to windows on the way{left}"
     return Choice("watched", names, ", ".join(names), reason)
 
 
@@ -164,11 +168,11 @@ def choose_step(c: Asked, route: Route, timeline: Timeline, chosen: Chosen | Non
         told = f"{h:.10g} in {unit}"
         if method.adaptive:
             told = f"adaptive, {_tolerances(chosen.method)}; the first {h:.4g} in {unit}"
-        return Choice("step", h, told, told_accuracy(chosen))
+        return Choice("step", h, told, told_accuracy(chosen, c.scene))
     if method.adaptive:
         return _adaptive_step(c, h, unit)
     if given is not None:
-        reason = "[integrate] step"
+        reason = c.scene.place("integrate", "step")
         if timeline.steps == 0:
             reason += ", longer than the run: one step to the end is taken instead"
         elif h != given:
@@ -186,7 +190,8 @@ def choose_step(c: Asked, route: Route, timeline: Timeline, chosen: Chosen | Non
 def _adaptive_step(c: Asked, h: float, unit: str) -> Choice[float]:
     options, given = c.method.options, c.content.integrate.step
     longest = f", none above {options['max_step']:g}" if options["max_step"] < math.inf else ""
-    origin = "[integrate] step" if given is not None else "an estimate at the initial state"
+    estimated = "an estimate at the initial state"
+    origin = estimated if given is None else c.scene.place("integrate", "step")
     reason = (
         "every step is as long as the estimated error allows: rtol of each piece of the state, and "
         f"atol; the first by {origin}"

@@ -14,7 +14,7 @@ from ..errors import SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..run.draws import draw_states
-from ..run.ensemble.readings.of_runs import Exponents
+from ..run.ensemble.readings.of_runs import ExponentErrors, Exponents, ExponentVerdict
 from ..run.ensemble.readings.of_series import OfQuantity
 from ..run.ensemble.readings.reading import Reading
 from ..run.ensemble.readings.spelled import chosen_readings
@@ -116,7 +116,7 @@ def plan_scan(scene: Scene, **keys: Any) -> ScanPlan:
     if len(variations) > MOST_KEYS:
         names = [v.key for v in variations]
         raise SceneError(f"vary: {quoted(names)}: expected at most {MOST_KEYS} of them")
-    readings = chosen_readings(section.show or _usual(scene.problem))
+    readings = _with_errors(chosen_readings(section.show or _usual(scene.problem)))
     asked = Asked(scene, "drift")
     route = _route(asked, readings)
     members = _members(scene, route, variations)
@@ -127,6 +127,17 @@ def _usual(problem: Problem) -> list[str]:
     """Return what is read off if nothing else is asked for: the drift of the first invariant."""
     names = list(problem.invariants)
     return [f"drift:{names[0]}"] if names else [f"final:{problem.pieces[0][0]}[0]"]
+
+
+def _with_errors(readings: dict[str, Reading]) -> dict[str, Reading]:
+    """Return readings with what says how sure exponents are, which costs nothing beside them."""
+    found: dict[str, Reading] = {}
+    for name, reading in readings.items():
+        found[name] = reading
+        if type(reading) is Exponents:
+            for beside in (ExponentErrors(reading.count), ExponentVerdict(reading.count)):
+                found.setdefault(beside.name, beside)
+    return found
 
 
 def _route(asked: Asked, readings: dict[str, Reading]) -> Route:

@@ -245,14 +245,16 @@ def expected_plans(
 
 def _labelled_scenes(scene: Scene, methods: Iterable[str]) -> dict[str, Scene]:
     """Return the scene with each method, by labels that are unique."""
-    entries = methods_and_steps(methods)
+    given = list(methods)
+    entries = methods_and_steps(given)
     names = [name for name, _ in entries]
     labels = [
         name if names.count(name) == 1 or step is None else f"{name}:{step:g}"
         for name, step in entries
     ]
+    place = "[drift] methods" if given == scene.content.drift.methods else "methods"
     return {
-        label: scene.changed_integration(name, step)
+        label: scene.changed_integration(name, step, written=lambda key: place)
         for label, (name, step) in zip(labels, entries, strict=True)
     }
 

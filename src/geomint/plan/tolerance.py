@@ -50,8 +50,8 @@ def wanted_step(scene: Scene, problem: Problem, state: Array) -> tuple[Method, f
     return chosen.method, chosen.step
 
 
-def told_accuracy(chosen: Chosen) -> str:
-    """Return in words why a step, or a local tolerance, was chosen."""
+def told_accuracy(chosen: Chosen, scene: Scene) -> str:
+    """Return in words why a step, or a local tolerance, was chosen for a scene."""
     accuracy, name = chosen.accuracy, "rtol" if chosen.step is None else "step"
     tried = ", ".join(
         f"{name} {setting:.3g}: {'fails' if error is None else f'{error:.1e}'}"
@@ -61,6 +61,6 @@ def told_accuracy(chosen: Chosen) -> str:
     stops = f"; its iteration stops at {iteration:.1e}" if iteration else ""
     note = f"; it may not be met: {accuracy.note}" if accuracy.note else ""
     return (
-        f"[integrate] tolerance = {accuracy.tolerance:g} at the end; expected "
+        f"{scene.place('integrate', 'tolerance')} = {accuracy.tolerance:g} at the end; expected "
         f"{accuracy.expected:.1e}, by trials on a stretch of the motion ({tried}){stops}{note}"
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +39,15 @@ class Chart:
     readings : mapping of str to array, shape (members,)
     time : str
         ``"t"`` or ``"tau"``: of frequencies and exponents.
+    bars : mapping of str to array, shape (members,)
+        Standard errors of readings that have some.
     """
 
     keys: Sequence[str]
     values: Sequence[Array]
     readings: Mapping[str, Array]
     time: str = "t"
+    bars: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def drawn(self) -> list[str]:
@@ -67,8 +70,9 @@ class Chart:
 def scan_figure(chart: Chart) -> Figure:
     """Return a figure with a panel for every reading, for print 6.5 inches wide.
 
-    Over one number: the reading, of draws the median and where 50 and 90 of 100 are. Over two: a map
-    of it, of draws of the median. Over none: which part of the members has at most so much.
+    Over one number: the reading, with one standard error where it has one; of draws the median and
+    where 50 and 90 of 100 are. Over two: a map of it, of draws of the median. Over none: which part of
+    the members has at most so much.
     """
     names, maps = chart.drawn, len(chart.keys) == 2
     columns = 2 if maps and len(names) > 1 else 1
@@ -106,7 +110,9 @@ def _curve(panel: Axes, chart: Chart, name: str) -> None:
         return
     marker = "o" if len(x) <= FEW else ""
     style: dict[str, Any] = {"color": COLOURS[0], "marker": marker, "markersize": 3.0}
-    if y.shape[1] == 1:
+    if y.shape[1] == 1 and name in chart.bars:
+        panel.errorbar(x, y[:, 0], yerr=chart.bars[name], elinewidth=0.8, capsize=1.5, **style)
+    elif y.shape[1] == 1:
         panel.plot(x, y[:, 0], **style)
     else:
         low, inner, outer, high = _quantiles(y, BAND)

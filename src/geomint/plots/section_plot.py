@@ -22,6 +22,7 @@ BEYOND, EDGE = "#e6e6e6", "#666666"
 Boundary = tuple[
     Array, Array, Array, float
 ]  # sides of a grid, the least energy on it, the motions'
+MARGIN = 0.06  # of what the energy allows: so much is shown beyond
 MOST = 60_000  # points that a vector graphic can bear; more are drawn as an image
 
 
@@ -77,3 +78,15 @@ def _draw_boundary(panel: Axes, boundary: Boundary) -> None:
     panel.contourf(*grid, levels=levels, colors=[BEYOND])
     if least.min() < energy < least.max():
         panel.contour(*grid, levels=[energy], colors=[EDGE], linewidths=0.8)
+    inside = least <= energy
+    if inside.any():
+        panel.set_xlim(*_around(x, inside, 0))
+        panel.set_ylim(*_around(y, inside, 1))
+
+
+def _around(values: Array, inside: npt.NDArray[np.bool_], across: int) -> tuple[float, float]:
+    """Return limits of an axis: what is inside, and a little beyond where there is a beyond."""
+    allowed = np.flatnonzero(inside.any(axis=across))
+    low, high = float(values[allowed[0]]), float(values[allowed[-1]])
+    more = MARGIN * (high - low)
+    return max(low - more, float(values[0])), min(high + more, float(values[-1]))

@@ -22,7 +22,7 @@ from .motion_panels import motion_draws, motion_words
 from .text import (
     duration,
     number,
-    parameter,
+    parameters_told,
     rule_details,
     short_slope,
     step_of,
@@ -57,7 +57,7 @@ def motion(result: SeveralRuns) -> Content:
         {"image": data_uri(panel_figure(each.draw, square=each.square)), "alt": each.words}
         for each in motion_draws(result)
     ]
-    parameters = {name: parameter(value) for name, value in model.parameters.items()}
+    parameters = parameters_told(result.scene, model)
     if not (panels or model.equations or parameters):
         return None
     said = motion_words(result)

@@ -13,6 +13,7 @@ from ..arguments import Array
 from ..plan import ScanPlan
 from ..plots.scan_plot import Chart, scan_figure
 from ..plots.style import data_uri
+from ..run.ensemble.readings.of_runs import VERDICTS, ExponentErrors, Exponents, ExponentVerdict
 from ..run.ensemble.result import Ensemble
 from ..run.provenance import finite_json, json_text, method_record
 from ..scene.provenance import scene_record
@@ -45,10 +46,25 @@ def _columns(many: Ensemble) -> dict[str, Array]:
     return found
 
 
+def _bars(columns: dict[str, Array]) -> dict[str, Array]:
+    """Return the standard errors of columns of exponents, by their names."""
+    of = {name: name.replace(ExponentErrors.kind, Exponents.kind, 1) for name in columns}
+    return {of[name]: values for name, values in columns.items() if of[name] != name}
+
+
+def _verdicts(many: Ensemble) -> dict[str, list[int]]:
+    """Return which members have an exponent above 0, one compatible with 0, or not enough time."""
+    found = many.readings.get(ExponentVerdict.kind)
+    if found is None:
+        return {}
+    return {word: np.flatnonzero(found == number).tolist() for word, number in VERDICTS.items()}
+
+
 def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str, Any]:
     """Return the content of ``scan.json``; the members are in ``scan.csv``.
 
-    `readings` has least, median and largest values over the members, and how many have one.
+    `readings` has least, median and largest values over the members, and how many have one;
+    `verdicts`, of exponents, the members that are ``"regular"``: compatible with 0, and so on.
     """
     section = plan.scene.content.ensemble
     record = {
@@ -58,6 +74,7 @@ def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str
         "vary": {v.key: v.values.tolist() for v in plan.variations},
         "draws": section.draws,
         "readings": {name: _summary(values) for name, values in _columns(many).items()},
+        "verdicts": _verdicts(many),
         "failed": [
             {"member": k, **_place(plan, k), "error": str(error)}
             for k, error in sorted(many.errors.items())[:FEW]
@@ -101,7 +118,21 @@ def scan_lines(record: dict[str, Any]) -> list[str]:
     for name, row in record["readings"].items():
         three = (row[key] for key in ("least", "median", "largest"))
         lines.append(f"{name:24}" + "".join(f"{number(x, 4):>12}" for x in three))
+    if record["verdicts"]:
+        lines.append(_told_verdicts(record))
     return lines
+
+
+def _told_verdicts(record: dict[str, Any]) -> str:
+    """Return what exponents say, with the members that are compatible with 0 where they are few."""
+    verdicts = record["verdicts"]
+    counts = {word: len(members) for word, members in verdicts.items()}
+    regular = verdicts["regular"]
+    which = f" (members {', '.join(map(str, regular))})" if 0 < len(regular) <= FEW else ""
+    return (
+        f"largest exponents: {counts['chaotic']} above 0, {counts['regular']} compatible with 0"
+        f"{which}, {counts['undecided']} undecided in this time"
+    )
 
 
 def _save(plan: ScanPlan, many: Ensemble, path: Path) -> None:
@@ -128,11 +159,16 @@ def write_scan_report(
     OutputError
     """
     record = scan_record(plan, many, command)
+    columns = _columns(many)
+    bars = _bars(columns)
+    beside = (ExponentErrors.kind, ExponentVerdict.kind)
+    drawn = {k: v for k, v in columns.items() if not k.startswith(beside)} or columns
     chart = Chart(
         [v.key for v in plan.variations],
         [v.values for v in plan.variations],
-        _columns(many),
+        drawn,
         plan.route.problem.time,
+        bars,
     )
     figure = scan_figure(chart)
     citation = cite(plan.route.problem, plan.scene.method)
@@ -141,6 +177,7 @@ def write_scan_report(
         title=plan.scene.title,
         record=record,
         drawn=chart.drawn,
+        verdicts=_told_verdicts(record) if record["verdicts"] else "",
         provenance=record["provenance"],
         citation=citation,
         picture=data_uri(figure),

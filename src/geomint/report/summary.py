@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rich.console import Console
 from rich.measure import Measurement
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from ..compare.point import Point
@@ -13,6 +13,7 @@ from ..errors import printable
 from ..plan import MethodRun, SeveralRuns
 from ..run.solution import Solution
 from ..scene import Scene
+from .columns import fitted
 from .kinds import outcomes
 from .text import duration, number, short_slope, step_of, watched_to
 
@@ -34,9 +35,9 @@ def print_runs(result: SeveralRuns) -> None:
     """Print what was run, a row for each quantity of each method, and the outcome in words."""
     console = Console()
     console.print(Text(printable(result.scene.title), style="bold"))
-    # Measured without wrapped cells.
-    unbounded = console.options.update_width(10_000)
-    widths = [Measurement.get(console, unbounded, _drifts(run, True)).maximum for run in result]
+    unbounded = Console(width=10_000)  # measured without wrapped cells
+    tables = [_drifts(unbounded, run, True) for run in result]
+    widths = [Measurement.get(unbounded, unbounded.options, table).maximum for table in tables]
     wide = max(widths) <= console.width
     for run in result:
         if run.solution is not None:
@@ -46,7 +47,7 @@ def print_runs(result: SeveralRuns) -> None:
         if run.status != "success":
             console.print(Text(f"{run.title} {run.message}".rstrip(), style="bold red"))
         if run.drift:
-            console.print(_drifts(run, wide))
+            console.print(_drifts(console, run, wide))
     if any(run.drift for run in result):
         console.print(Text("trend ≤: the largest rise or fall over the run not excluded at 95 %"))
     for kind, outcome in outcomes(result):
@@ -71,17 +72,19 @@ def _events(solution: Solution) -> str:
     return f"events: {counts}" + (f"; {solution.message}" if solution.success else "").rstrip("; ")
 
 
-def _drifts(run: MethodRun, wide: bool) -> Table:
+def _drifts(console: Console, run: MethodRun, wide: bool) -> Table:
     """Return the table of a run; if it must be narrow, slopes without their errors."""
-    table = Table(box=None, header_style="bold", pad_edge=wide)
-    table.add_column("quantity", overflow="fold")
-    for column in ("initial", "max |error|", "final error", "slope", "trend ≤"):
-        table.add_column(column, justify="right")
-    table.add_column("class", no_wrap=True)
+    numbers = ("initial", "max |error|", "final error", "slope", "trend ≤")
+    columns: list[str | Column] = [
+        "quantity",
+        *(Column(name, justify="right", no_wrap=True) for name in numbers),
+        Column("class", no_wrap=True),
+    ]
+    rows = []
     for name, drift in run.drift.items():
         slope = short_slope(drift.slope, drift.slope_stderr) if wide else number(drift.slope, 2)
         until = watched_to(drift, run)
-        table.add_row(
+        row = (
             f"{name} ({until})" if until else name,
             number(drift.initial, 6 if wide else 4),
             number(drift.max_abs_error),
@@ -90,24 +93,28 @@ def _drifts(run: MethodRun, wide: bool) -> Table:
             number(drift.trend_bound, 2),
             Text(drift.drift_class, style=_COLOURS[drift.drift_class]),
         )
-    return table
+        rows.append(row)
+    spare = () if wide else ("initial", "final error", "trend ≤", "slope")
+    return fitted(console, columns, rows, spare, pad_edge=wide)
 
 
 def print_comparison(result: Comparison, scene: Scene) -> None:
     """Print a row for each point: step or tolerance, error, run time; below, what has no result."""
     console = Console()
     console.print(Text(printable(scene.title), style="bold"))
-    table = Table(box=None, header_style="bold")
-    table.add_column("method", overflow="fold")
-    for column in ("step", "rtol", "steps", "error", "run time"):
-        table.add_column(column, justify="right", no_wrap=True)
-    table.add_column("status", no_wrap=True)
+    numbers = ("step", "rtol", "steps", "error", "run time")
+    columns: list[str | Column] = [
+        "method",
+        *(Column(name, justify="right", no_wrap=True) for name in numbers),
+        Column("status", no_wrap=True),
+    ]
+    rows = []
     reasons = {(p.method, p.status) for p in result.points if p.status != "ok"}
     for p in result.points:
         error = number(p.error, 2)
         if p.error is None and p.bound is not None:
             error = f"≤ {number(p.bound, 2)}"
-        table.add_row(
+        row = (
             p.method if p.peer is None else f"{p.method} (peer)",
             number(p.step or None, 4),
             number(p.rtol, 1),
@@ -116,7 +123,8 @@ def print_comparison(result: Comparison, scene: Scene) -> None:
             "—" if p.seconds is None else duration(p.seconds),
             Text(_outcome(p), style="green" if p.status == "ok" else "yellow"),
         )
-    console.print(table)
+        rows.append(row)
+    console.print(fitted(console, columns, rows, ("steps", "rtol", "status")))
     for method, status in sorted(reasons):
         console.print(Text(f"{method}: {status}"))
     for peer, why in result.left_out.items():

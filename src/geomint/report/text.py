@@ -9,7 +9,10 @@ import numpy as np
 
 from ..errors import shortened
 from ..plan import MethodRun
+from ..problems.problem import Problem
+from ..problems.systems import find_system
 from ..run.solution import Solution
+from ..scene.scene import Scene
 from ..watch.drift import Drift
 
 MOST_ENTRIES = 36  # of a matrix that is shown
@@ -19,6 +22,7 @@ __all__ = [
     "duration",
     "number",
     "parameter",
+    "parameters_told",
     "rule_details",
     "short_slope",
     "step_of",
@@ -49,6 +53,19 @@ def parameter(value: Any) -> str:
     if shown.ndim == 1:
         return ", ".join(number(float(x), 10) for x in shown)
     return "; ".join(parameter(row) for row in shown)
+
+
+def parameters_told(scene: Scene, problem: Problem) -> dict[str, str]:
+    """Return the parameters of a scene as they were given, and then what else a problem has.
+
+    Under their keys, with the symbol that the system has for one in brackets.
+    """
+    given = {key: value for key, value in scene.sections["system"].items() if key != "name"}
+    fields = find_system(scene.content.system.name).parameters.model_fields
+    symbols = {key: field.title for key, field in fields.items() if field.title}
+    told = {f"{k} ({symbols[k]})" if k in symbols else k: parameter(v) for k, v in given.items()}
+    left = {key: value for key, value in problem.parameters.items() if key not in given}
+    return told | {key: parameter(value) for key, value in left.items()}
 
 
 def step_of(solution: Solution, digits: int = 6) -> str:

@@ -23,7 +23,7 @@ from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
 from .crossings import Crossings
 from .driver import Account, drive
-from .error_estimate import check_estimate, error_estimate, label
+from .error_estimate import check_estimate, error_at_end, error_estimate, label
 from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
 from .integrator import Integrator
@@ -31,7 +31,7 @@ from .progress import Progress
 from .recorder import Recorder
 from .result import Status
 from .solution import Solution
-from .step_notes import tell_long_steps, tell_short_run
+from .step_notes import tell_coarse_steps, tell_long_steps, tell_short_run
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
@@ -177,7 +177,7 @@ def solve(
             chosen = shorter
     accuracy = chosen.accuracy
     solution.accuracy = accuracy._replace(spots=() if spots is None else tuple(spots.found))
-    solution.accuracy.tell()
+    solution.accuracy.tell(error_at_end(solution))
     return solution
 
 
@@ -311,6 +311,8 @@ def _solved(
         raise status
     if spots is None and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
+    elif spots is None and step is not None and solution.success:
+        tell_coarse_steps(solution, state, timeline)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled

@@ -7,7 +7,7 @@ value is the folder's dotted name, and a file ``ball.toml`` in it is the built-i
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -70,18 +70,22 @@ def load_scene(source: str | PathLike[str] | Mapping[str, Any] | Scene) -> Scene
     return scene
 
 
-def load_changed(source: str, drift: bool, **changes: Any) -> Scene:
+def load_changed(
+    source: str, drift: bool, written: Callable[[str], str] = str, **changes: Any
+) -> Scene:
     """Return a scene from a built-in name or a TOML file, changed before it is checked.
 
-    By its own section ``[drift]`` if `drift`, and then by `changes`, as `raw.overridden` takes them.
+    By its own section ``[drift]`` if `drift`, and then by `changes`, as `raw.overridden` takes them;
+    `written` says where a user has given one of them.
     """
     name, content, text, _ = _found(source)
-    from .raw import drift_changes, overridden
+    from .raw import drift_changes, in_drift, overridden, places_of
     from .scene import Scene
 
-    raw = overridden(content, **drift_changes(content)) if drift else content
-    raw = overridden(raw, **changes)
-    return Scene.from_content(name, raw, text if raw == content else None)
+    own = drift_changes(content) if drift else {}
+    raw = overridden(overridden(content, **own), **changes)
+    places = {**places_of(own, in_drift), **places_of(changes, written)}
+    return Scene.from_content(name, raw, text if raw == content else None, places=places)
 
 
 def _found(source: str | PathLike[str]) -> tuple[str, dict[str, Any], str, bool]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,10 +12,15 @@ from ..errors import SceneError, quoted
 from .explain import key_of, shown
 from .model import DriftSection, IntegrateSection, ObserveSection
 
-__all__ = ["drift_changes", "merged", "overridden", "plain"]
+__all__ = ["drift_changes", "in_drift", "merged", "overridden", "places_of", "plain"]
 
 DEEPEST = 20  # lists and tables in one another: the deepest that has a meaning is 4
 LARGEST_INTEGER = 10**300  # a float
+CHANGED = {  # what `overridden` changes, by sections
+    "observe": ("quantities", "every"),
+    "integrate": ("method", "step", "tolerance", "representation"),
+    "time": ("t_end", "tau_end"),
+}
 
 
 def overridden(
@@ -70,6 +75,24 @@ def drift_changes(raw: Mapping[str, Any]) -> dict[str, Any]:
         return DriftSection.model_validate(raw.get("drift", {})).model_dump(exclude={"methods"})
     except ValidationError:
         return {}
+
+
+def in_drift(key: str) -> str:
+    """Return where a scene states what `drift_changes` changes."""
+    return f"[drift] {key}"
+
+
+def places_of(changes: Mapping[str, Any], written: Callable[[str], str]) -> dict[str, str]:
+    """Return where what `overridden` changes was written, by the keys that scenes have it under.
+
+    ``"[observe] every"`` ↦ ``"[drift] every"``, with what `written` makes of ``"every"``.
+    """
+    return {
+        f"[{section}] {key}": written(key)
+        for section, keys in CHANGED.items()
+        for key in keys
+        if changes.get(key) is not None
+    }
 
 
 def merged(raw: Mapping[str, Any], sections: Mapping[str, Any]) -> dict[str, Any]:

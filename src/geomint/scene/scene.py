@@ -6,7 +6,7 @@ import copy
 import hashlib
 import json
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,7 @@ from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.events import Event
 from .model import Content
-from .raw import drift_changes, merged, overridden, plain
+from .raw import drift_changes, in_drift, merged, overridden, places_of, plain
 from .validate import Checked, check_content
 
 __all__ = ["Scene"]
@@ -79,12 +79,15 @@ class Scene(Compared):
         content: Mapping[str, Any],
         text: str | None = None,
         former: Checked | None = None,
+        places: Mapping[str, str] | None = None,
     ) -> Scene:
         """Return a scene from the content of a scene file, and its text if there is one.
 
-        `former` is of a scene with the same system and initial state: its model is taken.
+        `former` is of a scene with the same system and initial state: its model is taken. `places`
+        are where keys were written, if not there.
         """
-        return cls.__new__(cls)._take(name, check_content(content, name, former), text)
+        checked = check_content(content, name, former, places)
+        return cls.__new__(cls)._take(name, checked, text)
 
     def _take(self, name: str, checked: Checked, text: str | None = None) -> Scene:
         self.name, self._checked, self._text = name, checked, text
@@ -121,22 +124,43 @@ class Scene(Compared):
         ``scene.changed(time={"t_end": 5.0})`` also removes ``tau_end``: there is only one end.
         """
         former = None if {"system", "initial"} & sections.keys() else self._checked
-        raw = merged(self._checked.raw, plain(sections))
-        return self.from_content(name or self.name, raw, former=former)
+        given = plain(sections)
+        tables = {section: keys for section, keys in given.items() if isinstance(keys, dict)}
+        changed = {f"[{section}] {key}" for section, keys in tables.items() for key in keys}
+        raw, places = merged(self._checked.raw, given), self._places_but(changed)
+        return self.from_content(name or self.name, raw, former=former, places=places)
 
-    def _overridden(self, **changes: Any) -> Scene:
-        """Return the scene with changes that leave its model, which is not built again."""
+    def _overridden(self, written: Callable[[str], str] | None = None, **changes: Any) -> Scene:
+        """Return the scene with changes that leave its model, which is not built again.
+
+        `written` says where a user has given one of them, if not where scenes have it.
+        """
         raw, former = overridden(self._checked.raw, **changes), self._checked
-        return self if raw == former.raw else self.from_content(self.name, raw, former=former)
+        if raw == former.raw:
+            return self
+        told = places_of(changes, written or str)
+        places = {**self._places_but(told), **(told if written else {})}
+        return self.from_content(self.name, raw, former=former, places=places)
+
+    def _places_but(self, keys: Container[str]) -> dict[str, str]:
+        return {key: place for key, place in self._checked.places.items() if key not in keys}
+
+    def _compared(self) -> list[Any]:
+        return [self.name, self._text, *self._checked._replace(places={})]
+
+    def place(self, section: str, key: str) -> str:
+        """Return where a key of the scene was written: ``"[observe] every"``, or elsewhere."""
+        own = f"[{section}] {key}"
+        return self._checked.places.get(own, own)
 
     def for_drift(self) -> Scene:
         """Return the scene as ``geomint drift`` runs it: changed by its ``[drift]`` section."""
-        return self._overridden(**drift_changes(self._checked.raw))
+        return self._overridden(in_drift, **drift_changes(self._checked.raw))
 
     def for_compare(self) -> Scene:
         """Return the scene with the end that its ``[compare]`` section may state."""
         other = self.content.compare
-        return self._overridden(t_end=other.t_end, tau_end=other.tau_end)
+        return self._overridden("[compare] {}".format, t_end=other.t_end, tau_end=other.tau_end)
 
     def changed_integration(
         self,
@@ -144,14 +168,16 @@ class Scene(Compared):
         step: float | None = None,
         representation: str | None = None,
         tolerance: float | None = None,
+        written: Callable[[str], str] | None = None,
     ) -> Scene:
         """Return a scene with another method, step, tolerance or representation.
 
         Options of the former method go; its step goes too, unless one is given. A step takes the place
-        of a tolerance, and a tolerance that of a step.
+        of a tolerance, and a tolerance that of a step. `written` says where a user has given one of
+        these keys, if that is a place of its own.
         """
         return self._overridden(
-            method=method, step=step, representation=representation, tolerance=tolerance
+            written, method=method, step=step, representation=representation, tolerance=tolerance
         )
 
     @property

@@ -62,17 +62,21 @@ class Watch:
     def summary(self, cells: Sequence[Cell]) -> None:
         """Print the number of each verdict by axis, what they rest on, and what is forbidden."""
         from rich.console import Console
-        from rich.table import Table
+        from rich.table import Column
+
+        from ..report.columns import fitted
 
         console = Console()
-        table = Table(box=None, header_style="bold")
-        table.add_column("axis")
-        for verdict in VERDICTS:
-            table.add_column(verdict, justify="right")
+        columns = [
+            Column("axis"),
+            *(Column(verdict, justify="right", no_wrap=True) for verdict in VERDICTS),
+        ]
+        rows = []
         for axis in dict.fromkeys(cell.axis for cell in cells):
             counts = Counter(cell.verdict for cell in cells if cell.axis == axis)
-            table.add_row(axis, *(str(counts[verdict] or "") for verdict in VERDICTS))
-        console.print(table)
+            rows.append((axis, *(str(counts[verdict] or "") for verdict in VERDICTS)))
+        empty = [verdict for verdict in VERDICTS if all(c.verdict != verdict for c in cells)]
+        console.print(fitted(console, columns, rows, empty))
         console.print(references_in_words(references_of(cells)), highlight=False)
         bad = forbidden(cells)
         for cell in bad[:MOST]:

@@ -10,6 +10,7 @@ from ...problems.spaces.repair import warn
 __all__ = ["Accuracy"]
 
 DOUBT = 3.0  # times the tolerance: what is expected to be more is said
+MISSED = 10.0  # times the tolerance: so is an error that a finer run has found
 FASTER = 20.0  # times the errors of steps in the trials: so is this; 6 in regular motions
 
 
@@ -77,7 +78,17 @@ class Accuracy(NamedTuple):
             )
         return ""
 
-    def tell(self) -> None:
-        """Warn where the tolerance is not expected to be met."""
-        if self.note:
-            warn(f"tolerance = {self.tolerance:g} may not be met: {self.note}")
+    def tell(self, measured: float | None = None) -> None:
+        """Warn where the tolerance is not expected to be met, or was not, as a finer run says.
+
+        `measured` is the error at the end by that run, relative as the tolerance is.
+        """
+        asked = f"tolerance = {self.tolerance:g}"
+        if measured is not None and measured > MISSED * self.tolerance:
+            because = f"; {self.note}" if self.note else ""
+            warn(
+                f"{asked} was not met: by a run with finer steps the error at the end is about "
+                f"{measured:.1g}{because}"
+            )
+        elif self.note:
+            warn(f"{asked} may not be met: {self.note}")

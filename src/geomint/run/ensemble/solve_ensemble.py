@@ -81,9 +81,10 @@ def solve_ensemble(
         What is read off every member, while the states along its run are at hand:
         ``"final:NAME"``, ``"drift:NAME"`` (the largest deviation from the first value),
         ``"lowest:NAME"``, ``"highest:NAME"``, ``"mean:NAME"``, ``"digits:NAME"``,
-        ``"frequency:NAME"``, ``"windows:NAME"``, NAME a component or a quantity, and ``"exponent"``;
-        `geomint.Windows`, `geomint.Histogram`, `geomint.Exponents`, `geomint.SectionPoints`, or a
-        `geomint.Reading` of one's own. States are looked at every `save_every` steps, by default
+        ``"frequency:NAME"``, ``"windows:NAME"``, NAME a component or a quantity, and ``"exponent"``,
+        ``"exponent-error"``, ``"chaotic"``; `geomint.Windows`, `geomint.Histogram`,
+        `geomint.Exponents`, `geomint.SectionPoints`, or a `geomint.Reading` of one's own. States
+        are looked at every `save_every` steps, by default
         every one.
     keep_states : bool, optional
         Whether those states are kept. Default: if there are no readings.

@@ -11,13 +11,15 @@ from ....arguments import Array, whole
 from ....errors import DomainError, StepError
 from ....problems.problem import Problem
 from ...events import choose_events
+from ...exponents import Lyapunov
 from ...lyapunov import lyapunov
 from ...poincare import poincare_section
 from ..given import Asked
 from .reading import Ran, Reading
 
-__all__ = ["Exponents", "SectionPoints"]
+__all__ = ["VERDICTS", "ExponentErrors", "ExponentVerdict", "Exponents", "SectionPoints"]
 
+VERDICTS = {"regular": 0.0, "undecided": 0.5, "chaotic": 1.0}  # as numbers, for readings
 _ENDS = ("t_end", "tau_end", "step", "t0")
 
 
@@ -46,6 +48,19 @@ class Exponents(Reading):
 
     def read(self, ran: Ran) -> Array:
         read = np.full((len(ran), self.count), np.nan)
+        for k, found in self._runs(ran).items():
+            read[k] = self._of(found)
+        return read[:, 0] if self.count == 1 else read
+
+    def _of(self, found: Lyapunov) -> Array:
+        return found.exponents
+
+    def _runs(self, ran: Ran) -> dict[int, Lyapunov]:
+        """Return the runs of directions beside members, made once for all that is read off them."""
+        runs: dict[int, Lyapunov] | None = ran.shared.get((Exponents, self.count))
+        if runs is not None:
+            return runs
+        runs = ran.shared[Exponents, self.count] = {}
         ends = {name: ran.asked.shared[name] for name in _ENDS}
         given = {**ends, "method": ran.asked.method, "count": self.count, "progress": False}
         for k in ran.ended:
@@ -58,8 +73,38 @@ class Exponents(Reading):
                 continue
             ran.found.cut |= found.status == "interrupted"
             if found.status == "success":
-                read[k] = found.exponents
-        return read[:, 0] if self.count == 1 else read
+                runs[int(k)] = found
+        return runs
+
+
+@dataclass(frozen=True)
+class ExponentErrors(Exponents):
+    """``exponent-error``: one standard error of each of `Exponents`."""
+
+    kind: ClassVar[str] = "exponent-error"
+
+    def _of(self, found: Lyapunov) -> Array:
+        return found.errors
+
+
+@dataclass(frozen=True)
+class ExponentVerdict(Exponents):
+    """``chaotic``: 1 where the largest exponent is above 0, 0 where it is compatible with 0.
+
+    ½ where the run is too short to tell: the verdict of `geomint.lyapunov`.
+    """
+
+    kind: ClassVar[str] = "chaotic"
+
+    @property
+    def name(self) -> str:
+        return self.kind
+
+    def read(self, ran: Ran) -> Array:
+        read = np.full(len(ran), np.nan)
+        for k, found in self._runs(ran).items():
+            read[k] = VERDICTS[found.verdict]
+        return read
 
 
 @dataclass(frozen=True, eq=False)

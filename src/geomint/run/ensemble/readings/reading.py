@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -35,12 +35,15 @@ class Ran:
         Arrays with an axis of members; states along the runs if a reading needs them.
     stop : array
         Not 0 after Ctrl-C: then what is left may stay NaN.
+    shared : dict
+        What a reading leaves for others of the same members.
     """
 
     given: Members
     asked: Asked
     found: Outcome
     stop: Array
+    shared: dict[Any, Any] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.given)

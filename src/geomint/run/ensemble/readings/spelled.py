@@ -6,7 +6,7 @@ from typing import Any
 
 from ....arguments import by_name
 from ....errors import DomainError, nearest
-from .of_runs import Exponents
+from .of_runs import ExponentErrors, Exponents, ExponentVerdict
 from .of_series import Digits, Drift, Final, Frequency, Highest, Lowest, Mean, OfQuantity, Windows
 from .reading import Reading
 
@@ -15,7 +15,11 @@ __all__ = ["KINDS", "chosen_readings"]
 KINDS: dict[str, type[OfQuantity]] = {
     kind.kind: kind for kind in (Final, Drift, Lowest, Highest, Mean, Digits, Frequency, Windows)
 }
-EXPECTED = f"{', '.join(f'{kind}:NAME' for kind in KINDS)} or exponent, or a geomint.Reading"
+OF_EXPONENTS: dict[str, type[Exponents]] = {
+    kind.kind: kind for kind in (Exponents, ExponentErrors, ExponentVerdict)
+}
+_KNOWN = ", ".join([*(f"{kind}:NAME" for kind in KINDS), *OF_EXPONENTS])
+EXPECTED = f"{_KNOWN}, or a geomint.Reading"
 
 
 def chosen_readings(wanted: Any) -> dict[str, Reading]:
@@ -41,8 +45,8 @@ def _reading(what: Any) -> Reading:
     if not isinstance(what, str):
         raise DomainError("readings", what, EXPECTED)
     kind, colon, of = (part.strip() for part in what.partition(":"))
-    if not colon and kind == Exponents.kind:
-        return Exponents()
+    if not colon and kind in OF_EXPONENTS:
+        return OF_EXPONENTS[kind]()
     if not colon or kind not in KINDS:
-        raise DomainError("readings", what, f"{EXPECTED}.{nearest(kind, [*KINDS, Exponents.kind])}")
+        raise DomainError("readings", what, f"{EXPECTED}.{nearest(kind, [*KINDS, *OF_EXPONENTS])}")
     return KINDS[kind](of)
