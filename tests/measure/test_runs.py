@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import itertools
 import json
+import threading
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods.carried_lanes import CarriedLanes
 from geomint.problems.testproblems import neumann, sphere_metric, spherical_pendulum
 from geomint.run import driver
-from geomint.watch import measure, steps_again
+from geomint.watch import measure, steps_again, steps_apart
 
 NEUMANN = neumann.problem()
 
@@ -101,7 +102,7 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = run(p, y0, "rk-4", 0.05, 400).drift["measure"]
     sparse = run(p, y0, "rk-4", 0.05, 400, observe_every=7).drift["measure"]
     monkeypatch.setattr(driver, "FIRST_CHUNK", 3)
-    monkeypatch.setattr(steps_again, "BATCH", 5)
+    monkeypatch.setattr(steps_apart, "BATCH", 5)
     clock = itertools.accumulate(10.0 ** (-2 + k % 3) for k in itertools.count())
     monkeypatch.setattr(driver.time, "perf_counter", lambda: next(clock))
     pieces = run(p, y0, "rk-4", 0.05, 400).drift["measure"]
@@ -110,6 +111,58 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     seldom = [*whole.windows.means[6::7], whole.windows.means[-1]]  # and the end
     np.testing.assert_array_equal(sparse.windows.means, seldom)
     assert sparse.final_error == whole.final_error
+
+
+@pytest.mark.parametrize("cores", [1, 3])
+@pytest.mark.parametrize(
+    ("name", "problem", "grows"),
+    [("rk-4", "spherical-pendulum", True), ("cf-4", "pulsating-body", False)],
+)
+def test_cores_do_not_matter(
+    name: str, problem: str, grows: bool, cores: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Bit for bit the same by threads, where units grow on the way as well, and where time counts."""
+    p, y0 = PROBLEMS[problem]
+    if grows:
+        p = spherical_pendulum.problem(gravity=60.0)
+    h, steps = (0.01, 400) if grows else (0.1, 400)
+    with monkeypatch.context() as patch:
+        patch.setattr(steps_apart, "cores", lambda: 1)
+        whole = run(p, y0, name, h, steps).drift["measure"]
+    taken: list[bool] = []
+    threads = steps_apart.StepsApart._in_threads
+
+    def noted(self, *given) -> None:
+        threads(self, *given)
+        taken.append(True)
+
+    monkeypatch.setattr(steps_apart.StepsApart, "_in_threads", noted)
+    monkeypatch.setattr(steps_apart, "cores", lambda: cores)
+    monkeypatch.setattr(steps_apart, "BATCH", 5)
+    monkeypatch.setattr(driver, "FIRST_CHUNK", 20)
+    monkeypatch.setattr(driver, "CHUNK_SECONDS", 0.0 if grows else driver.CHUNK_SECONDS)
+    monkeypatch.setattr(driver, "MAX_BUFFER", 7 * 20)  # chunks stay short: units grow in some
+    found = run(p, y0, name, h, steps).drift["measure"]
+    assert bool(taken) == (cores > 1)
+    np.testing.assert_array_equal(found.windows.means, whole.windows.means)
+    assert (found.final_error, found.scale) == (whole.final_error, whole.scale)
+
+
+def test_what_a_thread_raises_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the thread that watches, as an error that names the watcher."""
+    p, y0 = PROBLEMS["spherical-pendulum"]
+    sweep, main = steps_apart._sweep, threading.current_thread()
+
+    def broken(*given) -> None:
+        if threading.current_thread() is not main:
+            raise OSError("beside")
+        sweep(*given)
+
+    monkeypatch.setattr(steps_apart, "_sweep", broken)
+    monkeypatch.setattr(steps_apart, "cores", lambda: 2)
+    monkeypatch.setattr(steps_apart, "BATCH", 5)
+    with pytest.raises(gi.WatcherError, match="measure.*beside"):
+        run(p, y0, "rk-4", 0.05, 400)
 
 
 @pytest.mark.parametrize(

@@ -126,9 +126,7 @@ class Carried:
         return at_once, tangent_type(stepper, at_once), CONDITIONS
 
     def _arguments(self, problem: Problem, stepper: Stepper, supports: Any) -> dict[str, Any]:
-        s = self.sizes
-        numbers, plain = self._room(self.numbers, self._groups * s.memory_rows)
-        conditions, conditions_plain = self._room(self.conditions, s.n + s.m + problem.work)
+        self._scratch_rows = len(stepper.work)
         return {
             "kernel": self.kernel,
             "functions": self.functions,
@@ -136,12 +134,21 @@ class Carried:
             "params": stepper.params,
             "coefficients": stepper.coefficients,
             "fractions": stepper.fractions,
-            "layout": given_block(problem.pieces, s, supports),
+            "layout": given_block(problem.pieces, self.sizes, supports),
             "memory": self._kept,
+            **self.rooms(),
+        }
+
+    def rooms(self) -> dict[str, Block]:
+        """Return what a sweep writes to beside its memory, under the names of its arguments."""
+        s = self.sizes
+        numbers, plain = self._room(self.numbers, self._groups * s.memory_rows)
+        conditions, conditions_plain = self._room(self.conditions, s.n + s.m + s.scratch)
+        return {
             "work": self._work(),
             "numbers": numbers,
             "plain": plain,
-            "scratch": self._room(self.numbers, len(stepper.work))[0],
+            "scratch": self._room(self.numbers, self._scratch_rows)[0],
             "conditions": conditions,
             "conditions_plain": conditions_plain,
         }

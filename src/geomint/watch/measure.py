@@ -46,6 +46,7 @@ from ..problems.forms import Measure
 from ..problems.problem import Problem
 from .drift import ROUNDOFF
 from .steps_again import StepsAgain
+from .steps_apart import StepsApart
 from .watcher import Run
 
 __all__ = ["InvariantMeasure"]
@@ -81,11 +82,19 @@ class InvariantMeasure(StepsAgain):
 
     def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
         """In lanes, if steps and the problem's functions can be had so."""
+        self._apart = None
         if CarriedLanes.fits(run.problem, stepper):
             carried = CarriedLanes(run.problem, stepper, run.state, run.time)
             with contextlib.suppress(DeclarationError):  # compiled for single numbers already
-                return carried, self.sweep(run.problem, stepper, carried, run.state)
+                sweep = self.sweep(run.problem, stepper, carried, run.state)
+                self._apart = StepsApart(carried, sweep)
+                return carried, sweep
         return super().swept(run, stepper)
+
+    def taken(self, starts: Array, lengths: Array, states: Array) -> Array:
+        if self._apart is None:
+            return super().taken(starts, lengths, states)
+        return self._apart(starts, lengths, states)
 
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.measure is not None

@@ -57,21 +57,25 @@ class StepsAgain(Watcher):
 
     def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))
-        values = np.zeros(len(times))
-        flat = np.array(states)
-        for first in range(0, len(times), BATCH):
+        values = self.taken(starts, lengths, np.array(states))
+        self._time = float(times[-1])
+        return values
+
+    def taken(self, starts: Array, lengths: Array, states: Array) -> Array:
+        """Return the values after the next steps, which lead to these states."""
+        values = np.zeros(len(starts))
+        for first in range(0, len(starts), BATCH):
             here = slice(first, first + BATCH)
             while True:
                 known = self._carried.remembered
                 self._sweep(
                     starts=Block(starts[here]),
                     lengths=Block(lengths[here]),
-                    states=Block(flat[here].reshape(-1)),
+                    states=Block(states[here].reshape(-1)),
                     out=Block(values[here]),
                 )
                 if np.isfinite(values[here]).all() or not self._carried.turn(self._stepper):
                     break
                 run, self._carried.remembered = self._run, known
                 self._sweep = self.sweep(run.problem, self._stepper, self._carried, run.state)
-        self._time = float(times[-1])
         return values

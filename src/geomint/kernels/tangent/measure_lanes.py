@@ -29,14 +29,15 @@ from .lane_steps import (
     write_known,
     write_tangents,
 )
-from .layout import Sizes, kept_layout, sizes_of
+from .layout import Kept, Sizes, kept_layout, sizes_of
 from .measure import EPSILON, OFF, SYSTEMATIC
 from .signature import sweep_signature
 from .supports import Supports, supports_of
 
-__all__ = ["measure_lanes_sweep"]
+__all__ = ["PARTS", "measure_lanes_sweep"]
 
 SEEN = 1e-9  # of a unit vector
+PARTS = 4  # numbers that are known of a step
 
 
 @helper
@@ -130,14 +131,38 @@ def log_one_plus_lanes(x: Any) -> Any:
 
 
 @helper
+def add_up(s: Sizes, kept: Kept, parts: Any, out: Any) -> None:
+    """Write the sum of the defects after each of the steps, of what is known of each."""
+    volume, origin, begun = kept.volume, kept.origin, kept.begun
+    for k in range(len(out)):
+        defect, squares = parts[PARTS * k], parts[PARTS * k + 1]
+        before, after = parts[PARTS * k + 2], parts[PARTS * k + 3]
+        origin[0] = origin[0] + (before - volume[0]) if begun[0] != 0.0 else before
+        begun[0], volume[0] = 1.0, after
+        kept.bias[0] = kept.bias[0] + (SYSTEMATIC * squares + OFF * s.m)
+        kept.variance[0] = kept.variance[0] + EPSILON * EPSILON * squares
+        add_compensated(kept.sum, kept.carry, 0, defect)
+        out[k] = kept.sum[0] + (kept.carry[0] + (volume[0] - origin[0]))
+
+
+@helper
 def measure_lanes(
     kernel: Any, functions: Any, manifold: Any, params: Any, coefficients: Any, fractions: Any,
     layout: Any, memory: Any, work: Any, numbers: Any, plain: Any, scratch: Any, conditions: Any,
-    conditions_plain: Any, density: Any, starts: Any, lengths: Any, states: Any, out: Any,
+    conditions_plain: Any, density: Any, starts: Any, lengths: Any, states: Any, parts: Any, out: Any,
 ) -> None:  # fmt: skip
-    """Write the sum of the defects after each of the steps: arguments as those of `measure`.
+    """Write what is known of each of the steps, and the sums of the defects after those of `out`.
 
-    `work` is in lanes; `numbers`, `scratch` and `conditions` hold eight tangent numbers a row.
+    Other arguments are as those of `measure`; `work` is in lanes; `numbers`, `scratch` and
+    `conditions` hold eight tangent numbers a row. Steps wait for nothing but units of pieces, so that
+    they may be taken in several calls at once, with a memory each; then one without steps adds up.
+
+    Parameters
+    ----------
+    parts : block
+        Of each step its defect but for volumes, ‖D‖², and the volumes where it begins and ends.
+    out : block
+        Empty, or one number for each of `parts`.
     """
     s = sizes_of(layout)
     supports = supports_of(layout, s)
@@ -147,11 +172,13 @@ def measure_lanes(
         as_singles(parts_at(s, own.at_begin).volume),
         as_singles(parts_at(s, own.at_end).volume),
     )
-    found, volume, origin, begun = as_singles(own.found), kept.volume, kept.origin, kept.begun
+    found = as_singles(own.found)
+    begun = kept.begun[0] != 0.0
     for group in range(0, len(starts), LANES):
         here = min(LANES, len(starts) - group)
         same = load_steps(layout, s, kept, own, starts, lengths, states, group, here)
-        same = same and begun[0] != 0.0
+        same = same and begun
+        begun = True
         t0, t1 = own.times[0], own.times[0] + own.times[1]
         write_known(
             manifold, density, params, t1, own.end, s, supports, kept, own, own.at_end,
@@ -169,16 +196,12 @@ def measure_lanes(
         else:
             own.found[0], own.found[1] = NAN + 0.0 * t0, NAN + 0.0 * t0
         for lane in range(here):
-            origin[0] = (
-                origin[0] + (volumes[lane] - volume[0]) if begun[0] != 0.0 else volumes[lane]
-            )
-            begun[0], volume[0], squares = 1.0, ends[lane], found[LANES + lane]
-            kept.bias[0] = kept.bias[0] + (SYSTEMATIC * squares + OFF * s.m)
-            kept.variance[0] = kept.variance[0] + EPSILON * EPSILON * squares
-            add_compensated(kept.sum, kept.carry, 0, found[lane])
-            out[group + lane] = kept.sum[0] + (kept.carry[0] + (volume[0] - origin[0]))
-    for r in range(s.rows):
+            at = PARTS * (group + lane)
+            parts[at], parts[at + 1] = found[lane], found[LANES + lane]
+            parts[at + 2], parts[at + 3] = volumes[lane], ends[lane]
+    for r in range(s.rows if len(starts) > 0 else 0):
         kept.state[r] = states[(len(starts) - 1) * s.rows + r]
+    add_up(s, kept, parts, out)
 
 
 def measure_lanes_sweep(
@@ -189,7 +212,7 @@ def measure_lanes_sweep(
     numbers: NumberType,
 ) -> Bound:
     """Return `measure_lanes` for a stepper's loop and its functions in eight tangent numbers."""
-    steps = dict.fromkeys(("starts", "lengths", "states", "out"), BLOCK)
+    steps = dict.fromkeys(("starts", "lengths", "states", "parts", "out"), BLOCK)
     own = {"density": density.signature}
     taken = sweep_signature(None, kernel, functions, manifold, numbers, **own, **steps)
     return Bound(measure_lanes, taken)
