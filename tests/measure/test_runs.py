@@ -17,7 +17,7 @@ from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods.carried_lanes import CarriedLanes
 from geomint.problems.testproblems import neumann, sphere_metric, spherical_pendulum
 from geomint.run import driver
-from geomint.watch import measure, steps_again, steps_apart
+from geomint.watch import measure, steps_apart
 
 NEUMANN = neumann.problem()
 
@@ -125,7 +125,7 @@ def test_cores_do_not_matter(
     p, y0 = PROBLEMS[problem]
     if grows:
         p = spherical_pendulum.problem(gravity=60.0)
-    h, steps = (0.01, 400) if grows else (0.1, 400)
+    h, steps = 0.01 if grows else 0.1, 400
     with monkeypatch.context() as patch:
         patch.setattr(steps_apart, "cores", lambda: 1)
         whole = run(p, y0, name, h, steps).drift["measure"]
@@ -140,7 +140,6 @@ def test_cores_do_not_matter(
     monkeypatch.setattr(steps_apart, "cores", lambda: cores)
     monkeypatch.setattr(steps_apart, "BATCH", 5)
     monkeypatch.setattr(driver, "FIRST_CHUNK", 20)
-    monkeypatch.setattr(driver, "CHUNK_SECONDS", 0.0 if grows else driver.CHUNK_SECONDS)
     monkeypatch.setattr(driver, "MAX_BUFFER", 7 * 20)  # chunks stay short: units grow in some
     found = run(p, y0, name, h, steps).drift["measure"]
     assert bool(taken) == (cores > 1)
@@ -161,7 +160,7 @@ def test_what_a_thread_raises_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(steps_apart, "_sweep", broken)
     monkeypatch.setattr(steps_apart, "cores", lambda: 2)
     monkeypatch.setattr(steps_apart, "BATCH", 5)
-    with pytest.raises(gi.WatcherError, match="measure.*beside"):
+    with pytest.raises(gi.WatcherError, match=r"measure.*beside"):
         run(p, y0, "rk-4", 0.05, 400)
 
 
