@@ -138,9 +138,9 @@ def test_cores_do_not_matter(
 
     monkeypatch.setattr(steps_apart.StepsApart, "_in_threads", noted)
     monkeypatch.setattr(steps_apart, "cores", lambda: cores)
-    monkeypatch.setattr(steps_apart, "BATCH", 5)
-    monkeypatch.setattr(driver, "FIRST_CHUNK", 20)
-    monkeypatch.setattr(driver, "MAX_BUFFER", 7 * 20)  # chunks stay short: units grow in some
+    monkeypatch.setattr(steps_apart, "BATCH", 2)
+    monkeypatch.setattr(driver, "FIRST_CHUNK", 4)
+    monkeypatch.setattr(driver, "MAX_BUFFER", 7 * 8)  # short chunks: units grow after the first
     found = run(p, y0, name, h, steps).drift["measure"]
     assert bool(taken) == (cores > 1)
     np.testing.assert_array_equal(found.windows.means, whole.windows.means)
