@@ -74,6 +74,8 @@ def command(
     from ..compare.duration import comparison_time
     from ..compare.of_scene import compare_scene
     from ..compare.peers import PEERS
+    from ..compare.warm import warming
+    from ..kernels.compiling.beside import compiled_beside
     from ..report import COMPARE_FILES
     from ..report.compare_page import reference_text, write_compare_report
     from ..report.summary import print_comparison
@@ -90,7 +92,17 @@ def command(
     print_notes(chosen)
     check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)
     check_folder(out, COMPARE_FILES)
-    with _status_line(not quiet) as report:
+    at = [""]
+
+    def tasks() -> list[Callable[[], object]]:
+        return warming(chosen, names, at[0])
+
+    with _status_line(not quiet) as show, compiled_beside(tasks):
+
+        def report(text: str) -> None:
+            at[0] = text
+            show(text)
+
         others = PEERS if peers else ()
         result = compare_scene(chosen, names, given, repeats, reference, others, report)
     write_compare_report(result, chosen, out, reproducing_command(), paper)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +51,9 @@ def command(
     With --methods, or methods in the scene's [drift] section, each method runs in the
     representation that suits it, and one report shows them all.
     """
+    from ..kernels.compiling.beside import compiled_beside
     from ..plan import Plan, common_notes, expected_plans, expected_time, run_methods
+    from ..plan.warm import warming
     from ..report import DRIFT_FILES
     from ..run.files.outputs import check_folder
 
@@ -60,7 +64,9 @@ def command(
     check_time(lambda: expected_time(plans), yes)
     check_folder(out, DRIFT_FILES)
     import_meanwhile("drift_page")
-    result = run_methods(chosen, names, not quiet, tell_failure)
+    several = len(plans) > 1
+    with compiled_beside(partial(warming, plans)) if several else nullcontext():
+        result = run_methods(chosen, names, not quiet, tell_failure)
 
     from ..report.drift_page import write_drift_report
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
+from ..methods import Method
 from ..plan.tolerance import wanted_step
 from .endpoint import Source
 from .runs import Comparison, compare
@@ -12,7 +13,7 @@ from .runs import Comparison, compare
 if TYPE_CHECKING:
     from ..scene import Scene
 
-__all__ = ["compare_scene"]
+__all__ = ["compare_scene", "end_of", "first_steps", "methods_of"]
 
 
 def compare_scene(
@@ -30,15 +31,13 @@ def compare_scene(
     that meets its tolerance; all run in the representation that the scene asks for, if it does. See
     `compare` for the rest.
     """
-    time, integrate = scene.content.time, scene.content.integrate
-    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
     return compare(
         scene.model,
-        {key: value for key, value in end.items() if value is not None},
-        [scene.method if name == integrate.method else name for name in methods],
+        end_of(scene),
+        methods_of(scene, methods),
         steps=steps,
-        first_steps=_first_steps(scene),
-        representation=integrate.representation,
+        first_steps=first_steps(scene),
+        representation=scene.content.integrate.representation,
         repeats=repeats,
         reference=reference,
         peers=peers,
@@ -46,7 +45,20 @@ def compare_scene(
     )
 
 
-def _first_steps(scene: Scene) -> dict[str, float]:
+def end_of(scene: Scene) -> dict[str, float]:
+    """Return where a comparison ends, under the name of the time that it is in."""
+    time = scene.content.time
+    end = {"tau_end": time.tau_end} if time.tau_end is not None else {"t_end": time.t_end}
+    return {key: value for key, value in end.items() if value is not None}
+
+
+def methods_of(scene: Scene, names: list[str]) -> list[str | Method]:
+    """Return the methods of those names: the scene's own one with its options."""
+    own = scene.content.integrate.method
+    return [scene.method if name == own else name for name in names]
+
+
+def first_steps(scene: Scene) -> dict[str, float]:
     """Return the step of the scene's own method, if it has one in the scene's own representation."""
     integrate, step = scene.content.integrate, scene.content.integrate.step
     if integrate.tolerance is not None and scene.method.needs in scene.problem.forms:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 from ..errors import GeomintWarning, StepError
 from ..scene.scene import Scene
@@ -11,7 +12,7 @@ from .first_turns import first_turns
 from .plan import Plan, make_plan
 from .several import expected_plans
 
-__all__ = ["warm"]
+__all__ = ["warm", "warm_plan", "warming"]
 
 
 def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> None:
@@ -27,11 +28,21 @@ def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> 
     drifting = scene.for_drift()
     plans = [p for p in expected_plans(drifting, methods).values() if isinstance(p, Plan)]
     for plan in (*plans, make_plan(scene)):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
-            try:
-                plan.solve(progress, callback=lambda told: True)
-            except StepError:  # compiled by then
-                continue
-            if plan.purpose == "drift":
-                first_turns(plan)
+        warm_plan(plan, progress)
+
+
+def warm_plan(plan: Plan, progress: bool | None = False) -> None:
+    """Compile what carrying out a plan runs, and the pictures of a drift report."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
+        try:
+            plan.solve(progress, callback=lambda told: True)
+        except StepError:  # compiled by then
+            return
+        if plan.purpose == "drift":
+            first_turns(plan)
+
+
+def warming(plans: Sequence[Plan]) -> list[Callable[[], object]]:
+    """Return the plans as tasks of a process that compiles beside this one: the last one first."""
+    return [partial(warm_plan, plan) for plan in reversed(plans)]

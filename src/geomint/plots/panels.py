@@ -93,7 +93,9 @@ def draw_lines(
         note if labels == ["_"] else f"{', '.join(labels)}: {note}"
         for note, labels in notes.items()
     ]
-    axes.set_title(title, loc="left", fontweight="bold", pad=6.0 + 10.5 * len(words))
+    # Nothing of a logarithmic axis is in the way of a title: matplotlib need not look for it.
+    pad = 6.0 + 10.5 * len(words)
+    axes.set_title(title, loc="left", fontweight="bold", pad=pad, y=1.0)
     _note(axes, "\n".join(words))
 
 

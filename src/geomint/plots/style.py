@@ -27,6 +27,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2, 1, 2, 1, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 WIDTH = 6.5  # inches, a printed page without margins
+DPI = 200.0  # of files
 
 STYLE = {
     "font.size": 9.0,
@@ -44,7 +45,7 @@ STYLE = {
     "grid.linewidth": 0.5,
     "legend.frameon": False,
     "svg.hashsalt": "geomint",
-    "savefig.dpi": 200,
+    "savefig.dpi": DPI,
 }
 
 
@@ -71,10 +72,26 @@ def save_figure(
 ) -> None:
     """Write ``name.png`` and ``name.svg``, or one of them, into the folder."""
     with figure_style():
+        if "png" in kinds:
+            _lay_out(figure)
         for kind in kinds:
             metadata = {"Date": None} if kind == "svg" else None
             figure.savefig(folder / f"{name}.{kind}", metadata=metadata)
             figure.set_layout_engine("none")  # laid out already: do not do it again
+
+
+def _lay_out(figure: Figure) -> None:
+    """Place what a figure is made of as `savefig` does for a PNG, which draws all of it for that."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    engine = figure.get_layout_engine()
+    if engine is None:
+        return
+    before, figure.dpi = figure.dpi, DPI
+    FigureCanvasAgg(figure)
+    engine.execute(figure)
+    figure.set_layout_engine("none")
+    figure.dpi = before
 
 
 def data_uri(figure: Figure) -> str:

@@ -118,7 +118,7 @@ def _over_time(motion: FirstTurns) -> Iterator[MotionDraw]:
 
 def _sphere(axes: Axes, points: Array, name: str, joined: bool) -> None:
     draw_sphere(axes, points, name, joined, View())
-    axes.set_title(f"{symbol(name)} on its sphere", loc="left", fontweight="bold")
+    axes.set_title(f"{symbol(name)} on its sphere", loc="left", fontweight="bold", y=1.0)
 
 
 def _plane(

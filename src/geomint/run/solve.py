@@ -9,6 +9,7 @@ from typing import Any
 
 from ..arguments import Array, finite
 from ..errors import StepError, WatcherError
+from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
@@ -280,9 +281,7 @@ def _solved(
     )
     with Progress(progress, recorder.length, chosen.name) as bar:
         bar.expect(integrator.stepper.entries + observers.entries + crossings.entries)
-        integrator.prepare()
-        observers.prepare()
-        crossings.prepare()
+        in_turn(integrator.prepare, observers.prepare, crossings.prepare)
         bar.begin()
         account = Account()
 

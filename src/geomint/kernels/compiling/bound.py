@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..numbers.blocks import fixed_rows
+from .beside import in_turn
 from .call import Call, Code
 from .compiled import compiled as machine_code
 from .number_types import SCALAR, NumberType
@@ -57,10 +58,15 @@ class Bound:
                 return tuple(entries(member) for member in value)
             return value.entry(compiled, number_type) if isinstance(value, Bound) else value
 
+        given: dict[str, Any] = {}
+        own: list[Any] = []
+        in_turn(
+            lambda: given.update((name, entries(value)) for name, value in values.items()),
+            lambda: own.append(self.entry(compiled, number_type)),
+        )
         names = tuple(name for name, _ in self.signature.arguments)
-        code = self.entry(compiled, number_type)
-        call = Call(self.recorded.function, names, code if isinstance(code, Code) else None)
-        call.set(**{name: entries(value) for name, value in values.items()})
+        call = Call(self.recorded.function, names, own[0] if isinstance(own[0], Code) else None)
+        call.set(**given)
         return call
 
 

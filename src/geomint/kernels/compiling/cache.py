@@ -33,6 +33,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from .. import STARTED
+from .beside import other
 from .private import cache_root, private_folder
 
 __all__ = [
@@ -49,6 +50,7 @@ config: Any = _config
 _CHECKSUM = hashlib.sha256().digest_size
 _failures: list[OSError] = []
 _failure_taken = False
+_ROOMS = tuple(f"geomint.kernels.{room}." for room in ("solve", "tangent", "groups"))
 
 
 @functools.cache
@@ -99,37 +101,53 @@ class StampedCache(NullCache):
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = cache_folder()
         self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
+        self._kernel = py_func.__module__.startswith(
+            _ROOMS
+        )  # no problem's function, which is quick
 
     @property
     def cache_path(self) -> str:
         return str(self._folder)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
+        path = self._path(sig, target_context.codegen())
+        code = self._code(path, sig, target_context)
+        if code is None and not _failures and (beside := other(path.name, self._kernel)):
+            if beside.waited(path.name):
+                code = self._code(path, sig, target_context)
+            if code is None:
+                beside.tell(path.name)
+        if code is None:
+            self._on_miss()
+        return code
+
+    def _code(self, path: Path, sig: Any, target_context: Any) -> Any:
+        """Return the code that a file holds; None if there is none."""
         # Nothing of what numba knows about types is needed to load code: it takes 0.3 s to import.
         try:
-            found = self._load(self._path(sig, target_context.codegen()))
+            found = self._load(path)
             code = found and CompileResult._rebuild(target_context, *found)
         except OSError as failure:
             _note(failure)
-            code = None
-        except Exception:  # of another compiler with the same checksum: compile anew
-            code = None
-        # Types of one name need not be the same.
-        if code is None or tuple(code.signature.args) != tuple(getattr(sig, "args", sig)):
-            self._on_miss()
             return None
-        return code
+        except Exception:  # of another compiler with the same checksum: compile anew
+            return None
+        # Types of one name need not be the same.
+        same = code is not None and tuple(code.signature.args) == tuple(getattr(sig, "args", sig))
+        return code if same else None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        if data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted):
-            return
+        path = self._path(sig, data.codegen)
         try:
-            private_folder(self._folder)
-            self._save(self._path(sig, data.codegen), dumps(data._reduce()))
+            if not (data.library.has_dynamic_globals or any(not x.can_cache for x in data.lifted)):
+                private_folder(self._folder)
+                self._save(path, dumps(data._reduce()))
         except OSError as failure:
             _note(failure)
         except RuntimeError:  # of code that was broken off: it runs here, and is compiled elsewhere
             pass
+        if beside := other(path.name, False):
+            beside.tell("")
 
     def flush(self) -> None:
         for path in self._folder.glob(f"{self._base}.*.nbc"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import (
@@ -20,6 +19,7 @@ import numpy.typing as npt
 
 from ...arguments import Array, whole
 from ...errors import DomainError, EnsembleError, GeomintError
+from ...kernels.compiling.cores import cores
 from ...kernels.numbers.lanes import LANES
 from ..timeline import plan_timeline
 from .compiled import run_compiled
@@ -107,8 +107,7 @@ def _read(asked: Asked, given: Members, found: Outcome, stop: Array) -> None:
 def checked_workers(workers: Any) -> int:
     """Return how many threads there are to be, by default as many as this process has cores."""
     if workers is None:
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-        return cores or 1
+        return cores()
     return whole("workers", workers, 1, 10**6)
 
 
