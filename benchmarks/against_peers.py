@@ -238,7 +238,9 @@ def compared(row: Row, seed: int, repeats: int, clock: Callable[[], float]) -> l
         if tightest >= GOALS[0]:
             raise SystemExit(f"{row.key}, seed {seed}: heyoka is off by {tightest:.1e}")
         if tightest >= goal:  # by its roundings
-            print(f"  seed {seed} is left out: heyoka is off by {tightest:.1e} at least", flush=True)
+            print(
+                f"  seed {seed} is left out: heyoka is off by {tightest:.1e} at least", flush=True
+            )
             continue
         good = {name: seconds for name, (seconds, error) in settings.items() if error < goal}
         best = sorted(good, key=lambda name: good[name])[:2]
