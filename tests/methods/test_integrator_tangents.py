@@ -81,11 +81,17 @@ def test_copies_and_what_is_written() -> None:
 
 @pytest.mark.parametrize("name", ["rk-4", "gauss-8", "dop853"])
 def test_a_copy_goes_on_to_the_same_bits(name: str) -> None:
-    """Carries and stages of derivatives are part of it, of more than eight directions too."""
+    """Carries and stages of derivatives are part of it, of more than eight directions too.
+
+    So are the units of directions, which by then are much longer than they were.
+    """
     v = np.random.default_rng(3).normal(size=(4, 11))
     motion = gi.Integrator(HENON, START, name, step=0.1, tangents=v)
-    motion.step(100)
+    motion.step(1000)
     others = (copy.copy(motion), copy.deepcopy(motion), pickle.loads(pickle.dumps(motion)))
+    assert np.abs(motion.tangents).max() > 4.0 * np.abs(v).max()
+    for one in others:
+        np.testing.assert_array_equal(one.tangents, motion.tangents)
     for one in (motion, *others):
         one.step(150)
         np.testing.assert_array_equal(one.tangents, motion.tangents)

@@ -161,6 +161,27 @@ def test_directions() -> None:
 
 
 @gi.field
+def swing(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -y[0]
+
+
+SWING = gi.Problem("swing", (("q", 1), ("p", 1)), field=swing)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-310, 1e-160, 1e-150, 1.0, 1e150, 1e300])
+@pytest.mark.parametrize("name", ["rk-4", "dop853", "gauss-2", "gauss-8"])
+def test_lengths_of_directions_do_not_matter(name: str, size: float) -> None:
+    """To the last bit, with states of any size: units are exact powers of two."""
+    lengths = 2.0 ** np.array([-900, -52, 0, 300, 1010])
+    given = np.repeat([[1.0], [0.7]], len(lengths), axis=1)
+    p, y0 = SWING, np.array([size, 0.3 * size])
+    once = gi.tangent_flow(p, y0, t_end=2.0, method=name, step=0.25, directions=given[:, :1])
+    found = gi.tangent_flow(p, y0, t_end=2.0, method=name, step=0.25, directions=given * lengths)
+    np.testing.assert_array_equal(found.slopes / lengths, np.repeat(once.slopes, 5, axis=1))
+
+
+@gi.field
 def still(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = 0.0 * y[0]
 

@@ -12,6 +12,7 @@ from ..arguments import Array, as_array
 from ..errors import DomainError, NonFiniteError, StepError
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.fixed_point import SMALLEST
 from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..methods.stepper import Advance, Stepper
 from ..methods.tangent import AT_ONCE, tangent_type
@@ -42,7 +43,7 @@ class CarriedDirections:
         self._units = _units(stepper.memory.data[: stepper.rows], directions)
         if moved is not None:
             self._units = np.maximum(self._units, _units(stepper.params.data, moved))
-            moved = moved / self._units
+            moved = np.ldexp(moved, -self._units)
         self._groups = []
         for first in range(0, directions.shape[1], AT_ONCE):
             some = slice(first, first + AT_ONCE)
@@ -51,7 +52,7 @@ class CarriedDirections:
 
     def begin(self, memory: Array, directions: Array | None = None) -> None:
         """Begin at a state and its carries, with other directions or those there are now."""
-        slopes = (self.slopes if directions is None else directions) / self._units
+        slopes = np.ldexp(self.slopes if directions is None else directions, -self._units)
         for i, group in enumerate(self._groups):
             own = slopes[:, i * AT_ONCE : (i + 1) * AT_ONCE]
             group.memory[:] = 0.0
@@ -79,7 +80,7 @@ class CarriedDirections:
         """What has become of the directions, one a column; a copy."""
         n, count = self._shape
         found: Array = np.hstack([group.memory[:n, 1:] for group in self._groups])[:, :count]
-        return found * self._units
+        return np.ldexp(found, self._units)
 
     def take(self, t: float, h: float, steps: int, first: int = 0, before: int = 0) -> None:
         """Take steps ``first``, … of length h from time t on; `before` others were taken before t.
@@ -134,11 +135,13 @@ class CarriedDirections:
     @property
     def memories(self) -> list[Array]:
         """All that the next step depends on, as copies; to be set again by `restore`."""
-        return [group.memory.copy() for group in self._groups]
+        return [self._units.copy(), *(group.memory.copy() for group in self._groups)]
 
     def restore(self, memories: list[Array]) -> None:
         """Be where they were taken."""
-        for group, memory in zip(self._groups, memories, strict=True):
+        units, *others = memories
+        self._units = units.copy()
+        for group, memory in zip(self._groups, others, strict=True):
             group.memory[:] = memory
 
     def cut(self, t: float, h: float, before: int) -> None:
@@ -191,11 +194,13 @@ class _Group:
 
 
 def _units(numbers: Array, directions: Array) -> Array:
-    """Return for each direction the power of two that makes it about as long as some numbers."""
+    """Return the exponents of the powers of two that make directions about as long as the numbers.
+
+    Of numbers below `SMALLEST`, as long as that: slopes below float64's normal range lose digits.
+    """
     length, size = np.abs(directions).max(axis=0), np.abs(numbers).max(initial=0.0)
-    with np.errstate(over="ignore"):
-        exponents = np.frexp(length / (size if size > 0.0 else 1.0))[1]
-    found: Array = np.where(length > 0.0, np.ldexp(1.0, np.clip(exponents, -1000, 1000)), 1.0)
+    exponents = np.frexp(length)[1] - np.frexp(max(size, SMALLEST) if size > 0.0 else 1.0)[1]
+    found: Array = np.where(length > 0.0, exponents, 0)
     return found
 
 

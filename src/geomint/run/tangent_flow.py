@@ -30,7 +30,7 @@ class TangentFlow:
     Attributes
     ----------
     y : array, shape (rows,)
-        The state: that of `geomint.solve` to the bit, of implicit methods to a rounding.
+        The state: that of `geomint.solve` to the bit, of implicit and adaptive methods to roundings.
     slopes : array, shape (rows, directions)
         DΦ v for each direction v.
     """

@@ -31,6 +31,7 @@ __all__ = [
     "BEGINNING",
     "COARSE",
     "ROUNDINGS",
+    "SMALLEST",
     "failure",
     "finite",
     "inverse_size",
