@@ -144,6 +144,45 @@ def test_a_parameter_that_is_zero_or_does_nothing() -> None:
     np.testing.assert_allclose(found.by_parameters[0], [-0.5 * math.sin(1.0), 0.0], rtol=1e-11)
 
 
+def allowed(a: float) -> float:
+    """Return a number that is above 0."""
+    if a <= 0.0:
+        raise gi.DomainError("a", a, "above 0")
+    return a
+
+
+TINY = {
+    "a sum": (lambda a: 1.0 + a, lambda a: 1.0, True),
+    "little of it": (lambda a: 1.0 + 1e-6 * a, lambda a: 1e-6, True),
+    "its unit": (lambda a: a / TINIEST, lambda a: 1.0 / TINIEST, True),
+    "a kink": (lambda a: 1.0 + abs(a), lambda a: 1.0, False),
+    "a sum that ends": (lambda a: 1.0 + allowed(a), lambda a: 1.0, False),
+}
+TINIEST = 1e-13
+
+
+@pytest.mark.parametrize("name", TINY)
+@pytest.mark.parametrize("a", [TINIEST, 3e-20, 1e-200])
+def test_a_parameter_that_is_tiny(name: str, a: float) -> None:
+    """Differences over a part of it are rounding: over more, or refused where that is not possible."""
+    of, slope, found = TINY[name]
+    if name == "its unit":
+        a = TINIEST
+
+    def family(a: float) -> tuple[gi.Problem, list[float]]:
+        return dataclasses.replace(SPRING, params=[of(a)]), [1.0, 0.0]
+
+    given: dict[str, Any] = {"parameters": {"a": a}, "t_end": 1.0, "step": 0.1}
+    if not found:
+        with pytest.raises(gi.DomainError, match="lost in rounding"):
+            gi.sensitivities(family, **given)
+        return
+    w = math.sqrt(of(a))
+    expected = -0.5 * math.sin(w) / w * slope(a)
+    off = abs(gi.sensitivities(family, **given).by_parameters[0, 0] - expected)
+    assert off < 1e-10 * max(abs(expected), 1e-3)
+
+
 def scaled(f: Any) -> Any:
     """Another function of the same name."""
 

@@ -33,8 +33,9 @@ class Lyapunov(Shown):
         In the order of their directions, the largest first as a rule; per unit of the problem's own
         time.
     errors : array, shape (k,)
-        One standard error: that of the means over parts of the run, and what the second half of the
-        run has changed. A regular motion has exponents like ln t / t, which are no larger.
+        One standard error: that of the means over parts of the run, what the second half of it has
+        changed, and a rounding a step. A regular motion has exponents like ln t / t, which are no
+        larger.
     t : array, shape (samples,)
         Time since the beginning, where there are samples.
     running : array, shape (samples, k)

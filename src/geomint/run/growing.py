@@ -15,6 +15,10 @@ from .exponents import Lyapunov, standard_errors
 
 __all__ = ["Growing"]
 
+ROUNDING = (
+    2.0**-52
+)  # of the length of a direction, in every step: parts of a run may share its sign
+
 
 class Growing:
     """Directions, what they have grown by, and the steps that let them grow."""
@@ -92,7 +96,7 @@ class Growing:
         running = grown / t[:, None]
         return Lyapunov(
             running[-1] if len(t) else np.zeros(d),
-            standard_errors(t, grown),
+            np.hypot(standard_errors(t, grown), ROUNDING / abs(self._h)),
             t,
             running,
             np.array(self._alignment) if d > 1 else None,

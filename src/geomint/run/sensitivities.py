@@ -26,7 +26,10 @@ from .tangent_flow import tangent_flow
 __all__ = ["Quantity", "Sensitivities", "sensitivities"]
 
 WIDEST, HALVINGS, TRIES = 0.1, 4, 6  # differences over a tenth of a parameter, and over less
-RELIABLE = 1e-10  # relative: a derivative by differences that is known no better is refused
+WIDER = 16.0  # over so much more, where a parameter is tiny beside what it is added to
+RELIABLE = 1e-10  # relative: a derivative by differences that does not settle so far is refused
+LEFT = 1e-6  # likewise of one that loses more to rounding
+ROUNDING = 2.0 ** (HALVINGS - 51)  # of differences over the least width, of numbers over the widest
 LEAST_KINK = 1e-2  # rounding makes of differences of both sides up to so much less of a kink
 APART = 0.1  # of the size of a piece: where functions are compared beside the run
 
@@ -230,29 +233,56 @@ class _Family:
         """Return the derivatives of the flat parameters and of the state by a parameter.
 
         By central differences over h, h/2, … that are extrapolated to 0 (L. F. Richardson); where the
-        parameter cannot move so far, or they do not settle, over less.
+        parameter cannot move so far, or they do not settle, over less; where they are lost in rounding,
+        as those of a tiny number in a sum are, over more.
         """
         value, count = self.values[name], len(self.problem.params)
-        width = WIDEST * (abs(value) or 1.0)
+        least, most = WIDEST * (abs(value) or 1.0), WIDEST * max(abs(value), 1.0)
         here = self._flat(self.values)
-        scale = float(np.abs(here / width).max(initial=1e-300))
-        failure: GeomintError
-        for _ in range(TRIES):
+        best, lost, width = np.zeros(len(here)), np.inf, least
+        failure: GeomintError = self._rough(name)
+        for _ in range(2 * TRIES):
+            settled, part = False, np.inf
             try:
                 found, off = self._extrapolated(name, value, width, here)
             except GeomintError as error:
                 failure = error
             else:
-                size = max(float(np.abs(found).max()), scale)
-                if (off <= RELIABLE * size).all():
-                    self._moved[name] = value + width
-                    return found[:count], found[count:]
-                expected = (
-                    "a value near which parameters and initial state are smooth functions of it"
-                )
-                failure = DomainError(f"parameters[{name!r}]", value, expected)
-            width *= 0.25
-        raise failure
+                size = float(np.abs(found).max())
+                moved = (found != 0.0) | (off != 0.0)
+                rounding = ROUNDING * float(np.abs(here[moved]).max(initial=0.0)) / width
+                settled = bool((off <= RELIABLE * size + rounding).all())
+                part = rounding / size if size > rounding else 1.0
+                failure = failure if settled else self._rough(name)
+            if settled and (part < lost or width == most):
+                best, lost = found, part if width < most else 0.0
+                self._moved[name] = value + width
+            if lost <= RELIABLE:
+                break
+            if settled:
+                width = min(max(part / RELIABLE, WIDER) * width if part < 1.0 else most, most)
+            elif lost < 1.0 or (lost < np.inf and width <= least):
+                break
+            else:
+                width *= 0.25
+        if lost == np.inf:
+            raise failure
+        if lost > LEFT and (lost < 1.0 or self._depends(name, here)):
+            expected = "a value that is not lost in rounding beside what it is added to"
+            raise DomainError(f"parameters[{name!r}]", value, expected)
+        return best[:count], best[count:]
+
+    def _rough(self, name: str) -> DomainError:
+        expected = "a value near which parameters and initial state are smooth functions of it"
+        return DomainError(f"parameters[{name!r}]", self.values[name], expected)
+
+    def _depends(self, name: str, here: Array) -> bool:
+        """Tell whether anything depends on a parameter: over more than a part of a tiny one."""
+        far = self.values[name] + max(abs(self.values[name]), 1.0)
+        try:
+            return bool((self._flat({**self.values, name: far}) != here).any())
+        except GeomintError:
+            return False
 
     def _extrapolated(
         self, name: str, value: float, widest: float, here: Array
