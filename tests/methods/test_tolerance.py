@@ -17,7 +17,7 @@ import geomint as gi
 from geomint.methods import Start, find_method
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import compiled_derivative, derivative
-from geomint.problems.testproblems import outer_solar_system
+from geomint.problems.testproblems import outer_solar_system, schwarzschild
 from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
@@ -404,6 +404,18 @@ def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> No
     trials, setting = searched(4.0, 1.0)
     assert trials > 1
     assert setting == pytest.approx(right, rel=0.02)
+
+
+@pytest.mark.parametrize("radius", [21.3, 27.0, 28.9])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-10])
+def test_motions_that_begin_where_they_are_slowest(radius: float, tolerance: float) -> None:
+    """Around a black hole: steps are a hundredth of what the beginning says, and so iterations end."""
+    p = schwarzschild.problem()
+    y0 = schwarzschild.initial(p, radius)
+    found = gi.solve(p, y0, t_end=1e5, method="auto", tolerance=tolerance, progress=False)
+    exact = gi.solve(p, y0, t_end=1e5, method="dop853", step=1.0, progress=False)
+    off = np.abs(found.y[-1] - exact.y[-1]) / np.maximum(np.abs(y0), np.abs(exact.y[-1]))
+    assert off.max() < 10.0 * tolerance
 
 
 def test_warm_calls_have_the_bits_of_cold_ones_and_evaluate_nothing_in_python(

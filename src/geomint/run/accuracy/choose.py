@@ -34,6 +34,7 @@ FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(
 IMPLICIT = 1.2  # of that time: a first implicit step, at most
 ROUNDING = 0.2  # see `rounding_floor`
 BIAS = 0.1  # see `with_iteration_tolerance`
+FASTER = 2.0  # times: motions that need so much shorter steps than the beginning says turn faster
 SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
@@ -226,6 +227,10 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     else:  # shorter steps would not help
         expected *= growth
     accuracy = wanted.accuracy(expected, floor, search.record, rate)
+    faster = first / step
+    if faster > FASTER and not wanted.watched:
+        turns, steps = faster * wanted.turns, abs(motion.span) / step
+        own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
     return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step))
 
 
