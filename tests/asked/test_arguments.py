@@ -22,6 +22,9 @@ from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
 from geomint.run import solve as integrate
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 
 @gi.field
 def forced(params, t, y, out, work):
@@ -490,7 +493,7 @@ METHODS_BELOW = {  # methods of classes
     "Problem": {"canonical", "exact", "physical_state", "random_state", "state", "unit"},
     **dict.fromkeys((*FAMILIES, "Method", "Exact"), OF_METHODS),
     "Scene": {
-        "changed", "changed_integration", "changed_observation", "from_content", "hash_of",
+        "changed", "changed_integration", "changed_observation", "from_content", "hash_of", "place",
     },
     "Drift": {"stretched"},
     "Reference": {"at"},  # tested in tests/report/test_cite.py, as the next

@@ -18,6 +18,9 @@ import geomint as gi
 from geomint.cli import main
 from geomint.plan import Plan
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 SCENE = """
 [system]
 name = "chaplygin-sphere-hamiltonized"

@@ -186,7 +186,7 @@ def test_projections_are_said(tmp_path):
         (["check", "ball-3d", "--step", "-1"], "step = -1.0"),
         (["check", "ball-3d", "--method", "cf4"], "'cf-4'"),
         (["check", "ball-3d", "--t-end", "1", "--tau-end", "2"], "one of them"),
-        (["check", "ball-3d", "--tau-end", "2"], "tau_end = 2.0"),
+        (["check", "ball-3d", "--tau-end", "2"], "--tau-end = 2.0"),
         (["check", "ball-3d", "--method", "rattle-4"], "no form 'hamiltonian'"),
         (["check", "nothing.toml"], "does not exist"),
         (["check", "ball-3d", "--representation", "bal"], "Did you mean 'ball'?"),

@@ -11,6 +11,9 @@ from exact_maps import PROBLEMS, exact_defect
 import geomint as gi
 from geomint.problems.testproblems import spherical_pendulum
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 
 def observed(problem: gi.Problem, name: str, y0, h: float, steps: int = 1, **options):
     """The drift of the measure after some steps."""

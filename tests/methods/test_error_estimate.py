@@ -16,6 +16,9 @@ from geomint.methods import find_method
 from geomint.run.error_estimate import error_estimate
 from geomint.scene.load import builtin_scenes
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 SPHERE = gi.load_scene("sphere-n3")
 
 

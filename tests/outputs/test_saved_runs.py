@@ -13,6 +13,9 @@ from scipy.io import netcdf_file
 import geomint as gi
 from geomint.run.storage import save_solution
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 
 @pytest.fixture(scope="module")
 def solution():

@@ -12,6 +12,9 @@ from matplotlib.mathtext import MathTextParser
 
 from geomint.cli import main
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 SCENE = """
 title = "50 % of a_1 & {γ̇} at 10^-3, č"
 [system]

@@ -20,6 +20,9 @@ from geomint.watch.functions import Function
 from geomint.watch.measure import InvariantMeasure
 from geomint.watch.registry import plugged
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 PROBLEM, START = henon_heiles.problem(), [0.0, 0.1, 0.3, 0.0]
 RUN: dict[str, Any] = {"step": 0.1, "method": "rk-4", "compiled": False, "progress": False}
 

@@ -29,8 +29,9 @@ ROUNDS = 8  # of Newton's method
 TINY = 1e-7  # of the frame: differences for Newton's method
 ON, ROUGHLY = 1e-12, 1e-4  # of sizes: on the level; so for a look ahead
 SAME = 1e-7  # of the frame: the same point
-FORGET = 10.0  # e-folds of the slowest correlation with the beginning
-TRIED, LONGEST = 500, 3000  # moves: before longer chains are given up; of the longest
+RECALLED = 0.05  # of correlations after `PILOT` moves: less is not told from none
+FORGET = 7.0  # e-folds of the slowest correlation with the beginning
+TRIED, LONGEST = 1000, 6000  # moves: before longer chains are given up; of the longest
 
 
 class Target(NamedTuple):
@@ -91,19 +92,21 @@ class Chains:
         temperature energies are the slowest).
         """
         done, needed, slowest = 0, float(PILOT), 0
-        moved = np.zeros((2 * self.here.states.shape[1] + 1,) * 2)
+        moved: list[Array] = []
         while done < needed:
             if done >= TRIED and needed > LONGEST:
                 break
             before = self._seen()
-            self._move()
+            for _ in range(PILOT):
+                self._move()
+            done += PILOT
             change = self._seen() - before
             with np.errstate(over="ignore", invalid="ignore"):
-                moved += change.T @ change / len(change)
-            done += 1
-            if done % PILOT == 0:
-                rate, slowest = _slowest(self._seen(), moved / done)
-                needed = max(FORGET / max(rate, 1e-300), float(PILOT))
+                moved.append(change.T @ change / len(change))
+            late = np.mean(moved[len(moved) // 2 :], axis=0)  # without the way from the beginning
+            part, slowest = _slowest(self._seen(), late)
+            rate = -np.log(max(1.0 - part, RECALLED)) / PILOT
+            needed = max(FORGET / max(rate, 1e-300), float(PILOT))
         return slowest if done < needed else None
 
     def _seen(self) -> Array:

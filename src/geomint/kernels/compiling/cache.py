@@ -101,9 +101,8 @@ class StampedCache(NullCache):
         self._fingerprint, self._on_miss = fingerprint, on_miss
         self._folder = cache_folder()
         self._base = f"{py_func.__name__.strip('<>')}-{fingerprint}"
-        self._kernel = py_func.__module__.startswith(
-            _ROOMS
-        )  # no problem's function, which is quick
+        # Functions of problems are compiled quickly.
+        self._kernel = str(py_func.__module__).startswith(_ROOMS)
 
     @property
     def cache_path(self) -> str:
