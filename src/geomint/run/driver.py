@@ -24,7 +24,6 @@ Consumer = Callable[[npt.NDArray[np.int64], Array, Array | None], int | None]
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64  # steps, before it is known what one takes
-FEW = 32  # rows: of fewer, steps cost so much less
 MAX_BUFFER = 1 << 18  # numbers
 _NOTHING = scalar_block(0)
 
@@ -75,9 +74,7 @@ def drive(
     rows = stepper.rows
     width = len(stepper.memory) if whole else rows
     largest = max(1, MAX_BUFFER // width) * stride
-    chunk = FIRST_CHUNK * (max(1, FEW // rows) if stepper.compiled else 1)
-    if steps is None:
-        chunk = _at_most(chunk, left())
+    chunk = FIRST_CHUNK if steps is not None else _at_most(FIRST_CHUNK, left())
     out = _NOTHING
     while steps is None or integrator.done < steps:
         first = integrator.done
