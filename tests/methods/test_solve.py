@@ -31,10 +31,11 @@ from geomint.run.progress import Progress
 from geomint.run.timeline import default_step, plan_timeline
 from geomint.watch.observe import Observers
 
-# Steps are as long as a test wants them.
-pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
-
-pytestmark = pytest.mark.nojit
+pytestmark = [
+    pytest.mark.nojit,
+    # Steps are as long as a test wants them.
+    pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning"),
+]
 compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="too many steps for plain Python")
 
 LOTKA = lotka_volterra.problem()
