@@ -17,6 +17,9 @@ from geomint.methods import Start
 from geomint.problems.testproblems import spherical_pendulum
 from geomint.stress.preserved import Quantities
 
+# Steps are as long as a test wants them.
+pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")
+
 GAIN = 1.5
 TABLE = np.array([1.5])
 
