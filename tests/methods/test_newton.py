@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from stage_increments import increments
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import section
-from geomint.kernels.solve.gauss import gauss_memory
-from geomint.methods.gauss import lane_positions
 from geomint.problems.testproblems import fast_rotor, henon_heiles, spring_pendulum
 from geomint.tableaux import gauss_legendre
 
@@ -63,14 +61,6 @@ def test_longer_steps_than_the_fixed_point_takes(name: str) -> None:
     half = len(maxima) // 2
     assert maxima[half:].max() <= 1.1 * maxima[:half].max()
     assert maxima.max() < WITHIN[name]
-
-
-def increments(motion: gi.Integrator, stages: int) -> Array:
-    groups = 1 if stages <= 8 else 2
-    rows = motion.stepper.rows
-    numbers = section(motion.stepper.memory, gauss_memory(rows, groups), "stages").data
-    lanes = np.concatenate(list(numbers.reshape(groups, rows, 8)), axis=1).T
-    return lanes[lane_positions(stages, 8 * groups)]
 
 
 def correction(of: gi.Problem, y: Array, t: float, h: float, L: Array, stages: int) -> float:

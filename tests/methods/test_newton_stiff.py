@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from stage_increments import increments
 
 import geomint as gi
-from geomint.kernels.numbers.blocks import section
-from geomint.kernels.solve.gauss import gauss_memory
-from geomint.methods.gauss import lane_positions
 from geomint.problems.testproblems import spring_pendulum
 from geomint.tableaux import gauss_legendre
 
@@ -22,14 +20,6 @@ AT_REST = np.array([1.0, 0.0, 0.0, 0.3])  # the spring, not the pendulum
 STIFF = [(1e2, 0.03), (1e3, 0.05), (1e4, 0.003), (1e4, 0.05), (1e5, 0.01), (1e5, 0.05), (1e6, 0.02)]
 CASES = [(*case, stages) for case in STIFF for stages in (1, 2, 5)]
 LENGTHS = (2.0**-900, 2.0**-30, 2.0**30, 2.0**900)
-
-
-def increments(motion: gi.Integrator, stages: int) -> Array:
-    groups = 1 if stages <= 8 else 2
-    rows = motion.stepper.rows
-    numbers = section(motion.stepper.memory, gauss_memory(rows, groups), "stages").data
-    lanes = np.concatenate(list(numbers.reshape(groups, rows, 8)), axis=1).T
-    return lanes[lane_positions(stages, 8 * groups)]
 
 
 def slope_of(omega: float, y: Array) -> tuple[Array, Array]:

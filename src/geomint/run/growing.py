@@ -15,9 +15,7 @@ from .exponents import Lyapunov, standard_errors
 
 __all__ = ["Growing"]
 
-ROUNDING = (
-    2.0**-52
-)  # of the length of a direction, in every step: parts of a run may share its sign
+ROUNDING = 2.0**-52  # of a direction's length a step: parts of a run may share its sign
 
 
 class Growing:
