@@ -21,10 +21,10 @@ D = 4.0
 gamma = [0.48, 0.6, 0.64]
 p = [3.0, -4.0, 1.5]
 [time]
-tau_end = 500.0
+tau_end = 125.0
 [integrate]
 method = "rk-4"
-step = 0.125
+step = 0.03125
 [observe]
 quantities = ["energy", "measure"]
 every = 2

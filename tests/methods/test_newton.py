@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+import time
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from stage_increments import increments
 
 import geomint as gi
+from geomint.kernels.compiling import compile as compiling
 from geomint.problems.testproblems import fast_rotor, henon_heiles, spring_pendulum
 from geomint.tableaux import gauss_legendre
 
@@ -187,6 +189,29 @@ def test_long_steps_are_told() -> None:
     assert len(told) == 1
     gi.solve(of, y, t_end=50 * h, step=h, method=gi.Gauss(8, iteration="newton"))
     gi.solve(of, y, t_end=5.0, step=longest / 4.0)
+
+
+@LONG
+def test_what_is_compiled_on_the_way_is_no_time_of_the_run(monkeypatch) -> None:
+    """A day passes while the code of Newton's method is made, in the middle of the run."""
+    days = [0.0]
+    linked, clock = compiling.linked, time.perf_counter
+
+    def slow() -> Any:
+        days.append(86400.0)
+        return linked()
+
+    @gi.field
+    def new(params, t, y, out, work):  # type: ignore[no-untyped-def]
+        out[0] = y[1]
+        out[1] = -params[0] * y[0] + 1.25e-3 * y[0] * y[0]
+
+    of = problem(new, 2, [1e4])
+    monkeypatch.setattr(compiling, "linked", slow)
+    monkeypatch.setattr(compiling.time, "perf_counter", lambda: clock() + sum(days))
+    run = gi.solve(of, [1.0, 0.0], t_end=2.0, step=0.2, method="gauss-8", progress=False)
+    assert len(days) > 3
+    assert run.run_seconds + run.watching_seconds < 3600.0
 
 
 def test_easy_steps_do_not_turn() -> None:

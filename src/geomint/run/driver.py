@@ -6,7 +6,6 @@ a run do not depend on the size of the chunks.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
+from ..kernels.compiling.compile import running_clock
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.status import OK
 from .integrator import Integrator
@@ -30,7 +30,7 @@ _NOTHING = scalar_block(0)
 
 @dataclass
 class Account:
-    """What a run has cost."""
+    """What a run has cost, without what was compiled on the way."""
 
     seconds: float = 0.0
     watching_seconds: float = 0.0
@@ -85,19 +85,19 @@ def drive(
         if len(out) < needed:
             out = scalar_block(needed)
         before = integrator.bookmark
-        begun = time.perf_counter()
+        begun = running_clock()
         asked, good = integrator.take(count, stride, out, whole)
-        elapsed = time.perf_counter() - begun
+        elapsed = running_clock() - begun
         account.seconds += elapsed
         done = integrator.done
         indices = np.arange(first // stride + 1, done // stride + 1) * stride
         if stepper.finished and done % stride:  # an end that steps are made to fit
             indices = np.append(indices, done)
-        begun = time.perf_counter()
+        begun = running_clock()
         handed = out.data[: len(indices) * width].reshape(-1, width)
         states = np.ascontiguousarray(handed[:, :rows])
         end = consume(indices, states, handed if whole else None)
-        account.watching_seconds += time.perf_counter() - begun
+        account.watching_seconds += running_clock() - begun
         if end is not None:
             integrator.bookmark = before
             integrator.take(end - first, stride, out, whole)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-import time
 import warnings
 from collections.abc import Callable
 from html import escape
@@ -53,7 +52,8 @@ class Progress:
         self.shown = self._notebook or sys.stderr.isatty() if show is None else show
         self.compile_seconds = 0.0
         self._total, self._label = total, label
-        self._start = time.perf_counter()
+        self._clock: Callable[[], float]
+        self._start = 0.0
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
@@ -63,9 +63,10 @@ class Progress:
         self._next_look = _DELAY
 
     def __enter__(self) -> Progress:
-        from ..kernels.compiling.compile import listen
+        from ..kernels.compiling.compile import listen, running_clock
         from .compiling_line import CompilingLine
 
+        self._clock = running_clock
         self._compiling = CompilingLine(self.shown and not self._notebook)
         self._ended = listen(self._compilation)
         return self
@@ -102,7 +103,7 @@ class Progress:
         self._compiling.clear()
         while WHEN_RUNNING:
             WHEN_RUNNING.pop()()
-        self._start = time.perf_counter()
+        self._start = self._clock()
         if threading.current_thread() is threading.main_thread():
             handler = signal.getsignal(signal.SIGINT)
             if handler is signal.default_int_handler:  # else somebody has taken it over already
@@ -120,7 +121,7 @@ class Progress:
         if self._interrupted:
             self._interrupted = False
             raise KeyboardInterrupt
-        elapsed = max(time.perf_counter() - self._start, 1e-9)
+        elapsed = max(self._clock() - self._start, 1e-9)
         if elapsed > self._next_look:
             self._look(done, elapsed)
         if not self.shown or (self._bar is None and elapsed < _DELAY):
