@@ -295,6 +295,9 @@ def test_a_picture() -> None:
     assert len(first.lines) == 5
     one = gi.lyapunov(p, CHAOTIC, t_end=100.0, method="rk-4", step=0.05, count=1).plot()
     assert len(one.axes) == 1
+    step = gi.lyapunov(p, CHAOTIC, t_end=0.05, method="rk-4", step=0.05).plot()
+    assert {line.get_marker() for axes in step.axes for line in axes.lines[:4]} == {"."}
+    assert "." not in {line.get_marker() for axes in figure.axes for line in axes.lines}
 
 
 def test_directions_that_tell_nothing() -> None:
@@ -330,6 +333,27 @@ def test_units_of_states(sizes: tuple[float, float]) -> None:
     np.testing.assert_allclose(found.exponents, [-1.0, -2.0], rtol=1e-4)
     random = gi.lyapunov(problem, sizes, **run)
     np.testing.assert_allclose(random.exponents.sum(), -3.0, rtol=1e-4)
+
+
+@gi.field
+def saddle(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0], out[1], out[2] = params[0] * y[1], y[0] / params[0], -y[2]
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1.0, 1e8, 1e100])
+@pytest.mark.parametrize("third", [0.0, 1.0])
+def test_units_at_an_equilibrium(ratio: float, third: float) -> None:
+    """Where pieces are 0 and stay so, their units are those in which they move each other alike."""
+    pieces = (("q", 1), ("p", 1), ("s", 1))
+    problem = gi.Problem("saddle", pieces, [ratio], field=saddle, measure=gi.Measure())
+    run = {"t_end": 20.0, "step": 0.1, "method": "gauss-4"}
+    directions = np.array([[ratio, 1.0, 0.0], [ratio, -1.0, 0.0], [0.0, 0.0, 1.0]]).T
+    found = gi.lyapunov(problem, [0.0, 0.0, third], **run, directions=directions)
+    np.testing.assert_allclose(found.exponents, [1.0, -1.0, -1.0], rtol=1e-9)
+    random = gi.lyapunov(problem, [0.0, 0.0, third], **run)
+    np.testing.assert_allclose(random.exponents.sum(), -1.0, rtol=1e-9)
+    drift = gi.solve(problem, [0.0, 0.0, third], **run, observe=["measure"]).drift["measure"]
+    np.testing.assert_allclose(drift.final_error, -20.0, rtol=1e-12)
 
 
 @pytest.mark.parametrize("size", [1e-310, 1e-200, 1e200, 1e308])

@@ -319,3 +319,22 @@ def test_wrong_families() -> None:
     ):
         with pytest.raises(gi.GeomintError, match=said):
             gi.sensitivities(problem, y0, **{**usual, **changed})
+
+
+@gi.observable
+def length(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return gi.sqrt(y[0] * y[0] + y[1] * y[1])
+
+
+def test_a_quantity_without_a_derivative() -> None:
+    """|y| of a state that stays at 0: an error, no result with NaN; next to it there is one."""
+
+    @gi.field
+    def turning(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0], out[1] = y[1], -y[0]
+
+    problem, run = gi.Problem("turning", (("y", 2),), field=turning), {"t_end": 1.0, "step": 0.1}
+    with pytest.raises(gi.DomainError, match="derivatives where the run ends"):
+        gi.sensitivities(problem, [0.0, 0.0], **run, observe=[length])
+    found = gi.sensitivities(problem, [1e-9, 0.0], **run, observe=[length])
+    np.testing.assert_allclose(found.quantities["length"].by_state, [1.0, 0.0], atol=1e-13)

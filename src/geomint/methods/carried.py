@@ -27,7 +27,7 @@ from ..kernels.tangent.normals import CONDITIONS
 from ..problems.derivatives import slopes_of
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
-from ..problems.time_scale import characteristic_time
+from ..problems.time_scale import characteristic_time, jacobian
 from .stepper import Stepper
 from .tangent import directions_at_once, tangent_type
 
@@ -221,7 +221,8 @@ def sizes_of_pieces(problem: Problem, y0: Array) -> Array:
 
     A piece that is much smaller than the others, as one that is almost at rest is, has the size that
     it would have after that time if the others were changed by theirs: in units that are too small,
-    the derivative of a short step would be far from 1.
+    the derivative of a short step would be far from 1. Pieces that stay at 0 have the sizes in which
+    they move each other as much.
     """
     pieces, sizes = problem.slices.values(), np.zeros(problem.rows)
     for piece in pieces:
@@ -238,7 +239,28 @@ def sizes_of_pieces(problem: Problem, y0: Array) -> Array:
         for piece in pieces:
             if sizes[piece].max() < SMALL * _norm(moved[piece]):
                 sizes[piece] = _norm(moved[piece])
+        _balance([piece for piece in pieces if not sizes[piece].any()], problem, y0, sizes)
     return np.where((sizes > 0.0) & (sizes < np.inf), sizes, 1.0)
+
+
+def _balance(resting: list[slice], problem: Problem, y0: Array, sizes: Array) -> None:
+    """Write sizes of pieces that rest at 0, in which the Jacobian's blocks between them are alike.
+
+    By the diagonal similarity of E. E. Osborne, J. ACM 7 (1960) 338.
+    """
+    if len(resting) < 2:
+        return
+    from scipy.linalg import matrix_balance  # few runs begin at an equilibrium at 0
+
+    J = jacobian(problem, y0, 0.0, derivative)
+    blocks = np.array(
+        [[np.linalg.norm(J[rows, columns]) for columns in resting] for rows in resting]
+    )
+    if np.isfinite(blocks).all():
+        with np.errstate(invalid="ignore"):  # scipy makes whole numbers of the sizes too
+            found = matrix_balance(blocks, permute=False, separate=True)[1][0]
+        for piece, size in zip(resting, found, strict=True):
+            sizes[piece] = size
 
 
 def _norm(x: Array) -> float:

@@ -14,7 +14,7 @@ from .evaluate import derivative
 from .problem import Problem
 from .spaces.repair import length
 
-__all__ = ["characteristic_time"]
+__all__ = ["characteristic_time", "jacobian"]
 
 Rate = Callable[[Problem, Array, float], Array]
 

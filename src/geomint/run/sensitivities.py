@@ -132,7 +132,8 @@ def sensitivities(
     DomainError
         For parameters on which the problem does not depend smoothly, or by other ways than its flat
         parameters: a recorded function that uses the value itself does not change with it. That is
-        looked for where the run begins and ends, and beside.
+        looked for where the run begins and ends, and beside. For a quantity that has no derivative at
+        the end.
     ArgumentError, FormError, DeclarationError, MethodError, ConvergenceError, NonFiniteError, \
 StepSizeError
         As `geomint.tangent_flow`.
@@ -174,6 +175,9 @@ StepSizeError
         direct = np.zeros(len(family.values))
         if moved.any():
             direct = gradient(p, f, flow.y, end, by="parameters") @ moved[:, p.rows :]
+        if not np.isfinite(by_y).all() or not np.isfinite(direct).all():
+            expected = "quantities with derivatives where the run ends: |x| has none at 0"
+            raise DomainError("observe", name, expected)
         quantities[name] = Quantity(
             value(p, f, flow.y, end), by_y @ by_state, by_y @ by_parameters + direct
         )
