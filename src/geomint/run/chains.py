@@ -25,8 +25,6 @@ LENGTHS, CHOSEN = (1.0, 0.25, 0.0625), (0.8, 0.1, 0.1)  # of steps, for where a 
 BENT = 0.1  # of a step: by that much it may end elsewhere than its first half foretells
 TURNED = 0.0  # the least product of cosines between the normals at both ends of a step
 FLAT = 0.01  # of the square of a number's size: the least spread that a frame has
-ROUNDS = 8  # of Newton's method
-TINY = 1e-7  # of the frame: differences for Newton's method
 ON, ROUGHLY = 1e-12, 1e-4  # of sizes: on the level; so for a look ahead
 SAME = 1e-7  # of the frame: the same point
 RECALLED = 0.05  # of correlations after `PILOT` moves: less is not told from none
@@ -157,43 +155,16 @@ class Chains:
         The first half of a step has to foretell, by a parabola, where the whole ends: else normals may
         meet another part of the level.
         """
-        if not self._target.level.conditions:
-            return points.states + v @ self._frame.T, np.ones(len(v), dtype=bool)
-        start = np.zeros(points.normals.shape[::2])
-        half, near = self._along(points, 0.5 * v, start, ROUGHLY)
-        whole, found = self._along(points, v, np.where(near[:, None], 4.0 * half, 0.0), ON)
+        level, moves = self._target.level, v @ self._frame.T
+        ways = points.normals.transpose(0, 2, 1) @ self._frame.T  # a normal a row
+        nothing = np.zeros(ways.shape[:2])
+        half, near = level.back(points.states + 0.5 * moves, ways, nothing, ROUGHLY)
+        begun = np.where(near[:, None], 4.0 * half, 0.0)
+        whole, found = level.back(points.states + moves, ways, begun, ON)
         off = np.linalg.norm(whole - 4.0 * half, axis=1)
         found &= near & (off < BENT * np.linalg.norm(v, axis=1))
         ends = v - (points.normals @ whole[:, :, None])[:, :, 0]
         return points.states + np.where(found[:, None], ends, 0.0) @ self._frame.T, found
-
-    def _along(
-        self, points: _Points, v: Array, a: Array, on: float
-    ) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Return coefficients of the normals that bring ``points + v`` back, and which are found.
-
-        From `a` by Newton's method, with one-sided differences along the normals, until conditions are
-        off by less than `on`; given up where they do not halve.
-        """
-        level, rows = self._target.level, v.shape[1]
-        a, found, going = a.copy(), np.zeros(len(v), dtype=bool), np.arange(len(v))
-        bound = np.full(len(v), 1e6)
-        ways = points.normals.transpose(0, 2, 1) @ self._frame.T  # a normal a row
-        ahead = points.states + v @ self._frame.T
-        for _ in range(ROUNDS):
-            along = ways[going]
-            here = ahead[going] - np.einsum("ijk,ij->ik", along, a[going])
-            near = np.concatenate([here[:, None], here[:, None] + TINY * along], axis=1)
-            off = level.off(near.reshape(-1, rows)).reshape(*near.shape[:2], -1)
-            size = np.abs(off[:, 0]).max(axis=1)
-            found[going[size < on]] = True
-            slopes = (off[:, 1:] - off[:, :1]) / TINY
-            left = (size >= on) & (size < bound) & np.isfinite(slopes).all(axis=(1, 2))
-            if not left.any():
-                break
-            going, bound = going[left], 0.1 * size[left]
-            a[going] += _solved(slopes[left].transpose(0, 2, 1), off[left, 0, :, None])[:, :, 0]
-        return a, found
 
 
 def _slowest(seen: Array, moved: Array) -> tuple[float, int]:
@@ -221,16 +192,6 @@ def _tangent(points: _Points, v: Array) -> Array:
     normals = points.normals
     along = normals @ (normals.transpose(0, 2, 1) @ v[:, :, None])
     return np.asarray(v - along[:, :, 0])
-
-
-def _solved(matrices: Array, right: Array) -> Array:
-    """Return solutions of linear equations; the shortest where there are many or none."""
-    try:
-        if matrices.shape[-1] == 1 and matrices.all():
-            return np.asarray(right / matrices)
-        return np.asarray(np.linalg.solve(matrices, right))
-    except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.pinv(matrices) @ right)
 
 
 def _frame(problem: Problem, states: Array) -> Array:

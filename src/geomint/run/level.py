@@ -16,6 +16,7 @@ from ..problems.evaluate import value
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import both, written
 from .at_states import writer
+from .way_back import WayBack, way_back
 
 __all__ = ["Level", "kept_values", "on_level", "settled_states", "states_on_level"]
 
@@ -64,12 +65,14 @@ class Level:
         self.sizes = np.where(self._wanted != 0.0, np.abs(self._wanted), 1.0)
         self.conditions = len(wanted)
         self._write: Callable[[Array, Array], Array] | None = None
+        self._way_back: WayBack | None = None
         if functions or manifold is not None:
             given = written(*functions) if functions else manifold
             if functions and manifold is not None:
                 given = both(manifold, own, given, len(functions))
             assert given is not None
             self._write = writer(problem, given, self.conditions, compiled)
+            self._way_back = way_back(problem, given, self._wanted, self.sizes, compiled)
 
     def off(self, states: Array) -> Array:
         """Return how far conditions are from holding, in their sizes, shape (states, conditions)."""
@@ -78,6 +81,21 @@ class Level:
         found = self._write(np.zeros(len(states)), states)
         with np.errstate(over="ignore", invalid="ignore"):  # ∞ is off too
             return np.asarray((found - self._wanted) / self.sizes)
+
+    def back(
+        self, ahead: Array, ways: Array, a: Array, on: float
+    ) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Return ``a`` with ``ahead − a ways`` on the level, from what is given, and which are found.
+
+        Parameters
+        ----------
+        ahead, ways, a : array, shape (states, rows), (states, conditions, rows), (states, conditions)
+        on : float
+            By less than that no condition is off, in its size.
+        """
+        if self._way_back is None:
+            return a, np.ones(len(a), dtype=bool)
+        return self._way_back(ahead, ways, a, on)
 
     def gradients(self, states: Array, ways: Array) -> Array:
         """Return the derivatives of `off` along ways, one a row: shape (states, conditions, ways).
