@@ -8,6 +8,7 @@ from click.testing import CliRunner
 import geomint as gi
 from geomint.cli import main
 from geomint.scene import scene, validate
+from geomint.scene.flaws import Flaws
 from geomint.scene.load import load_changed
 from geomint.scene.raw import drift_changes, overridden
 
@@ -171,3 +172,11 @@ def test_a_flaw_is_told_where_it_was_written(tmp_path):
     path.write_text(SCENE, encoding="utf-8")
     result = CliRunner().invoke(main, ["check", str(path), "--observe", "KK"])
     assert "--observe[0] = 'KK'" in result.stderr
+
+
+def test_a_longer_key_is_another_one():
+    flaws = Flaws({"[integrate] step": "--step"})
+    flaws += ["[integrate] step = -1.0: too small", "[integrate] stepsize: unknown key"]
+    told = str(flaws.error("s"))
+    assert "--step = -1.0: too small" in told
+    assert "[integrate] stepsize: unknown key" in told
