@@ -11,7 +11,6 @@ from families import PROBLEMS, differentiated
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.methods import find_method
 from geomint.methods.carried import sizes_of_pieces
 from geomint.problems.derivatives import slopes_of
 from geomint.problems.testproblems import henon_heiles

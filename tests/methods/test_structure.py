@@ -148,7 +148,7 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
 def test_rattle_keeps_constraints_and_momenta(name: str, h: float) -> None:
     """Constraints to a few roundings over 10⁵ steps; a quadratic momentum map as a random walk.
 
-    Of the two that are not slow, either takes two of the problems, one of which has the momentum.
+    Of the two that are not slow either takes two of the problems.
     """
     metric, frame = sphere_metric.problem(5, pulse=0.0), frame_in_field.problem(season=0.0)
     every = [
