@@ -75,7 +75,7 @@ def test_flows_keep_what_is_declared(name: str) -> None:
         states += [p.random_state(seed) for seed in range(3)]
     for y0 in states:
         assert p.field is not None
-        drift = watched(p, y0, "dop853", steps_of("gauss-8", p, y0, 0.05), 8)
+        drift = watched(p, y0, "dop853", steps_of("gauss-8", p, y0, 0.0125), 8)
         assert drift.max_abs_error < 3e-15, y0
         assert drift.within_roundoff
 
