@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from exact_systems import ALL, each, each_system, own_end, span
+from exact_systems import ALL, SYSTEMS, each, each_system, own_end, span
 
 import chaplygin as ch
 import geomint as gi
@@ -23,15 +23,16 @@ Y0 = SPHERE.random_state(1)
 
 @each
 def test_states_are_those_of_steps(name: str) -> None:
-    """In both times, forwards and backwards, by a fine run of gauss-8."""
+    """In both times, forwards and backwards (special states by turns), by a fine run of gauss-8."""
     problem, y0 = ALL[name]
     motion = problem.exact(y0)
-    for end in (span(problem, y0), -0.4 * span(problem, y0)):
+    ends = [span(problem, y0), -0.4 * span(problem, y0)]
+    for end in ends if name in SYSTEMS else ends[list(ALL).index(name) % 2 :][:1]:
         times = end * np.array([0.0, 0.1237, 0.5, 0.5, 1.0])
         own = "tau_eval" if problem.time == "tau" else "t_eval"
         run = {**own_end(problem, end), own: times}
         exact = gi.solve(problem, y0, **run, method="exact")
-        fine = gi.solve(problem, y0, **run, method="gauss-8", step=abs(end) / 400)
+        fine = gi.solve(problem, y0, **run, method="gauss-8", step=abs(end) / 200)
         tau = float(motion.tau(end)) if problem.time == "t" else end
         known = 100.0 * float(motion.phase_error(tau)) + 1e-12
         scale = np.abs(y0).max()

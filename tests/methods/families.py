@@ -73,3 +73,38 @@ def pairs(chosen: list[tuple[str, str]]) -> pytest.MarkDecorator:
 
 
 families = pairs(FAMILIES)
+
+# A pair for every kind of stepper: for what does not ask for the tableau, the group or the size.
+KINDS = [
+    ("rk-4", "lotka-volterra"),
+    ("gauss-3", "lotka-volterra"),
+    ("cf-4", "pulsating-body"),
+    ("dormand-prince-5-adaptive", "lotka-volterra"),
+    ("rkmk-dormand-prince-5-adaptive", "pulsating-body"),
+    ("rattle-2", "sphere-metric"),
+    ("lobatto-3", "double-pendulum"),
+    ("verlet-2", "neumann"),
+    ("gauss-8", "neumann-at-rest"),
+    ("rattle-2", "neumann-at-rest"),
+]
+kinds = pairs(KINDS)
+
+# A pair for every kind of stepper with derivatives: one composed, more stages than lanes, Cayley's
+# map, constraints with and without a mass matrix, motions at rest.
+DIFFERENTIATED = [
+    ("rk-4", "lotka-volterra"),
+    ("gauss-3", "lotka-volterra"),
+    ("gauss-11", "lotka-volterra"),
+    ("gauss-1-suzuki-4", "henon-heiles"),
+    ("cf-4", "pulsating-body"),
+    ("rkmk-4", "pulsating-body"),
+    ("rkmk-cayley-4", "so-3-frame"),
+    ("rattle-2", "sphere-metric"),
+    ("rattle-4", "double-pendulum"),
+    ("lobatto-3", "double-pendulum"),
+    ("verlet-2", "neumann"),
+    ("verlet-4", "abc-flow"),
+    ("gauss-8", "neumann-at-rest"),
+    ("rattle-2", "neumann-at-rest"),
+]
+differentiated = pytest.mark.parametrize(("name", "problem"), DIFFERENTIATED)

@@ -7,22 +7,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import FAMILIES, PROBLEMS
+from families import PROBLEMS, differentiated
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.methods import find_method
 from geomint.methods.carried import sizes_of_pieces
 from geomint.problems.derivatives import slopes_of
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.growing import Growing
 
 STEP = 0.05
-FIXED = [
-    pytest.param(name, problem, id=f"{name}-{problem}")
-    for name, problem in FAMILIES
-    if not find_method(name).adaptive
-]
 CHAOTIC = np.array([0.0, -0.25, 0.42081, 0.0])  # energy 0.125 and more: most motions are chaotic
 
 
@@ -39,7 +33,7 @@ def tangents(p: gi.Problem, y: np.ndarray, scales: np.ndarray, count: int) -> np
     return scales * np.linalg.qr(v)[0]
 
 
-@pytest.mark.parametrize(("name", "problem"), FIXED)
+@differentiated
 def test_growth_is_that_of_the_derivative(name: str, problem: str) -> None:
     """log R_kk of DΦ, a cut last step included; both vectors of the alignment index."""
     p, y0 = PROBLEMS[problem]

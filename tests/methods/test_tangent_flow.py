@@ -7,7 +7,7 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
-from families import FAMILIES, PROBLEMS
+from families import PROBLEMS, differentiated
 
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
@@ -17,12 +17,7 @@ from geomint.methods.method import Start
 from geomint.methods.stepper import Stepper
 from geomint.run.carried_directions import CarriedDirections
 
-STEP, STEPS = 0.05, 7
-FIXED = [
-    pytest.param(name, problem, id=f"{name}-{problem}")
-    for name, problem in FAMILIES
-    if not find_method(name).adaptive
-]
+STEP, STEPS = 0.05, 3
 
 
 def digits(numbers: Any) -> np.ndarray:
@@ -45,7 +40,7 @@ def in_digits(stepper: Stepper, params: np.ndarray, y: np.ndarray) -> np.ndarray
     return kept[: stepper.rows]
 
 
-SYSTEMS = [("hamiltonized-n3", "verlet-2"), ("ball-3d", "cf-4"), ("sphere-n5", "gauss-4")]
+SYSTEMS = [("hamiltonized-n3", "verlet-2"), ("ball-3d", "cf-4"), ("control-physical-n4", "gauss-2")]
 
 
 @pytest.mark.parametrize(("scene", "name"), SYSTEMS)
@@ -57,7 +52,7 @@ def test_systems_to_rounding(scene: str, name: str) -> None:
     check(p, p.canonical(found.state), name, p.params != np.round(p.params))
 
 
-@pytest.mark.parametrize(("name", "problem"), FIXED)
+@differentiated
 def test_to_rounding(name: str, problem: str) -> None:
     """Along states, off the manifold too, and parameters; the state is that of the run."""
     p, y0 = PROBLEMS[problem]
