@@ -106,5 +106,6 @@ DIFFERENTIATED = [
     ("verlet-4", "abc-flow"),
     ("gauss-8", "neumann-at-rest"),
     ("rattle-2", "neumann-at-rest"),
+    ("lobatto-8", "neumann-at-rest"),
 ]
 differentiated = pytest.mark.parametrize(("name", "problem"), DIFFERENTIATED)
