@@ -102,6 +102,7 @@ def test_over_a_list_and_a_component(tmp_path: Path) -> None:
     assert "Map" in (tmp_path / "out" / "scan.html").read_text("utf-8")
 
 
+@pytest.mark.usefixtures("short_chains")
 def test_draws(tmp_path: Path) -> None:
     """Random states on the scene's level of energy, the same in every run; each value has its own."""
     many = gi.scan_report(SCENE, tmp_path / "out", draws=4, vary={"D": [2.0, 4.0]}, seed=3)
