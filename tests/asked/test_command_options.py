@@ -95,8 +95,8 @@ TABLE: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         **{n: SCENE_OPTIONS[n] for n in CHAOS},
         "--t-end": ((*IN_T, "--t-end", "1"), (*IN_T, "--t-end", "2")),
         "--representation": (
-            ("s.toml", "--t-end", "1", "--representation", "reduced"),
-            ("s.toml", "--t-end", "1", "--representation", "classical"),
+            (*IN_T, "--t-end", "1"),
+            ("s.toml", "--representation", "classical", "--t-end", "1"),
         ),
         "--count": (("s.toml",), ("s.toml", "--count", "2")),
         **OUT,
@@ -214,7 +214,7 @@ def test_every_command_and_option_is_in_the_table() -> None:
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None) -> list[Any]:
+def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None, blank_pictures: None) -> list[Any]:
     """Record what commands ask of the rest, where that would take long, instead of doing it."""
     found: list[Any] = []
 

@@ -95,6 +95,7 @@ def test_other_outputs_are_tried_too(option, tmp_path, nothing_begins):
         assert result.exit_code == 2, result.output
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize(
     "command",
     [
@@ -143,6 +144,7 @@ def test_a_file_that_may_not_be_larger(tmp_path):
     assert list(out.iterdir()) == []
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize("command", ["run", "drift"])
 def test_a_failure_is_told_before_what_is_written(command, tmp_path):
     out = tmp_path / ("out.nc" if command == "run" else "report")
@@ -222,6 +224,7 @@ def test_a_folder_in_the_place_of_a_file_is_told_before_the_run(
     assert f"{name}' cannot be written: that is a folder" in result.stderr
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name not in ("run", "stress")])
 def test_names_that_are_looked_at_are_those_that_are_written(command, tmp_path, monkeypatch):
     looked_at = []
@@ -243,6 +246,7 @@ def test_names_that_are_looked_at_are_those_that_are_written(command, tmp_path, 
 STEERING = "a\x1b[31m\r\u202e<script>"
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_nothing_steers_a_terminal(tmp_path, monkeypatch):
     """Names of files, keys, titles and parameters come from strangers."""
     monkeypatch.chdir(tmp_path)
@@ -287,6 +291,7 @@ def test_a_warning_that_was_told_is_heard_by_later_runs(tmp_path, monkeypatch):
     assert warnings.filters == before
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize("step", [40, -1])
 def test_the_traceback_of_an_error_is_told_once(step, tmp_path, monkeypatch):
     """Of an error before the run as of one that ends it."""
