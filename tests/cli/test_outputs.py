@@ -248,7 +248,6 @@ def test_names_that_are_looked_at_are_those_that_are_written(command, tmp_path, 
 STEERING = "a\x1b[31m\r\u202e<script>"
 
 
-@pytest.mark.usefixtures("blank_pictures")
 def test_nothing_steers_a_terminal(tmp_path, monkeypatch):
     """Names of files, keys, titles and parameters come from strangers."""
     monkeypatch.chdir(tmp_path)

@@ -128,7 +128,6 @@ def test_every_scene_has_a_picture(name: str) -> None:
     assert len(motion_draws(result)) >= 2
 
 
-@pytest.mark.usefixtures("blank_pictures")
 def test_where_the_run_fails_there_is_what_was_reached(tmp_path: Path) -> None:
     scene = gi.load_scene("hamiltonized-n3").changed(
         time={"tau_end": 100.0},

@@ -152,7 +152,6 @@ def test_members_with_other_pieces_are_refused() -> None:
         plan_scan(gi.Scene("r", **fixed_directions(False, "drift:energy")))
 
 
-@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.filterwarnings("ignore:.*states were changed:geomint.GeomintWarning")
 def test_of_members_that_fail_page_and_json_tell(tmp_path: Path) -> None:
     """A step much too long for one value of a parameter, which hurts no other."""
