@@ -7,10 +7,39 @@ the sources: a second run compiles nothing.
 from __future__ import annotations
 
 import os
+from pathlib import Path
+from typing import Any
 
+import pytest
 from hypothesis import settings
 
 # The same examples in every run; HYPOTHESIS_PROFILE=explore looks for new ones.
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+@pytest.fixture
+def short_chains(monkeypatch: pytest.MonkeyPatch) -> None:
+    """End the chains of draws after a few moves: where nothing is asked of their distribution."""
+    from geomint.run import chains
+
+    for name, value in (("PILOT", 5), ("PILOTS", 1), ("FORGET", 0.0)):
+        monkeypatch.setattr(chains, name, value)
+
+
+@pytest.fixture
+def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write files of pictures without drawing them: where nobody looks at what they show."""
+    from matplotlib.figure import Figure
+
+    from geomint.plots import style
+    from geomint.report import paper
+
+    def blank(figure: Figure, to: Any, **_: Any) -> None:
+        if not hasattr(to, "write"):
+            Path(to).touch()
+
+    monkeypatch.setattr(Figure, "savefig", blank)
+    monkeypatch.setattr(style, "_lay_out", lambda figure: None)
+    monkeypatch.setattr(paper, "_fit_legends", lambda figure: None)

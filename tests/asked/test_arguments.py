@@ -198,7 +198,7 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "problem": IN_T,
             "y0": [0.4, 0.6],
             "t_end": 0.7,
-            "method": "gauss-2",
+            "method": "kutta-3",
             "step": 0.25,
             "t0": 0.2,
             "directions": [[0.3], [0.5]],
@@ -302,18 +302,25 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "problem": IN_T,
             "y0": [0.4, 0.6],
             "t_end": 0.7,
-            "method": "gauss-2",
+            "method": "kutta-3",
             "step": 0.25,
             "t0": 0.25,
             "observe": [sum_of],
         },
     ),
     "sensitivities of a family": (
-        {"problem": bent_by, "parameters": {"c": 1.5}, "t_end": 0.5, "step": 0.1},
+        {"problem": bent_by, "parameters": {"c": 1.5}, "t_end": 0.5, "step": 0.1, "method": "rk-4"},
         {"parameters": {"c": 2.5}},
     ),
     "sensitivities in tau": (
-        {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
+        {
+            "problem": IN_TAU,
+            "y0": [0.5, 0.6],
+            "t_end": None,
+            "tau_end": 1.0,
+            "step": 0.25,
+            "method": "rk-4",
+        },
         {"tau_end": 2.0},
     ),
     "lyapunov": (
@@ -330,7 +337,7 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "problem": IN_T,
             "y0": [0.4, 0.6],
             "t_end": 0.7,
-            "method": "gauss-2",
+            "method": "kutta-3",
             "step": 0.25,
             "t0": 0.25,
             "count": 2,
@@ -342,20 +349,42 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "y0": [0.5, 0.6],
             "t_end": 0.5,
             "step": 0.1,
+            "method": "rk-4",
             "directions": [[1.0], [0.5]],
         },
         {"directions": [[0.3], [0.5]]},
     ),
     "lyapunov in tau": (
-        {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
+        {
+            "problem": IN_TAU,
+            "y0": [0.5, 0.6],
+            "t_end": None,
+            "tau_end": 1.0,
+            "step": 0.25,
+            "method": "rk-4",
+        },
         {"tau_end": 2.0},
     ),
     "tangent_flow by parameters": (
-        {"problem": IN_T, "y0": [0.5, 0.6], "t_end": 1.0, "step": 0.25, "parameters": [[1.0]]},
+        {
+            "problem": IN_T,
+            "y0": [0.5, 0.6],
+            "t_end": 1.0,
+            "step": 0.25,
+            "parameters": [[1.0]],
+            "method": "rk-4",
+        },
         {"parameters": [[2.0]]},
     ),
     "tangent_flow in tau": (
-        {"problem": IN_TAU, "y0": [0.5, 0.6], "t_end": None, "tau_end": 1.0, "step": 0.25},
+        {
+            "problem": IN_TAU,
+            "y0": [0.5, 0.6],
+            "t_end": None,
+            "tau_end": 1.0,
+            "step": 0.25,
+            "method": "rk-4",
+        },
         {"tau_end": 2.0},
     ),
     "solve with observers": (
@@ -364,7 +393,14 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     ),
 }
 CALLS["poincare_section"] = (
-    {"problem": IN_TAU, "states": [1.0, 0.0], "event": "y[0]", "points": 3, "step": 0.25},
+    {
+        "problem": IN_TAU,
+        "states": [1.0, 0.0],
+        "event": "y[0]",
+        "points": 3,
+        "step": 0.25,
+        "method": "rk-4",
+    },
     {
         "problem": dataclasses.replace(IN_TAU, params=[2.5]),
         "states": [[0.6, 0.8]],
@@ -381,7 +417,7 @@ CALLS["Event"] = (
     {"what": "y[1]", "direction": "up", "terminal": 2, "level": 0.5},
 )
 CALLS["Integrator"] = (
-    {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25},
+    {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25, "method": "rk-4"},
     {
         "problem": dataclasses.replace(IN_T, params=[2.5]),
         "state": [0.6, 0.8],
@@ -393,7 +429,7 @@ CALLS["Integrator"] = (
     },
 )
 CALLS["Integrator with directions"] = (
-    {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25, "tangents": 1},
+    {"problem": IN_TAU, "state": [1.0, 0.0], "step": 0.25, "method": "rk-4", "tangents": 1},
     {"tangents": 2},
 )
 

@@ -196,7 +196,7 @@ def test_every_key_is_in_the_table() -> None:
     assert set(TABLE) == keys() | options
 
 
-@pytest.mark.usefixtures("stop")
+@pytest.mark.usefixtures("stop", "short_chains")
 @pytest.mark.parametrize("at", TABLE, ids=lambda at: " ".join(at))
 def test_a_key_does_something(at: tuple[str, str]) -> None:
     one, other, observers, *base = TABLE[at]
@@ -206,7 +206,7 @@ def test_a_key_does_something(at: tuple[str, str]) -> None:
         assert results[0] != results[1], observer.__name__
 
 
-@pytest.mark.usefixtures("stop")
+@pytest.mark.usefixtures("stop", "short_chains")
 @pytest.mark.parametrize("at", TABLE, ids=lambda at: " ".join(at))
 def test_a_key_says_nothing_to_the_other_commands(at: tuple[str, str]) -> None:
     one, other, _, *base = TABLE[at]

@@ -13,6 +13,9 @@ from chaplygin import scenes
 from geomint.cli import group as group_module, main
 from geomint.methods import methods
 
+# What is in pictures: tests/report.
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 REPORT = {"report.html", "drift.json", "drift.png", "drift.svg"}
 
 

@@ -11,6 +11,9 @@ from geomint.cli import main, options
 from geomint.plan import estimate, make_plan
 from geomint.run import progress
 
+# What is in pictures: tests/report.
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 LONG = ["--method", "rk-4", "--step", "0.125"]
 
 

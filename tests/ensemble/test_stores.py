@@ -113,8 +113,14 @@ def test_as_in_memory_and_without_its_code(kind: str, tmp_path: Path) -> None:
         seen.single(3)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("end", [KeyboardInterrupt, RuntimeError])
+@pytest.mark.parametrize(
+    ("kind", "end"),
+    [
+        *((kind, KeyboardInterrupt) for kind in KINDS),
+        ("states", RuntimeError),
+        ("readings", RuntimeError),
+    ],
+)
 def test_going_on(
     kind: str,
     end: type[BaseException],

@@ -54,6 +54,7 @@ def test_columns_are_left_out_in_their_order() -> None:
         assert [c for c in "xyz" if c * 5 in text] == list(left)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize(
     ("command", "width"),
     [

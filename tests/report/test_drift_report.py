@@ -116,6 +116,7 @@ def test_provenance_is_complete(record):
     assert run["field_evaluations"] == 4 * run["steps"] == 8000
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_scene_of_the_provenance_gives_the_same_numbers(record, tmp_path):
     path = tmp_path / "again.toml"
     path.write_text(record["provenance"]["scene_toml"], encoding="utf-8")
@@ -235,6 +236,7 @@ def test_numbers_for_readers():
     assert with_error(1.0, 0.0) == "(1.00 ± 0.00)e+00"
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_report_of_python_is_that_of_the_command(tmp_path, report):
     scene = gi.load_scene("ball-3d").changed(time={"t_end": 40.0}).for_drift()
     page = write_drift_report(gi.run_methods(scene, ["cf-4"], False), tmp_path, "geomint drift x")

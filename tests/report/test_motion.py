@@ -130,7 +130,9 @@ def test_every_scene_has_a_picture(name: str) -> None:
 
 def test_where_the_run_fails_there_is_what_was_reached(tmp_path: Path) -> None:
     scene = gi.load_scene("hamiltonized-n3").changed(
-        time={"tau_end": 100.0}, integrate={"method": "gauss-2", "step": 3.0}
+        time={"tau_end": 100.0},
+        integrate={"method": "gauss-2", "step": 3.0},
+        observe={"quantities": ["energy"]},
     )
     result = gi.drift_report(scene, tmp_path, progress=False, methods=["gauss-2", "rk-4:0.1"])
     assert result["rk-4"].status == "success"

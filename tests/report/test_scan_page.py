@@ -102,6 +102,7 @@ def test_over_a_list_and_a_component(tmp_path: Path) -> None:
     assert "Map" in (tmp_path / "out" / "scan.html").read_text("utf-8")
 
 
+@pytest.mark.usefixtures("short_chains", "blank_pictures")
 def test_draws(tmp_path: Path) -> None:
     """Random states on the scene's level of energy, the same in every run; each value has its own."""
     many = gi.scan_report(SCENE, tmp_path / "out", draws=4, vary={"D": [2.0, 4.0]}, seed=3)
@@ -119,6 +120,7 @@ def test_draws(tmp_path: Path) -> None:
     assert not np.array_equal(other.states, many.states)
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_the_section_of_a_scene_says_it_all(tmp_path: Path) -> None:
     section = {"vary": {"D": "2:6:3"}, "show": ["final:gamma[1]"]}
     many = gi.scan_report({**SCENE, "ensemble": section}, tmp_path / "out")
@@ -166,6 +168,7 @@ def test_of_members_that_fail_page_and_json_tell(tmp_path: Path) -> None:
     assert rows_of(tmp_path / "out")[1]["drift:energy"] == "nan"
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_command(tmp_path: Path) -> None:
     given = ["scan", "hamiltonized-n3", "--tau-end", "5", "--vary", "D=2:6:3"]
     out = tmp_path / "out"
@@ -177,6 +180,7 @@ def test_command(tmp_path: Path) -> None:
     assert quiet.stdout == ""
 
 
+@pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.filterwarnings("always")
 def test_warnings_are_lines_of_the_command(tmp_path: Path) -> None:
     given = ["hamiltonized-n3", "--tau-end", "2", "--vary", "D=4", "--show", "mean:K"]
@@ -218,6 +222,7 @@ def test_what_makes_no_sense(given: dict[str, Any], said: str, tmp_path: Path) -
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("short_chains")
 def test_where_nothing_is_asked_for_the_first_invariant_is_shown() -> None:
     assert list(plan_scan(gi.Scene("one", **SCENE), draws=2).readings) == ["drift:energy"]
 

@@ -56,6 +56,7 @@ def test_one_report_of_four_files(report):
     }
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_cell_says_how_long_it_was_watched(tmp_path):
     observe = {"quantities": ["energy", "measure"], "measure": {"steps": 8}}
     scene = SCENE.changed(time={"tau_end": 5.0}, observe=observe)
@@ -299,6 +300,7 @@ def test_what_is_not_conserved_is_no_drift(tmp_path):
     assert "not conserved" in page
 
 
+@pytest.mark.usefixtures("blank_pictures")
 def test_methods_of_the_scene(tmp_path):
     scene = SCENE.changed(drift={"methods": ["gauss-8", "gauss-4:0.1"]})
     runs = gi.drift_report(scene, tmp_path, progress=False)
