@@ -1,12 +1,14 @@
 """Settings of the test run.
 
 Compiled code is kept in the user's cache folder, or where ``NUMBA_CACHE_DIR`` says, under a stamp of
-the sources: a second run compiles nothing.
+the sources: a second run compiles nothing. ``SHARE=2/3`` in the environment runs the second third of
+the files, of those that a command asks for.
 """
 
 from __future__ import annotations
 
 import os
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,15 @@ from hypothesis import settings
 settings.register_profile("repeatable", derandomize=True, deadline=None, database=None)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep the share of the files that is asked for: whole files, as they share compiled code."""
+    one, of = (int(number) for number in os.environ.get("SHARE", "1/1").split("/"))
+    if of > 1:
+        left = [x for x in items if zlib.crc32(x.location[0].encode()) % of != one % of]
+        config.hook.pytest_deselected(items=left)
+        items[:] = [x for x in items if x not in set(left)]
 
 
 @pytest.fixture

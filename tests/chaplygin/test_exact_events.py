@@ -20,12 +20,14 @@ Y0 = REDUCED.canonical([0.48, 0.6, 0.64, 3.0, -4.0, 1.5])
 SAMPLES = 100  # in a quarter of the shortest period, about
 
 
+@pytest.mark.slow
 @each
 def test_against_samples(name: str) -> None:
     """Where samples change their sign there is an event, and where they do not none, or two."""
     compare_with_samples(name, 1)
 
 
+@pytest.mark.slow
 @each_system
 def test_against_samples_backwards(name: str) -> None:
     compare_with_samples(name, -1)

@@ -21,6 +21,7 @@ SPHERE, REDUCED = BALL.hamiltonized(), BALL.reduced()
 Y0 = SPHERE.random_state(1)
 
 
+@pytest.mark.slow
 @each
 def test_states_are_those_of_steps(name: str) -> None:
     """In both times, forwards and backwards (special states by turns), by a fine run of gauss-8."""

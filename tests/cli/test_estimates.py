@@ -130,6 +130,7 @@ def test_what_lasts_is_said(monkeypatch, capsys):
     pytest.fail("nothing was said")
 
 
+@pytest.mark.slow
 def test_compare_says_what_does_not_fit(tmp_path):
     arguments = ["--methods", "rk-4,rattle-4", "--steps", "0.5,0.25", "--repeats", 1, "--t-end", 5]
     arguments += ["--reference", "exact"]

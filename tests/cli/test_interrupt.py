@@ -58,6 +58,7 @@ def warm(tmp_path_factory):
     return time.perf_counter() - begun
 
 
+@pytest.mark.slow
 def test_an_interrupted_drift_leaves_a_report(warm, tmp_path):
     arguments = ["drift", "sphere-n3", "--yes", "--t-end", LONG]
     code, stderr = interrupted(arguments, tmp_path, warm + 2.0)

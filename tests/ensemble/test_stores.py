@@ -116,9 +116,12 @@ def test_as_in_memory_and_without_its_code(kind: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "end"),
     [
-        *((kind, KeyboardInterrupt) for kind in KINDS),
+        *(
+            pytest.param(kind, KeyboardInterrupt, marks=[pytest.mark.slow] * (i > 2))
+            for i, kind in enumerate(KINDS)
+        ),
         ("states", RuntimeError),
-        ("readings", RuntimeError),
+        pytest.param("readings", RuntimeError, marks=pytest.mark.slow),
     ],
 )
 def test_going_on(

@@ -201,6 +201,7 @@ for source in ({FIELD!r}, {SOLVE_ONCE!r}):
     assert_found(*(run("-c", cell, cache=tmp_path) for _ in range(2)))
 
 
+@pytest.mark.slow
 def test_an_edited_helper_is_seen(tmp_path: Path) -> None:
     """Neither numba nor the field's own file would tell."""
     helper = (

@@ -45,7 +45,10 @@ def in_turn(name: str, problem: gi.Problem) -> list[str]:
     return ["gauss-4", *own] if at % 4 == 0 else [*own, "gauss-4"]
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(x, marks=[pytest.mark.slow] * (i % 6 > 0)) for i, x in enumerate(SCENES)],
+)
 def test_the_sum_is_one_determinant(name: str) -> None:
     """For a method that stays on the manifold, in every built-in scene."""
     scene = gi.load_scene(name)

@@ -108,4 +108,10 @@ DIFFERENTIATED = [
     ("rattle-2", "neumann-at-rest"),
     ("lobatto-8", "neumann-at-rest"),
 ]
-differentiated = pytest.mark.parametrize(("name", "problem"), DIFFERENTIATED)
+differentiated = pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        pytest.param(*p, marks=[pytest.mark.slow] * (i % 3 > 0))
+        for i, p in enumerate(DIFFERENTIATED)
+    ],
+)

@@ -57,7 +57,10 @@ def runaway(params, t, y, out, work):
 RUNAWAY = gi.Problem("runaway", (("v", 6),), action=gi.GroupAction(runaway, gi.so3(2)))
 
 
-@pytest.mark.parametrize("method", ["rk-4", "dop853", "gauss-2", "gauss-8", "gauss-12"])
+@pytest.mark.parametrize(
+    "method",
+    ["rk-4", "dop853", "gauss-2", "gauss-8", pytest.param("gauss-12", marks=pytest.mark.slow)],
+)
 @pytest.mark.parametrize("compiled", [True, False])
 def test_a_solution_that_explodes(method: str, compiled: bool) -> None:
     """At t = 1; what was computed before is finite and kept."""

@@ -52,7 +52,11 @@ def on_line(function: Any, end: float = 1.0, step: float = 0.125, **options: Any
 
 
 @kinds
-@pytest.mark.parametrize("sign", [1, -1], ids=["forwards", "backwards"])
+@pytest.mark.parametrize(
+    "sign",
+    [1, pytest.param(-1, marks=pytest.mark.slow)],
+    ids=["forwards", "backwards"],
+)
 def test_families(name: str, problem: str, sign: int) -> None:
     """Every change of sign of 4000 samples is an event, and there are no others; on the orbit."""
     p, y0 = PROBLEMS[problem]

@@ -12,7 +12,7 @@ import pytest
 from stage_increments import increments
 
 import geomint as gi
-from geomint.kernels.compiling import compile as compiling
+from geomint.kernels.compiling import clock as waiting, compile as compiling
 from geomint.problems.testproblems import fast_rotor, henon_heiles, spring_pendulum
 from geomint.tableaux import gauss_legendre
 
@@ -208,9 +208,9 @@ def test_what_is_compiled_on_the_way_is_no_time_of_the_run(monkeypatch) -> None:
 
     of = problem(new, 2, [1e4])
     monkeypatch.setattr(compiling, "linked", slow)
-    monkeypatch.setattr(compiling.time, "perf_counter", lambda: clock() + sum(days))
+    monkeypatch.setattr(waiting.time, "perf_counter", lambda: clock() + sum(days))
     run = gi.solve(of, [1.0, 0.0], t_end=2.0, step=0.2, method="gauss-8", progress=False)
-    assert len(days) > 3
+    assert len(days) > 1
     assert run.run_seconds + run.watching_seconds < 3600.0
 
 

@@ -71,7 +71,14 @@ def step(omega: float, stages: int, y: Array, h: float, near: Array) -> tuple[Ar
 
 
 @LONG
-@pytest.mark.parametrize(("omega", "h", "stages"), [*CASES, (1e4, 0.05, 8), (1e6, 0.02, 11)])
+@pytest.mark.parametrize(
+    ("omega", "h", "stages"),
+    [
+        *(pytest.param(*c, marks=[pytest.mark.slow] * (i % 3 > 0)) for i, c in enumerate(CASES)),
+        pytest.param(1e4, 0.05, 8, marks=pytest.mark.slow),
+        pytest.param(1e6, 0.02, 11, marks=pytest.mark.slow),
+    ],
+)
 def test_steps_and_their_derivatives(omega: float, h: float, stages: int) -> None:
     """Of lengths some roundings are lost, of speeds those over the step; of derivatives (h ω)²."""
     of, method = spring_pendulum.problem(omega), gi.Gauss(stages)

@@ -367,7 +367,8 @@ def lobatto_slopes(stages: int, counts: tuple[int, ...], spoil: Any = 0) -> list
         return slopes(counts, [np.max(np.abs(end - fine)) for end in ends])
 
 
-@pytest.mark.parametrize("stages", [pytest.param(6, marks=pytest.mark.slow), 8])
+@pytest.mark.slow
+@pytest.mark.parametrize("stages", [6, 8])
 def test_order_of_lobatto_pairs_in_many_digits(stages: int) -> None:
     """Up to order 14, against twice as many steps."""
     found = lobatto_slopes(stages, (14, 16, 18))

@@ -140,7 +140,7 @@ def test_group_methods_keep_spectra_and_frames(name: str) -> None:
     ("name", "h"),
     [
         pytest.param("rattle-2", 0.02, marks=pytest.mark.slow),
-        ("rattle-4", 0.05),
+        pytest.param("rattle-4", 0.05, marks=pytest.mark.slow),
         ("lobatto-3", 0.05),
         pytest.param("rattle-6", 0.1, marks=pytest.mark.slow),
     ],

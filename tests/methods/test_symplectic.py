@@ -65,6 +65,7 @@ def steps_of(name: str, p: gi.Problem, y0: np.ndarray, part: float = 1.0) -> flo
     return part * find_method(name).default_step(p, y0, 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*DECLARED, *OWN])
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_flows_keep_what_is_declared(name: str) -> None:
@@ -148,7 +149,13 @@ def test_units() -> None:
     assert two.max_abs_error == pytest.approx(one.max_abs_error, rel=1e-9)
 
 
-@pytest.mark.parametrize("name", ["gauss-4", "rattle-2", "verlet-2", "lobatto-8"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "gauss-4",
+        *(pytest.param(x, marks=pytest.mark.slow) for x in ("rattle-2", "verlet-2", "lobatto-8")),
+    ],
+)
 def test_special_states(name: str) -> None:
     """At rest, at an equilibrium, backwards, huge and tiny momenta."""
     p, y0 = PROBLEMS["neumann-at-rest"][0], neumann.initial()

@@ -43,6 +43,7 @@ def in_digits(stepper: Stepper, params: np.ndarray, y: np.ndarray) -> np.ndarray
 SYSTEMS = [("hamiltonized-n3", "verlet-2"), ("ball-3d", "cf-4"), ("control-physical-n4", "gauss-2")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "name"), SYSTEMS)
 @pytest.mark.filterwarnings("ignore::geomint.GeomintWarning")
 def test_systems_to_rounding(scene: str, name: str) -> None:

@@ -50,7 +50,7 @@ def tolerance_for(method: gi.Method) -> float:
 
 
 @pairs([pair for pair in KINDS if "rest" not in pair[1]])
-@pytest.mark.parametrize("end", [9.0, -4.0])
+@pytest.mark.parametrize("end", [9.0, pytest.param(-4.0, marks=pytest.mark.slow)])
 def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     p, initial = PROBLEMS[problem]
     y0, method = p.canonical(np.asarray(initial, float)), find_method(name)
@@ -65,7 +65,13 @@ def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     assert sol.method.name == method.name
 
 
-@pytest.mark.parametrize("name", ["gauss-8", "rk-4", "verlet-6", "dop853-adaptive"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "gauss-8",
+        *(pytest.param(x, marks=pytest.mark.slow) for x in ("rk-4", "verlet-6", "dop853-adaptive")),
+    ],
+)
 def test_against_the_exact_flow_at_physical_times(name: str) -> None:
     """The state at the same physical time, however late the clock is."""
     p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state

@@ -81,7 +81,7 @@ def save_figure(
 
 
 def _lay_out(figure: Figure) -> None:
-    """Place what a figure is made of as `savefig` does for a PNG, which draws all of it for that."""
+    """Place what a figure is made of, once; `savefig` draws all of it for that, and places it twice."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     engine = figure.get_layout_engine()
@@ -98,5 +98,6 @@ def data_uri(figure: Figure) -> str:
     """Return a figure as an SVG data URI with a transparent ground."""
     buffer = io.BytesIO()
     with figure_style():
+        _lay_out(figure)
         figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")

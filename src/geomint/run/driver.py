@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
-from ..kernels.compiling.compile import running_clock
+from ..kernels.compiling.clock import running_clock
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.status import OK
 from .integrator import Integrator

@@ -12,6 +12,7 @@ from types import FrameType, TracebackType
 from typing import Any
 
 from ..errors import GeomintWarning
+from ..kernels.compiling.clock import running_clock
 
 __all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]
 
@@ -52,8 +53,7 @@ class Progress:
         self.shown = self._notebook or sys.stderr.isatty() if show is None else show
         self.compile_seconds = 0.0
         self._total, self._label = total, label
-        self._clock: Callable[[], float]
-        self._start = 0.0
+        self._start = running_clock()
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
@@ -63,10 +63,9 @@ class Progress:
         self._next_look = _DELAY
 
     def __enter__(self) -> Progress:
-        from ..kernels.compiling.compile import listen, running_clock
+        from ..kernels.compiling.compile import listen
         from .compiling_line import CompilingLine
 
-        self._clock = running_clock
         self._compiling = CompilingLine(self.shown and not self._notebook)
         self._ended = listen(self._compilation)
         return self
@@ -103,7 +102,7 @@ class Progress:
         self._compiling.clear()
         while WHEN_RUNNING:
             WHEN_RUNNING.pop()()
-        self._start = self._clock()
+        self._start = running_clock()
         if threading.current_thread() is threading.main_thread():
             handler = signal.getsignal(signal.SIGINT)
             if handler is signal.default_int_handler:  # else somebody has taken it over already
@@ -121,7 +120,7 @@ class Progress:
         if self._interrupted:
             self._interrupted = False
             raise KeyboardInterrupt
-        elapsed = max(self._clock() - self._start, 1e-9)
+        elapsed = max(running_clock() - self._start, 1e-9)
         if elapsed > self._next_look:
             self._look(done, elapsed)
         if not self.shown or (self._bar is None and elapsed < _DELAY):

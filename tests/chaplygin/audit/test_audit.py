@@ -151,6 +151,7 @@ def test_the_gap_is_wide(found):
     assert above / below > 1e10
 
 
+@pytest.mark.slow
 def test_another_seed_gives_the_same_verdicts(found):
     again = audit((2, 3, 4), points=6, seed=11)
     assert verdicts(again) == verdicts(found)

@@ -27,11 +27,12 @@ from numba.extending import typeof_impl
 from ..numbers import typing_blocks, typing_circular  # noqa: F401 - blocks, lanes, for numba
 from .cache import UnkeptCache, make_cache, sources_edited
 from .call import Code
+from .clock import standing_still
 from .foreign import refuse_compiled, refuse_foreign, refuse_modules
 from .linked import linked
 from .recorded import Recorded
 
-__all__ = ["compile_function", "functions_asked", "listen", "make_dispatcher", "running_clock"]
+__all__ = ["compile_function", "functions_asked", "listen", "make_dispatcher"]
 
 _njit: Any = numba.njit
 # Code is called by its address (`geomint.kernels.compiling.call`): it needs no way in from Python or C.
@@ -39,7 +40,6 @@ _OPTIONS = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrappe
 _lock = threading.RLock()
 _listeners: list[Callable[[str, float | None], None]] = []
 _asked = 0
-_waits = threading.local()
 
 
 def _before_fork() -> None:
@@ -76,11 +76,6 @@ def listen(listener: Callable[[str, float | None], None]) -> Callable[[], None]:
 def functions_asked() -> int:
     """Return how often compiled code has been asked for in this process."""
     return _asked
-
-
-def running_clock() -> float:
-    """Return the seconds of a clock that stands still while this thread waits for code."""
-    return time.perf_counter() - getattr(_waits, "seconds", 0.0)
 
 
 def _notify(name: str, seconds: float | None) -> None:
@@ -160,8 +155,7 @@ def compile_function(recorded: Recorded, signature: Any) -> Any:
     code = dispatcher.codes.get(id(signature))  # which the code keeps
     if code is not None:
         return code
-    begun = running_clock()
-    with _lock, warnings.catch_warnings():
+    with standing_still(), _lock, warnings.catch_warnings():
         # Steppers take fields as first-class functions, which numba calls experimental every
         # time; its pedantic warnings are addressed to its own developers.
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
@@ -170,7 +164,6 @@ def compile_function(recorded: Recorded, signature: Any) -> Any:
         found = dispatcher.overloads[signature.args]
         address = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
         code = dispatcher.codes[id(signature)] = Code(address, dispatcher, signature)
-    _waits.seconds = time.perf_counter() - begun
     return code
 
 
