@@ -41,6 +41,9 @@ def energy(params, t, y, work):
     return 0.5 * y[1] * y[1] - params[0] * gi.cos(y[0])
 """
 SOLVE = """
+import warnings
+
+warnings.filterwarnings("ignore", "steps of")  # what is changed need not keep the energy
 problem = gi.Problem(
     "pendulum", (("q", 1), ("p", 1)), [1.5], field=spring, invariants={"energy": energy}
 )
