@@ -25,9 +25,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Keep the share of the files that is asked for: whole files, as they share compiled code."""
     one, of = (int(number) for number in os.environ.get("SHARE", "1/1").split("/"))
     if of > 1:
-        left = [x for x in items if zlib.crc32(x.location[0].encode()) % of != one % of]
-        config.hook.pytest_deselected(items=left)
-        items[:] = [x for x in items if x not in set(left)]
+        kept = {x for x in items if zlib.crc32(x.location[0].encode()) % of == one % of}
+        config.hook.pytest_deselected(items=[x for x in items if x not in kept])
+        items[:] = [x for x in items if x in kept]
 
 
 @pytest.fixture

@@ -96,8 +96,8 @@ def wells_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 WELLS = dataclasses.replace(QUARTIC, name="wells", field=wells, invariants={"energy": wells_energy})
 
 
-def test_about_two_wells_steps_have_to_be_reversible() -> None:
-    """Where a level has a waist, projections from one side find the other: such steps are not taken."""
+def test_about_two_wells() -> None:
+    """A level with a waist, where projections from one side may find the other."""
     energy = 0.1
     states = gi.draw_states(WELLS, COUNT, keep={"energy": energy})
     root = np.sqrt(1.0 + 4.0 * energy)  # 2 p² = (1 + root − q²)(q² + root − 1)

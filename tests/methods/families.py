@@ -66,9 +66,12 @@ FAMILIES = [
 ]
 
 
-def pairs(chosen: list[tuple[str, str]]) -> pytest.MarkDecorator:
-    """Return pairs of a method and a problem as parameters."""
-    marked = [pytest.param(*p, marks=[pytest.mark.slow] * (p in LATER)) for p in chosen]
+def pairs(
+    chosen: list[tuple[str, str]], fast: list[tuple[str, str]] = FAMILIES
+) -> pytest.MarkDecorator:
+    """Return pairs of a method and a problem as parameters; what is not `fast` is slow."""
+    late = [p for p in chosen if p in LATER or p not in fast]
+    marked = [pytest.param(*p, marks=[pytest.mark.slow] * (p in late)) for p in chosen]
     return pytest.mark.parametrize(("name", "problem"), marked)
 
 
@@ -87,31 +90,10 @@ KINDS = [
     ("gauss-8", "neumann-at-rest"),
     ("rattle-2", "neumann-at-rest"),
 ]
-kinds = pairs(KINDS)
+kinds = pairs(FAMILIES, KINDS)
 
-# A pair for every kind of stepper with derivatives: one composed, more stages than lanes, Cayley's
-# map, constraints with and without a mass matrix, motions at rest.
-DIFFERENTIATED = [
-    ("rk-4", "lotka-volterra"),
-    ("gauss-3", "lotka-volterra"),
-    ("gauss-11", "lotka-volterra"),
-    ("gauss-1-suzuki-4", "henon-heiles"),
-    ("cf-4", "pulsating-body"),
-    ("rkmk-4", "pulsating-body"),
-    ("rkmk-cayley-4", "so-3-frame"),
-    ("rattle-2", "sphere-metric"),
-    ("rattle-4", "double-pendulum"),
-    ("lobatto-3", "double-pendulum"),
-    ("verlet-2", "neumann"),
-    ("verlet-4", "abc-flow"),
-    ("gauss-8", "neumann-at-rest"),
-    ("rattle-2", "neumann-at-rest"),
-    ("lobatto-8", "neumann-at-rest"),
-]
-differentiated = pytest.mark.parametrize(
-    ("name", "problem"),
-    [
-        pytest.param(*p, marks=[pytest.mark.slow] * (i % 3 > 0))
-        for i, p in enumerate(DIFFERENTIATED)
-    ],
+# Derivatives are compiled for every pair anew: five of them are not slow.
+differentiated = pairs(
+    [pair for pair in FAMILIES if "adaptive" not in pair[0]],
+    [pair for pair in KINDS if pair[0] in ("rk-4", "cf-4", "gauss-8", "rattle-2")],
 )

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from families import KINDS, PROBLEMS, pairs
+from families import FAMILIES, KINDS, PROBLEMS, pairs
 from scipy.integrate import solve_ivp
 
 import geomint as gi
@@ -49,7 +49,7 @@ def tolerance_for(method: gi.Method) -> float:
     return {1: 1e-2, 2: 1e-3, 3: 1e-4, 4: 1e-5, 5: 1e-6}.get(method.order, 1e-8)
 
 
-@pairs([pair for pair in KINDS if "rest" not in pair[1]])
+@pairs([pair for pair in FAMILIES if "rest" not in pair[1]], KINDS)
 @pytest.mark.parametrize("end", [9.0, pytest.param(-4.0, marks=pytest.mark.slow)])
 def test_every_family_meets_it(name: str, problem: str, end: float) -> None:
     p, initial = PROBLEMS[problem]
