@@ -189,3 +189,24 @@ def test_lanes_are_used() -> None:
     assert set(seen[:2]) == {"LaneBlock"}
     assert "Block" in seen
     assert seen[-1] == "LaneBlock"
+
+
+def test_functions_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not for every block anew, in whatever thread."""
+    from geomint.problems import declaration
+
+    looked: list[str] = []
+    look = declaration.watched_call
+
+    def counted(name: Any, role: str, *given: Any, **named: Any) -> bool:
+        looked.append(role)
+        return look(name, role, *given, **named)
+
+    monkeypatch.setattr(declaration, "watched_call", counted)
+    problem = gi.load_scene("hamiltonized-n3").problem
+    states = np.array([problem.random_state(seed) for seed in range(300)])
+    asked: dict[str, Any] = {"tau_end": 0.5, "step": 0.25, "method": "rk-4"}
+    gi.solve_ensemble(problem, states, workers=2, **asked)
+    assert looked.count("field") == 1
+    gi.solve_ensemble(problem, states[:3], observe=["energy"], **asked)
+    assert len(looked) == len(set(looked))

@@ -97,10 +97,13 @@ def known_rates(problem: Problem, y: Array) -> Array | None:
 
 
 def unshared(problem: Problem) -> Problem:
-    """Return a problem of its own for another thread: it is admitted, but has run at no state."""
+    """Return a problem of its own for another thread: it is admitted, but has run at no state.
+
+    What fits is remembered for all of them, in one set that only grows: its functions are the same.
+    """
+    problem.__dict__.setdefault("_fitting", set())
     own = object.__new__(type(problem))
-    kept = {k: v for k, v in problem.__dict__.items() if k not in ("_fitting", "_rates")}
-    own.__dict__.update(kept)
+    own.__dict__.update({k: v for k, v in problem.__dict__.items() if k != "_rates"})
     return own
 
 
