@@ -55,9 +55,10 @@ def check_problem(
     watched : mapping of argument to function
         What is observed, ``observe['K']``, or looked for: functions of the problem, or others.
     """
-    if problem.rows <= FEW and _is_new(problem, "all"):
+    seen: list[bool] = problem.__dict__.setdefault("_all_seen", [])
+    if problem.rows <= FEW and not seen:
         _check_all(problem, y)
-        _remember(problem, "all")
+        seen.append(True)
     check_form(problem, form, y)
     if clock and problem.clock is not None:
         check_value(problem, problem.clock, y)
@@ -99,11 +100,12 @@ def known_rates(problem: Problem, y: Array) -> Array | None:
 def unshared(problem: Problem) -> Problem:
     """Return a problem of its own for another thread: it is admitted, but has run at no state.
 
-    What fits is remembered for all of them, in one set that only grows: its functions are the same.
+    That all of its functions were looked at is known to both; those that run there are again.
     """
-    problem.__dict__.setdefault("_fitting", set())
+    problem.__dict__.setdefault("_all_seen", [])
     own = object.__new__(type(problem))
-    own.__dict__.update({k: v for k, v in problem.__dict__.items() if k != "_rates"})
+    kept = {k: v for k, v in problem.__dict__.items() if k not in ("_fitting", "_rates")}
+    own.__dict__.update(kept)
     return own
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from ...arguments import Array
 from ...errors import DeclarationError, GeomintError
@@ -23,12 +24,13 @@ from ..asked import wants_clock
 from ..integrator import Integrator
 from ..timeline import Timeline, plan_timeline
 from .given import Asked, Members
-from .outcome import Outcome, check_room, empty_outcome
+from .outcome import NOT_RUN, Outcome, check_room
 
 __all__ = ["run_compiled"]
 
 # Functions of a problem that are the same for members that share compiled code.
 _CODE = ("field", "action", "hamiltonian", "splitting", "clock", "work", "pieces", "time")
+Counts = npt.NDArray[np.int64]
 _alone: set[tuple[str, ...]] = set()  # what does not compile for lanes
 
 
@@ -111,7 +113,12 @@ class _Sweep:
             states[:, -1] = clock_begins
         self._begin = states.copy()
         self._steps, self._ordered = steps, ordered
-        self._saves = int(steps[0]) // save_every if save_every else 0
+        rests = np.array([line.remainder for line in ordered])
+        every = save_every or 1
+        met = (steps > 0) & (steps % every == 0) & (rests == 0.0)  # the last is one of them
+        self._counts = steps // every + np.where(met, 1, 2)
+        room = int(self._counts.max()) if save_every else 0
+        self._kept = np.empty((count, room, rows))
         moved = np.zeros(0)
         if len(given.problems) > 1:
             moved = np.array([given.problems[k].params for k in self._order], dtype=np.float64)
@@ -119,9 +126,9 @@ class _Sweep:
             "starts": np.array([line.start for line in ordered]),
             "lengths": np.array([line.h for line in ordered]),
             "counts": steps.astype(np.float64),
-            "rests": np.array([line.remainder for line in ordered]),
+            "rests": rests,
             "states": states.reshape(-1),
-            "saved": np.full(count * self._saves * rows, math.nan),
+            "saved": self._kept.reshape(-1)[rows:],  # behind the first
             "found": np.full(count, OPEN),
             "moved": moved.reshape(-1),
         }
@@ -129,52 +136,49 @@ class _Sweep:
 
     def run(self, stop: Array) -> None:
         """Move all members."""
-        every = self._save_every or 0
-        self._call(stop=Block(stop), rows=self._rows, every=every, saves=self._saves)
+        every, room = self._save_every or 0, self._kept.shape[1]
+        self._call(stop=Block(stop), rows=self._rows, every=every, saves=room)
 
     def outcome(self, problem: Problem, clock: bool) -> Outcome:
         """Return what has become of the members, in their own order."""
-        count, rows, n = len(self._steps), self._rows, problem.rows
-        every, lines = self._save_every, self._ordered
-        rests, h = self._blocks["rests"], self._blocks["lengths"]
         ended = self._blocks["found"] == ENDED
-        ends = np.array([line.own_end for line in lines])
-        last = self._blocks["states"].reshape(count, rows)
-        samples = 1 if every is None else self._saves + 2
-        tau, full = np.full((count, samples), math.nan), np.full((count, samples, rows), math.nan)
-        counts = np.ones(count, dtype=np.int64)
-        if every is None:
-            tau[:, 0], full[:, 0] = ends, last
-        else:
-            tau[:, 0], full[:, 0] = self._blocks["starts"], self._begin
-            number = np.arange(1, self._saves + 1) * every
-            inside = number <= self._steps[:, None]
-            here = slice(1, self._saves + 1)
-            times = self._blocks["starts"][:, None] + h[:, None] * number
-            met = (number == self._steps[:, None]) & (rests == 0.0)[:, None]
-            times = np.where(met, ends[:, None], times)
-            tau[:, here] = np.where(inside, times, math.nan)
-            full[:, here] = self._blocks["saved"].reshape(count, self._saves, rows)
-            counts = 1 + inside.sum(axis=1)
-            more = ~met.any(axis=1)
-            at = np.flatnonzero(more)
-            tau[at, counts[at]], full[at, counts[at]] = ends[at], last[at]
-            counts = counts + more
-        full[~ended], tau[~ended] = math.nan, math.nan
-        counts = np.where(ended, counts, 0)
+        counts = np.where(ended, self._counts if self._save_every else 1, 0)
         samples = max(int(counts.max()), 1)
-        tau, full = tau[:, :samples], full[:, :samples]
-        found = empty_outcome(count, samples, n)
-        order = self._order
-        found.tau[order], found.y[order] = tau, full[:, :, :n]
+        kept, tau = self._states(counts)[:, :samples], self._times(counts, samples)
+        own = np.argsort(self._order)
+        if np.any(np.diff(self._order) != 1):
+            kept, tau, counts, ended = kept[own], tau[own], counts[own], ended[own]
+        y = np.ascontiguousarray(kept[:, :, : problem.rows])
+        physical = np.full_like(tau, math.nan)
         if clock:
-            found.physical[order] = full[:, :, -1]
+            physical = kept[:, :, -1].copy()
         elif problem.time == "t":
-            found.physical[order] = tau
-        found.counts[order] = counts
-        found.steps[order] = np.where(ended, self._steps, 0)
-        found.status[order[ended]] = "success"
-        return found
+            physical = tau.copy()
+        steps = np.where(ended, self._steps[own], 0)
+        status = np.where(ended, "success", NOT_RUN).astype(object)
+        return Outcome(tau, physical, y, counts, steps, status)
+
+    def _states(self, counts: Counts) -> Array:
+        """Return the saved states of each member, NaN behind them."""
+        last = self._blocks["states"].reshape(len(counts), self._rows)
+        kept = self._kept if self._save_every else last[:, None]
+        if self._save_every:
+            kept[:, 0] = self._begin
+            kept[np.arange(len(counts)), self._counts - 1] = last
+        for k in np.flatnonzero(counts < kept.shape[1]):
+            kept[k, counts[k] :] = math.nan
+        return kept
+
+    def _times(self, counts: Counts, samples: int) -> Array:
+        """Return the times of these states."""
+        ends = np.array([line.own_end for line in self._ordered])
+        number = np.arange(samples) * (self._save_every or 0)
+        starts, lengths = self._blocks["starts"][:, None], self._blocks["lengths"][:, None]
+        times: Array = starts + lengths * number
+        times[np.arange(samples) >= counts[:, None]] = math.nan
+        here = np.flatnonzero(counts)
+        times[here, counts[here] - 1] = ends[here]
+        return times
 
 
 def _call_of(stepper: Stepper, blocks: dict[str, Block]) -> Call:
