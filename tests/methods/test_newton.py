@@ -214,6 +214,26 @@ def test_what_is_compiled_on_the_way_is_no_time_of_the_run(monkeypatch) -> None:
     assert run.run_seconds + run.watching_seconds < 3600.0
 
 
+@LONG
+def test_what_takes_over_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By the first run of a problem that needs it; the next ones have its bits, at their own states."""
+    from geomint.methods import gauss
+
+    made = []
+    make = gauss.newton_kernel
+    monkeypatch.setattr(gauss, "newton_kernel", lambda *given: made.append(given) or make(*given))
+    of, y, longest = STIFF["stiff pendulum"]
+    h = 5.0 * longest
+    fresh = [in_one_piece(spring_pendulum.problem()) for _ in range(3)]
+    alone = [
+        moved(p, part * y, h, 20).state for p, part in zip(fresh, (1.0, 0.9, 1.1), strict=True)
+    ]
+    assert len(made) == 3
+    again = [moved(fresh[0], part * y, h, 20).state for part in (1.0, 0.9, 1.1)]
+    assert len(made) == 3
+    assert np.array_equal(again, alone)
+
+
 def test_easy_steps_do_not_turn() -> None:
     motion = moved(henon_heiles.problem(), henon_heiles.INITIAL, 0.25, 200)
     plain = moved(henon_heiles.problem(), henon_heiles.INITIAL, 0.25, 200, iteration="fixed-point")

@@ -18,6 +18,7 @@ from ..kernels.numbers.tangent import tangent_block
 from ..kernels.solve.gauss_newton import newton_stepper
 from ..kernels.solve.stage_equations import newton_coefficients, newton_work
 from ..kernels.solve.stage_jacobians import DIRECTIONS, jacobian_scratch, jacobians_of
+from ..problems.declaration import is_new, remember
 from ..problems.watched_call import unwatched_call
 from ..tableaux import gauss_legendre
 from .method import Start
@@ -28,6 +29,9 @@ __all__ = ["check_derivatives", "newton_kernel"]
 
 def check_derivatives(s: Start, field: Bound, y0: Array, work: int) -> None:
     """Raise `DeclarationError` unless a field takes numbers with derivatives: it runs once."""
+    what = ("derivatives", field.recorded.fingerprint, work)
+    if not is_new(s.problem, what):
+        return
     held = tangent_block(1)
     numbers = np.zeros((2, len(y0)))
     numbers[0] = y0
@@ -37,6 +41,7 @@ def check_derivatives(s: Start, field: Bound, y0: Array, work: int) -> None:
         unwatched_call(
             s.problem.name, field.recorded, params, given[0] * 0.0 + s.t0, given, out, scratch
         )
+    remember(s.problem, what)
 
 
 def newton_kernel(

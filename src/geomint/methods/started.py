@@ -13,7 +13,7 @@ from .stepper import Stepper
 __all__ = ["keep_started", "often_run", "started"]
 
 MOST = 16  # steppers that a problem keeps
-OFTEN = 32  # steppers started: then more will be, and what a start takes matters
+OFTEN = 100  # starts of steppers, two of a run by tolerance: what one takes matters then
 
 
 def started(method: Method, s: Start) -> Stepper:
@@ -22,7 +22,9 @@ def started(method: Method, s: Start) -> Stepper:
     Kept is what depends on neither state nor step, which is all that `Stepper.restarted` takes for
     granted too. Functions are looked at again: where they have changed a new stepper is made.
     """
-    kept = _kept(s).get((method, s.clock))
+    of = _kept(s)
+    of.times += 1
+    kept = of.get((method, s.clock))
     if kept is None or method.adaptive or not s.compiled or kept[1] != _fingerprints(kept[0]):
         return method.start(s)
     return kept[0].renewed(np.append(s.y0, 0.0) if s.clock else s.y0, s.t0, s.h)
@@ -33,7 +35,6 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
     if method.adaptive or not s.compiled:
         return
     kept = _kept(s)
-    kept.times += 1
     if len(kept) >= MOST:
         kept.clear()
     kept[method, s.clock] = stepper.renewed(stepper.state, s.t0, s.h), _fingerprints(stepper)

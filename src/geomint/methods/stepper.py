@@ -138,14 +138,21 @@ class Stepper:
         self._advance: Call | None = None
         self.turned = False  # whether `otherwise` takes the steps
         self._single: Stepper | None = None  # what takes single steps beside the run
-        self.beside: dict[Any, Call] = {}  # what else has been prepared; of all that share its code
+        # What else has been prepared, and what `otherwise` has made: of all that share its code.
+        self.beside: dict[Any, Call] = {}
+        self._made: list[tuple[Kernel, Call]] = []
 
-    def prepare(self) -> None:
-        """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so."""
-        self._single, self.beside = None, {}
-        self._advance = bound_stepper(self.kernel, self.functions).call(
-            self.compiled,
-            functions=self.functions,
+    def prepare(self, call: Call | None = None) -> None:
+        """Compile, or find in the cache, what `advance` needs, as it is now; a run begins so.
+
+        Or take the call of another stepper with the same kernel, functions and parameters.
+        """
+        self._single, self.beside, self._made = None, {}, []
+        if call is None:
+            bound = bound_stepper(self.kernel, self.functions)
+            call = bound.call(self.compiled, functions=self.functions)
+        self._advance = call.copy()
+        self._advance.set(
             params=self.params,
             coefficients=self.coefficients,
             fractions=self.fractions,
@@ -246,11 +253,14 @@ class Stepper:
                 return self.kernel is not failed
             make, self.otherwise = self.otherwise, None
             known = self.kernel, self.functions, self.coefficients, self.work, self._advance
+            shared = self._made
             try:
-                other = make()
+                other = shared[0][0] if shared else make()
                 self.kernel, self.functions = other.recorded, other.functions
                 self.coefficients, self.work = other.coefficients, scalar_block(other.work)
-                self.prepare()
+                self.prepare(shared[0][1] if shared else None)
+                assert self._advance is not None
+                shared[:] = [(other, self._advance)]
             except DeclarationError:
                 self.kernel, self.functions, self.coefficients, self.work, self._advance = known
             self.turned = self.kernel is not failed

@@ -27,7 +27,15 @@ from .problem import Problem
 from .two_form import SymplecticForm
 from .watched_call import watched_call
 
-__all__ = ["check_form", "check_problem", "check_value", "known_rates", "unshared"]
+__all__ = [
+    "check_form",
+    "check_problem",
+    "check_value",
+    "is_new",
+    "known_rates",
+    "remember",
+    "unshared",
+]
 
 FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds
 NOW, LATER = np.float64(0.0), np.float64(1.0)
@@ -75,18 +83,18 @@ def check_form(problem: Problem, form: str, y: Array) -> None:
     """Raise `DeclarationError` unless the functions of one form fit the problem."""
     given = getattr(problem, form)
     key = (form, *(f.fingerprint for f in _functions(given)))
-    if _is_new(problem, key):
+    if is_new(problem, key):
         _FORMS[form](problem, given, y)
-        _remember(problem, key)
+        remember(problem, key)
 
 
 def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> None:
     """Raise `DeclarationError` unless ``f(params, t, y, work) -> number`` fits the problem."""
-    if _is_new(problem, f.fingerprint):
+    if is_new(problem, f.fingerprint):
         own = next((name for name, g in _values(problem) if g.function is f.function), role)
         arguments = _usual(problem, y)
         watched_call(problem.name, own or f.function.__name__, f, arguments, number=True)
-        _remember(problem, f.fingerprint)
+        remember(problem, f.fingerprint)
 
 
 def known_rates(problem: Problem, y: Array) -> Array | None:
@@ -109,11 +117,13 @@ def unshared(problem: Problem) -> Problem:
     return own
 
 
-def _is_new(problem: Problem, what: Any) -> bool:
+def is_new(problem: Problem, what: Any) -> bool:
+    """Tell whether it has not been seen to fit yet: a function's fingerprint, or a tuple with one."""
     return what not in problem.__dict__.setdefault("_fitting", set())
 
 
-def _remember(problem: Problem, what: Any) -> None:
+def remember(problem: Problem, what: Any) -> None:
+    """Let it be known that something fits."""
     problem.__dict__["_fitting"].add(what)
 
 
@@ -173,19 +183,19 @@ def _check_field(problem: Problem, f: Recorded, y: Array) -> None:
 def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:
     check_value(problem, measure.log_density, y)
     f = measure.manifold
-    if f is not None and _is_new(problem, ("manifold", f.fingerprint)):
+    if f is not None and is_new(problem, ("manifold", f.fingerprint)):
         out = Fresh("out", measure.conditions)
         watched_call(problem.name, "measure.manifold", f, _usual(problem, y, out))
-        _remember(problem, ("manifold", f.fingerprint))
+        remember(problem, ("manifold", f.fingerprint))
 
 
 def _check_two_form(problem: Problem, given: SymplecticForm, y: Array) -> None:
     f = given.form
-    if _is_new(problem, ("two-form", f.fingerprint)):
+    if is_new(problem, ("two-form", f.fingerprint)):
         vectors = (Given("y", y), Given("u", y), Given("v", y))
         arguments = _arguments(problem, {"t": NOW}, *vectors)
         watched_call(problem.name, "symplectic_form.form", f, arguments, number=True)
-        _remember(problem, ("two-form", f.fingerprint))
+        remember(problem, ("two-form", f.fingerprint))
 
 
 def _check_action(problem: Problem, action: GroupAction, y: Array) -> None:
