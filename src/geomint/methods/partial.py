@@ -15,8 +15,9 @@ from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
+from ..kernels.solve.by_address import by_address
 from ..kernels.solve.orbit import INSIDE, bound_inside
-from ..kernels.solve.partial import bound_polynomial, bound_write, partial_steps, steps_to_clock
+from ..kernels.solve.partial import PARTIAL, TO_CLOCK, bound_polynomial, bound_write
 from ..kernels.solve.status import NOT_CONVERGED, OK
 from ..problems.problem import Problem
 from .stepper import Advance, Stepper, filled_block
@@ -87,8 +88,8 @@ def driven(s: Stepper) -> dict[str, Any]:
     """Return what kernels take that drive a stepper beside its run, and how they begin."""
     between = s.between
     return {
-        "advance": bound_stepper(s.kernel, s.functions),
-        "functions": s.functions,
+        "advance": by_address(tuple(f.signature for f in s.functions)),
+        "functions": (bound_stepper(s.kernel, s.functions), *s.functions),
         "params": s.params,
         "fractions": s.fractions,
         "rows": s.rows,
@@ -154,10 +155,10 @@ class PartialSteps:
         """Return a call for all runs of the method: what it changes is set by each."""
         s, problem = self._stepper, self._problem
         if not clock:
-            return partial_steps(s.functions).call(s.compiled, **driven(s))
+            return PARTIAL.call(s.compiled, **driven(s))
         assert problem.clock is not None
         sizes = {"params": len(problem.params), "y": problem.rows}
-        return steps_to_clock(s.functions).call(
+        return TO_CLOCK.call(
             s.compiled,
             **driven(s),
             **polynomial_of(s),

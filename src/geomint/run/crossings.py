@@ -15,7 +15,7 @@ from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.numbers.blocks import Block, part, scalar_block
-from ..kernels.solve.events import MOST_IN_STEP, NODES, NOTE, SCRATCH, events_in
+from ..kernels.solve.events import EVENTS, MOST_IN_STEP, NODES, NOTE, SCRATCH
 from ..kernels.solve.status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, NOT_CONVERGED, OK
 from ..methods.partial import Nodes, driven, inside_of, own_blocks
 from ..methods.stepper import Advance, Stepper, filled_block
@@ -98,7 +98,7 @@ class Crossings:
     @property
     def entries(self) -> int:
         """How many functions `prepare` asks for."""
-        return len(self._events) * (1 + self._stepper.entries)
+        return len(self._events) * (2 + self._stepper.entries)
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
@@ -113,7 +113,7 @@ class Crossings:
         sizes = {"params": len(problem.params), "y": problem.rows}
         room = max(MOST_IN_STEP + 1, min(64 * MOST_IN_STEP, ROOM // (s.rows + 2)))
         for name, event in self._events.items():
-            self._calls[name] = events_in(s.functions).call(
+            self._calls[name] = EVENTS.call(
                 s.compiled,
                 **{**common, **own_blocks(s), **inside_of(s)},
                 event=bind(event.function(problem), VALUE, **sizes),

@@ -63,6 +63,7 @@ class Call:
         self._function, self._code = function, code
         self.owner: Any = None
         self._values: dict[str, Any] = dict.fromkeys(names)
+        self._addresses: dict[str, Any] = {}
         if code is None:
             return
         frame = _frame_of(code.signature)
@@ -104,6 +105,10 @@ class Call:
             elif kind is Code:
                 for i, code in enumerate(value if isinstance(value, tuple) else (value,)):
                     numbers[at + len(_FUNCTION) * i + _CALLED] = code.address
+            elif kind is tuple:
+                addresses = (ctypes.c_void_p * len(value))(*(code.address for code in value))
+                self._addresses = {**self._addresses, name: addresses}
+                numbers[at] = ctypes.addressof(addresses)
             elif type(value) is kind:
                 numbers[at], numbers[at + 1] = value.address, len(value)
             else:
@@ -132,8 +137,9 @@ class Call:
 class _Frame(NamedTuple):
     """How a signature's arguments and its result lie in memory.
 
-    A place is what an argument has to be (`Code`: a function or a tuple of them; `Any`: a number;
-    else the class of a block), and which of `size` numbers is its first.
+    A place is what an argument has to be (`Code`: a function or a tuple of them; `tuple`: functions
+    behind their addresses; `Any`: a number; else the class of a block), and which of `size` numbers is
+    its first.
     """
 
     places: list[tuple[Any, int]]
@@ -152,6 +158,8 @@ _CALLED = 2
 def _frame_of(signature: Any) -> _Frame:
     from numba.core import types
 
+    from ..numbers.typing_addresses import ADDRESSES
+
     places: list[tuple[Any, int]] = []
     numbers: list[Any] = []
     for argument in signature.args:
@@ -160,6 +168,8 @@ def _frame_of(signature: Any) -> _Frame:
             kind, needed = Code, len(argument) * _FUNCTION
         elif isinstance(argument, types.FunctionType):
             kind, needed = Code, _FUNCTION
+        elif argument == ADDRESSES:
+            kind, needed = tuple, [ctypes.c_void_p]
         elif argument in (types.int64, types.float64):
             whole = argument == types.int64
             kind, needed = Any, [ctypes.c_int64 if whole else ctypes.c_double]

@@ -25,6 +25,7 @@ __all__ = [
     "GRADIENTS",
     "MEMORY",
     "REAL",
+    "STEPPED",
     "TIME",
     "TWO_FORM",
     "VALUE",
@@ -171,9 +172,19 @@ def advance(functions: Iterable[Signature]) -> Signature:
     return replace(_ADVANCE, arguments=(("functions", taken), *_ADVANCE.arguments))
 
 
-def of_stepper(functions: Iterable[Signature], **arguments: Kind) -> Signature:
+def _addresses(number_type: NumberType) -> Any:
+    """Return the type of functions behind their addresses."""
+    from ..numbers.typing_addresses import ADDRESSES
+
+    return ADDRESSES
+
+
+# A stepper of any kind, see `geomint.kernels.solve.by_address`.
+STEPPED = replace(_ADVANCE, arguments=(("functions", _addresses), *_ADVANCE.arguments))
+
+
+def of_stepper(**arguments: Kind) -> Signature:
     """Return the signature of what drives a stepper: it, and all that it takes up to its rows."""
-    own = advance(functions)
-    names = [name for name, _ in own.arguments]
-    taken = own.arguments[: names.index("rows") + 1]
-    return Signature((("advance", own), *taken, *arguments.items()), counted)
+    names = [name for name, _ in STEPPED.arguments]
+    taken = STEPPED.arguments[: names.index("rows") + 1]
+    return Signature((("advance", STEPPED), *taken, *arguments.items()), counted)

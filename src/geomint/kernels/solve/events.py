@@ -46,7 +46,7 @@ from .sign_changes import (
 )
 from .status import CHATTER, EVENT_NOT_FINITE, EVENT_UNCLEAR, OK
 
-__all__ = ["MOST_IN_STEP", "NODES", "NOTE", "SCRATCH", "events_in"]
+__all__ = ["EVENTS", "MOST_IN_STEP", "NODES", "NOTE", "SCRATCH"]
 
 MOST_IN_STEP = 64  # events
 ROUNDING = 2.0**-49  # of the event's size
@@ -325,8 +325,4 @@ _FIND: dict[str, Kind] = {
     "room": WHOLE,
     "out": BLOCK,
 }
-
-
-def events_in(functions: tuple[Bound, ...]) -> Bound:
-    """Return `find` for a stepper that takes such functions."""
-    return Bound(find, of_stepper((f.signature for f in functions), **_FIND))
+EVENTS = Bound(find, of_stepper(**_FIND))

@@ -2,7 +2,8 @@
 
 A state so found is as accurate as the run, on the manifold if the method's states are, and the run
 knows nothing of it. It depends on the state and the step there alone, not on chunks, nor on what else
-is asked for. The stepper's loop is handed over by its address: nothing of a method is compiled anew.
+is asked for. The stepper's loop is handed over by its address: nothing of a method is compiled anew,
+and these kernels are the same for all methods.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from .status import OK
 
 __all__ = [
     "BEGUN",
+    "PARTIAL",
     "POLYNOMIAL",
+    "TO_CLOCK",
     "bound_polynomial",
     "bound_write",
     "one_step",
-    "partial_steps",
-    "steps_to_clock",
     "whole_step",
 ]
 
@@ -278,16 +279,8 @@ _TO_CLOCK: dict[str, Kind] = {
     "lengths": BLOCK,
     "out": BLOCK,
 }
-
-
-def partial_steps(functions: tuple[Bound, ...]) -> Bound:
-    """Return `partial` for a stepper that takes such functions."""
-    return Bound(partial, of_stepper((f.signature for f in functions), **_PARTIAL))
-
-
-def steps_to_clock(functions: tuple[Bound, ...]) -> Bound:
-    """Return `to_clock` for a stepper that takes such functions."""
-    return Bound(to_clock, of_stepper((f.signature for f in functions), **_TO_CLOCK))
+PARTIAL = Bound(partial, of_stepper(**_PARTIAL))
+TO_CLOCK = Bound(to_clock, of_stepper(**_TO_CLOCK))
 
 
 def bound_write(write: Any = cold) -> Bound:

@@ -1,0 +1,21 @@
+"""Functions behind their addresses: what takes a stepper of any kind is compiled once for all kinds.
+
+numba's functions as arguments have their signature in their type, and so has whatever takes them. Here
+they lie in memory, and are given their types where they are called.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["functions_at", "stepper_at"]
+
+
+def stepper_at(addresses: Any, kind: str) -> Any:
+    """Return the first function, a stepper of that kind; in plain Python they are a tuple."""
+    return addresses[0]
+
+
+def functions_at(addresses: Any, kind: str) -> Any:
+    """Return the other ones, which the stepper takes."""
+    return addresses[1:]

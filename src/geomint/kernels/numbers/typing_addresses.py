@@ -1,0 +1,83 @@
+"""The numba half of functions behind their addresses: a pointer to the addresses of their code."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.extending import models, register_model
+
+from . import addresses
+from .instruction import instruction
+
+__all__ = ["ADDRESSES", "kind_of"]
+
+
+class AddressesType(types.Type):
+    """Addresses of functions, one after the other; of which types is told where they are called."""
+
+    def __init__(self) -> None:
+        super().__init__(name="addresses")
+
+
+register_model(AddressesType)(models.OpaqueModel)
+
+ADDRESSES = AddressesType()
+_WORD = ir.IntType(8).as_pointer()
+_steppers: dict[str, Any] = {}  # their signatures, by kind
+
+
+def kind_of(stepper: Any) -> str:
+    """Return the name of a stepper's signature, the same in every process; here it is found by that."""
+    name = hashlib.sha256(str(stepper).encode()).hexdigest()
+    _steppers[name] = stepper
+    return name
+
+
+def _known(pointer: Any, kind: Any) -> Any:
+    """Return the signature of that name, or None for what is no name of one."""
+    return _steppers.get(getattr(kind, "literal_value", "")) if pointer == ADDRESSES else None
+
+
+def _function(context: Any, builder: Any, kind: Any, pointer: Any, place: int) -> Any:
+    """Return the function at a place, as numba has functions that are arguments."""
+    words = builder.bitcast(pointer, _WORD.as_pointer())
+    function = cgutils.create_struct_proxy(kind)(context, builder)
+    function.c_addr = function.py_addr = ir.Constant(_WORD, None)
+    at = builder.gep(words, [ir.Constant(ir.IntType(64), place)])
+    function.jit_addr = builder.load(at)
+    return function._getvalue()
+
+
+@instruction(addresses.stepper_at, prefer_literal=True)
+def _stepper_at(typingctx, pointer, kind):
+    """Return the stepper as a value of its type."""
+    known = _known(pointer, kind)
+    if known is None:
+        return None
+    stepper = types.FunctionType(known)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _function(context, builder, stepper, args[0], 0)
+
+    return stepper(pointer, kind), codegen
+
+
+@instruction(addresses.functions_at, prefer_literal=True)
+def _functions_at(typingctx, pointer, kind):
+    """Return the functions that the stepper takes, as a tuple."""
+    known = _known(pointer, kind)
+    if known is None:
+        return None
+    taken = known.args[0]
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        own = [
+            _function(context, builder, function, args[0], 1 + i)
+            for i, function in enumerate(taken.types)
+        ]
+        return context.make_tuple(builder, taken, own)
+
+    return taken(pointer, kind), codegen

@@ -1,0 +1,40 @@
+"""A stepper of any kind behind one signature, for what takes steps beside a run.
+
+What looks for events takes ten seconds to compile. It would be compiled anew for every kind of stepper:
+those of fields, of groups, of splittings take other functions. It gets their addresses instead.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from ..compiling.bound import Bound
+from ..compiling.number_types import SCALAR
+from ..compiling.recorded import helper
+from ..compiling.signatures import STEPPED, Signature, advance
+from ..numbers.addresses import functions_at, stepper_at
+
+__all__ = ["by_address"]
+
+
+@functools.cache
+def by_address(functions: tuple[Signature, ...]) -> Bound:
+    """Return what takes steps by a stepper that takes such functions: it gets their addresses.
+
+    Its argument ``functions`` is the stepper, and after it those that the stepper takes.
+    """
+    from ..numbers.typing_addresses import kind_of
+
+    kind = kind_of(advance(functions).of(SCALAR))
+
+    def steps(
+        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
+        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any,
+    ) -> tuple[int, int, int, float]:  # fmt: skip
+        return stepper_at(functions, kind)(
+            functions_at(functions, kind), params, coefficients, fractions, memory, work, rows, t0,
+            h, first, count, every, out,
+        )  # fmt: skip
+
+    return Bound(helper(steps), STEPPED)
