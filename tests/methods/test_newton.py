@@ -222,7 +222,7 @@ def test_what_takes_over_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
     make = gauss.newton_kernel
     monkeypatch.setattr(gauss, "newton_kernel", lambda *given: made.append(given) or make(*given))
-    of, y, longest = STIFF["stiff pendulum"]
+    _, y, longest = STIFF["stiff pendulum"]
     h = 5.0 * longest
     fresh = [in_one_piece(spring_pendulum.problem()) for _ in range(3)]
     alone = [
