@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import geomint as gi
 from geomint.plan import SeveralRuns, run_methods
-from geomint.plots.style import save_figure
+from geomint.plots.style import figure_style
 from geomint.report.drift_json import drift_record
 from geomint.report.kind_plots import kinds_figure
 from machine import describe
@@ -81,7 +81,8 @@ def main() -> None:
             report=lambda run, name=name: print(f"{name}: {run.title} {run.message}", flush=True),
         )
         scenes[name] = record_of(result)
-        save_figure(kinds_figure(result), arguments.images, f"drift-by-method-{name}", ("png",))
+        with figure_style():
+            kinds_figure(result).savefig(arguments.images / f"drift-by-method-{name}.png")
         content = {"machine": describe(["geomint", "numpy", "numba"]), "scenes": scenes}
         text = json.dumps(content, indent=1, ensure_ascii=False)
         path.write_text(text + "\n", encoding="utf-8")

@@ -52,5 +52,5 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
             Path(to).touch()
 
     monkeypatch.setattr(Figure, "savefig", blank)
-    monkeypatch.setattr(style, "_lay_out", lambda figure: None)
+    monkeypatch.setattr(style.Picture, "_lay_out", lambda picture: None)
     monkeypatch.setattr(paper, "_fit_legends", lambda figure: None)

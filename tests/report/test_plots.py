@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from geomint.plots.drift_plots import draw_means, draw_sizes, drift_figure, panel_figure
-from geomint.plots.style import COLOURS, data_uri, save_figure, series_style
+from geomint.plots.style import COLOURS, Picture, data_uri, series_style
 from geomint.watch.drift import drift_from_windows
 from geomint.watch.windows import Windows
 
@@ -63,9 +63,24 @@ def test_one_run_shows_sizes_and_means(tmp_path):
     shown = texts(figure)
     assert "τ (dimensionless)" in shown
     assert "32 ε × scale" in shown
-    save_figure(figure, tmp_path, "drift")
+    Picture(figure).save(tmp_path, "drift")
     assert (tmp_path / "drift.png").stat().st_size > 10_000
     assert (tmp_path / "drift.svg").read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_a_picture_is_drawn_once(tmp_path, monkeypatch):
+    """For the page and its files; a file has a ground of its own, as viewers may be dark."""
+    figure = drift_figure([("cf-4", {"line": drift("line")})], "t")
+    kinds, draw = [], figure.savefig
+    monkeypatch.setattr(figure, "savefig", lambda to, **k: kinds.append(str(to)) or draw(to, **k))
+    picture = Picture(figure)
+    uri = picture.uri
+    picture.save(tmp_path, "drift")
+    assert picture.uri == uri
+    assert len(kinds) == 2
+    text = (tmp_path / "drift.svg").read_text(encoding="utf-8")
+    assert text.replace('<rect width="100%" height="100%" fill="#ffffff"/>', "", 1) == picture.svg
+    assert text != picture.svg
 
 
 def test_several_runs_share_panels_and_a_legend():

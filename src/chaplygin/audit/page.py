@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import geomint as gi
 from geomint.references.literature import JOVANOVIC_2010
 from geomint.report.pages import (
-    data_uri,
+    Picture,
     json_of,
     paper_files,
     provenance_of,
@@ -56,7 +56,7 @@ def write_audit_report(
     provenance = {"paper": JOVANOVIC_2010.text, **provenance_of(None, command)}
     record = {**as_json(audit), "provenance": provenance}
     citation = gi.Citation((("paper", (JOVANOVIC_2010,)), *gi.cite().parts))
-    figure = residual_figure(audit)
+    picture = Picture(residual_figure(audit))
     columns, sections = by_section(audit)
     page = render(
         "audit.html.j2",
@@ -70,14 +70,14 @@ def write_audit_report(
         sections=[{**row, "results": [_shown(r) for r in row["results"]]} for row in sections],
         findings=[_shown(r) for results in audit.findings.values() for r in results],
         unexplained=[_shown(r) for r in audit.unexplained],
-        picture=data_uri(figure),
+        picture=picture.uri,
         provenance=provenance,
         citation=citation,
     )
     others = {"audit.csv": functools.partial(_save, record["claims"])}
     more = _paper(audit, provenance, citation) if paper else None
-    figures = {"audit": figure}
-    return write_files(folder, AUDIT_FILES, page, json_of(record), figures, others, more)
+    pictures = {"audit": picture}
+    return write_files(folder, AUDIT_FILES, page, json_of(record), pictures, others, more)
 
 
 def _verdict(audit: Audit) -> str:

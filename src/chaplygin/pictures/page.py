@@ -12,6 +12,7 @@ import numpy as np
 
 import geomint as gi
 from geomint.report.pages import (
+    Picture,
     data_uri,
     json_of,
     paper_files,
@@ -121,10 +122,10 @@ def write_exact_report(
     )
     from .motion import motion_figure
 
-    figures = {"exact": motion_figure(exact, path)}
+    pictures = {"exact": Picture(motion_figure(exact, path))}
     others = {"exact.csv": functools.partial(_save, problem, exact)}
     more = _paper(scene, record, panels, citation) if paper else None
-    return write_files(folder, EXACT_FILES, page, json_of(record), figures, others, more)
+    return write_files(folder, EXACT_FILES, page, json_of(record), pictures, others, more)
 
 
 def _verdict(record: dict[str, Any]) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import base64
+import functools
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,9 +17,9 @@ __all__ = [
     "COLOURS",
     "DASHES",
     "MARKERS",
+    "Picture",
     "data_uri",
     "figure_style",
-    "save_figure",
     "series_style",
 ]
 
@@ -28,6 +29,8 @@ DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2, 1, 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 WIDTH = 6.5  # inches, a printed page without margins
 DPI = 200.0  # of files
+_GROUND = '<g id="figure_1">'  # where the drawing begins in matplotlib's SVG
+_WHITE = '<rect width="100%" height="100%" fill="#ffffff"/>'
 
 STYLE = {
     "font.size": 9.0,
@@ -67,37 +70,53 @@ def series_style(i: int) -> dict[str, Any]:
     }
 
 
-def save_figure(
-    figure: Figure, folder: Path, name: str, kinds: Sequence[str] = ("png", "svg")
-) -> None:
-    """Write ``name.png`` and ``name.svg``, or one of them, into the folder."""
-    with figure_style():
-        if "png" in kinds:
-            _lay_out(figure)
-        for kind in kinds:
-            metadata = {"Date": None} if kind == "svg" else None
-            figure.savefig(folder / f"{name}.{kind}", metadata=metadata)
-            figure.set_layout_engine("none")  # laid out already: do not do it again
+class Picture:
+    """A figure as pages and files show it: laid out once, and drawn once for each kind.
 
+    It must not change any more.
+    """
 
-def _lay_out(figure: Figure) -> None:
-    """Place what a figure is made of, once; `savefig` draws all of it for that, and places it twice."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    def __init__(self, figure: Figure) -> None:
+        self.figure = figure
 
-    engine = figure.get_layout_engine()
-    if engine is None:
-        return
-    before, figure.dpi = figure.dpi, DPI
-    FigureCanvasAgg(figure)
-    engine.execute(figure)
-    figure.set_layout_engine("none")
-    figure.dpi = before
+    @functools.cached_property
+    def svg(self) -> str:
+        """SVG with a transparent ground."""
+        buffer = io.BytesIO()
+        with figure_style():
+            self._lay_out()
+            metadata = {"Date": None}
+            self.figure.savefig(buffer, format="svg", transparent=True, metadata=metadata)
+        return buffer.getvalue().decode("utf-8")
+
+    @property
+    def uri(self) -> str:
+        """The SVG as a data URI."""
+        coded = base64.b64encode(self.svg.encode("utf-8")).decode("ascii")
+        return f"data:image/svg+xml;base64,{coded}"
+
+    def save(self, folder: Path, name: str) -> None:
+        """Write ``name.png`` and ``name.svg``, on white, into the folder."""
+        with figure_style():
+            self._lay_out()
+            self.figure.savefig(folder / f"{name}.png")
+        text = self.svg.replace(_GROUND, _WHITE + _GROUND, 1)
+        (folder / f"{name}.svg").write_text(text, encoding="utf-8")
+
+    def _lay_out(self) -> None:
+        """Place what the figure is made of; `savefig` would draw all of it for that, and twice."""
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        figure, engine = self.figure, self.figure.get_layout_engine()
+        if engine is None:
+            return
+        before, figure.dpi = figure.dpi, DPI
+        FigureCanvasAgg(figure)
+        engine.execute(figure)
+        figure.set_layout_engine("none")
+        figure.dpi = before
 
 
 def data_uri(figure: Figure) -> str:
     """Return a figure as an SVG data URI with a transparent ground."""
-    buffer = io.BytesIO()
-    with figure_style():
-        _lay_out(figure)
-        figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    return Picture(figure).uri

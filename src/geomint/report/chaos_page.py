@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..plan import ChaosPlan
-from ..plots.style import data_uri
+from ..plots.style import Picture
 from ..run.exponents import Lyapunov
 from ..run.provenance import finite_json, json_text, method_record
 from ..scene.provenance import scene_record
@@ -85,7 +85,7 @@ def write_chaos_report(
     ------
     OutputError
     """
-    record, figure = chaos_record(plan, found, command), found.plot()
+    record, picture = chaos_record(plan, found, command), Picture(found.plot())
     citation = cite(plan.route.problem, plan.scene.method)
     page = render(
         "chaos.html.j2",
@@ -94,12 +94,12 @@ def write_chaos_report(
         verdict=SAID[record["verdict"]],
         provenance=record["provenance"],
         citation=citation,
-        picture=data_uri(figure),
+        picture=picture.uri,
     )
     others = {"chaos.csv": found.save}
     more = _paper(plan, record, citation) if paper else None
     return write_files(
-        folder, CHAOS_FILES, page, json_text(record), {"chaos": figure}, others, more
+        folder, CHAOS_FILES, page, json_text(record), {"chaos": picture}, others, more
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ..compare.reference_record import MARGIN, RESOLUTION
 from ..compare.runs import Comparison
 from ..plots.drift_plots import drift_figure
-from ..plots.style import data_uri
+from ..plots.style import Picture
 from ..run.provenance import finite_json, json_text
 from ..scene.provenance import scene_record
 from . import COMPARE_FILES
@@ -49,9 +49,9 @@ def write_compare_report(
     own = {method: order._asdict() for method, order in orders.items()}
     best = _best(found["points"])
     record = finite_json({**found, "orders": own, "best": best, "provenance": provenance})
-    figures = {"compare": work_precision_figure(result.points, orders)}
+    pictures = {"compare": Picture(work_precision_figure(result.points, orders))}
     if result.drifts:
-        figures["compare-drift"] = drift_figure(result.drifts, "t")
+        pictures["compare-drift"] = Picture(drift_figure(result.drifts, "t"))
     citation = cite(scene, *dict.fromkeys(p["method"] for p in found["points"] if not p["peer"]))
     page = render(
         "compare.html.j2",
@@ -69,10 +69,10 @@ def write_compare_report(
         quantities=" and ".join(record["reference"]["quantities"]),
         best=best,
         hollow=any(p["error"] is None and p["bound"] is not None for p in record["points"]),
-        figures={name: data_uri(figure) for name, figure in figures.items()},
+        figures={name: picture.uri for name, picture in pictures.items()},
     )
     more = compare_paper(scene, record, orders, citation) if paper else None
-    write_files(out, COMPARE_FILES, page, json_text(record), figures, paper=more)
+    write_files(out, COMPARE_FILES, page, json_text(record), pictures, paper=more)
 
 
 def _verdict(points: list[dict[str, Any]], best: list[dict[str, Any]]) -> str:

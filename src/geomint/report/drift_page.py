@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..plan import SeveralRuns
+from ..plots.style import Picture
 from ..run.provenance import json_text
 from ..scene.provenance import scene_record
 from . import DRIFT_FILES
@@ -37,6 +38,6 @@ def write_drift_report(
         provenance=record["provenance"],
         citation=citation_of(result),
     )
-    figures = {"drift": report_figure(result)}
+    pictures = {"drift": Picture(report_figure(result))}
     more = drift_paper(result, record["provenance"]) if paper else None
-    return write_files(folder, DRIFT_FILES, page, json_text(record), figures, paper=more)
+    return write_files(folder, DRIFT_FILES, page, json_text(record), pictures, paper=more)

@@ -17,7 +17,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from ..errors import printable
-from ..plots.style import data_uri, save_figure
+from ..plots.style import Picture, data_uri
 from ..run.files.outputs import whole_folder
 from ..run.provenance import environment, finite_json, json_text
 from ..scene.provenance import scene_record
@@ -25,12 +25,11 @@ from . import paper_files
 from .text import number, with_error
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..scene import Scene
     from .paper import Paper
 
 __all__ = [
+    "Picture",
     "data_uri",
     "json_of",
     "paper_files",
@@ -97,11 +96,11 @@ def write_files(
     names: Sequence[str],
     page: str,
     data: str,
-    figures: Mapping[str, Figure],
+    pictures: Mapping[str, Picture],
     others: Mapping[str, Callable[[Path], None]] = MappingProxyType({}),
     paper: Paper | None = None,
 ) -> Path:
-    """Write the files of a report, all or none: page, JSON, and each figure as PNG and SVG.
+    """Write the files of a report, all or none: page, JSON, and each picture as PNG and SVG.
 
     And the `others`, by functions that take a path; with a `paper` all that is for one. Returns the
     path of the page.
@@ -115,10 +114,10 @@ def write_files(
     with whole_folder(folder, names) as unfinished:
         (unfinished / html).write_text(page, encoding="utf-8")
         (unfinished / json).write_text(data, encoding="utf-8")
-        for name, figure in figures.items():
-            save_figure(figure, unfinished, name)
+        for name, picture in pictures.items():
+            picture.save(unfinished, name)
         for name, write in others.items():
             write(unfinished / name)
         if paper is not None:
-            paper.write(unfinished, figures)
+            paper.write(unfinished, {name: p.figure for name, p in pictures.items()})
     return folder / html

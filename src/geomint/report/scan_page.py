@@ -12,7 +12,7 @@ import numpy as np
 from ..arguments import Array
 from ..plan import ScanPlan
 from ..plots.scan_plot import Chart, scan_figure
-from ..plots.style import data_uri
+from ..plots.style import Picture
 from ..run.ensemble.readings.of_runs import VERDICTS, ExponentErrors, Exponents, ExponentVerdict
 from ..run.ensemble.result import Ensemble
 from ..run.provenance import finite_json, json_text, method_record
@@ -170,7 +170,7 @@ def write_scan_report(
         plan.route.problem.time,
         bars,
     )
-    figure = scan_figure(chart)
+    picture = Picture(scan_figure(chart))
     citation = cite(plan.route.problem, plan.scene.method)
     page = render(
         "scan.html.j2",
@@ -180,11 +180,11 @@ def write_scan_report(
         verdicts=_told_verdicts(record) if record["verdicts"] else "",
         provenance=record["provenance"],
         citation=citation,
-        picture=data_uri(figure),
+        picture=picture.uri,
     )
     others = {"scan.csv": lambda path: _save(plan, many, path)}
     more = _paper(plan, record, citation) if paper else None
-    return write_files(folder, SCAN_FILES, page, json_text(record), {"scan": figure}, others, more)
+    return write_files(folder, SCAN_FILES, page, json_text(record), {"scan": picture}, others, more)
 
 
 def _paper(plan: ScanPlan, record: dict[str, Any], citation: Citation) -> Paper:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..plan import SectionPlan
-from ..plots.style import COLOURS, data_uri
+from ..plots.style import COLOURS, Picture
 from ..run.at_states import values_at
 from ..run.provenance import finite_json, json_text, method_record
 from ..run.section import Section
@@ -90,7 +90,7 @@ def write_section_report(
     OutputError
     """
     record = section_record(plan, section, command)
-    figure = section.plot(*(plan.scene.content.section.axes or ()))
+    picture = Picture(section.plot(*(plan.scene.content.section.axes or ())))
     citation = cite(plan.route.problem, plan.scene.method)
     page = render(
         "section.html.j2",
@@ -99,14 +99,14 @@ def write_section_report(
         verdict=_verdict(record),
         provenance=record["provenance"],
         citation=citation,
-        picture=data_uri(figure),
+        picture=picture.uri,
         colours=COLOURS,
         bounded=section.boundary is not None and not plan.scene.content.section.axes,
     )
     others = {"section.csv": section.save}
     more = _paper(plan, record, citation) if paper else None
     return write_files(
-        folder, SECTION_FILES, page, json_text(record), {"section": figure}, others, more
+        folder, SECTION_FILES, page, json_text(record), {"section": picture}, others, more
     )
 
 

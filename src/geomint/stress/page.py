@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..methods import find_method
-from ..plots.style import data_uri
+from ..plots.style import Picture
 from ..report import STRESS_FILES
 from ..report.pages import render, write_files
 from ..run.provenance import environment, finite_json
@@ -73,7 +73,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
     order = list(dict.fromkeys(families.values()))
     rows = sorted(families, key=lambda name: order.index(families[name]))
     axes = [a for a in record["axes"] if any(cell["axis"] == a["name"] for cell in cells)]
-    picture = stress_figure(cells, rows, families, axes)
+    picture = Picture(stress_figure(cells, rows, families, axes))
     page = render(
         "stress.html.j2",
         title="Where each method stops working",
@@ -86,7 +86,7 @@ def write_stress_report(record: Mapping[str, Any], methods: Sequence[str], out: 
         symbols=SYMBOLS,
         tables={axis["name"]: _table(cells, axis["name"]) for axis in axes},
         forbidden=[cell for cell in cells if cell["verdict"] in FORBIDDEN],
-        picture=data_uri(picture),
+        picture=picture.uri,
         rules=RULES,
         references=references_in_words(record["references"]),
     )
