@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import time
 import warnings
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
+from geomint.kernels.compiling import compile as compiling
 from geomint.problems.testproblems import henon_heiles, lotka_volterra, pulsating_body
 from geomint.run.ensemble import compiled
 
@@ -210,3 +212,37 @@ def test_functions_are_looked_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     others = [role for role in looked if role not in ("field", "clock")]
     assert "hamiltonian.gradients" in others
     assert len(others) == len(set(others))
+
+
+def test_compiling_is_no_time_of_the_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What members with parameters of their own need is compiled before they begin."""
+    from geomint.run.ensemble import solve_ensemble as module
+
+    new = time.time()  # so that its code is on no disk
+
+    @gi.field
+    def stretched(params, t, y, out, work):  # type: ignore[no-untyped-def]
+        out[0], out[1] = y[1], -params[0] * y[0] + 0.0 * new
+
+    begun: list[bool] = []
+    spread = module.spread
+
+    def noted(*given: Any) -> Any:
+        begun.append(True)
+        return spread(*given)
+
+    def listener(name: str, seconds: float | None) -> None:
+        late.extend([name] if begun else [])
+
+    late: list[str] = []
+    monkeypatch.setattr(module, "spread", noted)
+    end = compiling.listen(listener)
+    problems = [
+        gi.Problem("stretched", (("q", 1), ("p", 1)), [a], field=stretched) for a in (1.0, 1.1, 1.2)
+    ]
+    try:
+        gi.solve_ensemble(problems, [0.5, 0.3], t_end=1.0, step=0.1, method="rk-4")
+    finally:
+        end()
+    assert begun
+    assert not late

@@ -67,8 +67,9 @@ def first_look(asked: Asked, given: Members) -> tuple[Block, Outcome] | None:
     for k in dict.fromkeys((0, last, *between)):
         block = np.array([k])
         one = given.of(block)
+        alike = one if len(given.problems) == 1 else given.of(np.array([k, k]))  # as blocks will be
         try:
-            if asked.steps_alone and run_compiled(asked, one, np.ones(1)) is not None:
+            if asked.steps_alone and run_compiled(asked, alike, np.ones(1)) is not None:
                 return None
             found = empty_outcome(1, 1, given.states.shape[1])
             run_single(asked, one, [0], np.zeros(1), found, strict=True)
