@@ -402,11 +402,14 @@ def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> No
         return len(search.trials), setting
 
     right = 1000.0 ** (1.0 / 8.0)
-    assert searched(1.0, 0.0) == (2, pytest.approx(right))
-    trials, setting = searched(1.0, 1.0)
+    first = right * 0.032 ** (1.0 / 8.0)  # errs by a thirtieth of the goal
+    assert searched(first, 0.0) == (2, pytest.approx(right))
+    trials, setting = searched(first, 1.0)
     assert trials == 1
-    assert 1.0 < setting < right
-    assert setting == pytest.approx(1.1 if implicit else 30.0 ** (1.0 / 8.0))
+    assert first < setting < right
+    assert setting == pytest.approx(first * (0.032 ** (-1.0 / 12.0) if implicit else 30.0**0.125))
+    trials, setting = searched(1.0, 1.0)  # errs by so little that it says nothing of the goal
+    assert (trials, setting) == (2, pytest.approx(right))
     trials, setting = searched(4.0, 1.0)
     assert trials > 1
     assert setting == pytest.approx(right, rel=0.02)

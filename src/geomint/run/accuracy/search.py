@@ -21,9 +21,11 @@ NOISE = 1e-15  # what roundings may make of one that is 0
 CHANGED = 30.0  # of the error, so far a setting may change in any case
 CHANGE = 3.0  # of the setting from one trial to the next, at most; of low orders more
 BACK = 0.4  # of a setting that failed
+FAR = 0.03  # of the goal: an error below that is tried to be met, whether it saves work or not
 WORTH = 0.97  # of the work: longer steps that save less are not worth their error
 STIFF = 3.0  # times the setting that serves, the least for which steps that cost more are tried
-BEYOND = 1.1  # of the longest step that has been tried: longer implicit ones may fail
+BEYOND = 1.5  # of the longest step that has been tried, at most, for longer implicit ones may fail,
+CAUTION = 2.0 / 3.0  # and by so much of what the power says: there errors may grow faster
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +85,8 @@ class Search:
             if self._not_worth():
                 break
             setting, near = self._next(failed)
-            if near or self._saves(trial.setting, setting) < self.worth:
+            far = trial.error < FAR * self.goal  # so that it is no estimate of what that errs by
+            if near or (self._saves(trial.setting, setting) < self.worth and not far):
                 break
         good = list(self._good())
         if not good:
@@ -92,9 +95,12 @@ class Search:
             return good[-2][0].setting, good[-2][1]
         trial, error, _ = min(good, key=lambda each: abs(math.log(each[1] / self.goal)))
         chosen = self._changed(trial, error, failed)
-        chosen = min(chosen, trial.setting * self.near ** (1.0 / self.power))
-        if self.implicit:
-            chosen = min(chosen, BEYOND * max(t.setting for t, _, _ in good))
+        longest = max(t.setting for t, _, _ in good)
+        if self.implicit and chosen > longest:
+            caution = CAUTION * min(self._power() / self.power, 1.0)
+            chosen = longest * min((chosen / longest) ** caution, BEYOND)
+        else:
+            chosen = min(chosen, trial.setting * self.near ** (1.0 / self.power))
         return chosen, error * (chosen / trial.setting) ** self._power()
 
     def corrected(
@@ -157,7 +163,7 @@ class Search:
             return self._within(trial.setting, factor, failed), False
         wanted, ratio = self._changed(trial, error, failed), error / self.goal
         # So far below the goal that the last step, which is not much longer than those tried, is too.
-        low = BEYOND**-self.power if self.implicit else 1.0 / self.near
+        low = max(BEYOND**-self.power, FAR) if self.implicit else 1.0 / self.near
         near = low <= ratio <= self.near or abs(wanted / trial.setting - 1.0) < 0.03
         return wanted, near or seen < SEEN * ratio
 
