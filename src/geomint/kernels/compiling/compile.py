@@ -24,7 +24,11 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaExperimentalFeatureWarning, NumbaPedanticWarning
 from numba.extending import typeof_impl
 
-from ..numbers import typing_blocks, typing_circular  # noqa: F401 - blocks, lanes, for numba
+from ..numbers import (  # noqa: F401 - what numba is to know
+    typing_addresses,
+    typing_blocks,
+    typing_circular,
+)
 from .cache import UnkeptCache, make_cache, sources_edited
 from .call import Code
 from .clock import standing_still
