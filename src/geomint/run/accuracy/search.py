@@ -25,6 +25,7 @@ FAR = 0.03  # of the goal: an error below that is tried to be met, whether it sa
 WORTH = 0.97  # of the work: longer steps that save less are not worth their error
 STIFF = 3.0  # times the setting that serves, the least for which steps that cost more are tried
 BEYOND = 1.5  # of the longest step that has been tried, at most, for longer implicit ones may fail,
+LIKELY = 2.0  # times a step that serves: where one so long fails, those between are not trusted
 CAUTION = 2.0 / 3.0  # and by so much of what the power says: there errors may grow faster
 
 
@@ -81,6 +82,8 @@ class Search:
                 failed = min(failed, setting)
                 most = max((t.setting for t, _, _ in self._good()), default=BACK**2 * setting)
                 setting = math.sqrt(most * failed)
+                if any(self._good()) and self._saves(most, setting) < self.worth:
+                    break  # what serves is there, and what is longer may fail again
                 continue
             if self._not_worth():
                 break
@@ -96,7 +99,9 @@ class Search:
         trial, error, _ = min(good, key=lambda each: abs(math.log(each[1] / self.goal)))
         chosen = self._changed(trial, error, failed)
         longest = max(t.setting for t, _, _ in good)
-        if self.implicit and chosen > longest:
+        if self.implicit and chosen > longest and failed < LIKELY * longest:
+            chosen = longest
+        elif self.implicit and chosen > longest:
             caution = CAUTION * min(self._power() / self.power, 1.0)
             chosen = longest * min((chosen / longest) ** caution, BEYOND)
         else:
