@@ -387,6 +387,22 @@ def test_a_search_stops_where_longer_steps_save_nothing() -> None:
     assert expected == pytest.approx(1.5e-10)
 
 
+def test_after_a_failure_what_serves_is_taken() -> None:
+    """A longer step is tried once, where it would not pay; none between is taken on trust."""
+
+    def attempt(h: float) -> Trial:
+        error = 1e-10 * h**8
+        found = None if h > 1.2 else stretch_of(error, work=1.0 / h, step=h)
+        return Trial(h, 10.0 * error if found else None, found)
+
+    search = Search(attempt, 4e-8, 8, 100.0, True, worth=1.0)
+    assert search.run(1.0) == (1.0, pytest.approx(1e-9))
+    assert [trial.stretch is None for trial in search.trials] == [False, True]
+    patient = Search(attempt, 4e-8, 8, 100.0, True)  # where trials cost nothing
+    setting, _ = patient.run(1.0)
+    assert 1.1 < setting <= 1.2
+
+
 @pytest.mark.parametrize("implicit", [True, False])
 def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> None:
     """Of longer steps; a step that errs too much is always tried anew."""

@@ -23,9 +23,9 @@ CHANGE = 3.0  # of the setting from one trial to the next, at most; of low order
 BACK = 0.4  # of a setting that failed
 FAR = 0.03  # of the goal: an error below that is tried to be met, whether it saves work or not
 WORTH = 0.97  # of the work: longer steps that save less are not worth their error
+LIKELY = 2.0  # times a step that serves: where one so long fails, those between are not trusted
 STIFF = 3.0  # times the setting that serves, the least for which steps that cost more are tried
 BEYOND = 1.5  # of the longest step that has been tried, at most, for longer implicit ones may fail,
-LIKELY = 2.0  # times a step that serves: where one so long fails, those between are not trusted
 CAUTION = 2.0 / 3.0  # and by so much of what the power says: there errors may grow faster
 
 
