@@ -14,6 +14,7 @@ from families import FAMILIES, KINDS, PROBLEMS, pairs
 from scipy.integrate import solve_ivp
 
 import geomint as gi
+from geomint import part
 from geomint.methods import Start, find_method
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import compiled_derivative, derivative
@@ -274,6 +275,36 @@ def test_steps_that_fail_on_the_way_are_shortened() -> None:
     assert sol.success
     assert sol.accuracy is not None
     assert sol.accuracy.trials[-1][1] is None  # a step that failed
+
+
+@gi.field
+def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    for i in range(0, len(y), 2):
+        quickening(params, t, part(y, i, 2), part(out, i, 2), work)
+
+
+@pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met")
+@pytest.mark.parametrize(("pairs", "called"), [(LARGE // 2, False), (LARGE // 2, True), (3, False)])
+def test_large_states_take_shorter_steps_before_newtons_method(pairs: int, called: bool) -> None:
+    """Not where a callback has seen the first run, and not of small states: there Newton's is fast."""
+    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[12.0], field=quickening_pairs)
+    y0 = np.tile([1.0, 0.0], pairs)
+    times: list[float] = []
+    given: dict[str, Any] = {"t_end": 400.0, "method": gi.Gauss(8), "progress": False}
+    callback = (lambda seen: times.append(seen.t)) if called else None
+    sol = gi.solve(p, y0, tolerance=1e-3, callback=callback, **given)
+    assert sol.success
+    assert sol.accuracy is not None
+    assert times == sorted(times)
+    assert sol.method.options["iteration"] == "auto"
+    shorter = 2 * pairs >= LARGE and not called
+    assert (sol.accuracy.trials[-1][1] is None) is shorter
+    if shorter:
+        assert sol.step == pytest.approx(0.6 * sol.accuracy.trials[-1][0])
+    alone = gi.solve(p, y0, step=sol.step, **{**given, "method": sol.method})
+    assert (alone.y == sol.y).all()
+    on = gi.solve(sol, t_end=401.0)  # by the method that it says
+    assert on.method == sol.method
 
 
 @gi.field

@@ -264,7 +264,9 @@ def classical_problem(
             **routh,
         },
         constraints={} if k0 is None else {"spatial-momentum": forms["spatial_momentum"]},
-        measure=gi.Measure(forms["log_density"]),
+        measure=gi.Measure(
+            forms["log_density"], base=classical_problem(inertia, D) if attitude else None
+        ),
         make_state=make_state,
         make_exact=None if attitude else exact_ball(inertia, D),
         make_path=integrated_path(inertia, D, physical, frame),

@@ -25,6 +25,7 @@ from ..literature import BALL
 from ..manifold import Array
 from .fields import ball_forms, ball_parameters, turn
 from .integrals import ball_integrals
+from .momentum import ball_problem
 from .path import carried_path
 from .rolling_dynamics import (
     contact_observables,
@@ -147,7 +148,7 @@ def contact_problem(
         work=rolling_work(omega, n),
         invariants={"energy": ball.energy, **kept.invariants},
         constraints=constraints,
-        measure=gi.Measure(ball.log_density),
+        measure=gi.Measure(ball.log_density, base=ball_problem(inertia, D)),
         observables=contact_observables(rolling_dynamics(omega, n, rows), n, rows, forms["locate"]),
         make_state=make_state,
         make_path=carried_path(space, rho),

@@ -74,7 +74,8 @@ def ball_problem(
         parts = (gi.Skew(n) * gi.Rotations(n)).random(rng)
         return {**parts, "gamma": parts["g"][-n:]}
 
-    made = make_state, make_random, exact_turn(inertia, D)
+    base = ball_problem(inertia, D) if attitude else None
+    made = make_state, make_random, exact_turn(inertia, D), base
     return _ball("chaplygin-ball", inertia, D, k0, space, size, size + n, *made)
 
 
@@ -89,6 +90,7 @@ def _ball(
     make_state: Any,
     make_random: Any,
     make_exact: Any = None,
+    base: gi.Problem | None = None,
 ) -> gi.Problem:
     """Return the problem of states with k first, γ from row `vertical` and g from row `frame` on."""
     n = inertia.n
@@ -113,7 +115,7 @@ def _ball(
         work=ball_work(omega, n),
         invariants={"energy": forms.energy, **kept.invariants},
         constraints={} if k0 is None else {"spatial-momentum": kept.spatial_momentum},
-        measure=gi.Measure(forms.log_density),
+        measure=gi.Measure(forms.log_density, base=base),
         make_state=make_state,
         make_random=make_random,
         make_exact=make_exact,

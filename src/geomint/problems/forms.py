@@ -196,11 +196,23 @@ class Measure(Sendable):
         Writes c(y); that of the problem's space unless given.
     conditions : int
         m, the length of c; 0 without `manifold`.
+    base : Problem, optional
+        The problem in the first pieces of the state alone, where the last ones lie over them as a
+        fibre: nothing depends on them but pieces behind them, and the group of the action turns or
+        moves them, such as the attitude g over (k, γ), ġ = gω. Steps by the action keep the Haar
+        measure of the fibre, whatever their error, so that what they make of the whole measure is what
+        they make of that of the base; it alone is then watched.
+
+    Notes
+    -----
+    Φ(x, g) = (φ(x), a(x)·g) has the Jacobian matrix of a block triangle, and \|det\| = \|det Dφ\|
+    where g ↦ a·g keeps its measure, as left translations, rotations and translations do.
     """
 
     log_density: Recorded = constant_density
     manifold: Recorded | None = None
     conditions: int = 0
+    base: Any = None
 
     def __post_init__(self) -> None:
         check_recorded(self, "log_density", optional=("manifold",))

@@ -175,7 +175,8 @@ class Problem(Shown, Sendable):
         }
         if isinstance(self.measure, Measure) and self.measure.manifold is None:
             density = self.measure.log_density
-            taken["measure"] = Measure(density, space.manifold, space.conditions)
+            base = self.measure.base
+            taken["measure"] = Measure(density, space.manifold, space.conditions, base)
         for name, value in taken.items():
             object.__setattr__(self, name, value)
 
@@ -229,6 +230,22 @@ class Problem(Shown, Sendable):
         if self.measure is not None and self.measure.conditions >= self.rows:
             expected = f"fewer than the {self.rows} rows of the state"
             raise DomainError("conditions", self.measure.conditions, expected)
+        if self.measure is not None and self.measure.base is not None:
+            self._check_base(self.measure.base)
+
+    def _check_base(self, base: Any) -> None:
+        """Refuse a base that a fibre cannot lie over."""
+        if not isinstance(base, Problem):
+            raise DomainError("base", base, "a geomint.Problem, or None")
+        for form, problem in (("action", self), ("action", base), ("measure", base)):
+            if getattr(problem, form) is None:
+                raise FormError(f"measure.base: problem {problem.name!r} has no {form}")
+        count = len(base.pieces)
+        if count >= len(self.pieces) or base.pieces != self.pieces[:count]:
+            expected = f"a problem in the first pieces of {self.pieces}"
+            raise DomainError("base", base.pieces, expected)
+        if base.time != self.time:
+            raise DomainError("base", base.time, f"a problem in the same time, {self.time!r}")
 
     @functools.cached_property
     def rows(self) -> int:

@@ -167,7 +167,8 @@ def solve(
     chosen = choose_for(problem, y0, method, step, tolerance, named)
     for last in (False, False, False, True):
         spots = None if chosen.sample is None else Spots(chosen.sample)
-        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step}
+        own = chosen.method if callback is not None else chosen.first or chosen.method
+        by: dict[str, Any] = {"method": own, "step": chosen.step}
         try:
             solution = _solved(problem, y0, **named, **by, admitted=chosen.state, spots=spots)
             break
@@ -176,7 +177,7 @@ def solve(
             if last or shorter is None:
                 raise
             chosen = shorter
-    accuracy = chosen.accuracy
+    accuracy, solution.method = chosen.accuracy, chosen.method
     solution.accuracy = accuracy._replace(spots=() if spots is None else tuple(spots.found))
     solution.accuracy.tell(error_at_end(solution))
     return solution
@@ -273,6 +274,7 @@ def _solved(
         integrator.time,
         integrator.stepper,
         timeline.expected / observe_every,
+        chosen,
     )
     observers = Observers(watched, run)
     crossings = Crossings(problem, integrator.stepper, looked_for, before)

@@ -14,6 +14,7 @@ from ..arguments import Array, whole
 from ..kernels.compiling.recorded import Recorded
 from ..methods.method import Start
 from ..methods.registry import find_method
+from ..problems.base import check_base
 from ..problems.declaration import check_problem as check_declared
 from ..problems.evaluate import derivative, rounding_scale, value, vector
 from ..problems.forms import Measure
@@ -39,7 +40,8 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
 
     Random states are admissible; functions fit what the problem declares; all forms have one
     derivative; constraints vanish, and they and the invariants are constant along it, and none of them
-    everywhere; the group is one. The measure is invariant: its divergence along the field is 0. The
+    everywhere; the group is one. The measure is invariant, its divergence along the field is 0, and so
+    is that of its base, which moves by itself as the first rows of the state do. The
     clock of a problem in another time is positive.
 
     Parameters
@@ -73,6 +75,11 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
     if problem.measure is not None and problem.field is not None:
         for y in chosen:
             _check_measure(problem, problem.measure, y)
+            check_base(problem, y, 0.0)
+        base = problem.measure.base
+        if base is not None and base.field is not None:
+            for y in chosen:
+                _check_measure(base, base.measure, y[: base.rows])
 
 
 def _random(problem: Problem, count: int) -> Iterator[Array]:

@@ -75,8 +75,10 @@ def _in_chunks(
     watcher: Watcher, problem: Problem, y0: Array, step: float, method: str, size: int
 ) -> Drift:
     """Return the drift over a run whose states come in chunks of a size."""
-    stepper = find_method(method).start(Start(problem, y0, 0.0, step, compiled=False))
-    (watch,) = type(watcher).together({"it": watcher}, Run(problem, y0, 0.0, stepper))
+    own = find_method(method)
+    stepper = own.start(Start(problem, y0, 0.0, step, compiled=False))
+    run = Run(problem, y0, 0.0, stepper, method=own)
+    (watch,) = type(watcher).together({"it": watcher}, run)
     watch.prepare()
     out = scalar_block(STEPS * stepper.rows)
     stepper.advance(0, STEPS, 1, out)

@@ -13,7 +13,8 @@ projection onto the kernel of Dc at Φ(y). Orthogonal is meant in units of the p
 piece's unit is its norm where the run begins (where that is 0 what the motion makes of it in a
 characteristic time), doubled as often as the piece has outgrown four of it. So the value does not
 depend on the units in which a problem is stated, nor on rotations of a piece's coordinates. For
-methods that stay on the manifold nothing is projected.
+methods that stay on the manifold nothing is projected. A fibre over a base, `Measure.base`, is left
+out: methods that step by the action keep its Haar measure whatever else they do.
 
 The instrument knows its own noise: rounding gives a step of ``DΦ = 1 + D`` the variance ε² ‖D‖², and
 a bias of at most ε/2 ‖D‖², and ε/128 for each condition, as states are off the manifold by a part of
@@ -26,7 +27,7 @@ states does).
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,7 +41,9 @@ from ..kernels.tangent.measure import measure_sweep
 from ..kernels.tangent.measure_lanes import measure_lanes_sweep
 from ..methods.carried import Carried
 from ..methods.carried_lanes import CarriedLanes
+from ..methods.method import Start
 from ..methods.stepper import Stepper
+from ..problems.base import check_base
 from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
@@ -78,6 +81,18 @@ class InvariantMeasure(StepsAgain):
 
     def evaluates(self, problem: Problem) -> Measure | None:
         return problem.measure
+
+    def seen(self, run: Run) -> Run:
+        """In the base alone, where the rest of the state is a fibre whose measure steps keep."""
+        measure, method = run.problem.measure, run.method
+        base = None if measure is None else measure.base
+        if base is None or method is None or method.needs != "action":
+            return run
+        state = run.state[: base.rows].copy()
+        check_base(run.problem, run.state[: run.problem.rows], run.time)
+        stepper = run.stepper.fixed_step
+        start = Start(base, state, run.time, run.stepper.h, compiled=stepper.compiled)
+        return replace(run, problem=base, state=state, stepper=method.start(start))
 
     def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
         """In lanes, if steps and the problem's functions can be had so."""

@@ -45,10 +45,14 @@ class StepsAgain(Watcher):
 
     def begin(self, run: Run) -> float:
         """Compile, or find in the cache, the sweep with the method's step in it."""
-        self._run, self._stepper = run, run.stepper.fixed_step
-        self._time = run.time
+        self._run = run = self.seen(run)
+        self._stepper, self._time = run.stepper.fixed_step, run.time
         self._carried, self._sweep = self.swept(run, self._stepper)
         return 0.0
+
+    def seen(self, run: Run) -> Run:
+        """Return the run whose steps are taken: in the first rows of the states, perhaps."""
+        return run
 
     def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
         """Return directions where a run begins, and its sweep."""
@@ -58,7 +62,7 @@ class StepsAgain(Watcher):
     def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))
         values = np.zeros(len(times))
-        flat = np.array(states)
+        flat = np.array(states[:, : self._stepper.rows])
         for first in range(0, len(times), BATCH):
             here = slice(first, first + BATCH)
             while True:

@@ -16,6 +16,7 @@ from ..arguments import Array, finite, switch, whole
 from ..errors import DomainError, GeomintError, WatcherError, nearest, quoted, shortened
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.sending import Sendable
+from ..methods.method import Method
 from ..methods.stepper import Stepper
 from ..problems.forms import Measure
 from ..problems.problem import Problem
@@ -41,6 +42,8 @@ class Run:
         What takes the steps. It is that of the run: a watcher must not advance it, see `step`.
     samples : float
         About how many states will be sampled.
+    method : Method or None
+        What has made the stepper; None for an exact flow.
     """
 
     problem: Problem
@@ -48,6 +51,7 @@ class Run:
     time: float
     stepper: Stepper
     samples: float = 0.0
+    method: Method | None = None
 
     def step(self, state: Array, time: float, length: float) -> Array:
         """Return the state after one step of the run's method from any other state."""

@@ -56,7 +56,9 @@ class Chosen(NamedTuple):
     """A method with its options, its step (None if it finds its own), and what is expected of both.
 
     `state` is the canonical one that they were chosen at; `sample` is what spots on the way are
-    measured by, None without.
+    measured by, None without. `first` is what takes the steps at first, with the same bits, where it is
+    not the method itself: of a large state steps that do not converge are made shorter before they
+    are taken by Newton's method.
     """
 
     method: Method
@@ -64,6 +66,7 @@ class Chosen(NamedTuple):
     accuracy: Accuracy
     state: Array
     sample: Sample | None = None
+    first: Method | None = None
 
     def shorter(self) -> Chosen | None:
         """Return what is tried after a step that failed on the way; None for an adaptive method."""
@@ -73,7 +76,7 @@ class Chosen(NamedTuple):
         expected = accuracy.expected * SHORTER**self.method.order
         tried = (*accuracy.trials, (self.step, None))
         accuracy = accuracy._replace(expected=expected, trials=tried)
-        return self._replace(step=SHORTER * self.step, accuracy=accuracy)
+        return self._replace(step=SHORTER * self.step, accuracy=accuracy, first=None)
 
 
 @dataclass(frozen=True)
@@ -204,8 +207,10 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
 
         return tried
 
+    # Of large states trials cost more than all else, and much moves at once: less time shows as much.
+    less = min(1.0, math.sqrt(LARGE / motion.problem.rows))
     turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
-    turns = max(TURNS, min(turns, SHORT_PART * wanted.turns))
+    turns = max(less * TURNS, min(turns, less * SHORT_PART * wanted.turns))
     short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
     worth = TRIAL * short / abs(motion.span)
     other = own.options.get("iteration") == "auto"
@@ -231,7 +236,9 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     if faster > FASTER and not wanted.watched:
         turns, steps = faster * wanted.turns, abs(motion.span) / step
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
-    return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step))
+    large = other and iteration != "auto" and motion.problem.rows >= LARGE
+    at_first = varied(own, "iteration", iteration) if large else None
+    return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step), at_first)
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:

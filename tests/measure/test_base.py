@@ -1,0 +1,179 @@
+"""A fibre over a base: what steps by the action make of the measure is what they make of the base's."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+import chaplygin as ch
+import geomint as gi
+
+BODY = ch.ChaplyginSphere.from_moments((1.0, 2.0, 3.0), 1.0, 1.0)
+BALL = ch.ChaplyginSphere(a=[0.7, 0.9, 1.2, 1.5], D=4.0)
+ROLLING = ch.ChaplyginSphere(a=[0.7, 0.9, 1.2], D=4.0)
+PROBLEMS = {
+    "attitude, R³": BODY.classical(attitude=True),
+    "attitude, R⁴": BALL.ball(attitude=True),
+    "attitude and contact point": ROLLING.contact(m=1.0, rho=2.0),
+}
+BY_ACTION = (
+    "cf-4",
+    "cg-3",
+    "rkmk-4",
+    "rkmk-cayley-4",
+    "rkmk-dormand-prince-5-adaptive",
+)
+
+
+def whole(problem: gi.Problem) -> gi.Problem:
+    """The same problem, whose measure knows no base."""
+    return dataclasses.replace(problem, measure=dataclasses.replace(problem.measure, base=None))
+
+
+def drift(problem: gi.Problem, y0: Any, method: str, **options: Any) -> gi.Drift:
+    step = {} if "adaptive" in method else {"step": 0.1}
+    run = gi.solve(problem, y0, t_end=6.0, method=method, observe=["measure"], **step, **options)
+    return run.drift["measure"]
+
+
+@pytest.mark.parametrize(
+    ("method", "name"),
+    [(m, n) for m in BY_ACTION for n in PROBLEMS if m == "cf-4" or n == "attitude, R³"],
+)
+def test_the_base_alone_says_as_much(method: str, name: str) -> None:
+    problem = PROBLEMS[name]
+    y0 = problem.random_state(3)
+    by_base, by_all = drift(problem, y0, method), drift(whole(problem), y0, method)
+    noise = 32.0 * 2.0**-52 * by_all.scale
+    assert by_base.scale < by_all.scale  # fewer rows make less noise
+    assert abs(by_base.final_error) > noise or method == "rkmk-dormand-prince-5-adaptive"
+    np.testing.assert_allclose(by_base.windows.maxima, by_all.windows.maxima, atol=noise, rtol=0.0)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_methods_of_fields_are_judged_by_the_whole_state(name: str) -> None:
+    """They do not keep the measure of the fibre."""
+    problem = PROBLEMS[name]
+    y0 = problem.random_state(3)
+    assert drift(problem, y0, "rk-4") == drift(whole(problem), y0, "rk-4")
+    base = problem.measure.base
+    alone = drift(base, y0[: base.rows], "rk-4")
+    assert abs(alone.final_error - drift(problem, y0, "rk-4").final_error) > 1e-9
+
+
+def test_steps_that_are_not_all_watched_and_a_last_partial_step() -> None:
+    problem = PROBLEMS["attitude, R³"]
+    y0 = problem.random_state(4)
+    first = gi.watch.measure.InvariantMeasure(steps=7)
+    for observe in (["measure"], {"it": first}):
+        by_base, by_all = (
+            gi.solve(p, y0, t_end=1.23, step=0.1, method="cf-4", observe=observe)
+            for p in (problem, whole(problem))
+        )
+        (one,), (other,) = by_base.drift.values(), by_all.drift.values()
+        assert abs(one.final_error - other.final_error) < 1e-13 < abs(one.final_error)
+
+
+@pytest.mark.parametrize(
+    "k", [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1e-200, 0.0, 0.0], [1e3, 1.0, 2.0]]
+)
+def test_from_rest_steady_tiny_and_fast(k: list[float]) -> None:
+    problem = PROBLEMS["attitude, R³"]
+    y0 = problem.state(gamma=[0.0, 1.0, 0.0], k=k)
+    found = gi.solve(problem, y0, t_end=0.01, step=0.001, method="cf-4", observe=["measure"])
+    assert np.isfinite(found.drift["measure"].final_error)
+    assert found.drift["measure"].within_roundoff or k[0] == 1e3
+
+
+def test_plain_python_has_the_bits() -> None:
+    problem = PROBLEMS["attitude, R³"]
+    y0 = problem.random_state(1)
+    assert drift(problem, y0, "cf-4") == drift(problem, y0, "cf-4", compiled=False)
+
+
+def test_a_problem_that_runs_in_another_time_has_no_base() -> None:
+    problem = PROBLEMS["attitude, R³"]
+    uneven = gi.time_transformed(problem, "speed", problem.random_state(0))
+    assert uneven.measure.base is None
+
+
+# --- what is no base ------------------------------------------------------------------------------
+
+
+@gi.field
+def turning(params, t, y, out, work):
+    """ξ = (1, 2, 3) |x|² + params[0] z_1, of x the first three rows and z the others."""
+    size = y[0] * y[0] + y[1] * y[1] + y[2] * y[2] + params[0] * y[3]
+    out[0], out[1], out[2] = size, 2.0 * size, 3.0 * size
+
+
+def turned(coupled: float = 0.0, both: bool = True, **given: Any) -> gi.Problem:
+    group = gi.so3(2 if both else 1)
+    pieces = (("x", 3), ("z", 3)) if both else (("x", 3),)
+    given = {"measure": gi.Measure(), "action": gi.GroupAction(turning, group), **given}
+    return gi.Problem("turned", pieces, [coupled], **given)
+
+
+@gi.field
+def turning_alone(params, t, y, out, work):
+    size = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+    out[0], out[1], out[2] = size, 2.0 * size, 3.0 * size
+
+
+ALONE = turned(both=False, action=gi.GroupAction(turning_alone, gi.so3(1)))
+
+
+def over(base: Any, coupled: float = 0.0) -> gi.Problem:
+    return turned(coupled, measure=gi.Measure(base=base))
+
+
+def test_a_fibre_of_ones_own() -> None:
+    problem = over(ALONE)
+    y0 = np.array([1.0, 0.2, 0.3, 0.0, 1.0, 2.0])
+    found = gi.solve(problem, y0, t_end=1.0, step=0.1, method="cf-4", observe=["measure"])
+    assert found.drift["measure"].within_roundoff
+
+
+@pytest.mark.parametrize(
+    ("y0", "coupled", "words"),
+    [
+        ([1.0, 0.2, 0.3, 1.0, 1.0, 2.0], 1.0, "do not move as the base does"),
+        ([1.0, 0.2, 0.3, 0.0, 1.0, 2.0], 1.0, "do not move by themselves"),
+    ],
+)
+def test_what_depends_on_the_fibre_is_refused(y0: list[float], coupled: float, words: str) -> None:
+    problem = over(ALONE, coupled)
+    with pytest.raises(gi.DeclarationError, match=words):
+        gi.solve(problem, y0, t_end=1.0, step=0.1, method="cf-4", observe=["measure"])
+    gi.solve(problem, y0, t_end=1.0, step=0.1, method="cf-4")  # nothing is watched
+
+
+def test_the_wrong_ball_is_refused() -> None:
+    problem = PROBLEMS["attitude, R³"]
+    other = ch.ChaplyginSphere.from_moments((1.0, 2.0, 2.9), 1.0, 1.0).classical()
+    problem = dataclasses.replace(problem, measure=dataclasses.replace(problem.measure, base=other))
+    with pytest.raises(gi.DeclarationError, match=r"measure\.base .*'classical-ball'"):
+        drift(problem, problem.random_state(0), "cf-4")
+
+
+@pytest.mark.parametrize(
+    ("base", "error", "words"),
+    [
+        (3, gi.DomainError, "base = 3: expected a geomint.Problem, or None"),
+        (turned(), gi.DomainError, "a problem in the first pieces"),
+        (turned(both=False, measure=None), gi.FormError, "has no measure"),
+        (turned(both=False, action=None, field=turning_alone), gi.FormError, "has no action"),
+        (BODY.classical(), gi.DomainError, "a problem in the first pieces"),
+        (
+            turned(both=False, time="tau", clock=gi.observable(lambda params, t, y, work: 1.0)),
+            gi.DomainError,
+            "in the same time, 't'",
+        ),
+    ],
+)
+def test_what_cannot_be_one(base: Any, error: type[Exception], words: str) -> None:
+    with pytest.raises(error, match=words):
+        over(base)
