@@ -18,17 +18,27 @@ AGREES = 1e-6  # of the rates: those of actions are difference quotients
 def check_base(problem: Problem, y: Array, t: float) -> None:
     """Raise `DeclarationError` unless the base moves by itself, and as the first rows of the state do.
 
-    Looked at where a run begins, and there with other numbers for the fibre.
+    And the rest by rates that are affine in it. Looked at where a run begins, and there with other
+    numbers for the fibre.
     """
     measure = problem.measure
     if measure is None or measure.base is None:
         return
     base: Problem = measure.base
-    rows, other = base.rows, y.copy()
-    other[rows:] = 0.5 * y[rows:] + 0.25 * np.cos(np.arange(problem.rows - rows))
+    rows = base.rows
+
+    def rates(fibre: Array) -> Array:
+        return derivative(problem, np.concatenate((y[:rows], fibre)), t)
+
+    here, away = y[rows:], 0.25 * np.cos(np.arange(problem.rows - rows))
+    at, beyond, other = rates(here), rates(here + 2.0 * away), rates(here + away)
     wanted = derivative(base, y[:rows].copy(), t)
-    for state, says in ((y, "as the base does"), (other, "by themselves")):
-        off = np.abs(derivative(problem, state, t)[:rows] - wanted)
-        if np.isfinite(off).all() and off.max() > AGREES * np.abs(wanted).max():
-            what = f"{base.name!r}: the first {rows} rows of the state do not move {says}"
+    for found, right, says in (
+        (at[:rows], wanted, "the first rows of the state do not move as the base does"),
+        (other[:rows], wanted, "the first rows of the state do not move by themselves"),
+        (at[rows:] + beyond[rows:], 2.0 * other[rows:], "rates of the fibre are not affine in it"),
+    ):
+        off, size = np.abs(found - right), max(np.abs(right).max(), np.abs(found).max())
+        if np.isfinite(off).all() and off.max() > AGREES * size:
+            what = f"{base.name!r}: {says}"
             raise DeclarationError(problem.name, "measure.base", what, "y", int(off.argmax()), rows)

@@ -14,7 +14,8 @@ piece's unit is its norm where the run begins (where that is 0 what the motion m
 characteristic time), doubled as often as the piece has outgrown four of it. So the value does not
 depend on the units in which a problem is stated, nor on rotations of a piece's coordinates. For
 methods that stay on the manifold nothing is projected. A fibre over a base, `Measure.base`, is left
-out: methods that step by the action keep its Haar measure whatever else they do.
+out by methods that move it by elements of the group, whose Haar measure they keep whatever else they
+do: those that step by the action, and those that keep quadratic invariants where these make the group.
 
 The instrument knows its own noise: rounding gives a step of ``DΦ = 1 + D`` the variance ε² ‖D‖², and
 a bias of at most ε/2 ‖D‖², and ε/128 for each condition, as states are off the manifold by a part of
@@ -41,7 +42,7 @@ from ..kernels.tangent.measure import measure_sweep
 from ..kernels.tangent.measure_lanes import measure_lanes_sweep
 from ..methods.carried import Carried
 from ..methods.carried_lanes import CarriedLanes
-from ..methods.method import Start
+from ..methods.method import Method, Start
 from ..methods.stepper import Stepper
 from ..problems.base import check_base
 from ..problems.evaluate import rounding_scale
@@ -86,7 +87,7 @@ class InvariantMeasure(StepsAgain):
         """In the base alone, where the rest of the state is a fibre whose measure steps keep."""
         measure, method = run.problem.measure, run.method
         base = None if measure is None else measure.base
-        if base is None or method is None or method.needs != "action":
+        if base is None or method is None or not _moves_by_group(method, run.problem):
             return run
         state = run.state[: base.rows].copy()
         check_base(run.problem, run.state[: run.problem.rows], run.time)
@@ -128,3 +129,20 @@ class InvariantMeasure(StepsAgain):
 
     def noise(self, steps: int) -> float:
         return NOISE * ROUNDOFF * self.scale()
+
+
+def _moves_by_group(method: Method, problem: Problem) -> bool:
+    """Tell whether steps move a fibre by elements of the group.
+
+    A Gauss method's step is affine in what the field is affine in, g' = g P, and with quadratic
+    invariants for all g the matrix P is in the group that they make, the one with Cayley coordinates.
+    """
+    if method.needs == "action":
+        return True
+    assert problem.action is not None
+    solved = not method.options.get("iteration_tolerance", 0.0)
+    return (
+        solved
+        and "quadratic invariants" in method.keeps
+        and problem.action.group.cayley is not None
+    )
