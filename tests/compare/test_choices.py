@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import geomint as gi
-from geomint.compare import runs as compare_module
+from geomint.compare import point as points_of, runs as compare_module
 from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
 from geomint.plan import representation_for
@@ -134,6 +134,20 @@ def test_group_methods_reach_any_end_in_their_own_time() -> None:
         assert representation_for(model, method, end)[0] == "poisson"
     with pytest.raises(gi.FormError, match="does not fit the representation 'own'"):
         representation_for(model, gi.find_method("verlet-2"), {"t_end": 1.0}, "own")
+
+
+@pytest.mark.parametrize(
+    ("enough", "asked", "repeats"), [(1e9, None, 3), (0.0, None, 1), (0.0, 2, 2), (1e9, 5, 5)]
+)
+def test_points_are_run_as_often_as_is_asked_or_as_time_allows(
+    monkeypatch: pytest.MonkeyPatch, enough: float, asked: int | None, repeats: int
+) -> None:
+    """A number that is given is kept to; without one a point that takes long is not run again."""
+    monkeypatch.setattr(points_of, "ENOUGH", enough)
+    given = {"steps": [0.1], "observe": False, "peers": ["scipy-dop853"], "repeats": asked}
+    found = compare(MODEL, END, ["rk-4"], **given).points
+    assert [p.repeats for p in found if p.peer is None] == [repeats]
+    assert {p.repeats for p in found if p.peer} == {repeats}
 
 
 def test_repeats_reports_and_drifts() -> None:

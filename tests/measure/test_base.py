@@ -166,7 +166,7 @@ def bent(params, t, y, out, work):
 
 
 def test_rates_that_are_not_affine_in_the_fibre_are_refused() -> None:
-    """They may agree with the action on the fibre that it is, here |z| = 1, and Gauss methods differ."""
+    """They may agree with the action where the fibre is, |z| = 1, and Gauss methods differ."""
     problem = dataclasses.replace(over(ALONE), field=bent)
     y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
     for method in ("gauss-2", "cf-4"):

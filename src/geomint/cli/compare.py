@@ -33,7 +33,11 @@ __all__ = ["command"]
 @click.argument("scene")
 @list_option("--methods", help="Names with commas between, such as gauss-8,cf-4,rk-4.")
 @click.option("--steps", help="Steps with commas between; default: a ladder for each method.")
-@click.option("--repeats", type=click.IntRange(min=1), help="Timed repeats of each point.")
+@click.option(
+    "--repeats",
+    type=click.IntRange(min=1),
+    help="Timed runs of each point; default: 3, or fewer where they have taken a second.",
+)
 @folder_option("report", "compare.html, compare.json and the plots")
 @paper_option
 @click.option(
@@ -87,7 +91,7 @@ def command(
     section = chosen.content.compare
     names = section.methods or [chosen.method.name] if methods is None else methods
     given = section.steps if steps is None else _numbers(steps)
-    repeats = repeats or section.repeats or 3
+    repeats = repeats or section.repeats
     reference = reference or section.reference or "auto"
     print_notes(chosen)
     check_time(lambda: comparison_time(chosen, names, given, repeats, reference), yes)

@@ -12,6 +12,7 @@ from ..run.progress import HOUR
 from ..scene.scene import Scene
 from .endpoint import MOST_EXTENDED_STEPS
 from .ladder import STEP_FACTORS
+from .point import timed_runs
 
 __all__ = ["comparison_time"]
 
@@ -19,7 +20,11 @@ EXTENDED, COARSEST = 300.0, max(STEP_FACTORS)  # times gauss-8; times the defaul
 
 
 def comparison_time(
-    scene: Scene, methods: Iterable[str], steps: list[float] | None, repeats: int, reference: str
+    scene: Scene,
+    methods: Iterable[str],
+    steps: list[float] | None,
+    repeats: int | None,
+    reference: str,
 ) -> Estimate:
     """Return how long the reference and the first point of every method take.
 
@@ -33,7 +38,8 @@ def comparison_time(
     if reference != "exact":
         parts.append(("gauss-8", None, EXTENDED))
     longest = max(steps) if steps else None
-    parts += [(m, longest, repeats / (COARSEST if steps is None else 1.0)) for m in methods]
+    runs = timed_runs(repeats)[0] / (COARSEST if steps is None else 1.0)
+    parts += [(m, longest, runs) for m in methods]
     seconds, measured = 0.0, False
     for name, step, times in parts:
         try:

@@ -20,7 +20,7 @@ def compare_scene(
     scene: Scene,
     methods: list[str],
     steps: list[float] | None = None,
-    repeats: int = 3,
+    repeats: int | None = None,
     reference: Source = "auto",
     peers: Iterable[str] = (),
     report: Callable[[str], None] = lambda text: None,

@@ -16,7 +16,7 @@ from ..run.timeline import default_step
 from .endpoint import Endpoint
 from .ladder import STEP_FACTORS
 from .peers.peer import End, Motion, Peer, Ready
-from .point import MAX_SECONDS, Point
+from .point import MAX_SECONDS, Point, timed_runs
 
 __all__ = ["peer_runs"]
 
@@ -28,7 +28,7 @@ def peer_runs(
     model: Model,
     endpoint: Endpoint,
     representation: str | None,
-    repeats: int,
+    repeats: int | None,
     left_out: dict[str, str],
     report: Callable[[str], None],
 ) -> Iterator[Point]:
@@ -97,15 +97,16 @@ def _point(
     setting: float,
     motion: Motion,
     endpoint: Endpoint,
-    repeats: int,
+    repeats: int | None,
 ) -> Point:
     """Return the point of a peer at a setting, run until it has its repeats; the first run warms up."""
     try:
         ready = start(setting)
         point = replace(point, order=ready.order)
         found, first = _timed(ready)
-        seconds: list[float] = [] if first < MAX_SECONDS / repeats else [first]
-        while len(seconds) < repeats and sum(seconds) < MAX_SECONDS:
+        runs, enough = timed_runs(repeats)
+        seconds: list[float] = [] if first < MAX_SECONDS / runs else [first]
+        while len(seconds) < runs and (not seconds or sum(seconds) < enough):
             found, last = _timed(ready)
             seconds.append(last)
     except Exception as error:  # whatever another package raises

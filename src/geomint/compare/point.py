@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["MAX_SECONDS", "Point"]
+__all__ = ["MAX_SECONDS", "Point", "timed_runs"]
 
 MAX_SECONDS = 30.0  # a point whose single run would take longer is not run, and says so
+REPEATS, ENOUGH = 3, 1.0  # runs of a point, fewer where together they have taken so many seconds
+
+
+def timed_runs(repeats: int | None) -> tuple[int, float]:
+    """Return how many runs of a point are timed, and the seconds after which there are no more."""
+    return (REPEATS, ENOUGH) if repeats is None else (repeats, MAX_SECONDS)
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from .endpoint import Endpoint, Source, endpoint_of
 from .ladder import check_representation, checked_steps, ladder
 from .peer_runs import peer_runs
 from .peers import find_peers
-from .point import MAX_SECONDS, Point
+from .point import MAX_SECONDS, Point, timed_runs
 
 __all__ = ["Comparison", "Point", "compare"]
 
@@ -76,7 +76,7 @@ def compare(
     steps: Iterable[float] | None = None,
     first_steps: Mapping[str, float] | None = None,
     representation: str | None = None,
-    repeats: int = 5,
+    repeats: int | None = None,
     observe: bool = True,
     reference: Source = "auto",
     peers: Iterable[str] = (),
@@ -102,8 +102,9 @@ def compare(
     representation : str, optional
         The name of the only representation to use, or ``"own"`` for the scene's own. Default: for
         each method the first that fits it.
-    repeats : int
-        Timed runs of each point; the median counts.
+    repeats : int, optional
+        Timed runs of each point; the median counts. Default: 3, or fewer where they have taken a
+        second.
     observe : bool
         Whether to measure, in an extra run at each method's finest step, the drifts.
     reference : {"auto", "extended", "exact"}
@@ -165,7 +166,7 @@ class _Asked(NamedTuple):
     steps: list[float] | None
     first_steps: Mapping[str, float]
     representation: str | None
-    repeats: int
+    repeats: int | None
     observe: bool
     report: Callable[[str], None]
 
@@ -198,7 +199,8 @@ def _ladder_runs(
             continue
         run = partial(solve, problem, y0, method=variant, step=step)
         timed = partial(run, **endpoint.end_for(problem))
-        yield point, attempt(timed, repeats=asked.repeats, enough=MAX_SECONDS)
+        repeats, enough = timed_runs(asked.repeats)
+        yield point, attempt(timed, repeats=repeats, enough=enough)
         if result.points[-1].bound is not None:
             best, last = run, result.points[-1]
     if asked.observe and best is not None:
