@@ -10,6 +10,8 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
+from geomint.problems.base import off_base
+from geomint.testing import check_problem
 
 BODY = ch.ChaplyginSphere.from_moments((1.0, 2.0, 3.0), 1.0, 1.0)
 BALL = ch.ChaplyginSphere(a=[0.7, 0.9, 1.2, 1.5], D=4.0)
@@ -140,6 +142,10 @@ def test_a_fibre_of_ones_own() -> None:
     assert found.drift["measure"].within_roundoff
 
 
+def by_all_and_by_base(problem: gi.Problem, y0: Any, method: str = "cf-4") -> list[gi.Drift]:
+    return [drift(p, y0, method) for p in (whole(problem), problem)]
+
+
 @pytest.mark.parametrize(
     ("y0", "coupled", "words"),
     [
@@ -147,11 +153,13 @@ def test_a_fibre_of_ones_own() -> None:
         ([1.0, 0.2, 0.3, 0.0, 1.0, 2.0], 1.0, "do not move by themselves"),
     ],
 )
-def test_what_depends_on_the_fibre_is_refused(y0: list[float], coupled: float, words: str) -> None:
+def test_what_depends_on_the_fibre_has_no_base(y0: list[float], coupled: float, words: str) -> None:
     problem = over(ALONE, coupled)
-    with pytest.raises(gi.DeclarationError, match=words):
-        gi.solve(problem, y0, t_end=1.0, step=0.1, method="cf-4", observe=["measure"])
-    gi.solve(problem, y0, t_end=1.0, step=0.1, method="cf-4")  # nothing is watched
+    assert words in off_base(problem, ALONE, np.array(y0), 0.0)
+    by_all, by_base = by_all_and_by_base(problem, y0)
+    assert by_all == by_base
+    with pytest.raises(AssertionError, match=words):
+        check_problem(problem, [np.array(y0)])
 
 
 @gi.field
@@ -165,13 +173,13 @@ def bent(params, t, y, out, work):
         out[i + 2] = by * (y[i + 1] - 2.0 * y[i])
 
 
-def test_rates_that_are_not_affine_in_the_fibre_are_refused() -> None:
+def test_rates_that_are_not_affine_in_the_fibre_have_no_base() -> None:
     """They may agree with the action where the fibre is, |z| = 1, and Gauss methods differ."""
     problem = dataclasses.replace(over(ALONE), field=bent)
     y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
-    for method in ("gauss-2", "cf-4"):
-        with pytest.raises(gi.DeclarationError, match="rates of the fibre are not affine in it"):
-            gi.solve(problem, y0, t_end=1.0, step=0.1, method=method, observe=["measure"])
+    assert "rates of the fibre are not affine" in off_base(problem, ALONE, y0, 0.0)
+    by_all, by_base = by_all_and_by_base(problem, y0, "gauss-2")
+    assert by_all == by_base
 
 
 def test_iterations_that_stop_early_are_judged_by_the_whole_state() -> None:
@@ -184,12 +192,22 @@ def test_iterations_that_stop_early_are_judged_by_the_whole_state() -> None:
     assert by_base == by_all
 
 
-def test_the_wrong_ball_is_refused() -> None:
+def test_a_base_without_the_form_that_is_integrated() -> None:
+    by_field = turned(both=False, action=None, field=bent)
+    by_all, by_base = by_all_and_by_base(over(by_field), np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8]))
+    assert by_all == by_base
+
+
+def test_the_base_of_another_ball_is_none() -> None:
+    """So parameters may be changed without a new base."""
     problem = PROBLEMS["attitude, R³"]
-    other = ch.ChaplyginSphere.from_moments((1.0, 2.0, 2.9), 1.0, 1.0).classical()
-    problem = dataclasses.replace(problem, measure=dataclasses.replace(problem.measure, base=other))
-    with pytest.raises(gi.DeclarationError, match=r"measure\.base .*'classical-ball'"):
-        drift(problem, problem.random_state(0), "cf-4")
+    other = ch.ChaplyginSphere.from_moments((1.0, 2.0, 2.9), 1.0, 1.0).classical(attitude=True)
+    changed = dataclasses.replace(problem, params=other.params)
+    y0 = problem.random_state(0)
+    by_all, by_base = by_all_and_by_base(changed, y0)
+    assert by_all == by_base
+    right = drift(other, y0, "cf-4")
+    np.testing.assert_allclose(by_base.final_error, right.final_error, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -198,7 +216,6 @@ def test_the_wrong_ball_is_refused() -> None:
         (3, gi.DomainError, "base = 3: expected a geomint.Problem, or None"),
         (turned(), gi.DomainError, "a problem in the first pieces"),
         (turned(both=False, measure=None), gi.FormError, "has no measure"),
-        (turned(both=False, action=None, field=turning_alone), gi.FormError, "has no action"),
         (BODY.classical(), gi.DomainError, "a problem in the first pieces"),
         (
             turned(both=False, time="tau", clock=gi.observable(lambda params, t, y, work: 1.0)),

@@ -202,6 +202,8 @@ class Measure(Sendable):
         group of the action turns or moves them, such as the attitude g over (k, γ), ġ = gω. Steps that
         move a fibre by elements of the group keep its Haar measure, whatever their error, so that what
         they make of the whole measure is what they make of that of the base; it alone is then watched.
+        Not where the first rows of a state do not move as the base does, as after a change of
+        parameters; `geomint.testing.check_problem` finds a base that is none.
 
     Notes
     -----

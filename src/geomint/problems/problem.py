@@ -237,9 +237,8 @@ class Problem(Shown, Sendable):
         """Refuse a base that a fibre cannot lie over."""
         if not isinstance(base, Problem):
             raise DomainError("base", base, "a geomint.Problem, or None")
-        for form, problem in (("action", self), ("action", base), ("measure", base)):
-            if getattr(problem, form) is None:
-                raise FormError(f"measure.base: problem {problem.name!r} has no {form}")
+        if base.measure is None:
+            raise FormError(f"measure.base: problem {base.name!r} has no measure")
         count = len(base.pieces)
         if count >= len(self.pieces) or base.pieces != self.pieces[:count]:
             expected = f"a problem in the first pieces of {self.pieces}"

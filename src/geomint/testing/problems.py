@@ -14,7 +14,7 @@ from ..arguments import Array, whole
 from ..kernels.compiling.recorded import Recorded
 from ..methods.method import Start
 from ..methods.registry import find_method
-from ..problems.base import check_base
+from ..problems.base import off_base
 from ..problems.declaration import check_problem as check_declared
 from ..problems.evaluate import derivative, rounding_scale, value, vector
 from ..problems.forms import Measure
@@ -75,10 +75,12 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
     if problem.measure is not None and problem.field is not None:
         for y in chosen:
             _check_measure(problem, problem.measure, y)
-            check_base(problem, y, 0.0)
-        base = problem.measure.base
-        if base is not None and base.field is not None:
-            for y in chosen:
+    base: Problem | None = None if problem.measure is None else problem.measure.base
+    if base is not None and base.measure is not None:
+        for y in chosen:
+            off = off_base(problem, base, y, 0.0)
+            sure(not off, f"{base.name!r} is no base of {problem.name!r}: {off}")
+            if base.field is not None:
                 _check_measure(base, base.measure, y[: base.rows])
 
 

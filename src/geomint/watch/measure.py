@@ -44,7 +44,7 @@ from ..methods.carried import Carried
 from ..methods.carried_lanes import CarriedLanes
 from ..methods.method import Method, Start
 from ..methods.stepper import Stepper
-from ..problems.base import check_base
+from ..problems.base import off_base
 from ..problems.evaluate import rounding_scale
 from ..problems.forms import Measure
 from ..problems.problem import Problem
@@ -87,10 +87,13 @@ class InvariantMeasure(StepsAgain):
         """In the base alone, where the rest of the state is a fibre whose measure steps keep."""
         measure, method = run.problem.measure, run.method
         base = None if measure is None else measure.base
-        if base is None or method is None or not _moves_by_group(method, run.problem):
+        if base is None or method is None or method.needs not in base.forms:
+            return run
+        if not _moves_by_group(method, run.problem):
             return run
         state = run.state[: base.rows].copy()
-        check_base(run.problem, run.state[: run.problem.rows], run.time)
+        if off_base(run.problem, base, run.state[: run.problem.rows], run.time):
+            return run
         stepper = run.stepper.fixed_step
         start = Start(base, state, run.time, run.stepper.h, compiled=stepper.compiled)
         return replace(run, problem=base, state=state, stepper=method.start(start))
@@ -137,9 +140,8 @@ def _moves_by_group(method: Method, problem: Problem) -> bool:
     A Gauss method's step is affine in what the field is affine in, g' = g P, and with quadratic
     invariants for all g the matrix P is in the group that they make, the one with Cayley coordinates.
     """
-    if method.needs == "action":
-        return True
-    assert problem.action is not None
+    if method.needs == "action" or problem.action is None:
+        return method.needs == "action"
     solved = not method.options.get("iteration_tolerance", 0.0)
     return (
         solved
