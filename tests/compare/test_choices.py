@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import geomint as gi
-from geomint.compare import point as points_of, runs as compare_module
+from geomint.compare import duration, point as points_of, runs as compare_module
 from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
 from geomint.plan import representation_for
@@ -148,6 +148,21 @@ def test_points_are_run_as_often_as_is_asked_or_as_time_allows(
     found = compare(MODEL, END, ["rk-4"], **given).points
     assert [p.repeats for p in found if p.peer is None] == [repeats]
     assert {p.repeats for p in found if p.peer} == {repeats}
+
+
+@pytest.mark.parametrize("repeats", [0, -1, True, 2.5, "3"])
+def test_repeats_that_are_no_number(repeats: Any) -> None:
+    with pytest.raises(gi.DomainError, match="repeats"):
+        compare(MODEL, END, ["rk-4"], steps=[0.1], repeats=repeats)
+
+
+@pytest.mark.parametrize(
+    ("once", "asked", "together"),
+    [(0.0, None, 0.0), (0.01, None, 0.03), (0.6, None, 1.2), (9.0, None, 9.0), (9.0, 3, 27.0),
+     (9.0, 1000, 36.0)],
+)  # fmt: skip
+def test_how_long_the_runs_of_a_point_take(once: float, asked: int | None, together: float) -> None:
+    assert duration._together(once, asked) == pytest.approx(together)
 
 
 def test_repeats_reports_and_drifts() -> None:

@@ -175,9 +175,10 @@ def bent(params, t, y, out, work):
 
 def test_rates_that_are_not_affine_in_the_fibre_have_no_base() -> None:
     """They may agree with the action where the fibre is, |z| = 1, and Gauss methods differ."""
-    problem = dataclasses.replace(over(ALONE), field=bent)
+    base = dataclasses.replace(ALONE, field=bent)
+    problem = dataclasses.replace(over(base), field=bent)
     y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
-    assert "rates of the fibre are not affine" in off_base(problem, ALONE, y0, 0.0)
+    assert "rates of the fibre are not affine" in off_base(problem, base, y0, 0.0)
     by_all, by_base = by_all_and_by_base(problem, y0, "gauss-2")
     assert by_all == by_base
 
@@ -190,6 +191,96 @@ def test_iterations_that_stop_early_are_judged_by_the_whole_state() -> None:
         for p in (problem, whole(problem))
     )
     assert by_base == by_all
+
+
+@gi.field
+def too_far(params, t, y, out, work):
+    out[0] = out[1] = out[2] = y[0]
+    out[100_000_000] = 1.0
+
+
+@gi.field
+def reading_too_far(params, t, y, out, work):
+    out[0] = out[1] = out[2] = y[3]
+
+
+@pytest.mark.parametrize("generator", [too_far, reading_too_far])
+def test_a_base_whose_functions_do_not_fit_is_refused(generator: Any) -> None:
+    """Compiled, it would write and read other memory; though its field is right."""
+    action = gi.GroupAction(generator, gi.so3(1))
+    problem = over(turned(both=False, field=bent, action=action))
+    with pytest.raises(gi.DeclarationError, match=r"action\.generator"):
+        drift(problem, np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8]), "cf-4")
+
+
+@gi.observable
+def of_the_fibre(params, t, y, work):
+    return y[len(y) - 1]
+
+
+@gi.field
+def coupled_later(params, t, y, out, work):
+    """As `turning_alone`, but for what the fibre does at times that are not 0."""
+    size = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+    if len(y) > 3:
+        size = size + t * y[3]
+    out[0], out[1], out[2] = size, 2.0 * size, 3.0 * size
+
+
+@pytest.mark.parametrize(
+    ("problem", "words"),
+    [
+        (turned(measure=gi.Measure(of_the_fibre, base=ALONE)), "densities differ"),
+        (turned(measure=gi.Measure(base=turned(both=False, measure=gi.Measure(of_the_fibre),
+            action=gi.GroupAction(turning_alone, gi.so3(1))))), "densities differ"),
+        (turned(measure=gi.Measure(base=ALONE),
+            action=gi.GroupAction(coupled_later, gi.so3(2))), "do not move"),
+    ],
+)  # fmt: skip
+def test_what_shows_elsewhere_only(problem: gi.Problem, words: str) -> None:
+    y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
+    assert words in off_base(problem, problem.measure.base, y0, 0.0)
+    by_all, by_base = by_all_and_by_base(problem, y0)
+    assert by_all == by_base
+
+
+@pytest.mark.parametrize("factor", [1.5, 1.0 + 3e-7])
+@pytest.mark.parametrize("seed", [None, 0])
+def test_other_parameters_from_a_steady_rotation_too(seed: int | None, factor: float) -> None:
+    """There the rates are 0 for all bodies."""
+    problem = PROBLEMS["attitude, R³"]
+    changed = dataclasses.replace(problem, params=problem.params * factor)
+    steady = problem.state(gamma=[0.0, 0.0, 1.0], k=[0.0, 0.0, 1.0])
+    y0 = steady if seed is None else problem.random_state(seed)
+    by_all, by_base = by_all_and_by_base(changed, y0)
+    assert by_all == by_base
+
+
+@gi.field
+def shrinking(params, t, y, out, work):
+    out[0] = 1.0 + 0.0 * y[0]
+    if len(y) > 1:
+        out[1] = -0.5 * y[1]
+
+
+def test_a_fibre_that_is_stretched_is_found_by_the_check_of_problems() -> None:
+    """Translations by −z/2: affine, by elements of the group, and yet they keep no measure."""
+
+    def moved(rows: int, **given: Any) -> gi.Problem:
+        action = gi.GroupAction(shrinking, gi.translations(rows))
+        pieces = (("x", 1), ("z", 1))[:rows]
+        return gi.Problem("moved", pieces, action=action, **given)
+
+    problem = moved(2, measure=gi.Measure(base=moved(1, measure=gi.Measure())))
+    with pytest.raises(AssertionError, match="is stretched"):
+        check_problem(problem, [np.array([0.5, 0.3])])
+
+
+def test_subnormal_momenta() -> None:
+    problem = PROBLEMS["attitude, R³"]
+    y0 = problem.random_state(0)
+    y0[:3] *= 1e-318
+    assert off_base(problem, problem.measure.base, y0, 0.0) == ""
 
 
 def test_a_base_without_the_form_that_is_integrated() -> None:

@@ -284,16 +284,28 @@ def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met")
-@pytest.mark.parametrize(("pairs", "called"), [(LARGE // 2, False), (LARGE // 2, True), (3, False)])
-def test_large_states_take_shorter_steps_before_newtons_method(pairs: int, called: bool) -> None:
+@pytest.mark.parametrize(
+    ("pairs", "called", "end", "rate"),
+    [
+        (LARGE // 2, False, 400.0, 12.0),
+        (LARGE // 2, False, 160.0, 4.2),  # where the iteration goes on, but slowly
+        (LARGE // 2, True, 400.0, 12.0),
+        (3, False, 400.0, 12.0),
+    ],
+)
+def test_large_states_take_shorter_steps_before_newtons_method(
+    pairs: int, called: bool, end: float, rate: float
+) -> None:
     """Not where a callback has seen the first run, and not of small states: there Newton's is fast."""
-    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[12.0], field=quickening_pairs)
+    p = gi.Problem("chirps", (("x", 2 * pairs),), params=[rate], field=quickening_pairs)
     y0 = np.tile([1.0, 0.0], pairs)
     times: list[float] = []
-    given: dict[str, Any] = {"t_end": 400.0, "method": gi.Gauss(8), "progress": False}
+    given: dict[str, Any] = {"t_end": end, "method": gi.Gauss(8), "progress": False}
     callback = (lambda seen: times.append(seen.t)) if called else None
-    sol = gi.solve(p, y0, tolerance=1e-3, callback=callback, **given)
+    events = iter(["x[0]"])  # of which the first run takes the last
+    sol = gi.solve(p, y0, tolerance=1e-3, callback=callback, events=events, **given)
     assert sol.success
+    assert len(sol.events["x[0]"].t) > 10
     assert sol.accuracy is not None
     assert times == sorted(times)
     assert sol.method.options["iteration"] == "auto"
@@ -303,8 +315,8 @@ def test_large_states_take_shorter_steps_before_newtons_method(pairs: int, calle
         assert sol.step == pytest.approx(0.6 * sol.accuracy.trials[-1][0])
     alone = gi.solve(p, y0, step=sol.step, **{**given, "method": sol.method})
     assert (alone.y == sol.y).all()
-    on = gi.solve(sol, t_end=401.0)  # by the method that it says
-    assert on.method == sol.method
+    on, alone = (gi.solve(s, t_end=end + 1.0) for s in (sol, alone))
+    assert (on.y == alone.y).all()
 
 
 @gi.field

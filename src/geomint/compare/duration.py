@@ -38,8 +38,7 @@ def comparison_time(
     if reference != "exact":
         parts.append(("gauss-8", None, EXTENDED))
     longest = max(steps) if steps else None
-    runs = timed_runs(repeats)[0] / (COARSEST if steps is None else 1.0)
-    parts += [(m, longest, runs) for m in methods]
+    parts += [(m, longest, 1.0 / (COARSEST if steps is None else 1.0)) for m in methods]
     seconds, measured = 0.0, False
     for name, step, times in parts:
         try:
@@ -51,5 +50,12 @@ def comparison_time(
             continue
         found = estimate(plan, HOUR / times)
         measured = measured or found.measured
-        seconds += times * found.seconds if math.isfinite(found.seconds) else 0.0
+        once = times * found.seconds if math.isfinite(found.seconds) else 0.0
+        seconds += once if times == EXTENDED else _together(once, repeats)
     return Estimate(seconds, measured)
+
+
+def _together(once: float, repeats: int | None) -> float:
+    """Return how long the timed runs of a point take, if one takes so long."""
+    runs, enough = timed_runs(repeats)
+    return once * min(runs, max(1, math.ceil(enough / once))) if once > 0.0 else 0.0

@@ -105,7 +105,7 @@ def _point(
         point = replace(point, order=ready.order)
         found, first = _timed(ready)
         runs, enough = timed_runs(repeats)
-        seconds: list[float] = [] if first < MAX_SECONDS / runs else [first]
+        seconds: list[float] = [] if first < enough / runs else [first]
         while len(seconds) < runs and (not seconds or sum(seconds) < enough):
             found, last = _timed(ready)
             seconds.append(last)

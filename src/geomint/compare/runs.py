@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple
 
+from ..arguments import whole
 from ..errors import FormError
 from ..kernels.compiling.sameness import Compared
 from ..methods import Method, find_method
@@ -126,6 +127,7 @@ def compare(
     """
     chosen = [find_method(m) for m in methods]
     steps = checked_steps(chosen, steps)
+    repeats = None if repeats is None else whole("repeats", repeats, 1)
     others = find_peers(list(peers))
     check_representation(model, representation)
     endpoint, known = endpoint_of(model, end, reference, report)

@@ -67,8 +67,8 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
 
 
 @np.errstate(all="ignore")
-def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
-    """Return dy/dt by whichever form the problem has.
+def derivative(problem: Problem, y: Array, t: float = 0.0, form: str = "") -> Array:
+    """Return dy/dt by a form that the problem has; unless given, by the first.
 
     Raises
     ------
@@ -77,23 +77,24 @@ def derivative(problem: Problem, y: Array, t: float = 0.0) -> Array:
     DeclarationError
         If the functions of that form do not fit the problem.
     """
-    y, now = _flat(problem, y), _time(t)
-    check_form(problem, problem.forms[0], y)
-    known = known_rates(problem, y) if now == 0.0 else None
-    if known is not None:
-        return known
-    if problem.field is not None:
-        return vector(problem, problem.field, problem.rows, y, now)
+    y, now, form = _flat(problem, y), _time(t), form or problem.forms[0]
+    check_form(problem, form, y)
+    if form == "field":
+        assert problem.field is not None
+        known = known_rates(problem, y) if now == 0.0 else None
+        return vector(problem, problem.field, problem.rows, y, now) if known is None else known
     params, work = Block(problem.params), Block(np.zeros(problem.work))
     out = np.zeros(problem.rows)
-    if problem.action is not None:
+    if form == "action":
+        assert problem.action is not None
         group, tiny = problem.action.group, 1e-7
         xi = vector(problem, problem.action.generator, group.algebra_rows, y, now)
         size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
         scratch = Block(np.zeros(group.work))
         group.act(Block(group.layout), Block(size * xi), Block(y), Block(out), scratch)
         out /= size
-    elif problem.splitting is not None:
+    elif form == "splitting":
+        assert problem.splitting is not None
         tiny = np.float64(1e-7)
         increment = np.zeros(problem.rows)
         for k in range(problem.splitting.parts):

@@ -198,11 +198,11 @@ class Measure(Sendable):
         m, the length of c; 0 without `manifold`.
     base : Problem, optional
         The problem in the first pieces of the state alone, where the last ones lie over them as a
-        fibre: nothing depends on them but pieces behind them, by rates that are affine in them, and the
-        group of the action turns or moves them, such as the attitude g over (k, γ), ġ = gω. Steps that
-        move a fibre by elements of the group keep its Haar measure, whatever their error, so that what
-        they make of the whole measure is what they make of that of the base; it alone is then watched.
-        Not where the first rows of a state do not move as the base does, as after a change of
+        fibre: nothing depends on them but pieces behind them, by rates that are affine in them and do
+        not stretch them, and the group of the action turns or moves them, such as the attitude g over
+        (k, γ), ġ = gω. Steps that move a fibre by elements of the group keep its Haar measure, whatever
+        their error, so that what they make of the whole measure is what they make of that of the base;
+        it alone is then watched. Not where the state does not move over it, as after a change of
         parameters; `geomint.testing.check_problem` finds a base that is none.
 
     Notes

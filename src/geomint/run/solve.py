@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -164,11 +164,14 @@ def solve(
     }
     if tolerance is None and not is_auto(method):
         return _solved(problem, y0, method=method, step=step, **named)
+    for name in ("events", "observe"):  # a run may begin more than once
+        if isinstance(named[name], Iterator):
+            named[name] = list(named[name])
     chosen = choose_for(problem, y0, method, step, tolerance, named)
     for last in (False, False, False, True):
         spots = None if chosen.sample is None else Spots(chosen.sample)
-        own = chosen.method if callback is not None else chosen.first or chosen.method
-        by: dict[str, Any] = {"method": own, "step": chosen.step}
+        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step}
+        by["turning"] = callback is not None or not chosen.shorten  # a callback sees one run
         try:
             solution = _solved(problem, y0, **named, **by, admitted=chosen.state, spots=spots)
             break
@@ -177,7 +180,7 @@ def solve(
             if last or shorter is None:
                 raise
             chosen = shorter
-    accuracy, solution.method = chosen.accuracy, chosen.method
+    accuracy = chosen.accuracy
     solution.accuracy = accuracy._replace(spots=() if spots is None else tuple(spots.found))
     solution.accuracy.tell(error_at_end(solution))
     return solution
@@ -206,10 +209,12 @@ def _solved(
     compiled: bool,
     admitted: Array | None = None,
     spots: Spots | None = None,
+    turning: bool = True,
 ) -> Solution:
     """Return what `solve` does with a step, or the default one; look at the spots on the way.
 
-    `admitted` is y0 made canonical, where that has been done.
+    `admitted` is y0 made canonical, where that has been done. `turning`: whether steps whose iteration
+    does not converge are taken by what the method has for them; else they end the run.
     """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
@@ -261,6 +266,8 @@ def _solved(
         end=timeline.own_end,
     )
     integrator = Integrator.of(chosen, start, t0, before)
+    if not turning:
+        integrator.stepper.otherwise = None
     begin = integrator.t if with_clock or problem.time == "t" else 0.0
     wanted = Wanted(
         PartialSteps(problem, integrator.stepper),

@@ -14,7 +14,7 @@ from ..arguments import Array, whole
 from ..kernels.compiling.recorded import Recorded
 from ..methods.method import Start
 from ..methods.registry import find_method
-from ..problems.base import off_base
+from ..problems.base import off_base, stretches_fibre
 from ..problems.declaration import check_problem as check_declared
 from ..problems.evaluate import derivative, rounding_scale, value, vector
 from ..problems.forms import Measure
@@ -80,6 +80,8 @@ def check_problem(problem: Problem, states: Any = 3) -> None:
         for y in chosen:
             off = off_base(problem, base, y, 0.0)
             sure(not off, f"{base.name!r} is no base of {problem.name!r}: {off}")
+            text = f"the fibre of {problem.name!r} over {base.name!r} is stretched"
+            small(stretches_fibre(problem, base, y), SLOPES * max(1.0, length(y)), text)
             if base.field is not None:
                 _check_measure(base, base.measure, y[: base.rows])
 

@@ -56,9 +56,8 @@ class Chosen(NamedTuple):
     """A method with its options, its step (None if it finds its own), and what is expected of both.
 
     `state` is the canonical one that they were chosen at; `sample` is what spots on the way are
-    measured by, None without. `first` is what takes the steps at first, with the same bits, where it is
-    not the method itself: of a large state steps that do not converge are made shorter before they
-    are taken by Newton's method.
+    measured by, None without. `shorten`: a step whose iteration does not converge is made shorter
+    before Newton's method takes it, which is dear for a large state.
     """
 
     method: Method
@@ -66,7 +65,7 @@ class Chosen(NamedTuple):
     accuracy: Accuracy
     state: Array
     sample: Sample | None = None
-    first: Method | None = None
+    shorten: bool = False
 
     def shorter(self) -> Chosen | None:
         """Return what is tried after a step that failed on the way; None for an adaptive method."""
@@ -76,7 +75,7 @@ class Chosen(NamedTuple):
         expected = accuracy.expected * SHORTER**self.method.order
         tried = (*accuracy.trials, (self.step, None))
         accuracy = accuracy._replace(expected=expected, trials=tried)
-        return self._replace(step=SHORTER * self.step, accuracy=accuracy, first=None)
+        return self._replace(step=SHORTER * self.step, accuracy=accuracy, shorten=False)
 
 
 @dataclass(frozen=True)
@@ -236,9 +235,9 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     if faster > FASTER and not wanted.watched:
         turns, steps = faster * wanted.turns, abs(motion.span) / step
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
-    large = other and iteration != "auto" and motion.problem.rows >= LARGE
-    at_first = varied(own, "iteration", iteration) if large else None
-    return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step), at_first)
+    large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
+    shorten = large and iteration == "fixed-point"
+    return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step), shorten)
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
