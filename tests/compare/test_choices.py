@@ -7,7 +7,12 @@ from typing import Any
 import pytest
 
 import geomint as gi
-from geomint.compare import duration, point as points_of, runs as compare_module
+from geomint.compare import (
+    duration,
+    peer_runs as peer_module,
+    point as points_of,
+    runs as compare_module,
+)
 from geomint.compare.of_scene import compare_scene
 from geomint.compare.runs import compare
 from geomint.plan import representation_for
@@ -148,6 +153,28 @@ def test_points_are_run_as_often_as_is_asked_or_as_time_allows(
     found = compare(MODEL, END, ["rk-4"], **given).points
     assert [p.repeats for p in found if p.peer is None] == [repeats]
     assert {p.repeats for p in found if p.peer} == {repeats}
+
+
+@pytest.mark.parametrize(
+    ("seconds", "asked", "runs"),
+    [(0.1, None, 4), (0.5, None, 2), (2.0, None, 1), (0.5, 3, 4), (11.0, 3, 3)],
+)
+def test_the_first_run_of_a_peer_counts_where_it_takes_long(
+    monkeypatch: pytest.MonkeyPatch, seconds: float, asked: int | None, runs: int
+) -> None:
+    """Else it warms up."""
+    timed, count = peer_module._timed, [0]
+
+    def slowly(ready: Any) -> Any:
+        count[0] += 1
+        return timed(ready)[0], seconds
+
+    monkeypatch.setattr(peer_module, "_timed", slowly)
+    monkeypatch.setattr(peer_module, "TOLERANCES", (1e-6,))
+    peers = {"peers": ["scipy-dop853"], "steps": [0.1], "observe": False, "repeats": asked}
+    points = [p for p in compare(MODEL, END, ["rk-4"], **peers).points if p.peer]
+    assert count == [runs]
+    assert points[0].seconds == seconds
 
 
 @pytest.mark.parametrize("repeats", [0, -1, True, 2.5, "3"])

@@ -213,6 +213,12 @@ def test_a_base_whose_functions_do_not_fit_is_refused(generator: Any) -> None:
         drift(problem, np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8]), "cf-4")
 
 
+def test_a_base_whose_manifold_does_not_fit_is_refused() -> None:
+    base = dataclasses.replace(ALONE, measure=gi.Measure(manifold=too_far, conditions=1))
+    with pytest.raises(gi.DeclarationError, match=r"measure\.manifold"):
+        drift(over(base), np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8]), "cf-4")
+
+
 @gi.observable
 def of_the_fibre(params, t, y, work):
     return y[len(y) - 1]
@@ -286,6 +292,23 @@ def test_subnormal_momenta() -> None:
 def test_a_base_without_the_form_that_is_integrated() -> None:
     by_field = turned(both=False, action=None, field=bent)
     by_all, by_base = by_all_and_by_base(over(by_field), np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8]))
+    assert by_all == by_base
+
+
+@gi.field
+def circling(params, t, y, out, work):
+    size = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+    for i in range(0, len(y), 3):
+        out[i] = size * (2.0 * y[i + 2] - 3.0 * y[i + 1])
+        out[i + 1] = size * (3.0 * y[i] - y[i + 2])
+        out[i + 2] = size * (y[i + 1] - 2.0 * y[i])
+
+
+def test_a_base_without_the_field_that_is_integrated() -> None:
+    problem = dataclasses.replace(over(ALONE), field=circling)
+    y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
+    assert off_base(problem, ALONE, y0, 0.0) == ""
+    by_all, by_base = by_all_and_by_base(problem, y0, "gauss-2")
     assert by_all == by_base
 
 

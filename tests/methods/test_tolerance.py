@@ -319,6 +319,22 @@ def test_large_states_take_shorter_steps_before_newtons_method(
     assert (on.y == alone.y).all()
 
 
+def test_stretches_of_large_states_are_shorter(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a short run, by the root of the size."""
+    lengths: list[float] = []
+
+    def noting(*given: Any) -> Any:
+        lengths.append(given[4])
+        return stretch(*given)
+
+    monkeypatch.setattr(choose, "stretch", noting)
+    for count in (2, LARGE // 2, 2 * LARGE):
+        p = gi.Problem("chirps", (("x", 2 * count),), params=[1.0], field=quickening_pairs)
+        given: dict[str, Any] = {"t_end": 50.0, "method": gi.Gauss(6), "tolerance": 1e-6}
+        gi.solve(p, np.tile([1.0, 0.0], count), progress=False, **given)
+    assert set(np.round(np.array(lengths) / lengths[0], 6)) == {1.0, 0.5}
+
+
 @gi.field
 def lorenz(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[0] = 10.0 * (y[1] - y[0])
