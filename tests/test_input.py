@@ -124,6 +124,11 @@ REFUSED = {
     "a state of words": (lambda: solved(["1", "2", "3", "4"]), "expected 4 numbers"),
     "a mute state": (lambda: solved(Mute()), "state = <Mute: RuntimeError>"),
     "a time of text": (lambda: gi.derivative(FIELD, Y0, "now"), "t = 'now'"),
+    "derivative by an action that is none": (
+        lambda: gi.derivative(FIELD, Y0, 0.0, "action"),
+        "form = 'action'",
+    ),
+    "derivative by a number": (lambda: gi.derivative(FIELD, Y0, 0.0, 3), "form = 3"),
     "derivative at a name": (lambda: gi.derivative(FIELD, ["a"] * 4), "y = "),
     "ragged inertia": (lambda: ch.GeneralInertia([[1.0], [1.0, 2.0], [3.0]]), "inertia = "),
     "ragged momentum": (lambda: SPHERE.ball().state(gamma=[1, 0, 0], k=[[1], [2, 3]]), "k = "),

@@ -98,6 +98,16 @@ def flat(params, t, y, work):
     return 0.0 * y[0]
 
 
+@gi.field
+def around(params, t, y, out, work):
+    out[0], out[1], out[2] = -y[1], y[0], 0.0 * y[2]
+
+
+@gi.field
+def upwards(params, t, y, out, work):
+    out[0], out[1], out[2] = 0.0 * y[0], 0.0 * y[1], 1.0 + 0.0 * y[2]
+
+
 SCENE = {
     "system": {"name": "chaplygin-sphere-reduced", "a": [0.8, 1.1, 1.5], "D": 4.0},
     "initial": {"gamma": [0.48, 0.6, 0.64], "p": [3.0, -4.0, 1.5]},
@@ -111,6 +121,7 @@ IN_T = gi.Problem(
     "forced", (("y", 2),), [1.5], field=forced, invariants={"size": size}, measure=gi.Measure(flat)
 )
 IN_TAU = gi.Problem("turning", (("y", 2),), field=turning, time="tau", clock=rate)
+AROUND = gi.Problem("around", (("x", 3),), field=around, action=gi.GroupAction(upwards, gi.so3(1)))
 EVEN = gi.Problem("even", (("y", 2), ("z", 1)), [1.0], field=spiral)
 BENT = gi.Problem("bent", (("y", 2),), [1.5], field=bent)
 
@@ -179,6 +190,10 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "derivative": (
         {"problem": IN_T, "y": [1.0, 2.0], "t": 0.0},
         {"problem": IN_TAU, "y": [1.0, 3.0], "t": 1.0},
+    ),
+    "derivative by a form": (
+        {"problem": AROUND, "y": [1.0, 2.0, 3.0], "form": "field"},
+        {"problem": EVEN, "y": [2.0, 2.0, 3.0], "form": "action"},
     ),
     "jacobian": (
         {"problem": BENT, "y": [1.0, 2.0], "t": 0.0, "by": "state"},
@@ -442,6 +457,7 @@ def stepped(**given: Any) -> Any:
 
 
 LOOK: dict[str, Callable[..., Any]] = {
+    "derivative by a form": gi.derivative,
     "Integrator": stepped,
     "Integrator with directions": stepped,
     "natural_in_space": lambda **given: flow_of(gi.natural_in_space(**given)),

@@ -46,7 +46,12 @@ def drift(problem: gi.Problem, y0: Any, method: str, **options: Any) -> gi.Drift
 
 @pytest.mark.parametrize(
     ("method", "name"),
-    [(m, n) for m in BY_ACTION for n in PROBLEMS if m == "cf-4" or n == "attitude, R³"],
+    [
+        pytest.param(m, n, marks=[pytest.mark.slow] if "contact" in n else [])
+        for m in BY_ACTION
+        for n in PROBLEMS
+        if m == "cf-4" or n == "attitude, R³"
+    ],
 )
 def test_the_base_alone_says_as_much(method: str, name: str) -> None:
     problem = PROBLEMS[name]
@@ -58,7 +63,7 @@ def test_the_base_alone_says_as_much(method: str, name: str) -> None:
     np.testing.assert_allclose(by_base.windows.maxima, by_all.windows.maxima, atol=noise, rtol=0.0)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", ["attitude, R³", "attitude, R⁴"])
 def test_methods_of_fields_are_judged_by_the_whole_state(name: str) -> None:
     """They do not keep the measure of the fibre."""
     problem = PROBLEMS[name]

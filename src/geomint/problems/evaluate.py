@@ -67,17 +67,20 @@ def value(problem: Problem, f: Recorded | str, y: Array, t: float = 0.0) -> floa
 
 
 @np.errstate(all="ignore")
-def derivative(problem: Problem, y: Array, t: float = 0.0, form: str = "") -> Array:
-    """Return dy/dt by a form that the problem has; unless given, by the first.
+def derivative(problem: Problem, y: Array, t: float = 0.0, form: str | None = None) -> Array:
+    """Return dy/dt by a form that the problem has, one of `Problem.forms`; by default the first.
 
     Raises
     ------
     DomainError
-        For a state of other length.
+        For a state of other length, or a form that the problem does not have.
     DeclarationError
         If the functions of that form do not fit the problem.
     """
-    y, now, form = _flat(problem, y), _time(t), form or problem.forms[0]
+    y, now = _flat(problem, y), _time(t)
+    form = problem.forms[0] if form is None else form
+    if form not in problem.forms:
+        raise DomainError("form", form, f"one of {list(problem.forms)}")
     check_form(problem, form, y)
     if form == "field":
         assert problem.field is not None
