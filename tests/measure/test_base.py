@@ -21,7 +21,7 @@ PROBLEMS = {
     "attitude, R⁴": BALL.ball(attitude=True),
     "attitude and contact point": ROLLING.contact(m=1.0, rho=2.0),
 }
-BY_ACTION = (
+BY_GROUP = (
     "cf-4",
     "cg-3",
     "rkmk-4",
@@ -31,6 +31,7 @@ BY_ACTION = (
     "gauss-3",
     "gauss-1-suzuki-4",
 )
+FAST = [("cf-4", "attitude, R³"), ("rkmk-4", "attitude, R³"), ("gauss-3", "attitude, R³")]
 
 
 def whole(problem: gi.Problem) -> gi.Problem:
@@ -47,8 +48,8 @@ def drift(problem: gi.Problem, y0: Any, method: str, **options: Any) -> gi.Drift
 @pytest.mark.parametrize(
     ("method", "name"),
     [
-        pytest.param(m, n, marks=[pytest.mark.slow] if "contact" in n else [])
-        for m in BY_ACTION
+        pytest.param(m, n, marks=[] if (m, n) in FAST else [pytest.mark.slow])
+        for m in BY_GROUP
         for n in PROBLEMS
         if m == "cf-4" or n == "attitude, R³"
     ],
@@ -63,7 +64,9 @@ def test_the_base_alone_says_as_much(method: str, name: str) -> None:
     np.testing.assert_allclose(by_base.windows.maxima, by_all.windows.maxima, atol=noise, rtol=0.0)
 
 
-@pytest.mark.parametrize("name", ["attitude, R³", "attitude, R⁴"])
+@pytest.mark.parametrize(
+    "name", ["attitude, R³", pytest.param("attitude, R⁴", marks=pytest.mark.slow)]
+)
 def test_methods_of_fields_are_judged_by_the_whole_state(name: str) -> None:
     """They do not keep the measure of the fibre."""
     problem = PROBLEMS[name]
@@ -184,8 +187,6 @@ def test_rates_that_are_not_affine_in_the_fibre_have_no_base() -> None:
     problem = dataclasses.replace(over(base), field=bent)
     y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
     assert "rates of the fibre are not affine" in off_base(problem, base, y0, 0.0)
-    by_all, by_base = by_all_and_by_base(problem, y0, "gauss-2")
-    assert by_all == by_base
 
 
 def test_iterations_that_stop_early_are_judged_by_the_whole_state() -> None:
@@ -309,6 +310,7 @@ def circling(params, t, y, out, work):
         out[i + 2] = size * (y[i + 1] - 2.0 * y[i])
 
 
+@pytest.mark.slow
 def test_a_base_without_the_field_that_is_integrated() -> None:
     problem = dataclasses.replace(over(ALONE), field=circling)
     y0 = np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8])
