@@ -129,7 +129,7 @@ ROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1).ravel()
 
 @pytest.mark.parametrize(
     ("problem", "name"),
-    [(CIRCLES, "rk-4"), (FREE, "rk-4"), (CIRCLES, "gauss-1")],
+    [(CIRCLES, "rk-4"), (FREE, "rk-4"), pytest.param(CIRCLES, "gauss-1", marks=pytest.mark.slow)],
     ids=["circles-rk-4", "free-rk-4", "circles-gauss-1"],
 )
 def test_many_directions(problem: gi.Problem, name: str) -> None:

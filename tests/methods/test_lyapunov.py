@@ -126,6 +126,7 @@ def test_some_of_them() -> None:
     assert "0.1" in repr(first) or "exponents" in repr(first)
 
 
+@pytest.mark.slow
 def test_many_directions() -> None:
     """Two passes of directions: as the derivative of the run has them."""
     scene = gi.load_scene("rolling-ball-n4")

@@ -82,7 +82,7 @@ def correction(of: gi.Problem, y: Array, t: float, h: float, L: Array, stages: i
     return float(np.abs(change).max() / max(np.abs(y).max(), np.abs(L).max()))
 
 
-@pytest.mark.parametrize("stages", [1, 2, 3, 8, 13])
+@pytest.mark.parametrize("stages", [1, 2, 3, 8, pytest.param(13, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", STIFF)
 def test_what_is_accepted_is_solved(name: str, stages: int) -> None:
     """Dense matrices of all stages, made elsewhere, have nothing left to correct."""
