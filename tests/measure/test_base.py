@@ -296,7 +296,8 @@ def test_subnormal_momenta() -> None:
 
 
 def test_a_base_without_the_form_that_is_integrated() -> None:
-    by_field = turned(both=False, action=None, field=bent)
+    by_field, y0 = turned(both=False, action=None, field=bent), np.ones(6)
+    assert "neither a field nor an action" in off_base(over(by_field), by_field, y0, 0.0)
     by_all, by_base = by_all_and_by_base(over(by_field), np.array([1.0, 0.2, 0.3, 0.0, 0.6, 0.8]))
     assert by_all == by_base
 

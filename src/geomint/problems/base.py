@@ -36,6 +36,8 @@ def off_base(problem: Problem, base: Problem, y: Array, t: float) -> str:
     assert base.measure is not None
     states, rows = list(_near(problem, base, y, t)), base.rows
     forms = [form for form in AGREES if form in problem.forms and form in base.forms]
+    if not forms:
+        return "they have neither a field nor an action in common"
     for form in forms:
         check_problem(base, y[:rows].copy(), form, watched={"measure": base.measure})
         if says := _moves_otherwise(problem, base, states, form):
@@ -47,7 +49,7 @@ def off_base(problem: Problem, base: Problem, y: Array, t: float) -> str:
     here, there = problem.measure.log_density, base.measure.log_density
     ratios = [logarithm(problem, here, *z) - logarithm(base, there, *z) for z in states]
     same = np.ptp(ratios) <= AGREES["field"] * max(1.0, float(np.max(np.abs(ratios))))
-    return "" if same and forms else "the densities differ by more than a factor"
+    return "" if same else "the densities differ by more than a factor"
 
 
 def stretches_fibre(problem: Problem, base: Problem, y: Array) -> float:
