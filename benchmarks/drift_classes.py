@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geomint.watch.drift import Drift, drift_from_windows
-from geomint.watch.windows import Windows
+from geomint.watch.drift import Drift, drift_of_series
 
 HERE = Path(__file__).parent
 EPSILON = 2.0**-52
@@ -180,10 +179,9 @@ def drawn(family: Family, samples: int, size: str, seed: int) -> tuple[Drift, fl
     t = np.arange(1, samples + 1) / samples
     series = np.asarray(family.series(rng, t), dtype=np.float64)
     factor = SIZES[size](samples) / float(np.abs(series).max())
-    windows = Windows(0.0)
-    windows.add(100.0 * t, EPSILON * np.round(series * factor / EPSILON))
+    values = EPSILON * np.round(series * factor / EPSILON)
     true = None if family.trend is None else abs(family.trend) * factor
-    return drift_from_windows("v", windows, 1.0), true
+    return drift_of_series("v", 100.0 * t, values, 1.0), true
 
 
 def rates(name: str, samples: int, size: str, seeds: int) -> dict[str, Any]:

@@ -112,7 +112,8 @@ def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
     """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (rows,):
         given: Array = value.copy()
-        if np.isfinite(given).all():
+        # The sum of squares of most is finite, and takes a sixth of the time.
+        if math.isfinite(given.dot(given)) or np.isfinite(given).all():
             return given
     rows = whole("rows", rows, 0)
     vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)

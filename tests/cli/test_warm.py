@@ -80,14 +80,10 @@ class Terminal(io.StringIO):
 def test_the_line_counts_and_goes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Functions found in the cache are counted, and take no time."""
     monkeypatch.setattr(sys, "stderr", Terminal())
-    count = [10]
-    monkeypatch.setattr("geomint.run.compiling_line.functions_asked", lambda: count[0])
-    line = CompilingLine(True)
-    line.expected = 5
+    line = CompilingLine(True, expected=5)
     seen = []
     for number, seconds in ((1, 2.8), (3, 2.0), (4, 1.0), (6, 1.0)):
-        count[0] = 10 + number
-        line.begins()
+        line.begins(number)
         seen.append(sys.stderr.getvalue().split("\r")[-1].removeprefix("\x1b[K"))
         line.ends(seconds)
     assert seen == [
@@ -105,9 +101,9 @@ def test_the_line_counts_and_goes(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_where_nobody_looks_it_is_written_once(shown, lines, monkeypatch) -> None:
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     line = CompilingLine(shown)
-    line.begins()
+    line.begins(1)
     line.ends(1.0)
-    line.begins()
+    line.begins(2)
     line.clear()
     assert sys.stderr.getvalue().count("\n") == lines
     assert "\r" not in sys.stderr.getvalue()

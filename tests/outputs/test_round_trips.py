@@ -18,8 +18,7 @@ from geomint.run.restart import Restart
 from geomint.run.result import StepSizes
 from geomint.run.storage import save_solution
 from geomint.run.stored import StoredProblem
-from geomint.watch.drift import drift_from_windows, drift_of_run
-from geomint.watch.windows import Windows
+from geomint.watch.drift import drift_of_series
 
 MODELS = {name: gi.load_scene(name).model for name in gi.scene_names()}
 PROBLEMS = {
@@ -44,9 +43,8 @@ def made(problem, method=METHODS[0], states=3, seed=0, **changes):
     """Return a solution of numbers that nobody integrated."""
     rng = np.random.default_rng(seed)
     times = np.cumsum(rng.random(states))
-    windows = Windows(1.0)
-    windows.add(np.arange(1.0, 1502.0), 1.0 + rng.normal(size=1501))  # and one of a pair
-    drift = {name: drift_from_windows(name, windows, 1.5) for name in ("energy", "k")}
+    series = np.arange(1.0, 1502.0), 1.0 + rng.normal(size=1501)  # and one of a pair
+    drift = {name: drift_of_series(name, *series, 1.5, initial=1.0) for name in ("energy", "k")}
     given = {
         "problem": problem,
         "method": method,
@@ -140,14 +138,15 @@ def test_any_names_and_numbers(data, tmp_path):
     size = states * problem.rows
     bits = data.draw(st.lists(BITS, min_size=size, max_size=size))
     y = np.array(bits, np.uint64).view(np.float64).reshape(states, problem.rows)
-    windows = Windows(data.draw(st.floats(allow_nan=False, allow_infinity=False)))
+    first, count = data.draw(st.floats(allow_nan=False, allow_infinity=False)), 0
     if data.draw(st.booleans()):
-        windows.add(np.arange(1.0, 4.0), np.array([1.0, 2.0, np.nan]))
+        count = 3
+    times, values = np.arange(1.0, 4.0)[:count], np.array([1.0, 2.0, np.nan])[:count]
     changes = {"y": y, "drift": {}, "message": data.draw(st.text().filter(_writable))}
     if own == "tau" and data.draw(st.booleans()):
         changes["physical"] = None
     for name in watched:
-        changes["drift"][name] = drift_of_run(name, windows, 1.5, 1.0)
+        changes["drift"][name] = drift_of_series(name, times, values, 1.5, initial=first)
     solution = made(problem, states=states, **changes)
     found = through(solution, tmp_path / "run.nc")
     assert found == solution

@@ -11,12 +11,11 @@ from geomint import DomainError
 from geomint.watch.drift import (
     CLASSES,
     ROUNDOFF,
-    drift_from_windows,
+    drift_of_series,
     not_finite,
     walk_level,
 )
 from geomint.watch.growth import RULE
-from geomint.watch.windows import Windows
 
 SAMPLES = 20_000
 T = np.arange(1, SAMPLES + 1) / SAMPLES
@@ -37,9 +36,7 @@ FAMILIES = BENCHMARK.FAMILIES
 
 
 def drift_of(series, scale=0.0, **more):
-    windows = Windows(0.0)
-    windows.add(np.arange(1.0, len(series) + 1.0), np.asarray(series, dtype=float))
-    return drift_from_windows("v", windows, scale, **more)
+    return drift_of_series("v", np.arange(1.0, len(series) + 1.0), series, scale, **more)
 
 
 def kind_of(series, scale=0.0):
@@ -265,10 +262,8 @@ def test_what_is_not_finite_has_its_class():
     assert drift.not_finite_from == SAMPLES // 2 + 1
     assert (drift.slope, drift.trend_bound) == (None, None)
     assert not_finite({"a": drift, "b": drift_of(T)}) == "'a' is not finite from 10001 on"
-    windows = Windows(np.nan)
-    assert drift_from_windows("v", windows, 1.0).drift_class == "not finite"
-    windows.add(np.array([1.0]), np.array([1.0]))
-    assert drift_from_windows("v", windows, 1.0).not_finite_from == 0.0
+    assert drift_of([], initial=np.nan).drift_class == "not finite"
+    assert drift_of([1.0], initial=np.nan).not_finite_from == 0.0
 
 
 @pytest.mark.parametrize("factor", [1e-300, 1e-16, 1e16, 1e150, 1e307])
@@ -279,9 +274,8 @@ def test_scale_and_sign_do_not_matter(factor):
 
 
 def test_backwards_and_stretched():
-    forward, backward = drift_of(T + 0.3 * sine(9.0)), Windows(0.0)
-    backward.add(-np.arange(1.0, SAMPLES + 1.0), T + 0.3 * sine(9.0))
-    back = drift_from_windows("v", backward, 0.0)
+    forward = drift_of(T + 0.3 * sine(9.0))
+    back = drift_of_series("v", -np.arange(1.0, SAMPLES + 1.0), T + 0.3 * sine(9.0), 0.0)
     assert back.slope == pytest.approx(-forward.slope)
     assert back.trend_bound == pytest.approx(forward.trend_bound)
     twice = forward.stretched(2.0)
@@ -294,9 +288,8 @@ def test_backwards_and_stretched():
 def test_times_need_not_be_even():
     """Physical times of steps in another time: the same oscillation, a line in time."""
     times = 100.0 * (T + 0.02 * np.sin(7.0 * T))
-    windows = Windows(0.0)
-    windows.add(times, 0.3 * times / 100.0 + np.sin(2.0 * np.pi * 0.11 * times))
-    drift = drift_from_windows("v", windows, 0.0)
+    values = 0.3 * times / 100.0 + np.sin(2.0 * np.pi * 0.11 * times)
+    drift = drift_of_series("v", times, values, 0.0)
     assert drift.drift_class == "linear"
     assert drift.slope == pytest.approx(0.003, rel=0.05)
 
@@ -311,17 +304,13 @@ def test_times_need_not_be_even():
     ],
 )
 def test_times_go_on(times):
-    windows = Windows(0.0)
-    windows.add(times, T[:100])
     with pytest.raises(DomainError, match="finite times that go on in one direction"):
-        drift_from_windows("v", windows, 0.0)
+        drift_of_series("v", times, T[:100], 0.0)
 
 
 def test_numbers_too_large_for_a_float_are_none():
     """A deviation of 1.7e308 in a run of length 1e-10, a jump from −1.7e308 to 1.7e308."""
-    windows = Windows(0.0)
-    windows.add(1e-10 * T, 1.7e308 * T)
-    drift = drift_from_windows("v", windows, 0.0)
+    drift = drift_of_series("v", 1e-10 * T, 1.7e308 * T, 0.0)
     assert (drift.drift_class, drift.slope) == ("linear", None)
     assert drift.trend_bound == pytest.approx(1.7e308, rel=1e-3)
     jump = drift_of(np.where(T > 0.5, 1.7e308, -1.7e308))

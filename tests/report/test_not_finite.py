@@ -11,7 +11,7 @@ from geomint.cli import main
 from geomint.plan import Plan
 from geomint.watch import drift, functions
 from geomint.watch.growth import NOT_FINITE
-from geomint.watch.windows import Windows
+from geomint.watch.windows import Series
 
 
 @gi.field
@@ -122,9 +122,9 @@ def _vanishing(monkeypatch):
         solution = solve(plan, progress)
         if plan.scene.method.name == "rk-4":
             scale = solution.drift["energy"].scale
-            windows = Windows(0.0)
-            windows.add(np.arange(1.0, 101.0), np.where(np.arange(100) < 50, 1e-9, np.nan))
-            solution.drift["energy"] = drift.drift_from_windows("energy", windows, scale)
+            values = np.where(np.arange(100) < 50, 1e-9, np.nan)
+            spoiled = drift.drift_of_series("energy", np.arange(1.0, 101.0), values, scale)
+            solution.drift["energy"] = spoiled
             solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
         return solution
 
@@ -150,15 +150,15 @@ def test_a_report_of_several_methods(tmp_path):
     assert "rk-4: not finite, not a success." in page
 
 
-class Vanishing(Windows):
-    """Windows of quantities that are infinite from time 30 on."""
+class Vanishing(Series):
+    """Series of quantities that are infinite from time 30 on."""
 
     def add(self, times, values):
         super().add(times, np.where(times < 30.0, values, np.inf))
 
 
 def test_a_report_and_the_command(tmp_path, monkeypatch):
-    monkeypatch.setattr(functions, "Windows", Vanishing)
+    monkeypatch.setattr(functions, "Series", Vanishing)
     command = ["drift", "hamiltonized-n3", "--tau-end", "50", "--out", str(tmp_path)]
     result = CliRunner().invoke(main, command)
     assert result.exit_code == 2

@@ -5,8 +5,7 @@ import pytest
 
 from geomint.plots.drift_plots import draw_means, draw_sizes, drift_figure, panel_figure
 from geomint.plots.style import COLOURS, Picture, data_uri, series_style
-from geomint.watch.drift import drift_from_windows
-from geomint.watch.windows import Windows
+from geomint.watch.drift import drift_of_series
 
 N = 4000
 T = np.arange(1, N + 1) / N
@@ -23,9 +22,8 @@ SERIES = {
 
 
 def drift(name):
-    windows = Windows(1.0)
-    windows.add(np.arange(1.0, len(SERIES[name]) + 1.0), 1.0 + SERIES[name])
-    return drift_from_windows(name, windows, 1.0)
+    times = np.arange(1.0, len(SERIES[name]) + 1.0)
+    return drift_of_series(name, times, 1.0 + SERIES[name], 1.0, initial=1.0)
 
 
 def panel_of(kind, name):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from geomint.watch.windows import MAX_WINDOWS, Windows
+from geomint.watch.windows import MAX_WINDOWS, Series
 
 
 def series(count):
@@ -13,10 +13,11 @@ def series(count):
 
 
 def filled(times, values, cuts):
-    windows = Windows(1.0)
+    """Return the windows of the second of three series."""
+    series = Series(np.array([0.5, 1.0, 2.0]), 0.0)
     for part_times, part_values in zip(np.split(times, cuts), np.split(values, cuts), strict=True):
-        windows.add(part_times, part_values)
-    return windows
+        series.add(part_times, np.array([0.5 * part_values, part_values, 3.0 * part_values]))
+    return series.windows()[1]
 
 
 def assert_same(a, b):
@@ -58,11 +59,11 @@ def test_windows_are_what_they_say(count):
 
 
 def test_what_is_not_finite_shows():
-    windows = Windows(0.0)
-    windows.add(np.arange(3.0), np.array([1.0, np.nan, 2.0]))
-    windows.add(np.arange(3.0), np.array([1.0, 2.0, 3.0]))
-    assert np.isnan(windows.max_abs)
-    assert windows.not_finite_from == 1.0
-    windows = Windows(-1e308)
-    windows.add(np.arange(3.0), np.array([1.0, 1.7e308, 2.0]))
-    assert windows.not_finite_from == 1.0
+    series = Series(np.array([0.0, -1e308, np.inf, 0.0]), -1.0)
+    first = [[1.0, np.nan, 2.0], [1.0, 1.7e308, 2.0], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]]
+    series.add(np.arange(3.0), np.array(first))
+    series.add(np.arange(3.0), np.ones((4, 3)))
+    a, b, c, d = series.windows()
+    assert np.isnan(a.max_abs)
+    assert [x.not_finite_from for x in (a, b, c, d)] == [1.0, 1.0, -1.0, None]
+    assert (d.max_abs, d.last) == (3.0, 1.0)

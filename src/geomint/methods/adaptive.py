@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arguments import Array, finite, whole
 from ..errors import DomainError, MethodError
-from ..problems.evaluate import derivative
+from ..problems.evaluate import Rate, derivative
 from ..problems.problem import Problem
 from .method import Method, Start, checked_method
 from .stepper import Stepper
@@ -87,7 +87,14 @@ class Adaptive(Method):
     def start(self, s: Start) -> Stepper:
         return self.base.start_adaptive(s, self)
 
-    def default_step(self, problem: Problem, y0: Array, span: float, start: float = 0.0) -> float:
+    def default_step(
+        self,
+        problem: Problem,
+        y0: Array,
+        span: float,
+        start: float = 0.0,
+        rate_at: Rate = derivative,
+    ) -> float:
         """Return the length of a first step of a run over `span`.
 
         The algorithm of Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, Section
@@ -104,11 +111,11 @@ class Adaptive(Method):
             return float(np.max(np.abs(v) / allowed))
 
         with np.errstate(all="ignore"):
-            slope = derivative(problem, y0, start)
+            slope = rate_at(problem, y0, start)
             d0, d1 = norm(y0), norm(slope)
             h0 = 0.01 * d0 / d1 if min(d0, d1) > 1e-5 else 1e-6
             h0 = math.copysign(min(max(h0, _TINY), abs(span)), span)
-            d2 = norm(derivative(problem, y0 + h0 * slope, start + h0) - slope) / abs(h0)
+            d2 = norm(rate_at(problem, y0 + h0 * slope, start + h0) - slope) / abs(h0)
             largest = max(d1, d2)
             h1 = (0.01 / largest) ** (1.0 / (self.order + 1)) if largest > 1e-15 else 1e-3 * abs(h0)
         h = min(100.0 * abs(h0), h1, self.max_step, abs(span))

@@ -35,7 +35,9 @@ class Exact(Method):
     def start(self, s: Start) -> Stepper:
         raise MethodError(f"method {self.name!r} {NO_STEPS}")
 
-    def default_step(self, problem: Problem, y0: Any, span: float, start: float = 0.0) -> float:
+    def default_step(
+        self, problem: Problem, y0: Any, span: float, start: float = 0.0, rate_at: Any = None
+    ) -> float:
         """Return the span: the whole run is one."""
         return abs(span)
 

@@ -17,6 +17,7 @@ from ..errors import FormError, MethodError, nearest, quoted
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.numbers.blocks import Block, scalar_block
+from ..problems.evaluate import Rate, derivative
 from ..problems.problem import Problem
 from ..problems.shown import table
 from ..problems.time_scale import characteristic_time
@@ -213,10 +214,18 @@ class Method(ABC):
         return table(repr(self), {name: fact for name, fact in facts.items() if fact})
 
     def default_step(
-        self, problem: Problem, y0: npt.NDArray[np.float64], span: float, start: float = 0.0
+        self,
+        problem: Problem,
+        y0: npt.NDArray[np.float64],
+        span: float,
+        start: float = 0.0,
+        rate_at: Rate = derivative,
     ) -> float:
-        """Return the step of a run over `span` from a time for which none is given, > 0."""
-        return self.step_fraction * characteristic_time(problem, y0, span, start)
+        """Return the step of a run over `span` from a time for which none is given, > 0.
+
+        `rate_at` gives dy/dt, as `geomint.derivative` does in plain Python.
+        """
+        return self.step_fraction * characteristic_time(problem, y0, span, start, rate_at)
 
     def structure(self, problem: Problem) -> str:
         """Return in words what holds of the method's map on that problem: symmetric, symplectic.

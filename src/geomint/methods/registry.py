@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import warnings
 from importlib.metadata import entry_points
+from typing import Any
 
 from ..errors import GeomintWarning, MethodError, nearest, quoted
 from ..tableaux import (
@@ -28,6 +29,7 @@ from .splitting import Verlet
 
 __all__ = ["find_method", "find_solver", "method_names", "methods"]
 
+_EXACT = Exact()
 _FAMILIES = ("rattle", "verlet")  # of order 2, and by its number that of the best composition
 _MOST_SCHEMES = 4  # each raises the order, and none of them goes beyond 10
 
@@ -70,9 +72,13 @@ def method_names() -> list[str]:
 
 def find_solver(name: str | Method | None) -> Method:
     """Return what solves a problem: a method, the exact flow among them; gauss-8 for None."""
-    if isinstance(name, Exact) or (isinstance(name, str) and name == Exact().name):
-        return Exact()
+    if _is_exact(name):
+        return _EXACT
     return find_method("gauss-8" if name is None else name)
+
+
+def _is_exact(name: Any) -> bool:
+    return isinstance(name, Exact) or (isinstance(name, str) and name == _EXACT.name)
 
 
 def find_method(name: str | Method) -> Method:
@@ -81,7 +87,7 @@ def find_method(name: str | Method) -> Method:
     A method takes steps: ``"exact"``, which takes none, is for `geomint.solve` and
     `geomint.poincare_section`.
     """
-    if isinstance(name, Exact) or (isinstance(name, str) and name == Exact().name):
+    if _is_exact(name):
         raise MethodError(f"method = {quoted(name)}: it {NO_STEPS}")
     if not isinstance(name, str):
         return checked_method("method", name, "a name or a geomint method")
@@ -94,7 +100,7 @@ def find_method(name: str | Method) -> Method:
         schemes.append(scheme)
         base = f"{base}-2" if base in _FAMILIES else base
     if base not in known or not schemes:
-        hint = nearest(name, [*known, Exact().name], "`geomint methods`")
+        hint = nearest(name, [*known, _EXACT.name], "`geomint methods`")
         raise MethodError(f"method = {quoted(name)}: no such method.{hint}")
     method = known[base]
     for scheme in reversed(schemes):

@@ -12,8 +12,8 @@ what a function reaches: after a change of a global value it is run again.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -28,15 +28,18 @@ from .two_form import SymplecticForm
 from .watched_call import watched_call
 
 __all__ = [
+    "Kept",
     "check_form",
     "check_problem",
     "check_value",
     "is_new",
-    "known_rates",
+    "kept_with",
     "remember",
     "unshared",
 ]
 
+T = TypeVar("T")
+MOST = 64  # things that a problem keeps
 FEW = 60  # rows up to which all functions are run; beyond, one that is not used may take seconds
 NOW, LATER = np.float64(0.0), np.float64(1.0)
 STEP = np.float64(1e-2)  # over which flows and moves are tried: groups need not scale and square
@@ -79,30 +82,58 @@ def check_problem(
             check_value(problem, f, y, name)
 
 
-def check_form(problem: Problem, form: str, y: Array) -> None:
-    """Raise `DeclarationError` unless the functions of one form fit the problem."""
+def check_form(problem: Problem, form: str, y: Array) -> tuple[str, ...]:
+    """Raise `DeclarationError` unless the functions of one form fit the problem.
+
+    Returns
+    -------
+    tuple
+        The form and the fingerprints of its functions.
+    """
     given = getattr(problem, form)
     key = (form, *(f.fingerprint for f in _functions(given)))
     if is_new(problem, key):
         _FORMS[form](problem, given, y)
         remember(problem, key)
+    return key
 
 
-def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> None:
-    """Raise `DeclarationError` unless ``f(params, t, y, work) -> number`` fits the problem."""
-    if is_new(problem, f.fingerprint):
+def check_value(problem: Problem, f: Recorded, y: Array, role: str = "") -> str:
+    """Raise `DeclarationError` unless ``f(params, t, y, work) -> number`` fits the problem.
+
+    Returns
+    -------
+    str
+        The fingerprint of the function.
+    """
+    now = f.fingerprint
+    if is_new(problem, now):
         own = next((name for name, g in _values(problem) if g.function is f.function), role)
         arguments = _usual(problem, y)
         watched_call(problem.name, own or f.function.__name__, f, arguments, number=True)
-        remember(problem, f.fingerprint)
+        remember(problem, now)
+    return now
 
 
-def known_rates(problem: Problem, y: Array) -> Array | None:
-    """Return the derivative at time 0 if the check of the field has evaluated it at y, else None."""
-    state, fingerprint, rates = problem.__dict__.get("_rates", (None, None, None))
-    if problem.field is None or state != y.tobytes() or fingerprint != problem.field.fingerprint:
-        return None
-    return np.array(rates)
+class Kept(dict[Any, Any]):
+    """What a problem keeps in this process; copies and pickles have none: addresses are no use."""
+
+    def __reduce__(self) -> Any:
+        return type(self), ()
+
+    def __deepcopy__(self, memo: Any) -> Kept:
+        return type(self)()
+
+
+def kept_with(problem: Problem, key: Hashable, make: Callable[[], T]) -> T:
+    """Return what a problem keeps under a key, made when it is asked for first."""
+    kept = problem.__dict__.setdefault("_kept", Kept())
+    found: T | None = kept.get(key)
+    if found is None:
+        if len(kept) >= MOST:
+            kept.clear()
+        found = kept[key] = make()
+    return found
 
 
 def unshared(problem: Problem) -> Problem:
@@ -112,7 +143,7 @@ def unshared(problem: Problem) -> Problem:
     """
     problem.__dict__.setdefault("_all_seen", [])
     own = object.__new__(type(problem))
-    kept = {k: v for k, v in problem.__dict__.items() if k not in ("_fitting", "_rates")}
+    kept = {k: v for k, v in problem.__dict__.items() if k != "_fitting"}
     own.__dict__.update(kept)
     return own
 
@@ -175,9 +206,7 @@ def _arguments(problem: Problem, numbers: dict[str, Any], *blocks: Given) -> dic
 
 
 def _check_field(problem: Problem, f: Recorded, y: Array) -> None:
-    out = Fresh("out", problem.rows)
-    if watched_call(problem.name, "field", f, _usual(problem, y, out)):
-        problem.__dict__["_rates"] = (y.tobytes(), f.fingerprint, out.data)
+    watched_call(problem.name, "field", f, _usual(problem, y, Fresh("out", problem.rows)))
 
 
 def _check_measure(problem: Problem, measure: Measure, y: Array) -> None:

@@ -2,35 +2,48 @@
 
 from __future__ import annotations
 
-import functools
+import threading
 from collections.abc import Callable
+from functools import partial
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array, as_array, finite
-from ..errors import DomainError, nearest
-from ..kernels.compiling.bound import Bound
-from ..kernels.compiling.call import Call
+from ..errors import DeclarationError, DomainError, nearest
+from ..kernels.compiling.bound import Bound, bind
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD
+from ..kernels.compiling.signatures import (
+    ACTION,
+    FIELD,
+    FLOW,
+    GENERATOR,
+    GRADIENTS,
+    VALUE,
+    Signature,
+)
 from ..kernels.numbers.blocks import Block, scalar_block
-from .declaration import check_form, check_value, known_rates
+from .declaration import check_form, check_value, kept_with
 from .problem import Problem
 from .watched_call import unwatched_call
 
 __all__ = [
+    "Rate",
     "at_state",
-    "compiled_derivative",
     "derivative",
     "observable_of",
+    "rates_of",
     "rounding_scale",
     "scale_of",
     "states_around",
     "value",
+    "value_of",
     "vector",
 ]
+
+Rate = Callable[[Problem, Array, float], Array]
+Value = Callable[[Array, float], float]
 
 
 def observable_of(problem: Problem, f: Recorded | FunctionType | str, y: Array) -> Recorded:
@@ -82,63 +95,142 @@ def derivative(problem: Problem, y: Array, t: float = 0.0, form: str | None = No
     if form not in problem.forms:
         raise DomainError("form", form, f"one of {list(problem.forms)}")
     check_form(problem, form, y)
-    if form == "field":
-        assert problem.field is not None
-        known = known_rates(problem, y) if now == 0.0 else None
-        return vector(problem, problem.field, problem.rows, y, now) if known is None else known
-    params, work = Block(problem.params), Block(np.zeros(problem.work))
-    out = np.zeros(problem.rows)
-    if form == "action":
-        assert problem.action is not None
-        group, tiny = problem.action.group, 1e-7
-        xi = vector(problem, problem.action.generator, group.algebra_rows, y, now)
-        size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
-        scratch = Block(np.zeros(group.work))
-        group.act(Block(group.layout), Block(size * xi), Block(y), Block(out), scratch)
-        out /= size
-    elif form == "splitting":
-        assert problem.splitting is not None
-        tiny = np.float64(1e-7)
-        increment = np.zeros(problem.rows)
-        for k in range(problem.splitting.parts):
-            problem.splitting.flow(k, params, now, tiny, Block(y), Block(increment), work)
-            out += increment / tiny
-    else:
-        assert problem.hamiltonian is not None
-        n = problem.rows // 2
-        dq, dp = np.zeros(n), np.zeros(n)
-        problem.hamiltonian.gradients(
-            params, now, Block(y[:n]), Block(y[n:]), Block(dq), Block(dp), work
-        )
-        out[:n], out[n:] = dp, -dq
-    return out
+    return _RATES[form](problem, False)(problem, y, now)
 
 
-def compiled_derivative(problem: Problem) -> Callable[..., Array]:
-    """Return a function with the bits of `derivative`: the field compiled for single numbers."""
+def rates_of(problem: Problem, y: Array, compiled: bool = True) -> Rate:
+    """Return `derivative`, or compiled code with its bits, kept with the problem.
+
+    Raises
+    ------
+    DeclarationError
+        If the functions of the first form do not fit the problem, which is seen at y.
+    """
+    if not compiled:
+        return derivative
+    form = problem.forms[0]
+    key, make = check_form(problem, form, y), partial(_RATES[form], problem, True)
+    rates: Rate = _of_code(problem, key, make, derivative)
+    return rates
+
+
+def value_of(problem: Problem, f: Recorded, y: Array, compiled: bool = True) -> Value:
+    """Return an observable as a function of state and time, as `rates_of` returns the derivative."""
+    plain = partial(value, problem, f)
+    if not compiled:
+        return plain
+    key = check_value(problem, f, y)
+    number: Value = _of_code(problem, key, partial(_value, problem, f), plain)
+    return number
+
+
+def _of_code(problem: Problem, key: Any, make: Callable[[], Any], plain: Any) -> Any:
+    """Return what is made of compiled code, once; the plain function where that cannot be."""
+
+    def made() -> Any:
+        try:
+            return make()
+        except (DeclarationError, DomainError):
+            return plain
+
+    return kept_with(problem, (key, threading.get_ident()), made)  # what it changes is a thread's
+
+
+def _value(problem: Problem, f: Recorded) -> Value:
+    call, state = _call(problem, True, f, VALUE, y=problem.rows)
+
+    def number(y: Array, t: float) -> float:
+        state[:] = y
+        return float(call(t=t))
+
+    return number
+
+
+def _call(
+    problem: Problem, compiled: bool, f: Recorded, signature: Signature, **rows: int
+) -> tuple[Any, ...]:
+    """Return a function of the problem as Python calls it, and the arrays that its blocks are."""
+    arrays = {name: np.zeros(count) for name, count in rows.items()}
+    blocks = {name: Block(array) for name, array in arrays.items()}
+    call = bind(f, signature, params=len(problem.params), **rows).call(compiled)
+    call.set(params=Block(problem.params), work=scalar_block(problem.work), **blocks)
+    return call, *arrays.values()
+
+
+def _field_rates(problem: Problem, compiled: bool) -> Rate:
     assert problem.field is not None
-    state, rates = np.zeros(problem.rows), np.zeros(problem.rows)
-    call = _field_call(problem.field, problem.field.fingerprint).copy()
-    call.set(
-        params=Block(problem.params),
-        t=0.0,
-        y=Block(state),
-        out=Block(rates),
-        work=scalar_block(problem.work),
-    )
+    n = problem.rows
+    call, state, rates = _call(problem, compiled, problem.field, FIELD, y=n, out=n)
 
-    def rate_at(_: Problem, y: Array, t: float = 0.0) -> Array:
+    def field_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
         state[:] = y
         call(t=t)
-        return rates.copy()
+        found: Array = rates.copy()
+        return found
 
-    return rate_at
+    return field_rates
 
 
-@functools.lru_cache(maxsize=64)
-def _field_call(field: Recorded, fingerprint: str) -> Call:
-    """Return the field as Python calls it, without arguments; another one where it has changed."""
-    return Bound(field, FIELD).call()
+def _action_rates(problem: Problem, compiled: bool) -> Rate:
+    """Return the difference quotient of a move by the generator over a tiny time."""
+    assert problem.action is not None
+    group, tiny = problem.action.group, 1e-7
+    generator = problem.action.generator
+    call, state, xi = _call(
+        problem, compiled, generator, GENERATOR, y=problem.rows, xi=group.algebra_rows
+    )
+    element, moved = np.zeros(group.algebra_rows), np.zeros(problem.rows)
+    act = Bound(group.act, ACTION).call(compiled)
+    scratch = scalar_block(group.work)
+    act.set(layout=Block(group.layout), x=Block(element), y=Block(state), out=Block(moved))
+    act.set(work=scratch)
+
+    def action_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
+        state[:] = y
+        call(t=t)
+        size = tiny / max(float(np.max(np.abs(xi))), 1e-300)
+        element[:] = size * xi
+        act()
+        return np.asarray(moved / size)
+
+    return action_rates
+
+
+def _hamiltonian_rates(problem: Problem, compiled: bool) -> Rate:
+    assert problem.hamiltonian is not None
+    n = problem.rows // 2
+    sizes = {"q": n, "p": n, "dq": n, "dp": n}
+    call, q, p, dq, dp = _call(problem, compiled, problem.hamiltonian.gradients, GRADIENTS, **sizes)
+
+    def hamiltonian_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
+        q[:], p[:] = y[:n], y[n:]
+        call(t=t)
+        return np.concatenate([dp, -dq])
+
+    return hamiltonian_rates
+
+
+def _splitting_rates(problem: Problem, compiled: bool) -> Rate:
+    assert problem.splitting is not None
+    n, parts, tiny = problem.rows, problem.splitting.parts, np.float64(1e-7)
+    call, state, increment = _call(problem, compiled, problem.splitting.flow, FLOW, y=n, out=n)
+
+    def splitting_rates(_: Problem, y: Array, t: float = 0.0) -> Array:
+        state[:], total = y, np.zeros(n)
+        for k in range(parts):
+            call(k=k, t=t, h=tiny)
+            total += increment / tiny
+        return total
+
+    return splitting_rates
+
+
+_RATES: dict[str, Callable[[Problem, bool], Rate]] = {
+    "field": _field_rates,
+    "action": _action_rates,
+    "hamiltonian": _hamiltonian_rates,
+    "splitting": _splitting_rates,
+}
 
 
 def vector(problem: Problem, f: Recorded, rows: int, y: Array, t: float = 0.0) -> Array:
@@ -170,29 +262,36 @@ def _time(t: Any) -> np.float64:
 
 def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:
     """Return max(|v|, Σ |y_i ∂v/∂y_i|): a rounding of every number of y changes v by ε times it."""
-    return scale_of([value(problem, f, state) for state in states_around(y)], y)
+    return float(scale_of([value(problem, f, state) for state in states_around(y)], y))
 
 
 def states_around(y: Array) -> Array:
     """Return the states at which `scale_of` needs a value, one a row: y, then pairs around it."""
-    rows = np.flatnonzero(y)
-    states = np.repeat(y[None, :], 1 + 2 * len(rows), axis=0)
-    sizes, pairs = 1e-5 * np.abs(y[rows]), 1 + 2 * np.arange(len(rows))
-    states[pairs, rows] += sizes
-    states[pairs + 1, rows] -= sizes
+    rows = y.nonzero()[0]
+    states = np.empty((1 + 2 * len(rows), len(y)))
+    states[:] = y
+    size = 1e-5 * np.abs(y)
+    numbers = states.reshape(-1)
+    first = len(y) + rows + 2 * len(y) * np.arange(len(rows))  # of each pair its own number
+    numbers[first] = (y + size)[rows]
+    numbers[first + len(y)] = (y - size)[rows]
     return states
 
 
 @np.errstate(all="ignore")
-def scale_of(values: Any, y: Array) -> float:
-    """Return the `rounding_scale` of what has those values at the `states_around` y."""
+def scale_of(values: Any, y: Array) -> Array:
+    """Return the `rounding_scale` of what has those values at the `states_around` y, row by row."""
     around = np.asarray(values, dtype=np.float64)
-    v, q = float(around[0]), y[np.flatnonzero(y)]
-    size = 1e-5 * np.abs(q)
-    up, down = around[1::2] - v, around[2::2] - v
+    v, q = around[..., :1], np.abs(y[y.nonzero()[0]])
+    size = 1e-5 * q
+    up, down = around[..., 1::2] - v, around[..., 2::2] - v
     # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
-    rises = np.abs(q) * np.maximum(np.abs(up - down), np.abs(up + down))
-    terms = rises[size > 0.0] / ((q + size) - (q - size))[size > 0.0]
-    total = float(np.cumsum(terms)[-1]) if len(terms) else 0.0  # in order, to the same bits always
-    scale = max(abs(v), total)
-    return scale if np.isfinite(scale) and scale > 0.0 else 1.0
+    terms = q * np.maximum(np.abs(up - down), np.abs(up + down)) / ((q + size) - (q - size))
+    if not size.all():
+        terms = terms[..., size > 0.0]
+    # In order, to the same bits always; |v| where that is no number.
+    largest = np.abs(around[..., 0])
+    if terms.shape[-1]:
+        total = terms.cumsum(axis=-1)[..., -1]
+        largest = np.where(total > largest, total, largest)
+    return np.where((largest > 0.0) & (largest < np.inf), largest, 1.0)

@@ -17,7 +17,7 @@ from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.numbers.watched import Fresh, Given
-from ..kernels.solve.sample import SAMPLE
+from ..kernels.solve.sample import sampler
 from .watched_call import watched_call
 
 __all__ = ["pointwise"]
@@ -69,8 +69,9 @@ def pointwise(
     block, scratch = Block(as_array("params", params).reshape(-1)), scalar_block(work)
     if count and switch("check", check):
         _check(function, block.data, flat[:width], rows, work)
-    sweep = SAMPLE.call(
-        values=Bound(function, FIELD),
+    sweep = sampler().call(
+        values=(Bound(function, FIELD),),
+        functions=1,
         params=block,
         times=Block(np.zeros(min(count, BATCH))),
         stride=width,

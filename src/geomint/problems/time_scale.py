@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError
 from ..kernels.compiling.code import reads
-from .evaluate import derivative
+from .evaluate import Rate, derivative
 from .problem import Problem
 from .spaces.repair import length
 
 __all__ = ["characteristic_time", "jacobian"]
-
-Rate = Callable[[Problem, Array, float], Array]
 
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 SPACING = 1e-6  # of the differences that give the linearised motion, relative

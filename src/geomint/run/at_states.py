@@ -11,7 +11,7 @@ from ..kernels.compiling.bound import bind
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.sample import SAMPLE
+from ..kernels.solve.sample import sampler
 from ..methods.stepper import filled_block
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import written
@@ -30,9 +30,10 @@ def evaluator(problem: Problem, function: Recorded, compiled: bool = True) -> Va
 def writer(problem: Problem, function: Recorded, width: int, compiled: bool = True) -> Values:
     """Return what a function ``f(params, t, y, out, work)`` writes at states, `width` numbers a row."""
     sizes = {"params": len(problem.params), "y": problem.rows}
-    sample = SAMPLE.call(
+    sample = sampler().call(
         compiled,
-        values=bind(function, FIELD, **sizes, out=width).entry(compiled),
+        values=(bind(function, FIELD, **sizes, out=width),),
+        functions=1,
         params=filled_block(problem.params),
         rows=problem.rows,
         stride=problem.rows,

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import sys
 
-from ..kernels.compiling.compile import functions_asked
-
 __all__ = ["CompilingLine"]
 
 _USUAL = 1.2  # seconds a function, before any has been compiled
@@ -19,29 +17,24 @@ class CompilingLine:
     Parameters
     ----------
     shown : bool
-
-    Attributes
-    ----------
     expected : int
         How many functions will be asked for, some of them found in the cache; 0 if not known.
     """
 
-    def __init__(self, shown: bool) -> None:
-        self.expected = 0
-        self._shown, self._first = shown, functions_asked()
+    def __init__(self, shown: bool, expected: int = 0) -> None:
+        self._shown, self._expected = shown, expected
         self._count, self._seconds, self._written = 0, 0.0, False
 
-    def begins(self) -> None:
-        """Say that another function has to be compiled."""
+    def begins(self, number: int) -> None:
+        """Say that a function has to be compiled, which is the `number`-th that is asked for."""
         if not self._shown:
             return
-        number = functions_asked() - self._first
         words, terminal = "once, then kept in the cache", sys.stderr.isatty()
         if terminal:
-            rest = max(self.expected - number, 0) + 1
+            rest = max(self._expected - number, 0) + 1
             left = rest * (_USUAL + self._seconds) / (1 + self._count)
-            of = f"/{max(self.expected, number)}, about {max(round(left), 1)} s left"
-            text = f"geomint: compiling {number}{of if self.expected else ''} ({words})"
+            of = f"/{max(self._expected, number)}, about {max(round(left), 1)} s left"
+            text = f"geomint: compiling {number}{of if self._expected else ''} ({words})"
             print(f"\r\x1b[K{text}", end="", file=sys.stderr, flush=True)
         elif not self._written:
             print(f"geomint: compiling ({words})", file=sys.stderr)

@@ -84,13 +84,12 @@ def drive(
         needed = (count // stride + 2) * width
         if len(out) < needed:
             out = scalar_block(needed)
-        before = integrator.bookmark
         begun = running_clock()
         asked, good = integrator.take(count, stride, out, whole)
         elapsed = running_clock() - begun
         account.seconds += elapsed
         done = integrator.done
-        indices = np.arange(first // stride + 1, done // stride + 1) * stride
+        indices = np.arange(first - first % stride + stride, done + 1, stride)
         if stepper.finished and done % stride:  # an end that steps are made to fit
             indices = np.append(indices, done)
         begun = running_clock()
@@ -99,7 +98,7 @@ def drive(
         end = consume(indices, states, handed if whole else None)
         account.watching_seconds += running_clock() - begun
         if end is not None:
-            integrator.bookmark = before
+            integrator.bookmark = integrator.before
             integrator.take(end - first, stride, out, whole)
         elif asked.status != OK:
             raise integrator.failure(asked, good)

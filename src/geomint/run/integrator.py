@@ -18,6 +18,7 @@ from ..methods.partial import rounding
 from ..methods.started import keep_started, started
 from ..methods.stepper import Advance
 from ..problems.declaration import check_problem
+from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .carried_directions import PIECE, CarriedDirections, columns
 from .restart import Restart
@@ -76,7 +77,7 @@ class Integrator:
 
     __slots__ = (  # so that writing to a name that it does not have is an error
         *("__weakref__", "_carried", "_done", "_first", "_method", "_nothing", "_start"),
-        *("iterations", "stepper", "steps"),
+        *("before", "iterations", "stepper", "steps"),
     )
 
     def __init__(
@@ -99,7 +100,9 @@ class Integrator:
         chosen.check_fits(problem, clock)
         check_problem(problem, y, chosen.needs, clock)
         h = None if step is None else positive("step", step)
-        h = h or chosen.default_step(problem, y, math.inf, start)
+        if h is None:
+            rate_at = rates_of(problem, y, compiled)
+            h = chosen.default_step(problem, y, math.inf, start, rate_at)
         self._begin(chosen, Start(problem, y, start, h, clock, compiled))
         self.prepare()
         if tangents is not None:
@@ -127,6 +130,7 @@ class Integrator:
     def _begin(self, method: Method, start: Start) -> None:
         self._method, self._start, self._done = method, start, 0
         self.steps, self.iterations = 0, 0
+        self.before: tuple[Array, int, int, int]  # where the last `take` began
         self._carried: CarriedDirections | None = None
         self.stepper = started(method, start)
         self._nothing: Block | None = None
@@ -408,9 +412,9 @@ class Integrator:
             What became of it, and of the steps that succeeded, after which the integrator is.
         """
         stepper, done = self.stepper, self._done
-        before = self.bookmark
+        self.before = before = self.bookmark
         try:
-            asked = good = stepper.advance(done, count, every, out, whole)
+            asked = good = stepper.advance(done, count, every, out, whole, before[0])
             if asked.status != OK:  # memory may be in the middle of a composition
                 self.bookmark = before
                 good = stepper.advance(done, asked.steps, every, out, whole)

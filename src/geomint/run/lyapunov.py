@@ -10,6 +10,7 @@ from ..arguments import Array, switch, whole
 from ..errors import DomainError, StepError
 from ..methods import Method
 from ..methods.carried import Carried, sizes_of_pieces
+from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from .carried_directions import columns
@@ -96,7 +97,7 @@ def lyapunov(
         chosen *= sizes_of_pieces(problem, state)[:, None]  # random ones, in units of the pieces
         carried = Carried(problem, stepper, state, timeline.start, chosen)
     assert timeline.steps is not None
-    span = characteristic_time(problem, state, timeline.h, timeline.start)
+    span = characteristic_time(problem, state, timeline.h, timeline.start, rates_of(problem, state))
     every = int(np.clip(APART * span / abs(timeline.h), 1, max(timeline.steps, 1)))
     steps, rest = timeline.steps, timeline.remainder
     growing = Growing(stepper, carried, timeline.start, timeline.h, every)

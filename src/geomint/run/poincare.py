@@ -10,6 +10,7 @@ import numpy as np
 from ..arguments import Array, finite, positive, switch, whole
 from ..errors import DomainError, StepError
 from ..methods import Exact, Method, find_solver
+from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .events import Event, choose_events
 from .exact.trail import ExactTrail
@@ -159,8 +160,9 @@ class _Motion:
         key = "tau_end" if self._problem.time == "tau" else "t_end"
         given: dict[str, Any] = {"events": {self._name: event}, "progress": False}
         if self._run is None:
+            rate_at = rates_of(self._problem, y0)
             h = self._options["step"] or self._options["method"].default_step(
-                self._problem, y0, self._end
+                self._problem, y0, self._end, rate_at=rate_at
             )
             self._step = math.copysign(h, self._end)
             until = self._until(0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import signal
 import sys
 import threading
@@ -13,6 +14,7 @@ from typing import Any
 
 from ..errors import GeomintWarning
 from ..kernels.compiling.clock import running_clock
+from .compiling_line import CompilingLine
 
 __all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]
 
@@ -49,30 +51,37 @@ class Progress:
     """
 
     def __init__(self, show: bool | None, total: float | None, label: str) -> None:
-        self._notebook = _in_notebook()
-        self.shown = self._notebook or sys.stderr.isatty() if show is None else show
+        self._show = show
         self.compile_seconds = 0.0
         self._total, self._label = total, label
         self._start = running_clock()
         self._bar: Any = None
         self._task: Any = None
         self._ended: Any = None
-        self._compiling: Any = None
+        self._asked = self._expected = 0
+        self._compiling: CompilingLine | None = None
         self._interrupted = self._at_once = False
         self._handler: Any = None
         self._next_look = _DELAY
 
-    def __enter__(self) -> Progress:
-        from ..kernels.compiling.compile import listen
-        from .compiling_line import CompilingLine
+    @functools.cached_property
+    def _notebook(self) -> bool:
+        return _in_notebook()
 
-        self._compiling = CompilingLine(self.shown and not self._notebook)
+    @functools.cached_property
+    def shown(self) -> bool:
+        """Whether progress is shown."""
+        return self._notebook or sys.stderr.isatty() if self._show is None else self._show
+
+    def __enter__(self) -> Progress:
+        listen, functions_asked = _compiler()
+        self._asked = functions_asked()
         self._ended = listen(self._compilation)
         return self
 
     def expect(self, functions: int) -> None:
         """Tell how many functions are about to be compiled, or found in the cache."""
-        self._compiling.expected = functions
+        self._expected = functions
 
     def __exit__(
         self,
@@ -81,7 +90,7 @@ class Progress:
         trace: TracebackType | None,
     ) -> None:
         self._ended()
-        self._compiling.clear()
+        self._clear()
         if self._bar is not None:
             self._bar.stop()
         if self._handler is not None:
@@ -91,19 +100,30 @@ class Progress:
                 raise KeyboardInterrupt
 
     def _compilation(self, name: str, seconds: float | None) -> None:
+        line = self._compiling
+        if line is None:
+            shown = self.shown and not self._notebook
+            line = self._compiling = CompilingLine(shown, self._expected)
         if seconds is not None:
             self.compile_seconds += seconds
-            self._compiling.ends(seconds)
+            line.ends(seconds)
         elif self._bar is None:
-            self._compiling.begins()
+            line.begins(_compiler()[1]() - self._asked)
 
-    def begin(self) -> None:
-        """Start the clock of the run, after compilation, and take Ctrl-C over."""
-        self._compiling.clear()
+    def _clear(self) -> None:
+        if self._compiling is not None:
+            self._compiling.clear()
+
+    def begin(self, brief: bool = False) -> None:
+        """Start the clock of the run, after compilation, and take Ctrl-C over.
+
+        Not of a `brief` run, which is over before anybody can have pressed a key because of it.
+        """
+        self._clear()
         while WHEN_RUNNING:
             WHEN_RUNNING.pop()()
         self._start = running_clock()
-        if threading.current_thread() is threading.main_thread():
+        if not brief and threading.current_thread() is threading.main_thread():
             handler = signal.getsignal(signal.SIGINT)
             if handler is signal.default_int_handler:  # else somebody has taken it over already
                 self._handler = handler
@@ -123,7 +143,7 @@ class Progress:
         elapsed = max(running_clock() - self._start, 1e-9)
         if elapsed > self._next_look:
             self._look(done, elapsed)
-        if not self.shown or (self._bar is None and elapsed < _DELAY):
+        if (self._bar is None and elapsed < _DELAY) or not self.shown:
             return
         if self._bar is None:
             self._open()
@@ -162,6 +182,14 @@ class Progress:
         )
         self._task = self._bar.add_task(self._label, total=self._total, rate="")
         self._bar.start()
+
+
+@functools.cache
+def _compiler() -> tuple[Callable[..., Callable[[], None]], Callable[[], int]]:
+    """Return what imports numba."""
+    from ..kernels.compiling.compile import functions_asked, listen
+
+    return listen, functions_asked
 
 
 def _in_notebook() -> bool:

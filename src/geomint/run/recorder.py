@@ -58,7 +58,7 @@ class Recorder:
         self._saved: list[Saved] = []  # every so many steps
         self._before = (integrator.time, stepper.state.copy())
         self._number = integrator.done  # of the step that led there
-        self._mark = integrator.bookmark  # where all that was handed out had been taken
+        self._handed = integrator.done  # steps of what has been taken from the driver
         self._first_step, self._begin = self._number, self.reached
         self._pace = (
             None if timeline.physical_end is None else Pace(timeline.physical_end, timeline.h)
@@ -154,10 +154,11 @@ class Recorder:
         if len(states):
             self._before = (float(times[-1]), states[-1].copy())
             self._number = int(indices[-1])
-        # The last step that is cut to meet the end counts as a partial one.
-        watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
-        labels = states[:, -1] if self._clock and end is not None else times
-        self._observers.add(times, labels, states, watched, self._stepper.length)
+        if self._observers.samples:
+            # The last step that is cut to meet the end counts as a partial one.
+            watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
+            labels = states[:, -1] if self._clock and end is not None else times
+            self._observers.add(times, labels, states, watched, self._stepper.length)
         if stop is not None:
             self._stop(stop)
             return last
@@ -166,7 +167,7 @@ class Recorder:
             return last
         if self._pace is not None:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
-        self._mark = self._integrator.bookmark
+        self._handed = self._integrator.done
         return None
 
     def catch_up(self) -> None:
@@ -174,15 +175,15 @@ class Recorder:
 
         Not if it was interrupted before that was taken: then it goes back to where it was.
         """
-        ahead, (_, marked, *_) = self._integrator, self._mark
-        if ahead.done > max(self._number, marked):
-            ahead.bookmark = self._mark
-            ahead.take(max(self._number - marked, 0), NEVER, scalar_block(self._stepper.rows))
+        ahead, handed = self._integrator, self._handed
+        if ahead.done > max(self._number, handed):
+            ahead.bookmark = ahead.before
+            ahead.take(max(self._number - handed, 0), NEVER, scalar_block(self._stepper.rows))
         if self.stopped or self._timeline.physical_end is not None:
             return  # every state has been handed out
-        done = self._integrator.done
-        time = float(self._timeline.met(np.array([self._integrator.time]), np.array([done]))[0])
-        if time != self._before[0]:
+        done = ahead.done
+        if done != self._number:
+            time = float(self._timeline.met(np.array([ahead.time]), np.array([done]))[0])
             self._before, self._number = (time, self._stepper.state.copy()), done
 
     def finish(self, time: float, state: Array) -> None:
@@ -192,7 +193,8 @@ class Recorder:
 
     def observe_end(self) -> None:
         """Sample the last state that was reached, if that has not been done on the way."""
-        self._observers.add_end(self._before[0], self.reached, self._before[1])
+        if self._observers.samples:
+            self._observers.add_end(self._before[0], self.reached, self._before[1])
 
     def _stop(self, stop: Stop) -> None:
         """End the run at an event, or at the step before one that cannot be told."""

@@ -11,6 +11,8 @@ from ..kernels.compiling.sameness import Compared
 
 __all__ = ["Restart"]
 
+_NO_TIMES, _NO_STATES = np.zeros(0), np.zeros((0, 0))
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Restart(Compared):
@@ -42,5 +44,5 @@ class Restart(Compared):
     clock: bool
     seen: float | None = None
     told: dict[str, list[list[float]]] = field(default_factory=dict)
-    times: Array = field(default_factory=lambda: np.zeros(0))
-    states: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    times: Array = field(default_factory=lambda: _NO_TIMES)
+    states: Array = field(default_factory=lambda: _NO_STATES)

@@ -38,6 +38,8 @@ from .wanted import Wanted
 
 __all__ = ["solve"]
 
+BRIEF = 4096  # numbers of all steps: milliseconds
+
 
 @explained
 def solve(
@@ -231,7 +233,7 @@ def _solved(
         check_no_steps(estimate_error=estimate_error or None)
     check_estimate(estimate_error, before)
     state = y0 if before is not None else problem.canonical(y0) if admitted is None else admitted
-    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before)
+    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before, compiled)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
     chosen.check_fits(problem, with_clock)
@@ -291,7 +293,7 @@ def _solved(
     with Progress(progress, recorder.length, chosen.name) as bar:
         bar.expect(integrator.stepper.entries + observers.entries + crossings.entries)
         in_turn(integrator.prepare, observers.prepare, crossings.prepare)
-        bar.begin()
+        bar.begin(compiled and timeline.expected * problem.rows <= BRIEF)
         account = Account()
 
         if spots is not None:
@@ -320,7 +322,7 @@ def _solved(
     if spots is None and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif spots is None and step is not None and solution.success:
-        tell_coarse_steps(solution, state, timeline)
+        tell_coarse_steps(solution, state, timeline, compiled, watched)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled

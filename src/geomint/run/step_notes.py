@@ -5,17 +5,17 @@ from __future__ import annotations
 import contextlib
 import math
 import warnings
-
-import numpy as np
+from collections.abc import Mapping
 
 from ..arguments import Array
 from ..errors import DomainError, GeomintWarning
 from ..methods import Method
 from ..methods.adaptive import Adaptive
-from ..problems.evaluate import derivative, rounding_scale, value
+from ..problems.evaluate import Rate, rates_of, rounding_scale, value_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY
+from ..watch.watcher import Watcher
 from .solution import Solution
 from .timeline import Timeline
 
@@ -51,7 +51,13 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
         )
 
 
-def tell_coarse_steps(solution: Solution, state: Array, timeline: Timeline) -> None:
+def tell_coarse_steps(
+    solution: Solution,
+    state: Array,
+    timeline: Timeline,
+    compiled: bool,
+    watched: Mapping[str, Watcher],
+) -> None:
     """Warn of given steps that cannot follow the motion, as far as its end shows it.
 
     An integral of the motion is off there by more than `LOST`; or a step is longer than a turn at the
@@ -61,8 +67,12 @@ def tell_coarse_steps(solution: Solution, state: Array, timeline: Timeline) -> N
     problem, h = solution.problem, abs(timeline.h)
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
-    turning = _turns(problem, state, timeline.h, timeline.start) > TURN
-    lost = _integral_off(solution, state, timeline.start, KEPT if turning else LOST)
+    changed = _changed(solution, state, timeline.start, compiled, watched)
+    if problem.invariants and not changed:
+        return
+    rate_at = rates_of(problem, state, compiled)
+    turning = _turns(problem, state, timeline.h, timeline.start, rate_at) > TURN
+    lost = _lost(problem, state, changed, KEPT if turning else LOST)
     told = [f"{lost} at the end"] if lost else []
     if turning and (lost or not problem.invariants):
         told.append("the motion turns around within one")
@@ -73,32 +83,63 @@ def tell_coarse_steps(solution: Solution, state: Array, timeline: Timeline) -> N
         )
 
 
-def _integral_off(solution: Solution, state: Array, start: float, allowed: float) -> str:
-    """Return in words which integral is off at the end by more than a part of its scale; or nothing.
+def _changed(
+    solution: Solution,
+    state: Array,
+    start: float,
+    compiled: bool,
+    watched: Mapping[str, Watcher],
+) -> dict[str, tuple[float, float]]:
+    """Return integrals that are off at the end by more than `KEPT`: by how much, and what they were.
 
-    The energy is looked at, where there is one, and else all. The scale is `rounding_scale` where the
-    run began.
+    The energy is looked at, where there is one, and else all.
     """
     problem, known = solution.problem, solution.problem.invariants
     end, time = solution.y[-1], float(solution.tau[-1])
+    found = {}
     for name in [ENERGY] if ENERGY in known else known:
         with contextlib.suppress(ArithmeticError):  # of a function in plain Python
-            before = value(problem, known[name], state, start)
-            change = abs(value(problem, known[name], end, time) - before)
+            watcher = watched.get(name)
+            to_the_end = watcher is not None and watcher.steps is None
+            if to_the_end and getattr(watcher, "function", None) is known[name]:
+                drift = solution.drift[name]
+                before, change = drift.initial, abs(drift.final_error)
+            else:
+                number = value_of(problem, known[name], state, compiled)
+                before = number(state, start)
+                change = abs(number(end, time) - before)
+            if change > KEPT * abs(before):
+                found[name] = change, before
+    return found
+
+
+def _lost(
+    problem: Problem, state: Array, changed: dict[str, tuple[float, float]], allowed: float
+) -> str:
+    """Return in words which integral is off by more than a part of its scale; or nothing.
+
+    The scale is `rounding_scale` where the run began.
+    """
+    for name, (change, before) in changed.items():
+        with contextlib.suppress(ArithmeticError):
             if change > allowed * abs(before):
-                off = change / rounding_scale(problem, known[name], state)
+                off = change / rounding_scale(problem, problem.invariants[name], state)
                 if off > allowed:
                     return f"{name} is off by {off:.2g} of its size"
     return ""
 
 
-def _turns(problem: Problem, state: Array, h: float, start: float) -> float:
+def _turns(problem: Problem, state: Array, h: float, start: float, rate_at: Rate) -> float:
     """Return how many characteristic times a step is."""
-    rates = derivative(problem, state, start)
-    sizes = [(np.abs(state[p]).max(), np.abs(rates[p]).max()) for p in problem.slices.values()]
-    if not any(rate * abs(h) > TURN * size for size, rate in sizes):
+    rates, numbers = rate_at(problem, state, start).tolist(), state.tolist()
+
+    def largest(of: list[float], piece: slice) -> float:
+        return max(map(abs, of[piece]))
+
+    pieces = problem.slices.values()
+    if not any(abs(h) * largest(rates, p) > TURN * largest(numbers, p) for p in pieces):
         return 0.0  # at no cost
-    return abs(h) / characteristic_time(problem, state, h, start)
+    return abs(h) / characteristic_time(problem, state, h, start, rate_at)
 
 
 def _warn(text: str) -> None:

@@ -143,7 +143,9 @@ def started(
     state = problem.canonical(y0)
     chosen.check_fits(problem, False)
     check_problem(problem, state, chosen.needs)
-    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, start_time)
+    timeline = plan_timeline(
+        problem, chosen, state, t_end, tau_end, step, start_time, compiled=True
+    )
     stepper = chosen.start(Start(problem, state, timeline.start, timeline.h))
     return state, timeline, stepper
 

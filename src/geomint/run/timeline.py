@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..arguments import MOST_NUMBERS, Array, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
-from ..problems.evaluate import value
+from ..problems.evaluate import rates_of, value_of
 from ..problems.problem import Problem
 from .restart import Restart
 
@@ -64,8 +64,8 @@ class Timeline:
 
     def met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
         """Return times after so many steps, that of the last whole step being the end, if it is."""
-        if self.own_end is not None and self.steps is not None and self.remainder == 0.0:
-            times[steps == self.steps] = self.own_end
+        if self.own_end is not None and self.remainder == 0.0 and self.steps in steps[-1:]:
+            times[-1] = self.own_end
         return times
 
 
@@ -78,21 +78,27 @@ def plan_timeline(
     step: Any = None,
     t0: float = 0.0,
     restart: Restart | None = None,
+    compiled: bool = False,
 ) -> Timeline:
     """Return the timeline of a run from physical time `t0`, or raise `DomainError`.
 
     Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ, from 0 on) must be
     given; an end before the beginning integrates backwards. With a `restart` the run goes on there.
+    `compiled`: whether the default step is found by compiled code.
     """
     begin, end, own = ending(problem, t_end, tau_end, t0, restart is None)
     if restart is not None:
         return _resumed(restart, problem, method, end, own)
     start, span = begin if own else 0.0, end - begin
     size = None if step is None else positive("step", step)
-    size = size or method.default_step(problem, y0, span, start)
+    if size is None:
+        size = method.default_step(problem, y0, span, start, rates_of(problem, y0, compiled))
     h = math.copysign(size, span)
     if not method.adaptive:
-        _check_count(problem, y0, own, span, size, step is not None)
+        rate = 1.0
+        if not own and problem.clock is not None:
+            rate = abs(value_of(problem, problem.clock, y0, compiled)(y0, 0.0))
+        _check_count(rate, span, size, step is not None)
         if own:
             check_advance(size, max(abs(start), abs(end)))
     if not own:
@@ -165,16 +171,11 @@ def check_advance(h: float, time: float) -> None:
         raise DomainError("step", h, least if math.isfinite(time) else "one to a finite time")
 
 
-def _check_count(
-    problem: Problem, y0: Array, own: bool, span: float, size: float, given: bool
-) -> None:
+def _check_count(rate: float, span: float, size: float, given: bool) -> None:
     """Raise `DomainError` for more than 2⁵³ steps; over physical time by the clock's rate at y0.
 
     A rate that is 0 there, or no number, says nothing: the run will.
     """
-    rate = 1.0
-    if not own and problem.clock is not None:
-        rate = abs(value(problem, problem.clock, y0))
     if not (rate > 0.0 and abs(span) / rate > MOST_STEPS * size):
         return
     if not given:

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..arguments import Array
 from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
 from ..problems.shown import Shown
-from .growth import CLASSES, NOT_FINITE, Growth, growth_of
-from .windows import NOTHING, Windows
+from .growth import CLASSES, MIN_TREND_WINDOWS, NOT_FINITE, Growth, growth_of
+from .windows import NOTHING, Series, Windows
 
 __all__ = [
     "CLASSES",
     "NOT_FINITE",
     "ROUNDOFF",
     "Drift",
-    "drift_from_windows",
     "drift_of_run",
+    "drift_of_series",
     "not_finite",
     "walk_level",
 ]
@@ -158,10 +160,15 @@ def not_finite(drifts: Mapping[str, Drift]) -> str:
     return "; ".join(words)
 
 
-def drift_from_windows(
-    name: str, windows: Windows, scale: float, explained: float | None = None
+def drift_of_series(
+    name: str,
+    times: Array,
+    values: Array,
+    scale: float,
+    initial: float = 0.0,
+    explained: float | None = None,
 ) -> Drift:
-    """Return the drift of a series, by the rule of `geomint.watch.growth`.
+    """Return the drift of a series from `initial` at time 0, by the rule of `geomint.watch.growth`.
 
     Parameters
     ----------
@@ -175,6 +182,9 @@ def drift_from_windows(
     DomainError
         For times that are not finite, that are all the same, or that go forth and back.
     """
+    series = Series(np.array([initial]), 0.0)
+    series.add(times, np.asarray(values, dtype=np.float64)[None, :])
+    (windows,) = series.windows()
     if not windows.in_order:
         raise DomainError("times", windows.times, "finite times that go on in one direction")
     if explained is None:
@@ -185,29 +195,35 @@ def drift_from_windows(
 def drift_of_run(
     name: str, windows: Windows, scale: float, explained: float, **described: Any
 ) -> Drift:
-    """Return the drift as `drift_from_windows` does; undetermined where times are not in order.
+    """Return the drift as `drift_of_series` does; undetermined where times are not in order.
 
     So no run is lost in which a clock has stood still. `described` is what its watcher says of the
     quantity.
     """
     growth = Growth(NOT_FINITE if windows.not_finite_from is not None else "undetermined")
-    if windows.not_finite_from is None and windows.in_order:
+    decides = windows.max_abs == 0.0 or len(windows.times) >= MIN_TREND_WINDOWS
+    if windows.not_finite_from is None and decides and windows.in_order:
         rows = windows.times, windows.means, windows.maxima
         level = ROUNDOFF * scale
         growth = growth_of(*rows, windows.last_time, windows.max_abs, level, explained)
         if described.get("own_noise") and windows.max_abs <= level and growth.slope is not None:
             growth = growth._replace(drift_class="roundoff")  # the trend may be the instrument's
     initial = windows.initial
-    relative = windows.max_abs / abs(initial) if initial != 0.0 else np.inf
+    relative = windows.max_abs / abs(initial) if initial != 0.0 else math.inf
     return Drift(
         name=name,
         initial=initial,
         max_abs_error=windows.max_abs,
-        max_rel_error=relative if np.isfinite(relative) else None,
+        max_rel_error=relative if math.isfinite(relative) else None,
         scale=float(scale),
         final_error=windows.last,
         windows=windows,
         not_finite_from=windows.not_finite_from,
-        **growth._asdict(),
+        slope=growth.slope,
+        slope_stderr=growth.slope_stderr,
+        drift_class=growth.drift_class,
+        trend_bound=growth.trend_bound,
+        jump_size=growth.jump_size,
+        jump_time=growth.jump_time,
         **described,
     )

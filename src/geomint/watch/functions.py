@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -15,14 +14,15 @@ from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
 from ..kernels.compiling.signatures import FIELD
 from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.sample import SAMPLE
+from ..kernels.solve.sample import sampler
 from ..methods.stepper import filled_block
+from ..problems.declaration import kept_with
 from ..problems.evaluate import scale_of, states_around
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import written
 from .drift import Drift, drift_of_run, walk_level
 from .watcher import Run, Seen, Watcher
-from .windows import Windows
+from .windows import Series
 
 __all__ = ["ENERGY", "Function", "grouped"]
 
@@ -72,13 +72,15 @@ def grouped(quantities: Iterable[T], samples: float) -> list[tuple[T, ...]]:
     return [known] if (len(known) - 1) * samples >= MANY else [(one,) for one in known]
 
 
-@dataclass
-class _Group:
-    """Functions that are evaluated by one: it, how many, and windows and scale of each."""
+def _entry(problem: Problem, functions: tuple[Recorded, ...], compiled: bool) -> Any:
+    """Return one function that writes the values of several, compiled once for a problem."""
+    sizes = {"params": len(problem.params), "y": problem.rows, "out": len(functions)}
 
-    entry: Any
-    width: int
-    series: list[tuple[Windows, float]] = field(default_factory=list)
+    def made() -> Any:
+        return bind(written(*functions), FIELD, **sizes).entry(compiled)
+
+    key = "written", compiled, *(f.fingerprint for f in functions)
+    return kept_with(problem, key, made)
 
 
 class Sweep:
@@ -86,8 +88,9 @@ class Sweep:
 
     def __init__(self, functions: Mapping[str, Function], run: Run, steps: int | None) -> None:
         self._functions, self._run, self._left = functions, run, steps
-        self._groups: list[_Group] = []
         self._sample: Call | None = None
+        self._series: Series | None = None
+        self._scales: list[float] = []
         self.sees_all = steps is not None
 
     @property
@@ -97,68 +100,62 @@ class Sweep:
 
     def prepare(self) -> None:
         """Compile, or find in the cache, all functions, and evaluate them where the run begins."""
-        if self._sample is not None:
+        if self._series is not None:
             return
         run, problem, compiled = self._run, self._run.problem, self._run.stepper.compiled
-        sizes = {"params": len(problem.params), "y": problem.rows}
-        self._groups = []  # begun anew after Ctrl-C
-        for functions in grouped(self._functions.values(), run.samples):
-            f = written(*(function.function for function in functions))
-            entry = bind(f, FIELD, **sizes, out=len(functions)).entry(compiled)
-            self._groups.append(_Group(entry, len(functions)))
-        self._sample = SAMPLE.call(
-            compiled,
-            params=filled_block(problem.params),
-            rows=problem.rows,
+        groups = grouped((f.function for f in self._functions.values()), run.samples)
+
+        def sample() -> Call:
+            params = filled_block(problem.params)
+            return sampler().call(compiled, params=params, rows=problem.rows)
+
+        key = "sample", compiled, sampler().recorded.fingerprint
+        self._sample = kept_with(problem, key, sample).copy()
+        self._sample.set(
+            values=tuple(_entry(problem, functions, compiled) for functions in groups),
+            functions=len(groups),
+            width=len(groups[0]),
             work=scalar_block(problem.work),
         )
         states = states_around(run.state)
-        times = np.full(len(states), run.time)
-        for group, values in self._values(times, states, self._groups):
-            for own in values:
-                windows = Windows(float(own[0]), run.time)
-                group.series.append((windows, scale_of(own, run.state)))
+        values = self._values(np.full(len(states), run.time), states)
+        self._scales = scale_of(values, run.state).tolist()
+        self._series = Series(values[:, 0], run.time)
 
     def add(self, seen: Seen) -> None:
         """Evaluate everything on the states that are sampled."""
         if self._left is not None:
             seen = seen.of(slice(0, self._left))
             self._left -= len(seen)
-        which = seen.sampled
-        self._add(seen.times[which], seen.labels[which], seen.states[which], self._groups)
+        assert self._series is not None
+        if len(seen := seen.of(seen.sampled)):
+            self._series.add(seen.labels, self._values(seen.times, seen.states))
 
     def add_end(self, end: Seen) -> None:
         """Sample the last state of a run, where that has not been done."""
-        if self._left is None or self._left > 0:
-            late = [g for g in self._groups if g.series[0][0].last_time != end.labels[0]]
-            self._add(end.times, end.labels, end.states, late)
+        assert self._series is not None
+        if self._series.last_time != end.labels[0]:
+            self.add(end)
 
-    def _add(self, times: Array, labels: Array, states: Array, groups: list[_Group]) -> None:
-        if len(times):
-            for group, values in self._values(times, states, groups):
-                for (windows, _), own in zip(group.series, values, strict=True):
-                    windows.add(labels, own)
-
-    def _values(
-        self, times: Array, states: Array, groups: list[_Group]
-    ) -> Iterator[tuple[_Group, Array]]:
-        """Yield the values of the functions of each group at states, one a row."""
+    def _values(self, times: Array, states: Array) -> Array:
+        """Return the values of the functions, one a row, at states, one a row."""
         assert self._sample is not None
-        count, stride = states.shape
-        self._sample.set(
+        (count, stride), m = states.shape, len(self._functions)
+        out = np.zeros(m * count)
+        self._sample(
             times=Block(np.ascontiguousarray(times)),
             states=Block(np.ascontiguousarray(states).reshape(-1)),
             stride=stride,
             count=count,
+            out=Block(out),
         )
-        for group in groups:
-            out = scalar_block(count * group.width)
-            self._sample(values=group.entry, out=out, width=group.width)
-            yield group, out.data.reshape(count, group.width).T
+        apart = self._sample.given("functions") == m  # else one function writes all of a state
+        return out.reshape(m, count) if apart else out.reshape(count, m).T
 
     def drifts(self, steps: int) -> Iterator[Drift]:
         """Yield the drift of every function over so many steps."""
-        series = itertools.chain.from_iterable(group.series for group in self._groups)
-        for (name, function), (windows, scale) in zip(self._functions.items(), series, strict=True):
+        assert self._series is not None
+        known = zip(self._functions.items(), self._series.windows(), self._scales, strict=True)
+        for (name, function), windows, scale in known:
             noise = walk_level(scale, steps)
             yield drift_of_run(name, windows, scale, noise, **function.description)

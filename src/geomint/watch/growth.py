@@ -65,7 +65,7 @@ from .decomposition import WALK, Part, evenly, taken_apart, without_jumps
 from .jumps import Jump, first_step
 from .trend import cosines
 
-__all__ = ["CLASSES", "NOT_FINITE", "RULE", "Growth", "growth_of"]
+__all__ = ["CLASSES", "MIN_TREND_WINDOWS", "NOT_FINITE", "RULE", "Growth", "growth_of"]
 
 
 MIN_TREND_WINDOWS, MIN_WINDOWS = 32, 64

@@ -22,7 +22,7 @@ from ..problems.forms import Measure
 from ..problems.problem import Problem
 from ..problems.two_form import SymplecticForm
 from .drift import Drift, drift_of_run, walk_level
-from .windows import Windows
+from .windows import Series
 
 __all__ = ["Run", "Seen", "Watch", "Watcher"]
 
@@ -251,7 +251,7 @@ class Watch:
         self._time, self._left = run.time, math.inf if watcher.steps is None else watcher.steps
         self._end: tuple[Array, Array] | None = None  # time and value after the last state seen
         self._over = False
-        self._windows: Windows | None = None
+        self._series: Series | None = None
         self.sees_all = watcher.sees_all
 
     @property
@@ -261,9 +261,9 @@ class Watch:
 
     def prepare(self) -> None:
         """Let the watcher begin: before the first step, with what is to be compiled."""
-        if self._windows is None:
+        if self._series is None:
             value = self._asked(self._watcher.begin, self._run)
-            self._windows = Windows(value, self._run.time)
+            self._series = Series(np.array([value]), self._run.time)
             self._asked(self._watcher.scale)
 
     def _asked(self, question: Callable[..., Any], *given: Any, count: int = 0) -> Any:
@@ -277,14 +277,14 @@ class Watch:
             return found.astype(np.float64) if count else float(found)
         except Exception as error:  # whatever a user's class raises
             self._over = True
-            if isinstance(error, GeomintError) and self._windows is None:
+            if isinstance(error, GeomintError) and self._series is None:
                 raise
             what = f"{type(error).__name__}: {error}"
             raise WatcherError(self._name, self._time, what) from error
 
     def add(self, seen: Seen) -> None:
         """Take the next states: all of them, or those that are sampled."""
-        assert self._windows is not None
+        assert self._series is not None
         seen = seen if self.sees_all else seen.of(seen.sampled)
         if len(seen) > self._left:
             seen = seen.of(slice(0, int(self._left)))
@@ -301,20 +301,21 @@ class Watch:
         found = self._asked(self._watcher.values, seen.times, states, lengths, count=len(seen))
         self._time = float(seen.times[-1])
         self._end = seen.labels[-1:].copy(), found[-1:]
-        self._windows.add(seen.labels[seen.sampled], found[seen.sampled])
+        self._series.add(seen.labels[seen.sampled], found[None, seen.sampled])
 
     def add_end(self, end: Seen) -> None:
         """Sample the last state of a run, if that is still to do; or the last seen."""
-        assert self._windows is not None
-        if not self.sees_all and self._windows.last_time != end.labels[0]:
+        assert self._series is not None
+        if not self.sees_all and self._series.last_time != end.labels[0]:
             self.add(end)
-        elif self._end is not None and self._end[0][0] != self._windows.last_time:
-            self._windows.add(*self._end)
+        elif self._end is not None and self._end[0][0] != self._series.last_time:
+            self._series.add(self._end[0], self._end[1][None, :])
 
     def drifts(self, steps: int) -> Iterable[Drift]:
         """Yield the drift over so many steps."""
-        assert self._windows is not None
+        assert self._series is not None
         scale, noise = self._asked(self._watcher.scale), self._asked(self._watcher.noise, steps)
         scale = 1.0 if scale <= 0.0 else scale
         described = self._watcher.description
-        yield drift_of_run(self._name, self._windows, scale, noise, **described)
+        (windows,) = self._series.windows()
+        yield drift_of_run(self._name, windows, scale, noise, **described)

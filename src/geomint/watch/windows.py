@@ -1,4 +1,4 @@
-"""Statistics of a long series in windows, in memory that does not grow with its length."""
+"""Statistics of long series in windows, in memory that does not grow with their length."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 
-__all__ = ["MAX_WINDOWS", "NOTHING", "Windows"]
+__all__ = ["MAX_WINDOWS", "NOTHING", "Series", "Windows"]
 
 MAX_WINDOWS = 1024
 NOTHING = np.zeros((2, 0))  # after the last full window
@@ -37,8 +37,7 @@ class Windows(Compared):
     closed : array, shape (3, N)
         The rows times, means, maxima of the full windows.
     last_window : array, shape (2, M)
-        The rows times, deviations of the samples after the last full window. Without them nothing can
-        be added.
+        The rows times, deviations of the samples after the last full window.
     """
 
     initial: float
@@ -50,44 +49,6 @@ class Windows(Compared):
     not_finite_from: float | None = None
     closed: Array = field(default_factory=lambda: np.zeros((3, 0)))
     last_window: Array = field(default_factory=lambda: NOTHING)
-
-    def __post_init__(self) -> None:
-        if self.not_finite_from is None and not np.isfinite(self.initial):
-            self.not_finite_from = self.last_time
-
-    def add(self, times: Array, values: Array) -> None:
-        """Append samples."""
-        if not len(values):
-            return
-        with np.errstate(over="ignore", invalid="ignore"):
-            self._add(times, values - self.initial)
-
-    def _add(self, times: Array, deviations: Array) -> None:
-        self.samples += len(deviations)
-        self.last, self.last_time = float(deviations[-1]), float(times[-1])
-        self.max_abs = float(np.maximum(self.max_abs, np.abs(deviations).max()))  # keeps a NaN
-        if self.not_finite_from is None and not np.isfinite(self.max_abs):
-            self.not_finite_from = float(times[np.argmin(np.isfinite(deviations))])
-        if self.last_window.size:
-            times, deviations = np.concatenate((self.last_window, (times, deviations)), axis=1)
-        while len(deviations) >= self.length:
-            room = MAX_WINDOWS - self.closed.shape[1]
-            whole = min(len(deviations) // self.length, room)
-            used = whole * self.length
-            closed = times[:used], deviations[:used], np.abs(deviations[:used])
-            if self.length > 1:
-                time, mean, largest = (x.reshape(whole, self.length) for x in closed)
-                closed = _means(time), _means(mean), largest.max(axis=1)
-            self.closed = np.concatenate((self.closed, closed), axis=1)
-            deviations, times = deviations[used:], times[used:]
-            if self.closed.shape[1] == MAX_WINDOWS:
-                self._merge()
-        self.last_window = np.array((times, deviations)) if len(times) else NOTHING
-
-    def _merge(self) -> None:
-        time, mean, largest = self.closed.reshape(3, -1, 2)
-        self.closed = np.array([_means(time), _means(mean), largest.max(axis=1)])
-        self.length *= 2
 
     @property
     def in_order(self) -> bool:
@@ -115,9 +76,89 @@ class Windows(Compared):
         return np.asarray(self.closed[2])
 
 
+class Series:
+    """Series of the same times, one a row, as they come: what their `Windows` are made of.
+
+    Parameters
+    ----------
+    initial : array, shape (m,)
+        Their first values.
+    time : float
+        Of these.
+    """
+
+    def __init__(self, initial: Array, time: float) -> None:
+        m = len(initial)
+        self._initial, self.last_time = initial[:, None], time
+        self._length, self._samples = 1, 0
+        self._last = self._max_abs = np.zeros(m)
+        self._not_finite_from = [None if x else time for x in np.isfinite(initial)]
+        self._times, self._closed = np.zeros(0), np.zeros((2, m, 0))  # means and maxima
+        self._late, self._open = np.zeros(0), np.zeros((m, 0))  # times, deviations
+
+    def add(self, times: Array, values: Array) -> None:
+        """Append samples, one a column."""
+        if not len(times):
+            return
+        with np.errstate(over="ignore", invalid="ignore"):
+            deviations = values - self._initial
+            self._samples += len(times)
+            self._last, self.last_time = deviations[:, -1], float(times[-1])
+            self._max_abs = np.maximum(self._max_abs, np.abs(deviations).max(axis=1))  # keeps a NaN
+            for i in np.flatnonzero(~np.isfinite(self._max_abs)):
+                if self._not_finite_from[i] is None:
+                    self._not_finite_from[i] = float(times[np.argmin(np.isfinite(deviations[i]))])
+            if self._late.size:
+                times = np.concatenate((self._late, times))
+                deviations = np.concatenate((self._open, deviations), axis=1)
+            while len(times) >= self._length:
+                used = self._close(times, deviations)
+                times, deviations = times[used:], deviations[:, used:]
+        self._late, self._open = times.copy(), deviations.copy()
+
+    def _close(self, times: Array, deviations: Array) -> int:
+        """Close as many windows as there is room for; return how many samples they have."""
+        whole = min(len(times) // self._length, MAX_WINDOWS - len(self._times))
+        used = whole * self._length
+        times, deviations = times[:used], deviations[:, :used]
+        closed = np.stack((deviations, np.abs(deviations)))
+        if self._length > 1:
+            times, closed = _merged(times, closed, self._length)
+        self._times = np.concatenate((self._times, times))
+        self._closed = np.concatenate((self._closed, closed), axis=2)
+        if len(self._times) == MAX_WINDOWS:
+            self._times, self._closed = _merged(self._times, self._closed, 2)
+            self._length *= 2
+        return used
+
+    def windows(self) -> list[Windows]:
+        """Return the windows of each."""
+        numbers = self._initial[:, 0].tolist(), self._last.tolist(), self._max_abs.tolist()
+        return [
+            Windows(
+                initial,
+                self.last_time,
+                last,
+                self._length,
+                self._samples,
+                largest,
+                self._not_finite_from[i],
+                np.array((self._times, *self._closed[:, i])),
+                np.array((self._late, self._open[i])),
+            )
+            for i, (initial, last, largest) in enumerate(zip(*numbers, strict=True))
+        ]
+
+
+def _merged(times: Array, closed: Array, count: int) -> tuple[Array, Array]:
+    """Return windows of so many neighbours: their times, means and maxima."""
+    means, maxima = closed.reshape(*closed.shape[:-1], -1, count)
+    return _means(times.reshape(-1, count)), np.stack((_means(means), maxima.max(axis=-1)))
+
+
 def _means(rows: Array) -> Array:
     """Return the mean of each row, also where the sum is too large for a float."""
-    means = np.asarray(rows.mean(axis=1))
+    means = np.asarray(rows.mean(axis=-1))
     large = ~np.isfinite(means)
-    means[large] = (rows[large] / rows.shape[1]).sum(axis=1)
+    means[large] = (rows[large] / rows.shape[-1]).sum(axis=-1)
     return means

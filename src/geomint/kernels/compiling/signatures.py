@@ -16,6 +16,7 @@ from .number_types import NumberType
 
 __all__ = [
     "ACTION",
+    "ADDRESSES",
     "BLOCK",
     "CONSTRAINT",
     "FIELD",
@@ -172,15 +173,15 @@ def advance(functions: Iterable[Signature]) -> Signature:
     return replace(_ADVANCE, arguments=(("functions", taken), *_ADVANCE.arguments))
 
 
-def _addresses(number_type: NumberType) -> Any:
+def ADDRESSES(number_type: NumberType) -> Any:  # noqa: N802 - a kind as the others
     """Return the type of functions behind their addresses."""
-    from ..numbers.typing_addresses import ADDRESSES
+    from ..numbers import typing_addresses
 
-    return ADDRESSES
+    return typing_addresses.ADDRESSES
 
 
 # A stepper of any kind, see `geomint.kernels.solve.by_address`.
-STEPPED = replace(_ADVANCE, arguments=(("functions", _addresses), *_ADVANCE.arguments))
+STEPPED = replace(_ADVANCE, arguments=(("functions", ADDRESSES), *_ADVANCE.arguments))
 
 
 def of_stepper(**arguments: Kind) -> Signature:

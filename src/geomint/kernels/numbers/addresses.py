@@ -8,12 +8,17 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["functions_at", "stepper_at"]
+__all__ = ["function_at", "functions_at", "stepper_at"]
 
 
 def stepper_at(addresses: Any, kind: str) -> Any:
     """Return the first function, a stepper of that kind; in plain Python they are a tuple."""
     return addresses[0]
+
+
+def function_at(addresses: Any, place: int, kind: str) -> Any:
+    """Return one of several functions of that kind."""
+    return addresses[place]
 
 
 def functions_at(addresses: Any, kind: str) -> Any:

@@ -26,27 +26,29 @@ register_model(AddressesType)(models.OpaqueModel)
 
 ADDRESSES = AddressesType()
 _WORD = ir.IntType(8).as_pointer()
-_steppers: dict[str, Any] = {}  # their signatures, by kind
+_signatures: dict[str, Any] = {}  # by kind
 
 
-def kind_of(stepper: Any) -> str:
-    """Return the name of a stepper's signature, the same in every process; here it is found by that."""
-    name = hashlib.sha256(str(stepper).encode()).hexdigest()
-    _steppers[name] = stepper
+def kind_of(signature: Any) -> str:
+    """Return the name of a signature, the same in every process; here it is found by that."""
+    name = hashlib.sha256(str(signature).encode()).hexdigest()
+    _signatures[name] = signature
     return name
 
 
 def _known(pointer: Any, kind: Any) -> Any:
     """Return the signature of that name, or None for what is no name of one."""
-    return _steppers.get(getattr(kind, "literal_value", "")) if pointer == ADDRESSES else None
+    return _signatures.get(getattr(kind, "literal_value", "")) if pointer == ADDRESSES else None
 
 
-def _function(context: Any, builder: Any, kind: Any, pointer: Any, place: int) -> Any:
+def _function(context: Any, builder: Any, kind: Any, pointer: Any, place: Any) -> Any:
     """Return the function at a place, as numba has functions that are arguments."""
+    if isinstance(place, int):
+        place = ir.Constant(ir.IntType(64), place)
     words = builder.bitcast(pointer, _WORD.as_pointer())
     function = cgutils.create_struct_proxy(kind)(context, builder)
     function.c_addr = function.py_addr = ir.Constant(_WORD, None)
-    at = builder.gep(words, [ir.Constant(ir.IntType(64), place)])
+    at = builder.gep(words, [place])
     function.jit_addr = builder.load(at)
     return function._getvalue()
 
@@ -63,6 +65,20 @@ def _stepper_at(typingctx, pointer, kind):
         return _function(context, builder, stepper, args[0], 0)
 
     return stepper(pointer, kind), codegen
+
+
+@instruction(addresses.function_at, prefer_literal=True)
+def _function_at(typingctx, pointer, place, kind):
+    """Return one of several functions of a kind as a value of its type."""
+    known = _known(pointer, kind)
+    if known is None:
+        return None
+    function = types.FunctionType(known)
+
+    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _function(context, builder, function, args[0], args[1])
+
+    return function(pointer, types.int64, kind), codegen
 
 
 @instruction(addresses.functions_at, prefer_literal=True)

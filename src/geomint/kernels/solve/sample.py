@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 from ..compiling.bound import Bound
+from ..compiling.number_types import SCALAR
 from ..compiling.recorded import helper
-from ..compiling.signatures import BLOCK, FIELD, WHOLE, takes
+from ..compiling.signatures import ADDRESSES, BLOCK, FIELD, WHOLE, takes
+from ..numbers.addresses import function_at
 from ..numbers.blocks import part
 
-__all__ = ["SAMPLE"]
-
-
-@helper
-def sample(
-    values: Any,
-    params: Any,
-    times: Any,
-    states: Any,
-    stride: int,
-    rows: int,
-    count: int,
-    work: Any,
-    out: Any,
-    width: int,
-) -> None:
-    """Write what `values` writes, `width` numbers, for `count` states, `stride` rows apart."""
-    for i in range(count):
-        y, row = part(states, i * stride, rows), part(out, i * width, width)
-        values(params, times[i], y, row, work)
-
+__all__ = ["sampler"]
 
 _SAMPLE = takes(
-    values=FIELD,
+    values=ADDRESSES,
+    functions=WHOLE,
     params=BLOCK,
     times=BLOCK,
     states=BLOCK,
@@ -43,4 +27,24 @@ _SAMPLE = takes(
     out=BLOCK,
     width=WHOLE,
 )
-SAMPLE = Bound(sample, _SAMPLE)
+
+
+@functools.cache
+def sampler() -> Bound:
+    """Return what evaluates functions ``f(params, t, y, out, work)`` at many states."""
+    from ..numbers.typing_addresses import kind_of
+
+    kind = kind_of(FIELD.of(SCALAR))
+
+    def sample(
+        values: Any, functions: int, params: Any, times: Any, states: Any, stride: int, rows: int,
+        count: int, work: Any, out: Any, width: int,
+    ) -> None:  # fmt: skip
+        """Write `width` numbers of each function for `count` states, `stride` rows apart."""
+        for k in range(functions):
+            f = function_at(values, k, kind)
+            for i in range(count):
+                y, row = part(states, i * stride, rows), part(out, (k * count + i) * width, width)
+                f(params, times[i], y, row, work)
+
+    return Bound(helper(sample), _SAMPLE)

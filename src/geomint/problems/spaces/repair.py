@@ -25,6 +25,7 @@ __all__ = ["PARALLEL", "REPAIRED", "SILENT", "length", "repaired", "warn"]
 
 SILENT = 1e-13
 REPAIRED = 1e-6
+SHORT = 16  # numbers that Python compares faster than numpy
 PARALLEL = 1e-8  # a vector whose tangent part is a smaller fraction of it is mostly round-off
 
 
@@ -44,7 +45,7 @@ def _packages() -> set[str]:
 
 def length(v: Array) -> float:
     """Return |v| without overflow or underflow of its square."""
-    largest = float(np.abs(v).max())
+    largest = max(map(abs, v.tolist())) if len(v) <= SHORT else float(np.abs(v).max())
     if largest == 0.0 or not math.isfinite(largest):
         return largest
     scaled = v / largest

@@ -11,6 +11,7 @@ from ...arguments import Array
 from ...errors import StepError
 from ...methods.adaptive import LARGEST_RTOL, LEAST_RTOL, Adaptive
 from ...methods.method import Start
+from ...problems.evaluate import rates_of
 from ..integrator import Integrator
 from .stretch import SAMPLES, Motion, Stretch, compared
 
@@ -26,7 +27,7 @@ def at_tolerance(method: Adaptive, rtol: float) -> Adaptive:
 
 
 def adaptive_stretch(
-    method: Adaptive, motion: Motion, rtol: float, length: float, clock: bool, compiled: bool
+    method: Adaptive, motion: Motion, rtol: float, length: float, clock: bool
 ) -> Stretch | None:
     """Return how runs at a local tolerance and at a sixteenth of it part; None if one fails.
 
@@ -34,8 +35,8 @@ def adaptive_stretch(
     """
     power = method.order / (method.base.estimate_order or method.order)
     rows = motion.problem.rows + clock
-    coarse = _begun(at_tolerance(method, rtol), motion, clock, compiled)
-    fine = _begun(at_tolerance(method, rtol / FINER), motion, clock, compiled)
+    coarse = _begun(at_tolerance(method, rtol), motion, clock)
+    fine = _begun(at_tolerance(method, rtol / FINER), motion, clock)
     try:
         times, states = _own_states(coarse, length, rows)
         there = np.empty_like(states)
@@ -48,10 +49,12 @@ def adaptive_stretch(
     return compared(motion, times, (states, there), factor, rtol, 1, work)
 
 
-def _begun(method: Adaptive, motion: Motion, clock: bool, compiled: bool) -> Integrator:
-    first = method.default_step(motion.problem, motion.y0, motion.span, motion.begin)
+def _begun(method: Adaptive, motion: Motion, clock: bool) -> Integrator:
+    problem, y0, begin = motion.problem, motion.y0, motion.begin
+    rate_at = rates_of(problem, y0, motion.compiled)
+    first = method.default_step(problem, y0, motion.span, begin, rate_at)
     h = math.copysign(first, motion.span)
-    start = Start(motion.problem, motion.y0, motion.begin, h, clock, compiled)
+    start = Start(problem, y0, begin, h, clock, motion.compiled)
     integrator = Integrator.of(method, start)
     integrator.prepare()
     return integrator

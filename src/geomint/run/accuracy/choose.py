@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
-from ...methods.started import often_run
-from ...problems.evaluate import compiled_derivative, derivative, value
+from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
@@ -39,7 +38,7 @@ SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
 SCOUT_SHORTEST = 20.0  # steps
-LARGE = 32  # numbers of a state whose derivative takes Python longer than compiling it is worth
+LARGE = 32  # numbers of a state whose trials cost more than all else
 SHORT_PART = 0.5  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
 TRIAL = (COARSE + FINE) / COARSE  # times the stretch: the work of a trial
@@ -84,7 +83,7 @@ class Wanted:
 
     Attributes
     ----------
-    clock, compiled, watched, reason
+    clock, watched, reason
         As `choose` takes them.
     """
 
@@ -92,7 +91,6 @@ class Wanted:
     tolerance: float
     time: float
     clock: bool
-    compiled: bool
     watched: bool
     reason: str
 
@@ -110,7 +108,7 @@ class Wanted:
         """Return the start of a run with a step."""
         motion = self.motion
         h = math.copysign(step, motion.span)
-        return Start(motion.problem, motion.y0, motion.begin, h, self.clock, self.compiled)
+        return Start(motion.problem, motion.y0, motion.begin, h, self.clock, motion.compiled)
 
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
@@ -169,16 +167,14 @@ def choose(
     reason : str
         Why the method.
     """
-    motion = Motion(problem, y0, begin, span)
+    physical_span = None
     if physical:
         assert problem.clock is not None
-        rate = value(problem, problem.clock, y0)
-        motion = Motion(problem, y0, begin, span / rate if rate > 0.0 else span, abs(span))
-    dear = problem.rows >= LARGE or often_run(problem)
-    quick = compiled and problem.field is not None and dear
-    rate_at = compiled_derivative(problem) if quick else derivative
-    time = characteristic_time(problem, y0, span, begin, rate_at)
-    wanted = Wanted(motion, tolerance, time, clock, compiled, watched, reason)
+        rate = value_of(problem, problem.clock, y0, compiled)(y0, 0.0)
+        span, physical_span = (span / rate if rate > 0.0 else span), abs(span)
+    motion = Motion(problem, y0, begin, span, physical_span, compiled)
+    time = characteristic_time(problem, y0, span, begin, rates_of(problem, y0, compiled))
+    wanted = Wanted(motion, tolerance, time, clock, watched, reason)
     if isinstance(method, Adaptive):
         return _local_tolerance(wanted, method)
     return _step(wanted, method)
@@ -281,8 +277,7 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
     power = method.order / (method.base.estimate_order or method.order)
 
     def tried(rtol: float, length: float) -> Trial:
-        clock, compiled = wanted.clock, wanted.compiled
-        found = adaptive_stretch(method, wanted.motion, rtol, length, clock, compiled)
+        found = adaptive_stretch(method, wanted.motion, rtol, length, wanted.clock)
         return Trial(rtol, wanted.error(found, method), found)
 
     short, long = wanted.length(TURNS, PART), wanted.length(LONG_TURNS, LONG_PART)

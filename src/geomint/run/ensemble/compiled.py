@@ -75,7 +75,8 @@ def _timelines(asked: Asked, given: Members) -> list[Timeline]:
     count = 1 if shared["step"] is not None else len(given)
     ends = {name: shared[name] for name in ("t_end", "tau_end", "step", "t0")}
     return [
-        plan_timeline(given.problem(k), asked.method, given.states[k], **ends) for k in range(count)
+        plan_timeline(given.problem(k), asked.method, given.states[k], **ends, compiled=True)
+        for k in range(count)
     ]
 
 

@@ -1,0 +1,240 @@
+"""The floors of the work that is going on: each with its value, and whether it is met.
+
+    python benchmarks/floors.py [NAME ...]
+
+A name is that of a piece of work (``ground``, ``calls``) or of one floor (``calls.solve``); without
+one all are measured. The exit code is 1 where a floor is not met.
+
+Ratios are of new over old: this checkout, and the commit `BEFORE`, which is taken from git into the
+user's cache folder. Both run on this machine in turns, by the packages of this environment. Calls
+(`timed_calls.py`) are timed from 32 random states, from the second call on; of each state the median
+counts, and of the states the geometric mean of the ratios; the worst is printed too. Nothing else may
+run on the machine.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import io
+import json
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tarfile
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import platformdirs
+
+from machine import describe
+
+BEFORE = "16dabd600b4aba2abf1bce0d5a49bb5255f76a8e"  # before-redesign
+ROOT = Path(__file__).resolve().parents[1]
+CACHE = platformdirs.user_cache_path("geomint") / "floors"
+ROUNDS, REPEATS = 5, 20
+COLD = 5  # pairs of cold runs
+DRIFT = ("-m", "geomint", "drift", "ball-3d", "--quiet")
+
+
+class Found(NamedTuple):
+    """A value that was measured, and what else is to be said."""
+
+    value: float
+    note: str = ""
+
+
+class Floor(NamedTuple):
+    """What a value may be at most."""
+
+    most: float
+    measure: Callable[[], Found]
+
+
+@functools.cache
+def before() -> Path:
+    """Return the folder of the commit `BEFORE`."""
+    folder = CACHE / BEFORE
+    if not folder.exists():
+        packed = subprocess.run(
+            ["git", "archive", BEFORE], cwd=ROOT, check=True, capture_output=True
+        ).stdout
+        unfinished = Path(tempfile.mkdtemp(dir=_made(CACHE)))
+        with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+            archive.extractall(unfinished, filter="data")
+        unfinished.rename(folder)
+    return folder
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def environment(checkout: Path, cache: Path) -> dict[str, str]:
+    """Return the environment in which a process uses a checkout, with a cache of compiled code."""
+    own = {"PYTHONPATH": str(checkout / "src"), "NUMBA_CACHE_DIR": str(cache), "MPLBACKEND": "Agg"}
+    return {**os.environ, **own}
+
+
+# --- calls ----------------------------------------------------------------------------------------
+
+
+class Child:
+    """A process that times calls in one checkout."""
+
+    def __init__(self, checkout: Path) -> None:
+        key = "new" if checkout == ROOT else BEFORE
+        self._process = subprocess.Popen(
+            [sys.executable, str(Path(__file__).with_name("timed_calls.py"))],
+            env=environment(checkout, _made(CACHE / f"compiled-{key}")),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def times(self, row: str, repeats: int = REPEATS) -> list[float]:
+        """Return for each state the median of the seconds of a call."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(f"{row} {repeats}\n")
+        self._process.stdin.flush()
+        found: list[float] = json.loads(self._process.stdout.readline())
+        return found
+
+
+@functools.cache
+def children() -> tuple[Child, Child]:
+    """Return the processes of the old checkout and of this one."""
+    return Child(before()), Child(ROOT)
+
+
+@functools.cache
+def call(row: str) -> Found:
+    """Return the time of a call, new over old."""
+    both = children()
+    for child in both:
+        child.times(row, 1)
+    rounds = [[child.times(row) for child in both] for _ in range(ROUNDS)]
+    old, new = (
+        [statistics.median(times) for times in zip(*each, strict=True)]
+        for each in zip(*rounds, strict=True)
+    )
+    ratios = [b / a for a, b in zip(old, new, strict=True)]
+    medians = [1e6 * statistics.median(each) for each in (old, new)]
+    note = f"worst {max(ratios):.3f}; {medians[0]:.4g} to {medians[1]:.4g} µs"
+    return Found(statistics.geometric_mean(ratios), note)
+
+
+@functools.cache
+def cold_drift() -> Found:
+    """Return the processor seconds of a cold drift report, new over old."""
+    pairs = [[_cold_seconds(x) for x in (before(), ROOT)] for _ in range(COLD + 1)][1:]
+    old, new = (statistics.median(each) for each in zip(*pairs, strict=True))
+    ratio = statistics.median(b / a for a, b in pairs)
+    return Found(ratio, f"{old:.2f} to {new:.2f} s")
+
+
+def _cold_seconds(checkout: Path) -> float:
+    """Return the processor seconds of one run with an empty cache of compiled code."""
+    with tempfile.TemporaryDirectory() as folder:
+        given = environment(checkout, Path(folder) / "cache")
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        command = [sys.executable, *DRIFT, "--out", f"{folder}/report"]
+        subprocess.run(command, env=given, cwd=folder, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
+
+
+# --- weight, kept runs ----------------------------------------------------------------------------
+
+
+def weight(folder: str, what: str) -> Found:
+    """Return how many files, lines or tokens of code there are in a folder."""
+    command = [sys.executable, str(ROOT / ".ci" / "weight.py"), "--json"]
+    found = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+    return Found(found[folder][what])
+
+
+@functools.cache
+def kept_runs() -> Found:
+    """Return how many of the kept runs differ from those of the old checkout."""
+    command = [
+        sys.executable,
+        str(ROOT / "tests" / "kept" / "compare.py"),
+        str(before()),
+        str(ROOT),
+    ]
+    run = subprocess.run(command, capture_output=True, text=True)
+    last = run.stdout.strip().splitlines()[-1] if run.stdout.strip() else run.stderr[-200:]
+    return Found(float(run.returncode), last)
+
+
+FLOORS: dict[str, dict[str, Floor]] = {
+    "ground": {
+        "solve": Floor(0.5, lambda: call("solve")),
+        "observe": Floor(0.5, lambda: call("observe")),
+        "tolerance": Floor(0.7, lambda: call("tolerance")),
+        "cold-drift": Floor(1.0, cold_drift),
+        "lines": Floor(45_100, lambda: weight("src", "lines")),
+        "tokens": Floor(452_000, lambda: weight("src", "tokens")),
+        "kept": Floor(0, kept_runs),
+    },
+    "calls": {
+        "solve": Floor(0.2, lambda: call("solve")),
+        "observe": Floor(0.1, lambda: call("observe")),
+        "physical-end": Floor(0.2, lambda: call("physical-end")),
+        "integrator": Floor(1.0, lambda: call("integrator")),
+        "steps": Floor(1.02, lambda: call("steps")),
+        "cold-drift": Floor(0.95, cold_drift),
+        "lines": Floor(44_100, lambda: weight("src", "lines")),
+        "tokens": Floor(442_000, lambda: weight("src", "tokens")),
+    },
+}
+
+
+@contextmanager
+def quiet_line(text: str) -> Iterator[None]:
+    """Show on a terminal what is being measured, until it is."""
+    shown = sys.stderr.isatty()
+    if shown:
+        print(f"\r\x1b[K{text} …", end="", file=sys.stderr, flush=True)
+    yield
+    if shown:
+        print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def main() -> int:
+    """Measure the floors that are asked for."""
+    known = {f"{work}.{name}": f for work, some in FLOORS.items() for name, f in some.items()}
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("names", nargs="*", help=f"of {', '.join((*FLOORS, *known))}")
+    names = parser.parse_args().names or list(FLOORS)
+    chosen = [key for key in known if key in names or key.split(".")[0] in names]
+    if unknown := [n for n in names if n not in FLOORS and n not in known]:
+        parser.error(f"no such floor: {', '.join(unknown)}; one of {', '.join((*FLOORS, *known))}")
+    machine = describe(["geomint", "numba", "numpy"])
+    print(f"{machine['cpu']}, Python {machine['python']}, {machine['versions']}; old: {BEFORE}")
+    print(f"{'floor':22} {'value':>10} {'at most':>10}  met")
+    missed = 0
+    for key in chosen:
+        with quiet_line(key):
+            found = known[key].measure()
+        met = found.value <= known[key].most
+        missed += not met
+        value, most = (
+            f"{x:.4g}" if x < 1e3 else f"{x:.0f}" for x in (found.value, known[key].most)
+        )
+        print(
+            f"{key:22} {value:>10} {most:>10}  {'yes' if met else 'NO':3}  {found.note}", flush=True
+        )
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
