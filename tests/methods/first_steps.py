@@ -15,7 +15,6 @@ import numpy as np
 
 import geomint as gi
 from geomint.problems.evaluate import derivative
-from geomint.problems.testproblems import examples
 from geomint.stress import step_cases
 from geomint.stress.special_states import (
     Make,
@@ -24,6 +23,7 @@ from geomint.stress.special_states import (
     on_axes,
     zero_rows,
 )
+from tests.problems import examples
 
 Array = Any
 FEW = {

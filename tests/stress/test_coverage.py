@@ -90,7 +90,7 @@ def test_the_table_of_systems():
 
 
 def test_every_test_problem_is_on_the_axes_of_states():
-    from geomint.problems.testproblems import examples
+    from tests.problems import examples
 
     rows = {problem.name: problem.rows for problem, _ in examples()}
     small = {name for name in rows if rows[name] <= 30}  # 36 numbers are on no axis of states

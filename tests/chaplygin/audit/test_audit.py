@@ -13,12 +13,12 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-from chaplygin.audit import run as running
-from chaplygin.audit.claim import FAILS, HOLDS, VERDICTS, evaluate
-from chaplygin.audit.command import audit as command
-from chaplygin.audit.points import sample
-from chaplygin.audit.report import as_json, distinct, markdown
-from chaplygin.audit.run import CLAIMS, audit
+from tests.paper import run as running
+from tests.paper.claim import FAILS, HOLDS, VERDICTS, evaluate
+from tests.paper.command import audit as command
+from tests.paper.points import sample
+from tests.paper.report import as_json, distinct, markdown
+from tests.paper.run import CLAIMS, audit
 
 CLAIM = {claim.label: claim for claim in CLAIMS}
 TABLE = Path(__file__).parents[3] / "docs" / "audit-table.md"
