@@ -71,9 +71,9 @@ def inertia(
 
 
 def _of_sources(otherwise: click.Command) -> click.Command:
-    """Return the audit of the sources that this package lies in; without them the given command.
+    """Return the audit of the sources that this package lies in, or the given command without them.
 
-    Never that of the current folder, whose code is anybody's.
+    The current folder does not count: its code may be anybody's.
     """
     project = SOURCES / "pyproject.toml"
     if not project.is_file() or 'name = "geomint"' not in project.read_text(encoding="utf-8"):
@@ -88,16 +88,16 @@ def _of_sources(otherwise: click.Command) -> click.Command:
 
 
 @_of_sources
-@click.command("audit", context_settings={"ignore_unknown_options": True})
-@click.argument("options", nargs=-1, type=click.UNPROCESSED)
-def audit(options: tuple[str, ...]) -> None:
+@click.command("audit", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
+def audit() -> None:
     """Check the paper line by line: every statement, as printed, at random points.
 
-    The audit is no part of an installation: it lies in tests/paper of the sources. `python -m
-    tests.paper` runs it there, and `python -m tests.paper --help` lists its options; `geomint audit`
-    does so wherever geomint was installed from sources with `pip install -e`.
+    The audit is no part of an installation: it lies in tests/paper of the sources. There `python -m
+    tests.paper` runs it, and `python -m tests.paper --help` lists its options. `geomint audit` does
+    the same where geomint was installed from sources with `pip install -e`.
     """
     raise gi.MissingCodeError(
         "the audit of the paper",
-        "not installed; run `python -m tests.paper` in the folder of the sources of geomint",
+        "it lies in tests/paper of the sources of geomint, not in an installation; run "
+        "`python -m tests.paper` there",
     )
