@@ -41,11 +41,12 @@ import heyoka_fields as fields
 from geomint.compare.peers.heyoka_peer import taylor
 from geomint.compare.peers.peer import PeerError
 from geomint.compare.reference import integrate_extended
-from geomint.problems.testproblems import henon_heiles, outer_solar_system, schwarzschild
+from geomint.problems.testproblems import henon_heiles
 from geomint.run.timeline import default_step
 from hamiltonized_n3 import A, D
 from henon_heiles_states import states as henon_heiles_states
 from machine import describe
+from tests.problems import outer_solar_system, schwarzschild
 
 GOALS = (1e-6, 1e-9, 1e-10)
 SMALLER = (1.0, 0.25, 0.0625)  # tolerances of geomint, of the goal

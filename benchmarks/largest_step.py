@@ -20,8 +20,8 @@ import numpy as np
 import geomint as gi
 from geomint.plots.canvas import new_figure
 from geomint.plots.style import COLOURS, WIDTH
-from geomint.problems.testproblems import fast_rotor, spring_pendulum
 from machine import describe
+from tests.problems import fast_rotor, spring_pendulum
 
 STEPS, RATIO, MOST = 100, 1.1, 12.0
 

@@ -1,4 +1,4 @@
-"""What a benchmark ran on."""
+"""What a benchmark ran on, and the way to `tests.problems`: those that use it import this first."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import os
 import platform
 import sys
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the folder of `tests`
 
 
 def cpu_model() -> str:

@@ -22,8 +22,8 @@ import numpy as np
 
 import chaplygin as ch
 import geomint as gi
-from geomint.problems.testproblems import spherical_pendulum
 from machine import describe
+from tests.problems import spherical_pendulum
 
 FLOORS = {"lielab": 500.0, "mici": 1000.0}
 STEP = 0.02

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 import warnings
+from pathlib import Path
 
 import click
 
 import geomint as gi
 
-__all__ = ["inertia"]
+__all__ = ["audit", "inertia"]
+
+SOURCES = Path(__file__).parents[2]  # of a checkout, where this package is used from one
 
 
 def _numbers(name: str, text: str) -> list[float]:
@@ -63,3 +68,36 @@ def inertia(
         click.echo(f"I(E_{i}∧E_{j}) = {entry:.17g} E_{i}∧E_{j}")
     if special.n == 3:
         click.echo("moments = [" + ", ".join(f"{x:.17g}" for x in special.moments) + "]")
+
+
+def _of_sources(otherwise: click.Command) -> click.Command:
+    """Return the audit of the sources that this package lies in, or the given command without them.
+
+    The current folder does not count: its code may be anybody's.
+    """
+    project = SOURCES / "pyproject.toml"
+    if not project.is_file() or 'name = "geomint"' not in project.read_text(encoding="utf-8"):
+        return otherwise
+    sys.path.insert(0, str(SOURCES))
+    try:
+        return importlib.import_module("tests.paper.command").audit  # type: ignore[no-any-return]
+    except ModuleNotFoundError:  # another package is `tests` already
+        return otherwise
+    finally:
+        sys.path.remove(str(SOURCES))
+
+
+@_of_sources
+@click.command("audit", context_settings={"ignore_unknown_options": True, "allow_extra_args": True})
+def audit() -> None:
+    """Check the paper line by line: every statement, as printed, at random points.
+
+    The audit is no part of an installation: it lies in tests/paper of the sources. There `python -m
+    tests.paper` runs it, and `python -m tests.paper --help` lists its options. `geomint audit` does
+    the same where geomint was installed from sources with `pip install -e`.
+    """
+    raise gi.MissingCodeError(
+        "the audit of the paper",
+        "it lies in tests/paper of the sources of geomint, not in an installation; run "
+        "`python -m tests.paper` there",
+    )

@@ -226,12 +226,12 @@ def asked(monkeypatch: pytest.MonkeyPatch, short_chains: None, blank_pictures: N
 
         return instead
 
-    from chaplygin.audit import report as audit_report, run as audit_run
     from chaplygin.pictures import command, page as exact_page
     from geomint.compare import of_scene
     from geomint.plan import chaos, scan, sections
     from geomint.report import compare_page, drift_page
     from geomint.stress import page, sweep
+    from tests.paper import report as audit_report, run as audit_run
 
     nothing = audit_run.Audit((), (), 0, 0, 0.0)
     monkeypatch.setattr(audit_run, "audit", note("audit", lambda: nothing))

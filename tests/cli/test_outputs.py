@@ -59,7 +59,7 @@ def nothing_begins(monkeypatch):
         "geomint.plan.plan.Plan.solve",
         "geomint.compare.runs.solve",
         "geomint.stress.sweep.sweep",
-        "chaplygin.audit.run.audit",
+        "tests.paper.run.audit",
         "geomint.problems.problem.Problem.exact",
         "geomint.run.solve.solve",  # the last: the modules above have imported it
     ):

@@ -19,8 +19,9 @@ from geomint.compare.peers.traced import Algebra, traced_field
 from geomint.compare.runs import compare
 from geomint.problems.evaluate import derivative
 from geomint.problems.systems import Model
-from geomint.problems.testproblems import examples, henon_heiles, spherical_pendulum
+from geomint.problems.testproblems import henon_heiles
 from geomint.report.compare_page import write_compare_report
+from tests.problems import examples, spherical_pendulum
 
 EXAMPLES = {problem.name: (problem, y0) for problem, y0 in examples()}
 SCIPY = ["scipy-dop853", "scipy-lsoda"]

@@ -13,8 +13,9 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.kernels.compiling import compile as compiling
-from geomint.problems.testproblems import henon_heiles, lotka_volterra, pulsating_body
+from geomint.problems.testproblems import henon_heiles, pulsating_body
 from geomint.run.ensemble import compiled
+from tests.problems import lotka_volterra
 
 HENON = henon_heiles.problem()
 STATES = np.random.default_rng(7).uniform(-0.2, 0.2, (21, 4))

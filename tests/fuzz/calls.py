@@ -18,7 +18,7 @@ from scenes import mutated_content
 
 import chaplygin as ch
 import geomint as gi
-from geomint.problems.testproblems import examples
+from tests.problems import examples
 
 __all__ = ["call_verdict", "calls"]
 

@@ -131,7 +131,7 @@ def test_kernels_stay_within_their_blocks(tmp_path: Path) -> None:
         """
 import geomint as gi
 from geomint.stress.sweep import family_of
-from geomint.problems.testproblems import examples
+from tests.problems import examples
 
 families = {}
 for name in gi.method_names():
@@ -148,7 +148,8 @@ print(sorted(set(runs.values())))
 """,
         encoding="utf-8",
     )
-    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1"}
+    root = str(Path(__file__).parents[2])
+    environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "PYTHONPATH": root}
     done = subprocess.run(
         [sys.executable, str(script)], env=environment, capture_output=True, text=True, check=False
     )

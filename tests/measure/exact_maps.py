@@ -8,13 +8,8 @@ import numpy as np
 import geomint as gi
 from geomint.kernels.numbers.blocks import Block
 from geomint.methods import Start, find_method
-from geomint.problems.testproblems import (
-    double_pendulum,
-    henon_heiles,
-    lotka_volterra,
-    pulsating_body,
-    spherical_pendulum,
-)
+from geomint.problems.testproblems import henon_heiles, pulsating_body
+from tests.problems import double_pendulum, lotka_volterra, spherical_pendulum
 
 DIGITS = 50
 PROBLEMS = {

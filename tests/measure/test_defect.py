@@ -9,7 +9,7 @@ import pytest
 from exact_maps import PROBLEMS, exact_defect
 
 import geomint as gi
-from geomint.problems.testproblems import spherical_pendulum
+from tests.problems import spherical_pendulum
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")

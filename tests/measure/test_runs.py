@@ -14,9 +14,10 @@ from exact_maps import PROBLEMS
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods.carried_lanes import CarriedLanes
-from geomint.problems.testproblems import neumann, sphere_metric, spherical_pendulum
+from geomint.problems.testproblems import neumann, sphere_metric
 from geomint.run import driver
 from geomint.watch import measure, steps_again
+from tests.problems import spherical_pendulum
 
 NEUMANN = neumann.problem()
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from geomint.problems.testproblems import (
+from geomint.problems.testproblems import henon_heiles, neumann, pulsating_body, sphere_metric
+from tests.problems import (
     abc_flow,
     double_pendulum,
     frame_in_field,
-    henon_heiles,
     lotka_volterra,
-    neumann,
-    pulsating_body,
     so_n_flow,
-    sphere_metric,
     spherical_pendulum,
 )
 

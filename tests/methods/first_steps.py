@@ -15,7 +15,6 @@ import numpy as np
 
 import geomint as gi
 from geomint.problems.evaluate import derivative
-from geomint.problems.testproblems import examples
 from geomint.stress import step_cases
 from geomint.stress.special_states import (
     Make,
@@ -24,6 +23,7 @@ from geomint.stress.special_states import (
     on_axes,
     zero_rows,
 )
+from tests.problems import examples
 
 Array = Any
 FEW = {
@@ -44,12 +44,10 @@ def problems(form: str, few: bool = False) -> list[tuple[gi.Problem, Array]]:
     Of all scenes and test problems; or a few of them, which other tests compile too.
     """
     found: dict[tuple[str, int], tuple[gi.Problem, Array]] = {}
-    for case in step_cases.steps():
-        model = case.build()
+    for _, build in step_cases.sources(examples):
+        model = build()
         for name, problem in model.problems.items():
             found.setdefault((problem.name, problem.rows), (problem, model.states[name]))
-    for problem, y0 in examples():
-        found.setdefault((problem.name, problem.rows), (problem, y0))
     chosen = [(p, y) for p, y in found.values() if form in p.forms and p.rows <= 24]
     return [(p, y) for p, y in chosen if not few or (p.name, p.rows) in FEW]
 

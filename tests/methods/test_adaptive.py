@@ -19,8 +19,9 @@ from geomint.kernels.solve.step_control import error_size, exponential, logarith
 from geomint.methods import find_method, methods
 from geomint.problems.declaration import check_problem
 from geomint.problems.evaluate import derivative
-from geomint.problems.testproblems import lotka_volterra, pulsating_body, so_n_flow
+from geomint.problems.testproblems import pulsating_body
 from geomint.tableaux import RUNGE_KUTTA
+from tests.problems import lotka_volterra, so_n_flow
 
 ADAPTIVE = [name for name, method in methods().items() if method.adaptive]
 OF_FIELDS = [name for name in ADAPTIVE if find_method(name).needs == "field"]

@@ -14,8 +14,8 @@ from geomint import cos, sin
 from geomint.compare.reference import integrate_extended, reference_solution
 from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import Start
-from geomint.problems.testproblems import spherical_pendulum
 from geomint.stress.preserved import Quantities
+from tests.problems import spherical_pendulum
 
 # Steps are as long as a test wants them.
 pytestmark = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")

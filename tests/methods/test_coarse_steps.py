@@ -10,7 +10,8 @@ import pytest
 
 import geomint as gi
 from geomint.compare.runs import compare
-from geomint.problems.testproblems import henon_heiles, lotka_volterra
+from geomint.problems.testproblems import henon_heiles
+from tests.problems import lotka_volterra
 
 BALL = gi.load_scene("ball-3d").model
 CLASSICAL = BALL.problems["classical"], BALL.states["classical"]

@@ -17,9 +17,9 @@ from geomint.kernels.numbers.blocks import part
 from geomint.kernels.numbers.watched import AccessError, Fresh, Given
 from geomint.problems.declaration import FEW, check_problem
 from geomint.problems.evaluate import derivative, value
-from geomint.problems.testproblems import examples
 from geomint.scene.load import load_scene, scene_names
 from geomint.stress.preserved import Quantities
+from tests.problems import examples
 
 pytestmark = pytest.mark.nojit
 

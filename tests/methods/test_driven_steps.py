@@ -10,8 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import geomint as gi
-from geomint.problems.testproblems import abc_flow, pulsating_body
+from geomint.problems.testproblems import pulsating_body
 from geomint.problems.time_scale import characteristic_time
+from tests.problems import abc_flow
 
 Array = Any
 

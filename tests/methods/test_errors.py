@@ -14,16 +14,9 @@ from numba.core.errors import NumbaError
 
 import geomint as gi
 from geomint.methods import find_method, methods
-from geomint.problems.testproblems import (
-    double_pendulum,
-    henon_heiles,
-    lotka_volterra,
-    pulsating_body,
-    so_n_flow,
-    sphere_metric,
-    spherical_pendulum,
-)
+from geomint.problems.testproblems import henon_heiles, pulsating_body, sphere_metric
 from geomint.tableaux import gauss_legendre
+from tests.problems import double_pendulum, lotka_volterra, so_n_flow, spherical_pendulum
 
 pytestmark = pytest.mark.nojit
 compiler = pytest.mark.skipif(config.DISABLE_JIT, reason="nothing is compiled")
@@ -279,7 +272,7 @@ def wall(params, t, q, p, dq, dp, work):
 
 def test_a_failure_inside_a_composition(monkeypatch: pytest.MonkeyPatch) -> None:
     """The partial result ends with a whole step, not with the substeps that succeeded."""
-    from geomint.problems.testproblems.spherical_pendulum import INITIAL
+    from tests.problems.spherical_pendulum import INITIAL
 
     problem = gi.Problem(
         "wall", (("q", 3), ("p", 3)), hamiltonian=gi.Hamiltonian(wall, gi.Sphere(3).constraint, 1)

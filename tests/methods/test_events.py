@@ -17,8 +17,8 @@ import chaplygin as ch
 import geomint as gi
 from geomint.methods import find_method
 from geomint.problems.evaluate import value
-from geomint.problems.testproblems import lotka_volterra
 from geomint.run import driver
+from tests.problems import lotka_volterra
 
 
 @gi.field

@@ -19,8 +19,8 @@ from numba.core import config
 import geomint as gi
 from geomint.problems.declaration import _functions, _values
 from geomint.problems.habits import habit_of
-from geomint.problems.testproblems import examples
 from geomint.scene.load import load_scene, scene_names
+from tests.problems import examples
 
 pytestmark = pytest.mark.nojit
 

@@ -12,14 +12,8 @@ from scipy.integrate import solve_ivp
 import geomint as gi
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import derivative, value
-from geomint.problems.testproblems import (
-    fast_rotor,
-    fast_top,
-    henon_heiles,
-    outer_solar_system,
-    schwarzschild,
-    spring_pendulum,
-)
+from geomint.problems.testproblems import henon_heiles
+from tests.problems import fast_rotor, fast_top, outer_solar_system, schwarzschild, spring_pendulum
 
 HOLE = schwarzschild.problem()
 PROBLEMS = {

@@ -18,13 +18,8 @@ from geomint.kernels.numbers.blocks import Block, section
 from geomint.kernels.solve.lobatto import lobatto_memory
 from geomint.methods import Start, find_method
 from geomint.methods.lobatto import lane_positions
-from geomint.problems.testproblems import (
-    double_pendulum,
-    frame_in_field,
-    neumann,
-    sphere_metric,
-    spherical_pendulum,
-)
+from geomint.problems.testproblems import neumann, sphere_metric
+from tests.problems import double_pendulum, frame_in_field, spherical_pendulum
 
 EPSILON = 2.0**-52
 METRIC, FRAME = sphere_metric.problem(), frame_in_field.problem()

@@ -13,8 +13,9 @@ from stage_increments import increments
 
 import geomint as gi
 from geomint.kernels.compiling import clock as waiting, compile as compiling
-from geomint.problems.testproblems import fast_rotor, henon_heiles, spring_pendulum
+from geomint.problems.testproblems import henon_heiles
 from geomint.tableaux import gauss_legendre
+from tests.problems import fast_rotor, spring_pendulum
 
 Array = Any
 LONG = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")

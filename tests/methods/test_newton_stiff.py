@@ -10,8 +10,8 @@ from mpmath import mp, mpf
 from stage_increments import increments
 
 import geomint as gi
-from geomint.problems.testproblems import spring_pendulum
 from geomint.tableaux import gauss_legendre
+from tests.problems import spring_pendulum
 
 Array = Any
 LONG = pytest.mark.filterwarnings("ignore:steps of .* are so long:geomint.GeomintWarning")

@@ -28,16 +28,7 @@ from geomint.methods import Method, Start, find_method, methods, rkmk
 from geomint.methods.gauss import lane_positions, spread_columns
 from geomint.methods.lobatto import lane_positions as lobatto_positions
 from geomint.methods.stepper import Stepper
-from geomint.problems.testproblems import (
-    abc_flow,
-    double_pendulum,
-    frame_in_field,
-    lotka_volterra,
-    neumann,
-    pulsating_body,
-    so_n_flow,
-    sphere_metric,
-)
+from geomint.problems.testproblems import neumann, pulsating_body, sphere_metric
 from geomint.tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -46,6 +37,7 @@ from geomint.tableaux import (
     gauss_legendre,
     lobatto_pair,
 )
+from tests.problems import abc_flow, double_pendulum, frame_in_field, lotka_volterra, so_n_flow
 
 T_END = 2.0
 COMPOSED = [f"gauss-1-{name}" for name, scheme in COMPOSITIONS.items() if scheme.base_order == 2]

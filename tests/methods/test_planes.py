@@ -10,9 +10,10 @@ import pytest
 
 import geomint as gi
 from geomint.problems.evaluate import value
-from geomint.problems.testproblems import henon_heiles, lotka_volterra
+from geomint.problems.testproblems import henon_heiles
 from geomint.run.level import states_on_level
 from geomint.run.plane import boundary, plane_of
+from tests.problems import lotka_volterra
 
 CONTROL = henon_heiles.problem()
 SPHERE = gi.load_scene("sphere-n3").problem

@@ -11,12 +11,8 @@ import geomint as gi
 from geomint.kernels.numbers.blocks import Block, scalar_block
 from geomint.kernels.solve.small_matrices import solve_small
 from geomint.methods import Start, find_method
-from geomint.problems.testproblems import (
-    double_pendulum,
-    frame_in_field,
-    neumann,
-    spherical_pendulum,
-)
+from geomint.problems.testproblems import neumann
+from tests.problems import double_pendulum, frame_in_field, spherical_pendulum
 
 FRAME = frame_in_field.problem()
 CASES = {

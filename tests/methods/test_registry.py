@@ -10,8 +10,8 @@ import pytest
 
 import geomint as gi
 from geomint.methods import find_method, method_names, methods, registry
-from geomint.problems.testproblems import examples
 from geomint.tableaux import COMMUTATOR_FREE, COMPOSITIONS, RUNGE_KUTTA
+from tests.problems import examples
 
 pytestmark = pytest.mark.nojit
 

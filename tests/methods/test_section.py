@@ -15,8 +15,9 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.problems.testproblems import henon_heiles, lotka_volterra
+from geomint.problems.testproblems import henon_heiles
 from geomint.run import poincare as module
+from tests.problems import lotka_volterra
 
 BALL = ch.ChaplyginSphere([0.8, 1.1, 1.5], 4.0)
 SPHERE = BALL.reduced()

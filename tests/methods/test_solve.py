@@ -18,18 +18,13 @@ from scipy.interpolate import BarycentricInterpolator
 import chaplygin as ch
 import geomint as gi
 from geomint.methods.stepper import Stepper
-from geomint.problems.testproblems import (
-    henon_heiles,
-    lotka_volterra,
-    pulsating_body,
-    sphere_metric,
-    spherical_pendulum,
-)
+from geomint.problems.testproblems import henon_heiles, pulsating_body, sphere_metric
 from geomint.problems.time_scale import characteristic_time
 from geomint.run import driver
 from geomint.run.progress import Progress
 from geomint.run.timeline import default_step, plan_timeline
 from geomint.watch.observe import Observers
+from tests.problems import lotka_volterra, spherical_pendulum
 
 pytestmark = [
     pytest.mark.nojit,

@@ -13,7 +13,8 @@ import geomint as gi
 from geomint.kernels.groups.great_circle import SMALL
 from geomint.kernels.numbers.blocks import Block
 from geomint.problems.evaluate import derivative, value
-from geomint.problems.testproblems import abc_flow, lotka_volterra, neumann, spherical_pendulum
+from geomint.problems.testproblems import neumann
+from tests.problems import abc_flow, lotka_volterra, spherical_pendulum
 
 EPSILON = 2.0**-52
 

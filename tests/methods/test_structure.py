@@ -17,18 +17,16 @@ from geomint.kernels.solve.gauss import gauss_coefficients
 from geomint.methods import Start, find_method, methods
 from geomint.methods.gauss import lane_positions
 from geomint.methods.stepper import Stepper
-from geomint.problems.testproblems import (
+from geomint.problems.testproblems import neumann, pulsating_body, sphere_metric
+from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
+from geomint.watch.drift import Drift
+from tests.problems import (
     double_pendulum,
     frame_in_field,
     lotka_volterra,
-    neumann,
-    pulsating_body,
     so_n_flow,
-    sphere_metric,
     spherical_pendulum,
 )
-from geomint.tableaux import COMMUTATOR_FREE, RUNGE_KUTTA
-from geomint.watch.drift import Drift
 
 EPSILON = 2.0**-52
 STEPS = 10**5

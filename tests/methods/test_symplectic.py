@@ -12,8 +12,9 @@ from families import FAMILIES, PROBLEMS
 import geomint as gi
 from geomint.methods import find_method
 from geomint.problems.derivatives import slopes_of
-from geomint.problems.testproblems import henon_heiles, neumann, spherical_pendulum
+from geomint.problems.testproblems import henon_heiles, neumann
 from geomint.scene.load import builtin_scenes
+from tests.problems import spherical_pendulum
 
 
 @gi.field

@@ -8,20 +8,17 @@ import numpy as np
 import pytest
 
 import geomint as gi
-from geomint.problems.testproblems import (
+from geomint.problems.testproblems import henon_heiles, neumann, pulsating_body, sphere_metric
+from geomint.testing import check_problem
+from tests.problems import (
     abc_flow,
     double_pendulum,
     examples,
     frame_in_field,
-    henon_heiles,
     lotka_volterra,
-    neumann,
-    pulsating_body,
     so_n_flow,
-    sphere_metric,
     spherical_pendulum,
 )
-from geomint.testing import check_problem
 
 
 def metric(n: int, **options: float) -> tuple[gi.Problem, np.ndarray]:

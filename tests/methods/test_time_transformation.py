@@ -12,8 +12,9 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.problems.deviation import pieces_of, relative_error
-from geomint.problems.testproblems import henon_heiles, so_n_flow
+from geomint.problems.testproblems import henon_heiles
 from geomint.testing import check_problem
+from tests.problems import so_n_flow
 
 SHARP = ch.ellipsoid_problem([1.0, 900.0, 900.0])  # semi-axes 1, 30, 30
 FLAT = ch.ellipsoid_problem([1.0, 25.0, 900.0])

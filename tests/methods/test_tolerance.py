@@ -18,7 +18,6 @@ from geomint import part
 from geomint.methods import Start, find_method
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import compiled_derivative, derivative
-from geomint.problems.testproblems import outer_solar_system, schwarzschild
 from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
@@ -28,6 +27,7 @@ from geomint.run.accuracy.search import MOST, Search, Trial
 from geomint.run.accuracy.stretch import Motion, Stretch, stretch
 from geomint.run.integrator import Integrator
 from geomint.scene.load import builtin_scenes
+from tests.problems import outer_solar_system, schwarzschild
 
 SPHERE = gi.load_scene("sphere-n3")
 HAMILTONIZED = gi.load_scene("hamiltonized-n3")

@@ -12,14 +12,14 @@ import pytest
 from blocks import ROOT, page
 
 import geomint as gi
-from chaplygin.audit.report import as_json
-from chaplygin.audit.run import CLAIMS, audit as evaluate_all
 from geomint.compare.runs import Point
 from geomint.plan import MethodRun, SeveralRuns
 from geomint.problems.testproblems import pulsating_body
 from geomint.report.drift_json import drift_record
 from geomint.run.provenance import environment, run_record
 from geomint.scene.provenance import scene_record
+from tests.paper.report import as_json
+from tests.paper.run import CLAIMS, audit as evaluate_all
 
 
 def section(name: str, heading: str) -> str:

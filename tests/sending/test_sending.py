@@ -15,8 +15,8 @@ import geomint as gi
 from geomint.kernels.compiling import sending
 from geomint.kernels.numbers.blocks import Block
 from geomint.problems.systems import find_system, system_names
-from geomint.problems.testproblems import examples
 from geomint.stress.case import stress_cases
+from tests.problems import examples
 
 SCENES = gi.scene_names()
 TEST_PROBLEMS = {problem.name: (problem, y0) for problem, y0 in examples()}

@@ -5,13 +5,14 @@ import warnings
 from functools import cache
 from pathlib import Path
 
-from stress_support import CASES
+from stress_support import CASES, EVERY
 
 import geomint as gi
 from geomint.problems.systems import find_system, system_names
 from geomint.stress import sweep
 from geomint.stress.special_states import is_steady
 from geomint.stress.sweep import Selection, family_of, items_of, selected
+from tests.problems import examples
 
 AXES = list(dict.fromkeys(case.axis.name for case in CASES))
 PAGE = (Path(__file__).parents[2] / "docs" / "stress.md").read_text(encoding="utf-8")
@@ -48,7 +49,7 @@ def model_of(name):
 @cache
 def problems_on(axis):
     """Return the names of the problems of scenes and test problems on an axis."""
-    chosen = [c for c in CASES if c.axis.name == axis and c.system.startswith(("scene:", "test:"))]
+    chosen = [c for c in EVERY if c.axis.name == axis and c.system.startswith(("scene:", "test:"))]
     models = [(case.representations, sweep._built(case.build)) for case in chosen]
     return {model.problems[name].name for names, model in models for name in names}
 
@@ -90,8 +91,6 @@ def test_the_table_of_systems():
 
 
 def test_every_test_problem_is_on_the_axes_of_states():
-    from geomint.problems.testproblems import examples
-
     rows = {problem.name: problem.rows for problem, _ in examples()}
     small = {name for name in rows if rows[name] <= 30}  # 36 numbers are on no axis of states
     assert set(rows) - small == {"outer-solar-system-6"}
@@ -128,7 +127,7 @@ def test_no_groups_of_the_quick_run_share_a_problem():
 
 def test_steady_cases_are_steady():
     """Generators are constant along exp(tξ)·y0, in each representation with an action."""
-    steady = [case for case in CASES if case.steady]
+    steady = [case for case in EVERY if case.steady]
     assert len(steady) > 20
     seen = set()
     for case in steady:
@@ -144,7 +143,7 @@ def test_steady_cases_are_steady():
 
 def test_special_states_are_on_their_manifolds():
     """To rounding: methods project what is off, and would be blamed for it."""
-    for case in CASES:
+    for case in EVERY:
         if case.axis.name not in ("rest", "zeros", "steady") or case.n > 0:
             continue
         model = sweep._built(case.build)
@@ -156,7 +155,7 @@ def test_special_states_are_on_their_manifolds():
 
 def test_rest_is_rest():
     case = next(
-        c for c in CASES if c.system == "test:double-spherical-pendulum-px" and c.value == 0.0
+        c for c in EVERY if c.system == "test:double-spherical-pendulum-px" and c.value == 0.0
     )
     model = case.build()
     (problem,), (y,) = model.problems.values(), model.states.values()

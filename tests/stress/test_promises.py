@@ -5,8 +5,9 @@ import pytest
 
 import chaplygin as ch
 from chaplygin.stress.parameters import all_near_the_edge
-from geomint.problems.testproblems import double_pendulum, pulsating_body, spherical_pendulum
+from geomint.problems.testproblems import pulsating_body
 from geomint.stress.preserved import Quantities
+from tests.problems import double_pendulum, spherical_pendulum
 
 
 def kinds(problem, kind, size=1.0):

@@ -81,8 +81,10 @@ class LazyGroup(click.Group):
         return [*COMMANDS, *sorted(_others())]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command; for an unknown one suggest the nearest name."""
-        if cmd_name in COMMANDS:
+        """Import a command that was not added; for an unknown one suggest the nearest name."""
+        if cmd_name in self.commands:
+            command = self.commands[cmd_name]
+        elif cmd_name in COMMANDS:
             command = importlib.import_module(f"{__package__}.{cmd_name}").command
         else:
             point = _others().get(cmd_name)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from ..problems import testproblems
 from . import state_cases, step_cases
 from .case import StressCase
 
 __all__ = ["cases"]
 
 
-def cases() -> list[StressCase]:
-    """Return all cases of this package."""
-    return [*step_cases.steps(), *state_cases.cases()]
+def cases(examples: step_cases.Examples = testproblems.examples) -> list[StressCase]:
+    """Return all cases of this package, or those of all built-in scenes and of other examples."""
+    found = list(step_cases.sources(examples))
+    return [*step_cases.steps(found), *state_cases.cases(found)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 
 import numpy as np
@@ -23,7 +23,7 @@ from .special_states import (
     resting_pieces,
     zero_rows,
 )
-from .step_cases import QUICK, Build, sources
+from .step_cases import QUICK, Build, Source
 
 __all__ = ["REST", "STEADY", "ZEROS", "cases"]
 
@@ -40,10 +40,10 @@ _MOST_ROWS = 30
 _TRIES = 40  # random choices until one is admitted
 
 
-def cases() -> list[StressCase]:
+def cases(sources: Iterable[Source]) -> list[StressCase]:
     """Return the cases of the three axes, each problem in its smallest size."""
     smallest: dict[tuple[str, tuple[str, ...]], tuple[str, Build, str, Problem, Array]] = {}
-    for source, build in sources():
+    for source, build in sources:
         model = build()
         for name, problem in model.problems.items():
             key = problem.name, tuple(problem.slices)

@@ -4,43 +4,46 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
+from ..arguments import Array
 from ..errors import GeomintWarning
+from ..problems.problem import Problem
 from ..problems.systems import Model
-from ..problems.testproblems import examples
 from ..scene.load import load_scene, scene_names
 from .case import StressAxis, StressCase
 
-__all__ = ["QUICK", "STEP", "Build", "sources", "steps"]
+__all__ = ["QUICK", "STEP", "Examples", "Source", "sources", "steps"]
 
 Build = Callable[[], Model]
+Source = tuple[str, Build]
+Examples = Callable[[], list[tuple[Problem, Array]]]
 
 STEP = StressAxis("step", "steps too small and too large", "step/characteristic time")
 
 _FRACTIONS = (1e-12, 1e-6, 1e-2, 0.1, 1.0, 10.0, 100.0, 1000.0)
 _QUICK = (1e-12, 1000.0)
-QUICK = "spherical-pendulum"  # the problem of quick runs: explicit, Gauss, RATTLE, splitting
+QUICK = "neumann-3"  # the problem of quick runs: explicit, Gauss, RATTLE, splitting
 _FEW, _MANY = 4, 20
 
 
-def sources() -> Iterator[tuple[str, Build]]:
-    """Yield the names of all built-in scenes and test problems, and how their models are built."""
+def sources(examples: Examples) -> Iterator[Source]:
+    """Yield the names of all built-in scenes and of examples, and how their models are built."""
     for name in scene_names():
         yield f"scene:{name}", partial(_scene, name)
     for i, (problem, _) in enumerate(examples()):
-        yield f"test:{problem.name}", partial(_example, i)
+        yield f"test:{problem.name}", partial(_example, examples, i)
 
 
-def steps() -> list[StressCase]:
-    """Return steps of every size for every scene and every test problem.
+def steps(sources: Iterable[Source]) -> list[StressCase]:
+    """Return steps of every size for every source.
 
     A representation that an earlier one has, with as many numbers, is not stressed again.
     """
     found: list[StressCase] = []
     seen: set[tuple[str, int]] = set()
-    for source, build in sources():
+    for source, build in sources:
         model = build()
         new = [r for r, p in model.problems.items() if (p.name, p.rows) not in seen]
         seen.update((problem.name, problem.rows) for problem in model.problems.values())
@@ -74,6 +77,6 @@ def _scene(name: str) -> Model:
 
 
 @functools.cache
-def _example(i: int) -> Model:
+def _example(examples: Examples, i: int) -> Model:
     problem, y0 = examples()[i]
     return Model({problem.name: problem}, {problem.name: y0})

@@ -6,22 +6,31 @@ import dataclasses
 import functools
 import json
 import re
+import runpy
+import shutil
+import subprocess
+import sys
+import types
 from html import escape
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-from chaplygin.audit import run as running
-from chaplygin.audit.claim import FAILS, HOLDS, VERDICTS, evaluate
-from chaplygin.audit.command import audit as command
-from chaplygin.audit.points import sample
-from chaplygin.audit.report import as_json, distinct, markdown
-from chaplygin.audit.run import CLAIMS, audit
+from chaplygin import commands
+from geomint.cli import main
+from tests.paper import run as running
+from tests.paper.claim import FAILS, HOLDS, VERDICTS, evaluate
+from tests.paper.command import audit as command
+from tests.paper.points import sample
+from tests.paper.report import as_json, distinct, markdown
+from tests.paper.run import CLAIMS, audit
 
 CLAIM = {claim.label: claim for claim in CLAIMS}
-TABLE = Path(__file__).parents[3] / "docs" / "audit-table.md"
+ROOT = Path(__file__).parents[3]
+TABLE = ROOT / "docs" / "audit-table.md"
 
 # What the audit is known to find; a change of this list is a finding about the paper.
 MISPRINTS = {
@@ -271,6 +280,73 @@ def test_bad_dimensions_are_named(text):
     result = invoke("--n", text)
     assert isinstance(result.exception, gi.DomainError)
     assert "--n" in str(result.exception)
+
+
+def test_both_commands_write_the_same(tmp_path):
+    """``geomint audit`` in any folder, and ``python -m tests.paper`` in that of the sources."""
+    words = ["--n", "2", "--points", "1", "--quiet", "--out"]
+    codes, written = set(), []
+    for place, *before in ((tmp_path, "geomint", "audit"), (ROOT, "tests.paper")):
+        out = str(tmp_path / str(len(written)))
+        line = [sys.executable, "-m", *before, *words, out]
+        codes.add(subprocess.run(line, cwd=place, check=False, capture_output=True).returncode)
+        record = json.loads((tmp_path / out / "audit.json").read_text(encoding="utf-8"))
+        assert record["provenance"]["command"] == " ".join(["geomint", "audit", *words, out])
+        written.append(record["claims"])
+    assert codes == {1}  # at one point
+    assert written[0] == written[1]
+
+
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """Let the command of an installation be called; return the folder around the package."""
+    folder = tmp_path / "lib"
+    (folder / "site-packages" / "chaplygin").mkdir(parents=True)
+    file = shutil.copy(commands.__file__, folder / "site-packages" / "chaplygin")
+    monkeypatch.setattr(commands, "audit", runpy.run_path(file)["audit"])
+    return folder
+
+
+def test_without_sources_it_is_said_where_the_audit_lies(installed):
+    for words in ([], ["--n", "3", "--out", "x"], ["--quiet"]):
+        result = CliRunner().invoke(main, ["audit", *words])
+        assert result.exit_code == 2
+        assert len(result.stderr.splitlines()) == 1
+        assert "tests/paper" in result.stderr
+        assert "python -m tests.paper" in result.stderr
+    result = CliRunner().invoke(main, ["audit", "--help"])
+    assert result.exit_code == 0
+    assert "tests/paper" in result.stdout
+
+
+def test_in_the_sources_the_audit_runs_without_an_installation_from_them(
+    installed, monkeypatch, capsys
+):
+    monkeypatch.setattr(main, "commands", {})
+    monkeypatch.setattr(sys, "argv", ["", "--help"])
+    with pytest.raises(SystemExit):
+        runpy.run_module("tests.paper", run_name="__main__")
+    assert "--seed" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("place", ["current folder", "another project", "another package"])
+def test_strangers_code_is_not_run(place, tmp_path, monkeypatch):
+    """Whether it lies in the current folder, around the package, or was imported before."""
+    (tmp_path / "tests" / "paper").mkdir(parents=True)
+    for name in ("__init__.py", "paper/__init__.py", "paper/command.py"):
+        (tmp_path / "tests" / name).write_text("raise SystemExit(99)", encoding="utf-8")
+    named = "other" if place == "another project" else "geomint"
+    (tmp_path / "pyproject.toml").write_text(f'[project]\nname = "{named}"\n', encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for name in [n for n in sys.modules if n.partition(".")[0] == "tests"]:
+        monkeypatch.delitem(sys.modules, name)
+    if place == "another package":
+        monkeypatch.setitem(sys.modules, "tests", types.ModuleType("tests"))
+    lies = {"current folder": tmp_path / "lib", "another project": tmp_path}
+    monkeypatch.setattr(commands, "SOURCES", lies.get(place, ROOT))
+    given = click.Command("audit")
+    assert commands._of_sources(given) is given
 
 
 def test_json_schema(found):

@@ -10,14 +10,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chaplygin.audit.algebra import coordinates, inner, wedge
-from chaplygin.audit.calculus import derivative
-from chaplygin.audit.claim import HOLDS, residual
-from chaplygin.audit.classical import capital_k, classical_field, tensor_of, veselova_field
-from chaplygin.audit.equations import flow_in_tau, to_tau
-from chaplygin.audit.momenta import contact_momentum, true_rates, veselova_rates
-from chaplygin.audit.motion import general_motion
-from chaplygin.audit.points import sample
 from chaplygin.ball.classical import classical_problem
 from chaplygin.ball.hamiltonized import hamiltonized_problem
 from chaplygin.ball.momentum import ball_problem
@@ -28,6 +20,14 @@ from chaplygin.veselova.classical import veselova_classical_problem
 from chaplygin.veselova.hamiltonized import veselova_hamiltonized_problem
 from chaplygin.veselova.reduced import veselova_reduced_problem
 from geomint.problems.evaluate import derivative as field_of, value
+from tests.paper.algebra import coordinates, inner, wedge
+from tests.paper.calculus import derivative
+from tests.paper.claim import HOLDS, residual
+from tests.paper.classical import capital_k, classical_field, tensor_of, veselova_field
+from tests.paper.equations import flow_in_tau, to_tau
+from tests.paper.momenta import contact_momentum, true_rates, veselova_rates
+from tests.paper.motion import general_motion
+from tests.paper.points import sample
 
 POINTS = 20  # of each problem at least, as many in each of its dimensions
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chaplygin.audit.algebra import apply, bracket, inner, wedge
-from chaplygin.audit.calculus import derivative, gradient, nested, nested_gradient
-from chaplygin.audit.motion import ball_motion, constrained_rotation, general_motion
-from chaplygin.audit.particles import Particles
-from chaplygin.audit.points import sample
-from chaplygin.audit.two_forms import canonical, dirac_brackets, divergence, symplectic_divergence
+from tests.paper.algebra import apply, bracket, inner, wedge
+from tests.paper.calculus import derivative, gradient, nested, nested_gradient
+from tests.paper.motion import ball_motion, constrained_rotation, general_motion
+from tests.paper.particles import Particles
+from tests.paper.points import sample
+from tests.paper.two_forms import canonical, dirac_brackets, divergence, symplectic_divergence
 
 DIMENSIONS = (2, 3, 5, 7)
 

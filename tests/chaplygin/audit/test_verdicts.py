@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from chaplygin.audit.claim import FAILS, HOLDS, Claim, Section, evaluate, residual
-from chaplygin.audit.points import sample
+from tests.paper.claim import FAILS, HOLDS, Claim, Section, evaluate, residual
+from tests.paper.points import sample
 
 POINTS = [sample(n, 0) for n in (2, 3)]
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field
-from ...kernels.numbers.circular import cos, sin
-from ..forms import Measure
-from ..problem import Problem
+from geomint.kernels.compiling.recorded import field
+from geomint.kernels.numbers.circular import cos, sin
+from geomint.problems.forms import Measure
+from geomint.problems.problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 

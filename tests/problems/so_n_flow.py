@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...kernels.compiling.recorded import field, helper
-from ...kernels.groups.so_n import unpack_skew
-from ...kernels.numbers.blocks import packed, part, sections
-from ...kernels.numbers.circular import cos
-from ..problem import Problem
-from ..spaces.euclidean import Euclidean
-from ..spaces.product import Product
-from ..spaces.rotations import Rotations
-from ..spaces.skew import Skew
-from ..spaces.sphere import product
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.kernels.groups.so_n import unpack_skew
+from geomint.kernels.numbers.blocks import packed, part, sections
+from geomint.kernels.numbers.circular import cos
+from geomint.problems.problem import Problem
+from geomint.problems.spaces.euclidean import Euclidean
+from geomint.problems.spaces.product import Product
+from geomint.problems.spaces.rotations import Rotations
+from geomint.problems.spaces.skew import Skew
+from geomint.problems.spaces.sphere import product
 
 __all__ = ["initial", "problem"]
 

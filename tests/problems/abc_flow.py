@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.blocks import packed, sections
-from ...kernels.numbers.circular import cos, sin
-from ..forms import Measure, Splitting
-from ..problem import Problem
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.kernels.numbers.blocks import packed, sections
+from geomint.kernels.numbers.circular import cos, sin
+from geomint.problems.forms import Measure, Splitting
+from geomint.problems.problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 

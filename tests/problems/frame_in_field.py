@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.circular import cos
-from ..forms import Hamiltonian, Measure
-from ..problem import Problem
-from ..spaces.stiefel import Stiefel
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.kernels.numbers.circular import cos
+from geomint.problems.forms import Hamiltonian, Measure
+from geomint.problems.problem import Problem
+from geomint.problems.spaces.stiefel import Stiefel
+
 from .double_pendulum import angular_momentum, product
 
 __all__ = ["initial", "problem"]

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import log
-from ...kernels.numbers.circular import cos, sin
-from ..forms import Measure
-from ..problem import Problem
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.kernels.numbers.arithmetic import log
+from geomint.kernels.numbers.circular import cos, sin
+from geomint.problems.forms import Measure
+from geomint.problems.problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 

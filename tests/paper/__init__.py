@@ -7,11 +7,11 @@ equation at a point. Its verdict is computed from the residuals alone, see `clai
 - `motion` derives the actual motion of nonholonomic systems, from d'Alembert's principle, and
   `momenta` what momenta do along it;
 - `equations`, `classical` (n = 3), `stiefel` and `integrals` have what several sections use;
-- `forms` and `reduction` evaluate two-forms, divergences and brackets, `calculus` derivatives;
-- `points` is the sampler, `run` evaluates, `report` writes, `command` is ``geomint audit``.
+- `two_forms` and `reduction` evaluate two-forms, divergences and brackets, `calculus` derivatives;
+- `points` is the sampler, `run` evaluates, `report` and `page` write, `command` is ``geomint audit``.
 
 A claim about something new is a function in the file of its section; sections share nothing with each
-other but these modules. The audit is an independent witness: it imports nothing of `chaplygin` but
-itself, and nothing of `chaplygin` imports it. The package's own equations are compared with its
-motions in the tests.
+other but these modules. The audit is an independent witness: it imports nothing of `chaplygin`, and
+nothing of `chaplygin` imports it. The package's own equations are compared with its motions in the
+tests.
 """

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.arithmetic import log
-from ..forms import Hamiltonian, Measure
-from ..problem import Problem
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.kernels.numbers.arithmetic import log
+from geomint.problems.forms import Hamiltonian, Measure
+from geomint.problems.problem import Problem
 
 __all__ = ["INITIAL", "problem"]
 

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field
-from ...kernels.numbers.arithmetic import sqrt
-from ...kernels.numbers.blocks import part
-from ..forms import Measure
-from ..natural import natural_in_space
-from ..problem import Problem
-from ..two_form import SymplecticForm
+from geomint.kernels.compiling.recorded import field
+from geomint.kernels.numbers.arithmetic import sqrt
+from geomint.kernels.numbers.blocks import part
+from geomint.problems.forms import Measure
+from geomint.problems.natural import natural_in_space
+from geomint.problems.problem import Problem
+from geomint.problems.two_form import SymplecticForm
 
 __all__ = ["INITIAL", "problem"]
 

@@ -60,7 +60,7 @@ def write_audit_report(
     columns, sections = by_section(audit)
     page = render(
         "audit.html.j2",
-        "chaplygin.audit",
+        __package__,
         title=f"The paper, line by line, n = {_facts(audit)['dimensions']}, seed {audit.seed}",
         heading="The paper, line by line",
         source=JOVANOVIC_2010.text,

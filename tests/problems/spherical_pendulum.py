@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ...kernels.compiling.recorded import field
-from ..forms import Measure
-from ..natural import natural_on_sphere
-from ..problem import Problem
-from ..spaces.tangent_bundle import TangentSphere
+from geomint.kernels.compiling.recorded import field
+from geomint.problems.forms import Measure
+from geomint.problems.natural import natural_on_sphere
+from geomint.problems.problem import Problem
+from geomint.problems.spaces.tangent_bundle import TangentSphere
 
 __all__ = ["INITIAL", "problem"]
 

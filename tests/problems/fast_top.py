@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...kernels.compiling.recorded import field, helper
-from ..forms import Measure
-from ..problem import Problem
-from ..spaces.sphere import product
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.problems.forms import Measure
+from geomint.problems.problem import Problem
+from geomint.problems.spaces.sphere import product
 
 __all__ = ["initial", "problem"]
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...kernels.compiling.recorded import field, helper
-from ...kernels.numbers.circular import cos, sin
-from ..evaluate import value
-from ..forms import Measure
-from ..problem import Problem
-from ..two_form import SymplecticForm
+from geomint.kernels.compiling.recorded import field, helper
+from geomint.kernels.numbers.circular import cos, sin
+from geomint.problems.evaluate import value
+from geomint.problems.forms import Measure
+from geomint.problems.problem import Problem
+from geomint.problems.two_form import SymplecticForm
 
 __all__ = ["initial", "problem"]
 
