@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import shlex
 import subprocess
@@ -27,9 +28,11 @@ NOT_RUN = ("pip", "python -m venv", "geomint check bad.toml")
 
 # What a command says of itself where it takes long: not on a fast machine, nor with code in a cache.
 PATIENCE = re.compile(r"geomint: (.* …|compiling .*)$")
-# Pages are written on a processor with AVX-512. On others NumPy's linear algebra rounds initial states
-# in another way: roundings are others, and so are iterations.
-WRITTEN_HERE = bool(get_host_cpu_features().get("avx512f"))
+# Pages are written on a processor with AVX-512, by linear algebra made for it. Others round initial
+# states in another way: roundings are others, and so are iterations.
+WRITTEN_HERE = bool(
+    get_host_cpu_features().get("avx512f") and "OPENBLAS_CORETYPE" not in os.environ
+)
 NEAR = 0.1
 _SMALL = r"e[−-](?:1[3-9]|[2-9]\d)"
 _ROUNDINGS = re.compile(rf"\([−-]?[\d.]+ ± [\d.]+\){_SMALL}|[−-]?[\d.]+{_SMALL}")
