@@ -18,7 +18,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from geomint.watch.drift import Drift, drift_of_series
+import machine  # noqa: F401 - the way to tests
+from geomint.watch.drift import Drift
+from tests.series import drift_of_series
 
 HERE = Path(__file__).parent
 EPSILON = 2.0**-52

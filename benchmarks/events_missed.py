@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint.run.at_states import values_at
+from geomint.problems.at_states import values_at
 from machine import describe
 
 STAGES = (8, 4, 1, 6, 2, 12, 3)

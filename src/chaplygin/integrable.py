@@ -32,11 +32,12 @@ from .manifold import Array
 __all__ = [
     "equal_groups",
     "factors",
+    "inner",
     "physical_scale",
     "separation_integral",
     "special_parameters",
     "special_rows",
-    "weighted_square",
+    "weighted",
 ]
 
 Special = namedtuple("Special", "D b a splitting tables")
@@ -99,11 +100,20 @@ def special_parameters(
 
 
 @gi.helper
-def weighted_square(n: int, b: Any, y: Any) -> Any:
-    """Return Σ b_i y_i² over the first n rows of y: U = (γ, A⁻¹γ)."""
-    total = b[0] * y[0] * y[0]
+def inner(n: int, x: Any, z: Any) -> Any:
+    """Return (x, z) over the first n rows."""
+    total = x[0] * z[0]
     for i in range(1, n):
-        total += b[i] * y[i] * y[i]
+        total += x[i] * z[i]
+    return total
+
+
+@gi.helper
+def weighted(n: int, b: Any, x: Any, z: Any) -> Any:
+    """Return Σ b_i x_i z_i over the first n rows, such as U = (γ, A⁻¹γ)."""
+    total = b[0] * x[0] * z[0]
+    for i in range(1, n):
+        total += b[i] * x[i] * z[i]
     return total
 
 
@@ -111,7 +121,7 @@ def weighted_square(n: int, b: Any, y: Any) -> Any:
 def physical_scale(n: int, params: Any, y: Any) -> Any:
     """Return D√U = p/p̃."""
     D, b, _ = factors(params, n)
-    return D[0] * sqrt(weighted_square(n, b, y))
+    return D[0] * sqrt(weighted(n, b, y, y))
 
 
 @functools.cache

@@ -2,10 +2,12 @@
 
 from . import scipy as scipy
 from .arguments import as_vector as as_vector
-from .cli.chaos_report import chaos_report as chaos_report
-from .cli.drift_report import drift_report as drift_report
-from .cli.scan_report import scan_report as scan_report
-from .cli.section_report import section_report as section_report
+from .cli.reports import (
+    chaos_report as chaos_report,
+    drift_report as drift_report,
+    scan_report as scan_report,
+    section_report as section_report,
+)
 from .errors import (
     ArgumentError as ArgumentError,
     ClockError as ClockError,

@@ -18,7 +18,7 @@ from geomint.run.restart import Restart
 from geomint.run.result import StepSizes
 from geomint.run.storage import save_solution
 from geomint.run.stored import StoredProblem
-from geomint.watch.drift import drift_of_series
+from tests.series import drift_of_series
 
 MODELS = {name: gi.load_scene(name).model for name in gi.scene_names()}
 PROBLEMS = {

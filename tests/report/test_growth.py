@@ -11,11 +11,11 @@ from geomint import DomainError
 from geomint.watch.drift import (
     CLASSES,
     ROUNDOFF,
-    drift_of_series,
     not_finite,
     walk_level,
 )
 from geomint.watch.growth import RULE
+from tests.series import drift_of_series
 
 SAMPLES = 20_000
 T = np.arange(1, SAMPLES + 1) / SAMPLES
@@ -27,7 +27,9 @@ def _benchmark():
     path = Path(__file__).parents[2] / "benchmarks" / "drift_classes.py"
     spec = importlib.util.spec_from_file_location("drift_classes", path)
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(path.parent))
+        spec.loader.exec_module(module)
     return module
 
 

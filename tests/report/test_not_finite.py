@@ -9,9 +9,10 @@ from click.testing import CliRunner
 import geomint as gi
 from geomint.cli import main
 from geomint.plan import Plan
-from geomint.watch import drift, functions
+from geomint.watch import functions
 from geomint.watch.growth import NOT_FINITE
 from geomint.watch.windows import Series
+from tests.series import drift_of_series
 
 
 @gi.field
@@ -123,7 +124,7 @@ def _vanishing(monkeypatch):
         if plan.scene.method.name == "rk-4":
             scale = solution.drift["energy"].scale
             values = np.where(np.arange(100) < 50, 1e-9, np.nan)
-            spoiled = drift.drift_of_series("energy", np.arange(1.0, 101.0), values, scale)
+            spoiled = drift_of_series("energy", np.arange(1.0, 101.0), values, scale)
             solution.drift["energy"] = spoiled
             solution.status, solution.message = NOT_FINITE, "'energy' is not finite from 51 on"
         return solution

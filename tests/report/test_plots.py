@@ -5,7 +5,7 @@ import pytest
 
 from geomint.plots.drift_plots import draw_means, draw_sizes, drift_figure, panel_figure
 from geomint.plots.style import COLOURS, Picture, data_uri, series_style
-from geomint.watch.drift import drift_of_series
+from tests.series import drift_of_series
 
 N = 4000
 T = np.arange(1, N + 1) / N

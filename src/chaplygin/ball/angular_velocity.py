@@ -39,7 +39,7 @@ import geomint as gi
 from geomint import log, part, section
 
 from ..inertia import GeneralInertia, SpecialInertia
-from ..integrable import weighted_square
+from ..integrable import weighted
 from ..manifold import Array
 
 __all__ = [
@@ -192,7 +192,7 @@ def spread_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any)
 def special_log_density(n: int, params: Any, gamma: Any, work: Any) -> Any:
     """Return log ϱ = −(n − 2)/2 log U."""
     _, _, b, _ = special_parts(params, n)
-    return -0.5 * (n - 2) * log(weighted_square(n, b, gamma))
+    return -0.5 * (n - 2) * log(weighted(n, b, gamma, gamma))
 
 
 @gi.helper

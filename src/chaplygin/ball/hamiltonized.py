@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import fma, sqrt
+from geomint import fma, part
 
 from ..exact.motions import exact_sphere
 from ..inertia import SpecialInertia, parameters_of
 from ..initial_states import initial_tangent, multiplier
-from ..integrable import factors, special_parameters
+from ..integrable import factors, inner, physical_scale, special_parameters, weighted
 from ..literature import BALL
 from ..manifold import Array, wedge
 from .hamiltonized_splitting import hamiltonized_splitting, splitting_parameters
@@ -73,11 +73,7 @@ def hamiltonized_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
 def hamiltonized_clock(params: Any, t: Any, y: Any, work: Any) -> Any:
     """dt/dτ = D√U, eq. (CM)."""
     n = len(y) // 2
-    D, b, _ = factors(params, n)
-    u = b[0] * y[0] * y[0]
-    for i in range(1, n):
-        u += b[i] * y[i] * y[i]
-    return D[0] * sqrt(u)
+    return physical_scale(n, params, y)
 
 
 @gi.observable
@@ -85,12 +81,8 @@ def hamiltonized_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½(D U (p̃, p̃) − (p̃, Ap̃)), eq. (hamiltonian*)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
-    u, pp, pap = b[0] * y[0] * y[0], y[n] * y[n], a[0] * y[n] * y[n]
-    for i in range(1, n):
-        u += b[i] * y[i] * y[i]
-        pp += y[n + i] * y[n + i]
-        pap += a[i] * y[n + i] * y[n + i]
-    return 0.5 * (D[0] * u * pp - pap)
+    p = part(y, n, n)
+    return 0.5 * (D[0] * weighted(n, b, y, y) * inner(n, p, p) - weighted(n, a, p, p))
 
 
 @gi.observable
@@ -98,11 +90,8 @@ def hamiltonized_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     """K = D²U (p̃, p̃) = (p, p) = ⟨k, k⟩."""
     n = len(y) // 2
     D, b, _ = factors(params, n)
-    u, pp = b[0] * y[0] * y[0], y[n] * y[n]
-    for i in range(1, n):
-        u += b[i] * y[i] * y[i]
-        pp += y[n + i] * y[n + i]
-    return D[0] * D[0] * u * pp
+    p = part(y, n, n)
+    return D[0] * D[0] * weighted(n, b, y, y) * inner(n, p, p)
 
 
 @gi.field

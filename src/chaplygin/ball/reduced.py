@@ -31,7 +31,7 @@ from geomint import log, part
 from ..exact.motions import exact_sphere
 from ..inertia import GeneralInertia, SpecialInertia, parameters_of
 from ..initial_states import initial_tangent
-from ..integrable import factors, special_parameters, weighted_square
+from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import BALL
 from ..manifold import Array, wedge
 from .angular_velocity import apply_to_gamma, log_density_after, omega_for, omega_work
@@ -76,11 +76,7 @@ def reduced_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """ξ = −ω = (γ∧Aq/D − A⁻¹γ∧q)/(DU)."""
     n = len(y) // 2
     D, b, a = factors(params, n)
-    g2, gp, u = y[0] * y[0], y[0] * y[n], b[0] * y[0] * y[0]
-    for i in range(1, n):
-        g2 += y[i] * y[i]
-        gp += y[i] * y[n + i]
-        u += b[i] * y[i] * y[i]
+    g2, gp, u = inner(n, y, y), inner(n, y, part(y, n, n)), weighted(n, b, y, y)
     r = 1.0 / (D[0] * u)
     s = r / D[0]
     pair = 0
@@ -98,18 +94,10 @@ def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½⟨k, ω⟩ = (D U K − (q, Aq))/(2D²U), eq. (hamiltonian) with q for p."""
     n = len(y) // 2
     D, b, a = factors(params, n)
-    g, p = y[0], y[n]
-    g2, u, pp, gp = g * g, b[0] * g * g, p * p, g * p
-    gag, gap, pap = a[0] * g * g, a[0] * g * p, a[0] * p * p
-    for i in range(1, n):
-        g, p = y[i], y[n + i]
-        g2 += g * g
-        u += b[i] * g * g
-        pp += p * p
-        gp += g * p
-        gag += a[i] * g * g
-        gap += a[i] * g * p
-        pap += a[i] * p * p
+    p = part(y, n, n)
+    g2, gp, pp = inner(n, y, y), inner(n, y, p), inner(n, p, p)
+    u, gag = weighted(n, b, y, y), weighted(n, a, y, y)
+    gap, pap = weighted(n, a, y, p), weighted(n, a, p, p)
     qaq = g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)
     return 0.5 * (D[0] * u * (g2 * pp - gp * gp) - qaq) / (D[0] * D[0] * u)
 
@@ -118,12 +106,9 @@ def reduced_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
 def reduced_k(params: Any, t: Any, y: Any, work: Any) -> Any:
     """K = (γ, γ)(p, p) − (γ, p)² = ⟨k, k⟩, eq. (IK)."""
     n = len(y) // 2
-    g2, pp, gp = y[0] * y[0], y[n] * y[n], y[0] * y[n]
-    for i in range(1, n):
-        g2 += y[i] * y[i]
-        pp += y[n + i] * y[n + i]
-        gp += y[i] * y[n + i]
-    return g2 * pp - gp * gp
+    p = part(y, n, n)
+    gp = inner(n, y, p)
+    return inner(n, y, y) * inner(n, p, p) - gp * gp
 
 
 @gi.observable
@@ -131,7 +116,7 @@ def reduced_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
     """Return log μ = −(n − 2)/2 log U, eq. (DENSITY)."""
     n = len(y) // 2
     _, b, _ = factors(params, n)
-    return -0.5 * (n - 2) * log(weighted_square(n, b, y))
+    return -0.5 * (n - 2) * log(weighted(n, b, y, y))
 
 
 @functools.cache

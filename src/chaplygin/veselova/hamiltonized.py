@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import fma
+from geomint import fma, part
 
 from ..ball.hamiltonized import hamiltonized_clock, hamiltonized_k
 from ..exact.motions import exact_veselova
 from ..initial_states import multiplier
-from ..integrable import factors, special_parameters
+from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
@@ -65,10 +65,8 @@ def geodesic_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """𝓗 = ½D² (p̃, Ap̃), eq. (ham:ves)."""
     n = len(y) // 2
     D, _, a = factors(params, n)
-    pap = a[0] * y[n] * y[n]
-    for i in range(1, n):
-        pap += a[i] * y[n + i] * y[n + i]
-    return 0.5 * D[0] * D[0] * pap
+    p = part(y, n, n)
+    return 0.5 * D[0] * D[0] * weighted(n, a, p, p)
 
 
 @gi.field
@@ -77,10 +75,7 @@ def geodesic_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, wo
     n = len(q)
     D, _, a = factors(params, n)
     d2 = D[0] * D[0]
-    gp, gap = q[0] * p[0], a[0] * q[0] * p[0]
-    for i in range(1, n):
-        gp += q[i] * p[i]
-        gap += a[i] * q[i] * p[i]
+    gp, gap = inner(n, q, p), weighted(n, a, q, p)
     for i in range(n):
         x, z, ai = q[i], p[i], a[i]
         dq[i] = -d2 * (gap + gp * ai) * z

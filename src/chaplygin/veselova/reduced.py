@@ -24,10 +24,11 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
+from geomint import part
 
 from ..ball.reduced import reduced_k, reduced_log_density
 from ..exact.motions import exact_veselova
-from ..integrable import factors, special_parameters
+from ..integrable import factors, inner, special_parameters, weighted
 from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .initial_states import veselova_tangent
@@ -66,11 +67,7 @@ def veselova_generator(params: Any, t: Any, y: Any, out: Any, work: Any) -> None
     """ξ = −w = Aq∧γ/U."""
     n = len(y) // 2
     _, b, a = factors(params, n)
-    g2, gp, u = y[0] * y[0], y[0] * y[n], b[0] * y[0] * y[0]
-    for i in range(1, n):
-        g2 += y[i] * y[i]
-        gp += y[i] * y[n + i]
-        u += b[i] * y[i] * y[i]
+    g2, gp, u = inner(n, y, y), inner(n, y, part(y, n, n)), weighted(n, b, y, y)
     r = 1.0 / u
     pair = 0
     for i in range(n):
@@ -86,17 +83,9 @@ def veselova_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """½⟨𝓘w, w⟩ = ½⟨k, w⟩ = (q, Aq)/(2U), which is (p, Ap)/(2U) on T*S^(n−1)."""
     n = len(y) // 2
     _, b, a = factors(params, n)
-    g, p = y[0], y[n]
-    g2, gp, u = g * g, g * p, b[0] * g * g
-    gag, gap, pap = a[0] * g * g, a[0] * g * p, a[0] * p * p
-    for i in range(1, n):
-        g, p = y[i], y[n + i]
-        g2 += g * g
-        gp += g * p
-        u += b[i] * g * g
-        gag += a[i] * g * g
-        gap += a[i] * g * p
-        pap += a[i] * p * p
+    p = part(y, n, n)
+    g2, gp, u = inner(n, y, y), inner(n, y, p), weighted(n, b, y, y)
+    gag, gap, pap = weighted(n, a, y, y), weighted(n, a, y, p), weighted(n, a, p, p)
     return 0.5 * (g2 * (g2 * pap - gp * gap) - gp * (g2 * gap - gp * gag)) / u
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -33,17 +34,7 @@ __all__ = ["command"]
 @click.option("--quiet", is_flag=True, help="No progress, no table.")
 @debug_option
 def command(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    tolerance: float | None,
-    representation: str | None,
-    t_end: float | None,
-    tau_end: float | None,
-    count: int | None,
-    out: Path,
-    paper: bool,
-    quiet: bool,
+    scene: str, count: int | None, out: Path, paper: bool, quiet: bool, **changes: Any
 ) -> int:
     """Find the Lyapunov exponents of a scene, which tell whether its motion is chaotic.
 
@@ -55,10 +46,7 @@ def command(
     from ..run.exponents import Lyapunov
     from ..run.files.outputs import check_folder
 
-    by = {"method": method, "step": step, "tolerance": tolerance}
-    chosen = chosen_scene(
-        scene, drift=True, **by, representation=representation, t_end=t_end, tau_end=tau_end
-    )
+    chosen = chosen_scene(scene, drift=True, **changes)
     plan = plan_chaos(chosen, count)
     print_notes(chosen)
     check_folder(out, CHAOS_FILES)

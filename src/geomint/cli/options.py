@@ -45,6 +45,7 @@ __all__ = [
     "scene_choice",
     "scene_options",
     "t_end_option",
+    "taken",
     "tell_failure",
     "yes_option",
 ]
@@ -154,6 +155,11 @@ def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
     with warnings.catch_warnings(), patience("building the scene"):
         warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
         return load_changed(scene, drift, _option, **changes)
+
+
+def taken(keys: dict[str, Any], *more: str) -> dict[str, Any]:
+    """Take what changes a scene, and `more`, out of what a command was given: the rest is its own."""
+    return {key: keys.pop(key) for key in ("method", "step", "tolerance", "representation", *more)}
 
 
 def _option(key: str) -> str:

@@ -21,6 +21,7 @@ from .options import (
     reproducing_command,
     say_report,
     scene_choice,
+    taken,
 )
 
 __all__ = ["command"]
@@ -63,18 +64,7 @@ def _pairs(context: click.Context, option: click.Parameter, given: tuple[str, ..
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 @debug_option
 def command(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    tolerance: float | None,
-    representation: str | None,
-    t_end: float | None,
-    tau_end: float | None,
-    workers: int | None,
-    out: Path,
-    paper: bool,
-    quiet: bool,
-    **keys: Any,
+    scene: str, workers: int | None, out: Path, paper: bool, quiet: bool, **keys: Any
 ) -> int:
     """Integrate a scene with many values of its numbers, or from many states, and chart the outcome.
 
@@ -85,9 +75,7 @@ def command(
     from ..report import SCAN_FILES
     from ..run.files.outputs import check_folder
 
-    given: dict[str, Any] = {"method": method, "step": step, "tolerance": tolerance}
-    given["representation"] = representation
-    chosen = chosen_scene(scene, **given, t_end=t_end, tau_end=tau_end)
+    chosen = chosen_scene(scene, **taken(keys, "t_end", "tau_end"))
     plan = plan_scan(chosen, **keys)
     print_notes(chosen, plan.notes)
     check_folder(out, SCAN_FILES)

@@ -20,6 +20,7 @@ from .options import (
     reproducing_command,
     say_report,
     scene_choice,
+    taken,
 )
 
 __all__ = ["command"]
@@ -41,24 +42,7 @@ __all__ = ["command"]
 @paper_option
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
 @debug_option
-def command(
-    scene: str,
-    method: str | None,
-    step: float | None,
-    tolerance: float | None,
-    representation: str | None,
-    event: str | None,
-    direction: str | None,
-    level: float | None,
-    points: int | None,
-    motions: int | None,
-    seed: int | None,
-    axes: list[str] | None,
-    exact: bool,
-    out: Path,
-    paper: bool,
-    quiet: bool,
-) -> int:
+def command(scene: str, exact: bool, out: Path, paper: bool, quiet: bool, **keys: Any) -> int:
     """Follow motions of a scene until each has crossed a surface so many times.
 
     The scene's own end is not used, but for the step that meets a tolerance there: motions are followed
@@ -68,11 +52,9 @@ def command(
     from ..report import SECTION_FILES
     from ..run.files.outputs import check_folder
 
-    given: dict[str, Any] = {"method": method, "step": step, "tolerance": tolerance}
-    chosen = chosen_scene(scene, **given, representation=representation)
+    chosen = chosen_scene(scene, **taken(keys))
     chosen = chosen.changed(integrate={"exact": True}) if exact else chosen
-    changes = {"event": event, "direction": direction, "level": level, "points": points}
-    plan = plan_section(chosen, **changes, motions=motions, seed=seed, axes=axes)
+    plan = plan_section(chosen, **keys)
     print_notes(chosen)
     check_folder(out, SECTION_FILES)
     import_meanwhile("section_page")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..plan import SectionPlan
 from ..plots.style import COLOURS, Picture
-from ..run.at_states import values_at
+from ..problems.at_states import values_at
 from ..run.provenance import finite_json, json_text, method_record
 from ..run.section import Section
 from ..scene.provenance import scene_record

@@ -20,8 +20,8 @@ import numpy as np
 
 from ..arguments import Array, positive, whole
 from ..errors import DomainError, GeomintWarning
+from ..problems.at_states import evaluator
 from ..problems.problem import Problem
-from .at_states import evaluator
 from .chains import Chains, Target
 from .level import Level, kept_values, on_level, settled_states
 

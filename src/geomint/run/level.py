@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from ..arguments import Array, finite, whole
 from ..errors import DomainError, GeomintError, GeomintWarning, nearest
+from ..problems.at_states import writer
 from ..problems.evaluate import value
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import both, written
-from .at_states import writer
 from .way_back import WayBack, way_back
 
 __all__ = ["Level", "kept_values", "on_level", "settled_states", "states_on_level"]
@@ -71,14 +71,14 @@ class Level:
             if functions and manifold is not None:
                 given = both(manifold, own, given, len(functions))
             assert given is not None
-            self._write = writer(problem, given, self.conditions, compiled)
+            self._write = writer(problem, [given], self.conditions, compiled)
             self._way_back = way_back(problem, given, self._wanted, self.sizes, compiled)
 
     def off(self, states: Array) -> Array:
         """Return how far conditions are from holding, in their sizes, shape (states, conditions)."""
         if self._write is None:
             return np.zeros((len(states), 0))
-        found = self._write(np.zeros(len(states)), states)
+        (found,) = self._write(np.zeros(len(states)), states)
         with np.errstate(over="ignore", invalid="ignore"):  # ∞ is off too
             return np.asarray((found - self._wanted) / self.sizes)
 

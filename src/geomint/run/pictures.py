@@ -13,9 +13,9 @@ import numpy as np
 
 from ..arguments import Array
 from ..errors import DomainError
+from ..problems.at_states import values_at
 from ..problems.problem import Problem
 from ..problems.units import NO_UNIT
-from .at_states import values_at
 from .events import quantity
 from .shown_body import direction_of, path_along
 from .stored import StoredProblem

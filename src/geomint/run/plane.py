@@ -19,11 +19,11 @@ import numpy as np
 
 from ..arguments import Array
 from ..kernels.compiling.recorded import Recorded
+from ..problems.at_states import values_at
 from ..problems.problem import Problem
 from ..problems.spaces.euclidean import Euclidean
 from ..problems.spaces.sphere import Sphere
 from ..problems.spaces.tangent_bundle import TangentBundle
-from .at_states import values_at
 from .events import Event, component
 
 __all__ = ["Boundary", "Plane", "boundary", "plane_of"]

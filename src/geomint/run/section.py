@@ -14,9 +14,9 @@ import numpy.typing as npt
 from ..arguments import Array
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
+from ..problems.at_states import values_at
 from ..problems.problem import Problem
 from ..problems.shown import Shown
-from .at_states import values_at
 from .events import Event, component, quantity
 from .files.outputs import whole_file
 from .plane import Boundary, Plane, boundary, plane_of

@@ -11,10 +11,10 @@ from ..arguments import Array
 from ..errors import DomainError, GeomintWarning
 from ..methods import Method
 from ..methods.adaptive import Adaptive
-from ..problems.evaluate import Rate, rates_of, rounding_scale, value_of
+from ..problems.evaluate import Rate, rates_of, scale_of, states_around, value_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
-from ..watch.functions import ENERGY
+from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
 from .solution import Solution
 from .timeline import Timeline
@@ -67,13 +67,13 @@ def tell_coarse_steps(
     problem, h = solution.problem, abs(timeline.h)
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
-    changed = _changed(solution, state, timeline.start, compiled, watched)
-    if problem.invariants and not changed:
+    off = _integrals_off(solution, state, timeline.start, compiled, watched)
+    if problem.invariants and not off:
         return
     rate_at = rates_of(problem, state, compiled)
     turning = _turns(problem, state, timeline.h, timeline.start, rate_at) > TURN
-    lost = _lost(problem, state, changed, KEPT if turning else LOST)
-    told = [f"{lost} at the end"] if lost else []
+    lost = [name for name, part in off.items() if part > (KEPT if turning else LOST)][:1]
+    told = [f"{name} is off by {off[name]:.2g} of its size at the end" for name in lost]
     if turning and (lost or not problem.invariants):
         told.append("the motion turns around within one")
     if told:
@@ -83,50 +83,36 @@ def tell_coarse_steps(
         )
 
 
-def _changed(
+def _integrals_off(
     solution: Solution,
     state: Array,
     start: float,
     compiled: bool,
     watched: Mapping[str, Watcher],
-) -> dict[str, tuple[float, float]]:
-    """Return integrals that are off at the end by more than `KEPT`: by how much, and what they were.
+) -> dict[str, float]:
+    """Return integrals that are off at the end by more than `KEPT` of their scale, and by how much.
 
-    The energy is looked at, where there is one, and else all.
+    The energy is looked at, where there is one, and else all. The scale is `rounding_scale` where the
+    run began.
     """
     problem, known = solution.problem, solution.problem.invariants
     end, time = solution.y[-1], float(solution.tau[-1])
     found = {}
     for name in [ENERGY] if ENERGY in known else known:
         with contextlib.suppress(ArithmeticError):  # of a function in plain Python
+            number = value_of(problem, known[name], state, compiled)
             watcher = watched.get(name)
-            to_the_end = watcher is not None and watcher.steps is None
-            if to_the_end and getattr(watcher, "function", None) is known[name]:
+            own = isinstance(watcher, Function) and watcher.function is known[name]
+            if watcher is not None and own and watcher.steps is None:
                 drift = solution.drift[name]
                 before, change = drift.initial, abs(drift.final_error)
             else:
-                number = value_of(problem, known[name], state, compiled)
                 before = number(state, start)
                 change = abs(number(end, time) - before)
             if change > KEPT * abs(before):
-                found[name] = change, before
-    return found
-
-
-def _lost(
-    problem: Problem, state: Array, changed: dict[str, tuple[float, float]], allowed: float
-) -> str:
-    """Return in words which integral is off by more than a part of its scale; or nothing.
-
-    The scale is `rounding_scale` where the run began.
-    """
-    for name, (change, before) in changed.items():
-        with contextlib.suppress(ArithmeticError):
-            if change > allowed * abs(before):
-                off = change / rounding_scale(problem, problem.invariants[name], state)
-                if off > allowed:
-                    return f"{name} is off by {off:.2g} of its size"
-    return ""
+                around = [number(y, 0.0) for y in states_around(state)]
+                found[name] = change / float(scale_of(around, state))
+    return {name: part for name, part in found.items() if part > KEPT}
 
 
 def _turns(problem: Problem, state: Array, h: float, start: float, rate_at: Rate) -> float:

@@ -9,12 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Array
-from ..errors import DomainError
 from ..kernels.compiling.sameness import Compared
 from ..problems.shown import Shown
 from .growth import CLASSES, MIN_TREND_WINDOWS, NOT_FINITE, Growth, growth_of
-from .windows import NOTHING, Series, Windows
+from .windows import NOTHING, Windows
 
 __all__ = [
     "CLASSES",
@@ -22,7 +20,6 @@ __all__ = [
     "ROUNDOFF",
     "Drift",
     "drift_of_run",
-    "drift_of_series",
     "not_finite",
     "walk_level",
 ]
@@ -160,42 +157,10 @@ def not_finite(drifts: Mapping[str, Drift]) -> str:
     return "; ".join(words)
 
 
-def drift_of_series(
-    name: str,
-    times: Array,
-    values: Array,
-    scale: float,
-    initial: float = 0.0,
-    explained: float | None = None,
-) -> Drift:
-    """Return the drift of a series from `initial` at time 0, by the rule of `geomint.watch.growth`.
-
-    Parameters
-    ----------
-    scale : float
-        What a rounding error of the quantity is measured against.
-    explained : float, optional
-        How large a random walk of rounding errors may get. Default: that of a step a sample.
-
-    Raises
-    ------
-    DomainError
-        For times that are not finite, that are all the same, or that go forth and back.
-    """
-    series = Series(np.array([initial]), 0.0)
-    series.add(times, np.asarray(values, dtype=np.float64)[None, :])
-    (windows,) = series.windows()
-    if not windows.in_order:
-        raise DomainError("times", windows.times, "finite times that go on in one direction")
-    if explained is None:
-        explained = walk_level(scale, windows.samples)
-    return drift_of_run(name, windows, scale, explained)
-
-
 def drift_of_run(
     name: str, windows: Windows, scale: float, explained: float, **described: Any
 ) -> Drift:
-    """Return the drift as `drift_of_series` does; undetermined where times are not in order.
+    """Return the drift by the rule of `geomint.watch.growth`, undetermined where times are in no order.
 
     So no run is lost in which a clock has stood still. `described` is what its watcher says of the
     quantity.

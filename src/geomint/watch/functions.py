@@ -9,14 +9,8 @@ from typing import Any, Self, TypeVar
 import numpy as np
 
 from ..arguments import Array
-from ..kernels.compiling.bound import bind
-from ..kernels.compiling.call import Call
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.compiling.signatures import FIELD
-from ..kernels.numbers.blocks import Block, scalar_block
-from ..kernels.solve.sample import sampler
-from ..methods.stepper import filled_block
-from ..problems.declaration import kept_with
+from ..problems.at_states import Values, writer
 from ..problems.evaluate import scale_of, states_around
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import written
@@ -72,23 +66,12 @@ def grouped(quantities: Iterable[T], samples: float) -> list[tuple[T, ...]]:
     return [known] if (len(known) - 1) * samples >= MANY else [(one,) for one in known]
 
 
-def _entry(problem: Problem, functions: tuple[Recorded, ...], compiled: bool) -> Any:
-    """Return one function that writes the values of several, compiled once for a problem."""
-    sizes = {"params": len(problem.params), "y": problem.rows, "out": len(functions)}
-
-    def made() -> Any:
-        return bind(written(*functions), FIELD, **sizes).entry(compiled)
-
-    key = "written", compiled, *(f.fingerprint for f in functions)
-    return kept_with(problem, key, made)
-
-
 class Sweep:
     """Functions along one run: evaluated on chunks of states, and reduced to windows."""
 
     def __init__(self, functions: Mapping[str, Function], run: Run, steps: int | None) -> None:
         self._functions, self._run, self._left = functions, run, steps
-        self._sample: Call | None = None
+        self._write: Values | None = None
         self._series: Series | None = None
         self._scales: list[float] = []
         self.sees_all = steps is not None
@@ -104,19 +87,8 @@ class Sweep:
             return
         run, problem, compiled = self._run, self._run.problem, self._run.stepper.compiled
         groups = grouped((f.function for f in self._functions.values()), run.samples)
-
-        def sample() -> Call:
-            params = filled_block(problem.params)
-            return sampler().call(compiled, params=params, rows=problem.rows)
-
-        key = "sample", compiled, sampler().recorded.fingerprint
-        self._sample = kept_with(problem, key, sample).copy()
-        self._sample.set(
-            values=tuple(_entry(problem, functions, compiled) for functions in groups),
-            functions=len(groups),
-            width=len(groups[0]),
-            work=scalar_block(problem.work),
-        )
+        functions, width = [written(*group) for group in groups], len(groups[0])
+        self._write = writer(problem, functions, width, compiled)
         states = states_around(run.state)
         values = self._values(np.full(len(states), run.time), states)
         self._scales = scale_of(values, run.state).tolist()
@@ -139,18 +111,9 @@ class Sweep:
 
     def _values(self, times: Array, states: Array) -> Array:
         """Return the values of the functions, one a row, at states, one a row."""
-        assert self._sample is not None
-        (count, stride), m = states.shape, len(self._functions)
-        out = np.zeros(m * count)
-        self._sample(
-            times=Block(np.ascontiguousarray(times)),
-            states=Block(np.ascontiguousarray(states).reshape(-1)),
-            stride=stride,
-            count=count,
-            out=Block(out),
-        )
-        apart = self._sample.given("functions") == m  # else one function writes all of a state
-        return out.reshape(m, count) if apart else out.reshape(count, m).T
+        assert self._write is not None
+        found = self._write(times, states)  # one function writes all of a state, or each its own
+        return found[0].T if len(found) == 1 else found[:, :, 0]
 
     def drifts(self, steps: int) -> Iterator[Drift]:
         """Yield the drift of every function over so many steps."""

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from ...arguments import Array
 from ...errors import EventError
-from ..at_states import Values, evaluator
+from ...problems.at_states import Values, evaluator
 from ..events import Event
 from ..met import Met
 from .path import ExactPath

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from ....arguments import Array, as_array
 from ....errors import DomainError, GeomintError
+from ....problems.at_states import values_at
 from ....problems.problem import Problem
-from ...at_states import values_at
 from ...events import component, quantity
 from ..given import Asked, Members
 from ..outcome import ENDED_EARLY, Outcome
