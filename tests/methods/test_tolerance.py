@@ -13,11 +13,13 @@ import pytest
 from families import FAMILIES, KINDS, PROBLEMS, pairs
 from scipy.integrate import solve_ivp
 
+import chaplygin as ch
 import geomint as gi
 from geomint import part
+from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import Start, find_method
 from geomint.problems.deviation import sizes_of
-from geomint.problems.evaluate import compiled_derivative, derivative
+from geomint.problems.evaluate import derivative, rates_of
 from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
@@ -502,11 +504,7 @@ def test_motions_that_begin_where_they_are_slowest(radius: float, tolerance: flo
     assert off.max() < 10.0 * tolerance
 
 
-def test_warm_calls_have_the_bits_of_cold_ones_and_evaluate_nothing_in_python(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """After many runs the time scale is that of compiled code; states are admitted once."""
-    monkeypatch.setattr("geomint.methods.started.OFTEN", 1)
+def test_states_are_admitted_once_and_calls_repeat() -> None:
     admitted = []
 
     def admit(y: np.ndarray) -> np.ndarray:
@@ -515,18 +513,50 @@ def test_warm_calls_have_the_bits_of_cold_ones_and_evaluate_nothing_in_python(
 
     problem = dataclasses.replace(OSCILLATOR, admit=admit)
     given: dict[str, Any] = {"t_end": 30.0, "method": "auto", "tolerance": 1e-8, "progress": False}
-    cold = gi.solve(problem, [1.0, 0.5], **given)
-
-    def never(*_: Any) -> np.ndarray:
-        raise AssertionError("a derivative in plain Python")
-
-    monkeypatch.setattr(choose, "derivative", never)
-    assert gi.solve(problem, [1.0, 0.5], **given) == cold
+    assert gi.solve(problem, [1.0, 0.5], **given) == gi.solve(problem, [1.0, 0.5], **given)
     assert len(admitted) == 2
     changed = dataclasses.replace(problem, field=gi.field(quicker))
-    monkeypatch.undo()
     once, again = (gi.solve(changed, [1.0, 0.5], **given) for _ in range(2))
-    assert once == again != cold
+    assert once == again != gi.solve(problem, [1.0, 0.5], **given)
+
+
+CHAPLYGIN = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
+ACTION = dataclasses.replace(CHAPLYGIN.reduced(), field=None)
+
+
+@pytest.mark.parametrize(
+    ("problem", "asked"),
+    [
+        (CHAPLYGIN.hamiltonized(), {"tau_end": 1.0, "step": 0.1}),
+        (CHAPLYGIN.hamiltonized(), {"tau_end": 1.0, "step": 0.1, "observe": ["energy", "K"]}),
+        (CHAPLYGIN.hamiltonized(), {"t_end": 1.0}),
+        (CHAPLYGIN.hamiltonized(), {"t_end": 20.0, "tolerance": 1e-6}),
+        (
+            CHAPLYGIN.reduced(),
+            {"t_end": 20.0, "tolerance": 1e-6, "method": "dormand-prince-5-adaptive"},
+        ),
+        (CHAPLYGIN.reduced(), {"t_end": 1.0, "step": 0.4, "method": "rk-4"}),
+        (ACTION, {"t_end": 1.0, "method": "cf-4"}),
+        (
+            dataclasses.replace(CHAPLYGIN.hamiltonized(), field=None),
+            {"tau_end": 1.0, "method": "rattle-2"},
+        ),
+    ],
+    ids=lambda x: x.name if isinstance(x, gi.Problem) else "-".join(x),
+)
+def test_no_call_evaluates_functions_in_plain_python(
+    problem: gi.Problem, asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """But the checks of the first one: from another state nothing is left to them."""
+    gi.solve(problem, problem.random_state(0), **asked, progress=False)
+
+    def call(f: Recorded, *given: Any) -> Any:
+        assert not f.function.__module__.startswith("chaplygin"), f"{f} in plain Python"
+        return f.function(*given)
+
+    y0 = problem.random_state(1)
+    monkeypatch.setattr(Recorded, "__call__", call)
+    assert gi.solve(problem, y0, **asked, progress=False).success
 
 
 def quicker(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
@@ -537,12 +567,11 @@ def quicker(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 def test_compiled_derivatives_have_the_bits_of_plain_ones() -> None:
     """Those of large states, by which the first step is chosen: the same time, to the bit."""
     problem, y0 = outer_solar_system.problem(), outer_solar_system.initial()
-    compiled = compiled_derivative(problem)
+    compiled = rates_of(problem, y0)
     for y in (y0, 1.1 * y0, y0[::-1][::-1]):
         np.testing.assert_array_equal(compiled(problem, y, 0.5), derivative(problem, y))
     times = [characteristic_time(problem, y0, rate_at=f) for f in (derivative, compiled)]
     assert times[0] == times[1]
-    assert problem.rows >= LARGE
 
 
 def test_nothing_is_expected_where_no_trial_runs() -> None:

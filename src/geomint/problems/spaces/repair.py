@@ -18,14 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from ...arguments import Array
+from ...arguments import SHORT, Array
 from ...errors import DomainError, GeomintWarning
 
 __all__ = ["PARALLEL", "REPAIRED", "SILENT", "length", "repaired", "warn"]
 
 SILENT = 1e-13
 REPAIRED = 1e-6
-SHORT = 16  # numbers that Python compares faster than numpy
 PARALLEL = 1e-8  # a vector whose tangent part is a smaller fraction of it is mostly round-off
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,8 +16,6 @@ from .repair import SILENT, length, repaired, warn
 from .stiefel import Orthonormal
 
 __all__ = ["Sphere"]
-
-SMALL = 1e-200  # a square: those of smaller numbers lose digits
 
 
 @dataclass(frozen=True)
@@ -87,10 +84,7 @@ class Sphere(Orthonormal):
 
     def leaning(self, y: Array, v: Array) -> float:
         """Return |(y, v)|/|v|."""
-        squared = float(v.dot(v))
-        if not SMALL < squared < 1.0 / SMALL:  # it may have lost digits
-            return float(abs(y.dot(v / (length(v) or 1.0))))
-        return abs(float(y.dot(v))) / math.sqrt(squared)
+        return float(abs(y.dot(v / (length(v) or 1.0))))
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return v less its part along y; twice, so that the result is orthogonal to round-off."""
