@@ -31,7 +31,7 @@ PARTS = [f"{place}{kind}" for kind in ("", "-data") for place in (*FOLDERS, "els
 UNITS = ("files", "lines", "tokens")
 NUMBERS = [(part, unit) for part in PARTS for unit in UNITS]
 WEIGHTLESS = ["*.md", "*.rst", "*.ipynb", "*.png", "*.svg", "*.gif", "/benchmarks/results"]
-WEIGHTLESS += ["/.ci/weight.toml"]
+WEIGHTLESS += ["/.ci/weight.toml", "/tests/surface.txt"]
 DOCUMENTED = (ast.Module, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 LAYOUT = (tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
 
@@ -103,7 +103,7 @@ def unsaid(ceilings: Weights, raised: list[str]) -> Iterator[str]:
         before = tomllib.loads(shown.stdout.decode())
         new = "\n".join(line for line in raised if line not in before.get("raised", ()))
         for part, unit in NUMBERS if before else ():
-            to = re.findall(rf" {part} {unit} \d+ → (\d+): \S", new)
+            to = re.findall(rf" {part} {unit} \d+ → (\d+)(?:, [^:]*)?: \S", new)
             if ceilings[part][unit] > max([before[part][unit], *map(int, to)]):
                 yield f"{part} {unit}: the ceiling was raised since {commit} without words"
 
@@ -120,13 +120,15 @@ def faults(found: Weights, ceilings: Weights) -> Iterator[str]:
 
 def write(found: Weights, ceilings: Weights, raised: list[str], words: str) -> None:
     """Write the ceilings that fell; with words, those that rose too."""
+    risen = []
     for part, unit in NUMBERS:
         number, ceiling = found[part][unit], ceilings[part][unit]
-        if number > ceiling and words:
-            today = datetime.date.today()
-            raised.append(f"{today} {part} {unit} {ceiling} → {number}: {words}")
+        if number > ceiling:
+            risen.append(f"{part} {unit} {ceiling} → {number}")
         if number < ceiling or words:
             ceilings[part][unit] = number
+    if risen and words:
+        raised.append(f"{datetime.date.today()} {', '.join(risen)}: {words}")
     rows = [HEAD, f"raised = {json.dumps(raised, ensure_ascii=False, indent=4)}\n"]
     for part, numbers in ceilings.items():
         rows.append("\n".join([f"\n[{part}]", *(f"{u} = {n}" for u, n in numbers.items()), ""]))
