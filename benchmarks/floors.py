@@ -20,6 +20,7 @@ import io
 import json
 import os
 import resource
+import runpy
 import statistics
 import subprocess
 import sys
@@ -156,9 +157,14 @@ def _cold_seconds(checkout: Path) -> float:
 
 def weight(folder: str, what: str) -> Found:
     """Return how many files, lines or tokens of code there are in a folder."""
-    command = [sys.executable, str(ROOT / ".ci" / "weight.py"), "--json"]
-    found = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
-    return Found(found[folder][what])
+    return Found(weights()[folder][what])
+
+
+@functools.cache
+def weights() -> dict[str, dict[str, int]]:
+    """Return the numbers that `.ci/weight.py` counts."""
+    found: dict[str, dict[str, int]] = runpy.run_path(str(ROOT / ".ci" / "weight.py"))["weights"]()
+    return found
 
 
 @functools.cache

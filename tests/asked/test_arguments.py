@@ -17,7 +17,6 @@ from asked_support import arguments_of, called, methods_of, seen
 
 import geomint as gi
 from geomint.cli import drift_report as in_python
-from geomint.compare import runs as compare_module
 from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
 from geomint.run import solve as integrate
@@ -901,14 +900,3 @@ def test_methods_of_a_problem() -> None:
     plain = gi.Problem("plain", (("a", 1), ("b", 1)), field=turning)
     with pytest.raises(gi.DomainError, match="c = 1"):
         plain.state(a=1.0, b=2.0, c=1.0)
-
-
-# --- compare --------------------------------------------------------------------------------------
-
-
-def test_the_arguments_of_compare_are_those_of_its_tests() -> None:
-    """Their effects: tests/compare."""
-    assert arguments_of(compare_module.compare) == {
-        "model", "end", "methods", "steps", "first_steps", "representation", "repeats", "observe",
-        "reference", "peers", "report",
-    }  # fmt: skip

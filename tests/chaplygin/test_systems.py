@@ -88,12 +88,6 @@ def test_six_scenes_show_the_four_kinds_of_drift():
         assert {"energy", "integrals", "constraints", "measure"} == set(kinds)
 
 
-def test_all_scenes_are_there():
-    names = "ball-3d sphere-n3 sphere-n5 hamiltonized-n3 hamiltonized-n5 homogeneous-n4 "
-    names += "veselova-n3 veselova-n4 veselova-classical ellipsoid-n4"
-    assert set(SCENES) >= set(names.split())
-
-
 A3 = {"a": [0.8, 1.1, 1.5], "D": 4.0}
 G3 = {"gamma": [0.6, 0.0, 0.8]}
 P3 = {"p": [0.8, 1.0, -0.6]}

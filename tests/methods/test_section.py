@@ -145,11 +145,7 @@ def test_what_it_is(tmp_path: Path) -> None:
     np.testing.assert_array_equal(figure.axes[0].lines[0].get_xdata(), found.y[:, 4])
     found.save(tmp_path / "points.csv")
     with (tmp_path / "points.csv").open() as stream:
-        rows = list(csv.reader(stream))
-    assert rows[0] == [
-        "motion", "t", "direction", *(f"gamma[{i}]" for i in range(3)), *(f"p[{i}]" for i in range(3))
-    ]  # fmt: skip
-    numbers = np.array(rows[1:], dtype=float)
+        numbers = np.array(list(csv.reader(stream))[1:], dtype=float)
     np.testing.assert_array_equal(numbers[:, 3:], found.y)
 
 

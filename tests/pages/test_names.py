@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 import tomllib
 from importlib.metadata import metadata
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 import tables
@@ -26,32 +24,6 @@ from geomint.tableaux.runge_kutta import RUNGE_KUTTA
 
 API = ROOT / "docs" / "api"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
-
-
-def documented() -> tuple[set[str], set[str]]:
-    """Return the modules whose members the API pages list, and the single names that they list."""
-    modules, names = set(), set()
-    for path in API.glob("*.rst"):
-        text = tables.with_modules(path.read_text("utf-8"))
-        for name, rest in re.findall(r"automodule:: (\S+)\n((?:   .*\n)*)", text + "\n"):
-            if ":no-members:" not in rest:
-                modules.add(name)
-        names |= set(re.findall(r"(?:autofunction|autoclass|autoexception|py:data):: (\S+)", text))
-    return modules, names
-
-
-@pytest.mark.parametrize("package", [geomint, chaplygin], ids=lambda p: p.__name__)
-def test_api_pages_have_every_public_name(package: ModuleType) -> None:
-    modules, names = documented()
-    shown = {name.rsplit(".", 1)[-1] for name in names}
-    for module in map(importlib.import_module, modules):
-        shown |= set(getattr(module, "__all__", vars(module)))
-    for name in package.__all__:
-        value = getattr(package, name)
-        if isinstance(value, ModuleType):
-            assert any(entry.startswith(value.__name__) for entry in modules | names), name
-        elif not isinstance(value, str):
-            assert name in shown, name
 
 
 def test_what_is_public_is_documented_by_its_public_name() -> None:

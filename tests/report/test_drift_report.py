@@ -14,17 +14,15 @@ from geomint.report.text import number, parameters_told, with_error
 from geomint.run.provenance import finite_json
 from geomint.watch.drift import CLASSES
 
-KEYS = {
+NUMBERS = [
     "initial",
     "max_abs_error",
-    "max_rel_error",
     "scale",
     "final_error",
     "slope",
     "slope_stderr",
     "trend_bound",
-    "class",
-}
+]
 
 
 def quantities(record):
@@ -75,15 +73,13 @@ def test_a_weight_is_told_as_it_was_given():
 
 def test_the_contract(record):
     """That of several methods, with one."""
-    assert set(record) == {"methods", "kinds", "time", "physical_end", "status", "provenance"}
     assert (record["status"], record["time"], record["physical_end"]) == ("success", "t", None)
     assert list(record["methods"]) == ["cf-4"]
     names = {"energy", "K", "area", "norm", "spatial-momentum", "measure"}
     assert set(quantities(record)) == names == set(record["kinds"])
     for quantity in quantities(record).values():
-        assert set(quantity) >= KEYS
         assert quantity["class"] in CLASSES
-        for key in KEYS - {"class", "max_rel_error"}:
+        for key in NUMBERS:
             assert isinstance(quantity[key], int | float)
             assert math.isfinite(quantity[key])
         if quantity["initial"] == 0:
@@ -110,9 +106,7 @@ def test_provenance_is_complete(record):
         assert provenance["versions"][key]
     for key in ("cpu", "platform", "date", "scene_toml", "scene_hash"):
         assert provenance[key]
-    assert {"seed", "command", "notes"} <= set(provenance)
     assert (run["step"], run["method"], run["status"]) == (0.02, "cf-4", "success")
-    assert {"method_options", "compile_seconds", "run_seconds"} <= set(run)
     assert run["field_evaluations"] == 4 * run["steps"] == 8000
 
 

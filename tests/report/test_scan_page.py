@@ -16,7 +16,6 @@ import geomint as gi
 from geomint.cli import main
 from geomint.plan import plan_scan
 from geomint.plots.scan_plot import MOST_PANELS, Chart, scan_figure
-from geomint.report import SCAN_FILES
 
 SCENE: dict[str, Any] = {
     "system": {"name": "chaplygin-sphere-hamiltonized", "a": [0.8, 1.1, 1.5], "D": 4.0},
@@ -35,7 +34,6 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
 def test_over_one_parameter(tmp_path: Path) -> None:
     """Each member is the scene with that value, to the same bits."""
     many = gi.scan_report(SCENE, tmp_path / "out", paper=True, vary={"D": "2:6:5"}, show=SHOW)
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(SCAN_FILES)
     rows = rows_of(tmp_path / "out")
     assert [float(row["D"]) for row in rows] == [2.0, 3.0, 4.0, 5.0, 6.0]
     for k, D in enumerate([2.0, 3.0, 4.0, 5.0, 6.0]):

@@ -47,15 +47,6 @@ def page(report):
     return (report[0] / "report.html").read_text(encoding="utf-8")
 
 
-def test_one_report_of_four_files(report):
-    assert {path.name for path in report[0].iterdir()} == {
-        "report.html",
-        "drift.json",
-        "drift.png",
-        "drift.svg",
-    }
-
-
 @pytest.mark.usefixtures("blank_pictures")
 def test_a_cell_says_how_long_it_was_watched(tmp_path):
     observe = {"quantities": ["energy", "measure"], "measure": {"steps": 8}}
@@ -200,11 +191,8 @@ def test_what_was_watched_to_the_end_is_not_said_to_be_shorter(page):
 
 
 def test_the_contract(record):
-    assert set(record) == {"methods", "kinds", "time", "physical_end", "status", "provenance"}
     assert list(record["methods"]) == LABELS
-    keys = {"status", "message", "representation", "quantities", "missing", "run"}
     for entry in record["methods"].values():
-        assert set(entry) == keys
         for quantity in entry["quantities"].values():
             assert math.isfinite(quantity["max_abs_error"])
             assert quantity["class"]

@@ -52,18 +52,11 @@ def test_files(tmp_path):
     assert "http" not in text.replace("http://www.w3.org", "")
     data = json.loads((page.parent / "stress.json").read_text(encoding="utf-8"))
     assert len(data["cells"]) == 14
-    wanted = {"method", "system", "axis", "value", "n", "verdict", "error", "allowed", "message"}
     for cell in data["cells"]:
-        assert wanted | {"seconds", "quantity", "label", "h", "steps", "known", "confirmed"} == set(
-            cell
-        )
         assert cell["verdict"] in VERDICTS
     assert "References: none." in text
     assert data["references"]["judged"] == 0
     assert data["counts"] == dict.fromkeys(VERDICTS, 2)
-    assert {"versions", "cpu", "date", "command", "seconds", "processor_seconds"} <= set(
-        data["provenance"]
-    )
 
 
 def test_the_picture_of_all_axes_is_not_clipped():

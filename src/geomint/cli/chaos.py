@@ -15,6 +15,7 @@ from .options import (
     exit_code,
     folder_option,
     paper_option,
+    partly,
     print_failure,
     print_notes,
     reproducing_command,
@@ -65,7 +66,5 @@ def command(
     if not quiet:
         for line in chaos_lines(chosen.title, chaos_record(plan, found, None)):
             click.echo(printable(line))
-        say_report(
-            "report" if found.status == "success" else f"report ({found.status})", page, paper
-        )
+        say_report(f"report{partly(found.status)}", page, paper)
     return exit_code(found.status)

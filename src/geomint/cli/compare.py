@@ -115,7 +115,7 @@ def command(
     if not quiet:
         print_comparison(result, chosen)
         click.echo(f"reference: {' '.join(reference_text(result.reference))}")
-        say_report(f"report{partly(result)}", out / "compare.html", paper)
+        say_report(f"report{partly(result.status)}", out / "compare.html", paper)
     if result.without_result and result.status == "success":
         return exit_code("failed")
     return exit_code(result.status)

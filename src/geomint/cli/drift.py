@@ -75,5 +75,5 @@ def command(
         from ..report.summary import print_runs
 
         print_runs(result)
-        say_report(f"report{partly(result)}", page, paper)
+        say_report(f"report{partly(result.status)}", page, paper)
     return exit_code(result.status)

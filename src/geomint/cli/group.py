@@ -17,15 +17,11 @@ import click
 
 from .. import __version__
 from ..errors import GeomintError, GeomintWarning
-from .options import print_failure, print_message
+from .options import exit_code, print_failure, print_message
 from .plugged import summary
 from .signals import signals_as_ctrl_c
 
 __all__ = ["main"]
-
-CLOSED = 1  # what click returns if nobody reads
-FAILED = 2
-INTERRUPTED = 130
 
 # What --help shows; each command lives in the module of this package of its name.
 COMMANDS = {
@@ -141,14 +137,14 @@ class LazyGroup(click.Group):
                 code = error.exit_code
             except (click.Abort, KeyboardInterrupt):
                 print_message("interrupted")
-                code = INTERRUPTED
+                code = exit_code("interrupted")
             except (GeomintError, OSError) as error:
                 if isinstance(error, GeomintError) or error.filename is not None:
                     print_failure(error, arguments)
-                    code = FAILED
+                    code = exit_code("failed")
                 else:
                     code = _output_failed(error, arguments)
-        code = 128 + received[0] if received and code == INTERRUPTED else code
+        code = 128 + received[0] if received and code == exit_code("interrupted") else code
         try:
             sys.stdout.flush()  # or its failure would only show after Python's exit
         except OSError as error:
@@ -163,9 +159,9 @@ def _output_failed(error: OSError, arguments: Sequence[str] = ()) -> int:
     # What is still in the buffer must not be tried again at the end of Python.
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     if isinstance(error, BrokenPipeError):
-        return CLOSED
+        return exit_code("closed")
     print_message(f"standard output cannot be written: {error.strerror}")
-    return FAILED
+    return exit_code("failed")
 
 
 @click.group(

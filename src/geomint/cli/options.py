@@ -18,11 +18,11 @@ import click
 from ..errors import printable
 
 if TYPE_CHECKING:
-    from ..compare.runs import Comparison
-    from ..plan import Estimate, MethodRun, SeveralRuns
+    from ..plan import Estimate, MethodRun
     from ..scene import Scene
 
 __all__ = [
+    "EXIT_CODES",
     "check_time",
     "chosen_scene",
     "debug_option",
@@ -51,6 +51,8 @@ __all__ = [
 ]
 
 PATIENCE = 1.0  # seconds
+# "closed": nobody reads, as click has it. After a signal it is 128 and the signal's number.
+EXIT_CODES = {"success": 0, "closed": 1, "forbidden": 1, "failed": 2, "interrupted": 130}
 
 
 def list_option(*names: str, **given: Any) -> Callable[..., Any]:
@@ -234,9 +236,9 @@ def tell_failure(run: MethodRun) -> None:
         print_message(f"{run.label}: {run.status}: {run.message}".rstrip(": "))
 
 
-def partly(result: SeveralRuns | Comparison) -> str:
+def partly(status: str) -> str:
     """Return how to say that a result is not all that was asked for."""
-    return "" if result.status == "success" else f" ({result.status})"
+    return "" if status == "success" else f" ({status})"
 
 
 def check_time(expected: Callable[[], Estimate], allowed: bool) -> None:
@@ -278,5 +280,5 @@ def reproducing_command() -> str:
 
 
 def exit_code(status: str) -> int:
-    """Return 0, 130 after an interrupt, or 2 after a failure."""
-    return {"success": 0, "interrupted": 130}.get(status, 2)
+    """Return the exit code after what a status says; what is not known is a failure."""
+    return EXIT_CODES.get(status, EXIT_CODES["failed"])

@@ -47,7 +47,7 @@ def command(
     from ..plan import expected_time, make_plan, run_plan
 
     plan = make_plan(chosen)
-    out = Path(f"{chosen.name}.nc") if out is None else out
+    out = out or Path(f"{chosen.name}.nc")
     print_notes(chosen)
     check_time(lambda: expected_time([plan]), yes)
     check_file(out)
@@ -66,5 +66,5 @@ def command(
         from ..report.summary import print_runs
 
         print_runs(result)
-        say(f"written{partly(result)}", out)
+        say(f"written{partly(result.status)}", out)
     return exit_code(result.status)

@@ -16,6 +16,7 @@ from .options import (
     folder_option,
     list_option,
     paper_option,
+    partly,
     print_message,
     print_notes,
     reproducing_command,
@@ -92,5 +93,5 @@ def command(
     if not quiet:
         for line in scan_lines(scan_record(plan, many, None)):
             click.echo(printable(line))
-        say_report("report" if status == "success" else f"report ({status})", page, paper)
+        say_report(f"report{partly(status)}", page, paper)
     return exit_code(status)

@@ -6,11 +6,9 @@ from pathlib import Path
 
 import click
 
-from .options import debug_option, folder_option, list_option, reproducing_command, say
+from .options import debug_option, exit_code, folder_option, list_option, reproducing_command, say
 
 __all__ = ["command"]
-
-FORBIDDEN, INTERRUPTED = 1, 130
 
 
 @click.command("stress")
@@ -59,10 +57,8 @@ def command(
         result.cells, result.axes, result.seconds, reproducing_command(), result.interrupted
     )
     page = write_stress_report(record, result.methods, out)
-    bad = forbidden(result.cells)
     if not quiet:
         watch.summary(result.cells)
         say("report (interrupted)" if result.interrupted else "report", page)
-    if result.interrupted:
-        return INTERRUPTED
-    return FORBIDDEN if bad else 0
+    done = "forbidden" if forbidden(result.cells) else "success"
+    return exit_code("interrupted" if result.interrupted else done)
