@@ -16,7 +16,6 @@ from .errors import DomainError
 
 __all__ = [
     "MOST_NUMBERS",
-    "SHORT",
     "Array",
     "as_array",
     "as_vector",

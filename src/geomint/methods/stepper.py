@@ -136,6 +136,7 @@ class Stepper:
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
+        self.before: Any = None  # where its integrator was before the last steps
         self.turned = False  # whether `otherwise` takes the steps
         self._single: Stepper | None = None  # what takes single steps beside the run
         # What else has been prepared, and what `otherwise` has made: of all that share its code.

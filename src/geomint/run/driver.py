@@ -98,7 +98,7 @@ def drive(
         end = consume(indices, states, handed if whole else None)
         account.watching_seconds += running_clock() - begun
         if end is not None:
-            integrator.bookmark = integrator.before
+            integrator.bookmark = stepper.before
             integrator.take(end - first, stride, out, whole)
         elif asked.status != OK:
             raise integrator.failure(asked, good)

@@ -77,7 +77,7 @@ class Integrator:
 
     __slots__ = (  # so that writing to a name that it does not have is an error
         *("__weakref__", "_carried", "_done", "_first", "_method", "_nothing", "_start"),
-        *("before", "iterations", "stepper", "steps"),
+        *("iterations", "stepper", "steps"),
     )
 
     def __init__(
@@ -130,7 +130,6 @@ class Integrator:
     def _begin(self, method: Method, start: Start) -> None:
         self._method, self._start, self._done = method, start, 0
         self.steps, self.iterations = 0, 0
-        self.before: tuple[Array, int, int, int]  # where the last `take` began
         self._carried: CarriedDirections | None = None
         self.stepper = started(method, start)
         self._nothing: Block | None = None
@@ -412,7 +411,7 @@ class Integrator:
             What became of it, and of the steps that succeeded, after which the integrator is.
         """
         stepper, done = self.stepper, self._done
-        self.before = before = self.bookmark
+        stepper.before = before = self.bookmark
         try:
             asked = good = stepper.advance(done, count, every, out, whole, before[0])
             if asked.status != OK:  # memory may be in the middle of a composition

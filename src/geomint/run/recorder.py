@@ -177,7 +177,7 @@ class Recorder:
         """
         ahead, handed = self._integrator, self._handed
         if ahead.done > max(self._number, handed):
-            ahead.bookmark = ahead.before
+            ahead.bookmark = self._stepper.before
             ahead.take(max(self._number - handed, 0), NEVER, scalar_block(self._stepper.rows))
         if self.stopped or self._timeline.physical_end is not None:
             return  # every state has been handed out
