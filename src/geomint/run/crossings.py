@@ -87,13 +87,10 @@ class Crossings:
             self._past = filled_block(before.memory)
         self._late: dict[str, list[Array]] = {}
 
-    def __bool__(self) -> bool:
-        return bool(self._events)
-
     @property
     def use_memories(self) -> bool:
         """Whether what the method remembers of each step is of use."""
-        return bool(self._events) and self._stepper.between is not None
+        return self._stepper.between is not None
 
     @property
     def entries(self) -> int:
@@ -102,7 +99,7 @@ class Crossings:
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what looks for events."""
-        if self._events and not self._calls:
+        if not self._calls:
             self._make({name: scalar_block(2) for name in self._events})
 
     def _make(self, signs: Mapping[str, Block]) -> None:
@@ -133,7 +130,7 @@ class Crossings:
 
         `memories`: what is remembered of the steps, one a row, where that is of use.
         """
-        if not self._events or len(nodes.times) < 2:
+        if len(nodes.times) < 2:
             return None
         before = self._tail
         first = 0 if before is None else len(before.times)
@@ -244,8 +241,6 @@ class Crossings:
         `end` is where the run has ended, `here` where the other one goes on from, in the problem's
         own time.
         """
-        if not self._events:
-            return restart
         sign, near = np.sign(self._stepper.h), SEEN * abs(self._stepper.h)
         near = max(near, 4.0 * np.spacing(abs(end)))
         told = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
 import numpy as np
@@ -38,12 +39,12 @@ class Recorder:
         self,
         integrator: Integrator,
         timeline: Timeline,
-        observers: Observers,
+        observers: Observers | None,
         save_every: int | None,
         observe_every: int,
         wanted: Wanted,
         dense: bool,
-        crossings: Crossings,
+        crossings: Crossings | None,
     ) -> None:
         problem, stepper = integrator.problem, integrator.stepper
         self._integrator, self._problem, self._stepper = integrator, problem, stepper
@@ -68,15 +69,21 @@ class Recorder:
         if self._nodes is not None:
             self._nodes.append(self._reached())
         self.stride = self._stride()
-        self.whole = crossings.use_memories  # what the driver must hand out
+        self.whole = (
+            crossings is not None and crossings.use_memories
+        )  # what the driver must hand out
 
     def _stride(self) -> int:
         """How often the driver must hand out a state."""
-        every = len(self._wanted) or self._nodes is not None or self._crossings
-        if every or self._timeline.physical_end is not None or self._observers.needs_all_states:
+        every = len(self._wanted) or self._nodes is not None or self._crossings is not None
+        if (
+            every
+            or self._timeline.physical_end is not None
+            or (self._observers is not None and self._observers.needs_all_states)
+        ):
             return 1
         intervals = [self._save_every] if self._save_every else []
-        if self._observers.samples:
+        if self._observers is not None:
             intervals.append(self._observe_every)
         return int(np.gcd.reduce(intervals)) if intervals else max(self._timeline.steps or NEVER, 1)
 
@@ -140,7 +147,7 @@ class Recorder:
                 cut = slice(0, past[0])
                 indices, times, states = indices[cut], times[cut], states[cut]
         stop = None
-        if self._crossings:
+        if self._crossings is not None:
             nodes = self._nodes_to(indices, times, states)
             stop = self._crossings.take(nodes, memories)
         if stop is not None:
@@ -154,7 +161,7 @@ class Recorder:
         if len(states):
             self._before = (float(times[-1]), states[-1].copy())
             self._number = int(indices[-1])
-        if self._observers.samples:
+        if self._observers is not None:
             # The last step that is cut to meet the end counts as a partial one.
             watched = (indices % self._observe_every == 0) | (times == self._timeline.own_end)
             labels = states[:, -1] if self._clock and end is not None else times
@@ -193,7 +200,7 @@ class Recorder:
 
     def observe_end(self) -> None:
         """Sample the last state that was reached, if that has not been done on the way."""
-        if self._observers.samples:
+        if self._observers is not None:
             self._observers.add_end(self._before[0], self.reached, self._before[1])
 
     def _stop(self, stop: Stop) -> None:
@@ -217,7 +224,7 @@ class Recorder:
         Not in one of a length in the last bits of the time, within which functions of it are noise: a
         run that goes on looks there.
         """
-        if not self._crossings or abs(time - self._before[0]) <= rounding(time):
+        if self._crossings is None or abs(time - self._before[0]) <= rounding(time):
             return False
         number = np.array([self._number])
         stop = self._crossings.take(self._nodes_to(number, np.array([time]), state[None, :]))
@@ -229,7 +236,9 @@ class Recorder:
         """Take the state of a last partial step, which no more wanted times lie beyond."""
         times, states = np.array([time]), state[None, :]
         self._evaluate(np.array([self._number]), times, states)
-        if time != self._before[0]:  # an event at a step: that has been sampled
+        if (
+            self._observers is not None and time != self._before[0]
+        ):  # an event at a step: that has been sampled
             self._observers.add(times, np.array([label]), states, np.array([True]))
         self._before = (time, state.copy())
 
@@ -270,16 +279,19 @@ class Recorder:
         saved = self._kept()
         tau, full = saved
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
-        drift = self._observers.drifts(steps)
+        drift = {} if self._observers is None else self._observers.drifts(steps)
         message = f"ended by {self.stopped}" if self.stopped else ""
         message = message if isinstance(status, str) else str(status)
         if status == "success" and (bad := not_finite(drift)):
             status, message = NOT_FINITE, bad
-        restart = self._crossings.left_behind(self._integrator.restart, self._before[0], span)
+        restart, met = self._integrator.restart, {}
+        if self._crossings is not None:
+            restart = self._crossings.left_behind(restart, self._before[0], span)
+            met = self._crossings.met(self._clock, self._before[0])
         return Solution(
             problem=self._problem,
             method=method,
-            step=float(np.copysign(sizes.mean, self._timeline.h)),
+            step=math.copysign(sizes.mean, self._timeline.h),
             step_sizes=sizes,
             tau=tau,
             y=full[:, :rows],
@@ -296,7 +308,7 @@ class Recorder:
             drift_time="t" if self._timeline.physical_end is not None else self._problem.time,
             physical=physical,
             restart=restart,
-            events=self._crossings.met(self._clock, self._before[0]),
+            events=met,
             kept=self._kept_nodes(),
         )
 

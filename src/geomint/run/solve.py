@@ -277,22 +277,20 @@ def _solved(
         math.copysign(1.0, timeline.h),
         with_clock and tau_eval is None,
     )
-    run = Run(
-        problem,
-        integrator.state,
-        integrator.time,
-        integrator.stepper,
-        timeline.expected / observe_every,
-        chosen,
-    )
-    observers = Observers(watched, run)
-    crossings = Crossings(problem, integrator.stepper, looked_for, before)
+    observers, crossings = None, None
+    if watched:
+        samples = timeline.expected / observe_every
+        start_of = integrator.state, integrator.time, integrator.stepper
+        observers = Observers(watched, Run(problem, *start_of, samples, chosen))
+    if looked_for:
+        crossings = Crossings(problem, integrator.stepper, looked_for, before)
     recorder = Recorder(
         integrator, timeline, observers, save_every, observe_every, wanted, dense, crossings
     )
     with Progress(progress, recorder.length, chosen.name) as bar:
-        bar.expect(integrator.stepper.entries + observers.entries + crossings.entries)
-        in_turn(integrator.prepare, observers.prepare, crossings.prepare)
+        along = [part for part in (observers, crossings) if part is not None]
+        bar.expect(integrator.stepper.entries + sum(part.entries for part in along))
+        in_turn(integrator.prepare, *(part.prepare for part in along))
         bar.begin(compiled and timeline.expected * problem.rows <= BRIEF)
         account = Account()
 

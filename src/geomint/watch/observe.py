@@ -96,11 +96,6 @@ class Observers:
         ]
 
     @property
-    def samples(self) -> bool:
-        """Whether something is to be sampled at some states."""
-        return bool(self._watches)
-
-    @property
     def needs_all_states(self) -> bool:
         """Whether the state after every step is needed, however seldom something is sampled."""
         return any(watch.sees_all for watch in self._watches)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -105,8 +106,8 @@ class Series:
             self._samples += len(times)
             self._last, self.last_time = deviations[:, -1], float(times[-1])
             self._max_abs = np.maximum(self._max_abs, np.abs(deviations).max(axis=1))  # keeps a NaN
-            for i in np.flatnonzero(~np.isfinite(self._max_abs)):
-                if self._not_finite_from[i] is None:
+            for i, largest in enumerate(self._max_abs.tolist()):
+                if self._not_finite_from[i] is None and not math.isfinite(largest):
                     self._not_finite_from[i] = float(times[np.argmin(np.isfinite(deviations[i]))])
             if self._late.size:
                 times = np.concatenate((self._late, times))
@@ -121,7 +122,7 @@ class Series:
         whole = min(len(times) // self._length, MAX_WINDOWS - len(self._times))
         used = whole * self._length
         times, deviations = times[:used], deviations[:, :used]
-        closed = np.stack((deviations, np.abs(deviations)))
+        closed = np.array((deviations, np.abs(deviations)))
         if self._length > 1:
             times, closed = _merged(times, closed, self._length)
         self._times = np.concatenate((self._times, times))
@@ -134,6 +135,9 @@ class Series:
     def windows(self) -> list[Windows]:
         """Return the windows of each."""
         numbers = self._initial[:, 0].tolist(), self._last.tolist(), self._max_abs.tolist()
+        times = np.broadcast_to(self._times, self._closed.shape[1:])
+        closed = np.array((times, *self._closed)).swapaxes(0, 1)
+        late = np.array((np.broadcast_to(self._late, self._open.shape), self._open)).swapaxes(0, 1)
         return [
             Windows(
                 initial,
@@ -143,8 +147,8 @@ class Series:
                 self._samples,
                 largest,
                 self._not_finite_from[i],
-                np.array((self._times, *self._closed[:, i])),
-                np.array((self._late, self._open[i])),
+                closed[i],
+                late[i],
             )
             for i, (initial, last, largest) in enumerate(zip(*numbers, strict=True))
         ]
@@ -153,7 +157,7 @@ class Series:
 def _merged(times: Array, closed: Array, count: int) -> tuple[Array, Array]:
     """Return windows of so many neighbours: their times, means and maxima."""
     means, maxima = closed.reshape(*closed.shape[:-1], -1, count)
-    return _means(times.reshape(-1, count)), np.stack((_means(means), maxima.max(axis=-1)))
+    return _means(times.reshape(-1, count)), np.array((_means(means), maxima.max(axis=-1)))
 
 
 def _means(rows: Array) -> Array:

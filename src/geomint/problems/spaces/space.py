@@ -34,7 +34,7 @@ def _of_states(method: Method) -> Method:
     @functools.wraps(method)
     def checked(self: Space, *states: Any, **named: Any) -> Any:
         given = {name: as_vector(name, state, self.rows) for name, state in named.items()}
-        return method(self, *(as_vector("state", state, self.rows) for state in states), **given)
+        return method(self, *[as_vector("state", state, self.rows) for state in states], **given)
 
     return cast(Method, checked)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -84,7 +85,10 @@ class Sphere(Orthonormal):
 
     def leaning(self, y: Array, v: Array) -> float:
         """Return |(y, v)|/|v|."""
-        return float(abs(y.dot(v / (length(v) or 1.0))))
+        numbers = v.tolist()
+        size = math.hypot(*numbers) or 1.0
+        along = sum(a * (b / size) for a, b in zip(y.tolist(), numbers, strict=True))
+        return float(abs(along))
 
     def tangent(self, y: Array, v: Array) -> Array:
         """Return v less its part along y; twice, so that the result is orthogonal to round-off."""

@@ -8,7 +8,7 @@ that which the last two trials showed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from .stretch import Stretch
@@ -66,6 +66,7 @@ class Search:
     near: float = 30.0
     worth: float = 0.0
     trials: list[Trial] = field(default_factory=list)
+    _good: list[tuple[Trial, float, float]] = field(default_factory=list)
 
     @property
     def change(self) -> float:
@@ -76,13 +77,12 @@ class Search:
         """Return the setting found, and the error expected of it."""
         setting, failed = min(first, self.largest), math.inf
         for _ in range(MOST):
-            trial = self.attempt(setting)
-            self.trials.append(trial)
+            trial = self._took(self.attempt(setting))
             if trial.error is None or trial.stretch is None:
                 failed = min(failed, setting)
-                most = max((t.setting for t, _, _ in self._good()), default=BACK**2 * setting)
+                most = max((t.setting for t, _, _ in self._good), default=BACK**2 * setting)
                 setting = math.sqrt(most * failed)
-                if any(self._good()) and self._saves(most, setting) < self.worth:
+                if self._good and self._saves(most, setting) < self.worth:
                     break  # what serves is there, and what is longer may fail again
                 continue
             if self._not_worth():
@@ -91,7 +91,7 @@ class Search:
             far = trial.error < FAR * self.goal  # so that it is no estimate of what that errs by
             if near or (self._saves(trial.setting, setting) < self.worth and not far):
                 break
-        good = list(self._good())
+        good = self._good
         if not good:
             return setting, math.inf
         if self._not_worth():
@@ -112,8 +112,7 @@ class Search:
         self, setting: float, expected: float, attempt: Callable[[float], Trial]
     ) -> tuple[float, float]:
         """Return the setting that one more trial leads to, such as one on a longer stretch."""
-        trial = attempt(setting)
-        self.trials.append(trial)
+        trial = self._took(attempt(setting))
         if not trial.error:
             return setting, expected
         factor = (self.goal / trial.error) ** (1.0 / self.power)
@@ -131,16 +130,17 @@ class Search:
         """The trials, as settings and errors at the end."""
         return tuple((t.setting, t.error) for t in self.trials)
 
-    def _good(self) -> Iterator[tuple[Trial, float, float]]:
-        """Yield the trials that say something, with the error at the end and that of the stretch."""
-        for trial in self.trials:
-            if trial.error is not None and trial.stretch is not None:
-                seen = max(float(trial.stretch.errors[-1]), NOISE)
-                yield trial, max(trial.error, 1e-300), seen
+    def _took(self, trial: Trial) -> Trial:
+        """Keep a trial, and if it says something, the error at the end and that of the stretch."""
+        self.trials.append(trial)
+        if trial.error is not None and trial.stretch is not None:
+            seen = max(float(trial.stretch.errors[-1]), NOISE)
+            self._good.append((trial, max(trial.error, 1e-300), seen))
+        return trial
 
     def _not_worth(self) -> bool:
         """Tell whether the last trial, with longer steps than one before, saved no work to speak of."""
-        good = [t.stretch for t, _, _ in self._good() if t.stretch is not None]
+        good = [t.stretch for t, _, _ in self._good if t.stretch is not None]
         if not self.implicit or len(good) < 2 or good[-1].step <= good[-2].step:
             return False
         return good[-1].work > WORTH * good[-2].work
@@ -151,7 +151,7 @@ class Search:
 
     def _power(self) -> float:
         """Return the power that the last two trials showed, if they were far above rounding."""
-        seen = [(t.setting, e) for t, e, s in self._good() if s > SEEN]
+        seen = [(t.setting, e) for t, e, s in self._good if s > SEEN]
         if len(seen) < 2 or seen[-1][0] == seen[-2][0]:
             return self.power
         (a, before), (b, now) = seen[-2:]
@@ -160,9 +160,9 @@ class Search:
 
     def _next(self, failed: float) -> tuple[float, bool]:
         """Return what to try next, and whether that is known well enough without a trial."""
-        trial, error, seen = list(self._good())[-1]
+        trial, error, seen = self._good[-1]
         if seen < SEEN:  # by rounding, perhaps; what follows from a trial with more error is better
-            if any(s >= SEEN for _, _, s in self._good()) or trial.setting >= self.largest:
+            if any(s >= SEEN for _, _, s in self._good) or trial.setting >= self.largest:
                 return trial.setting, True
             factor = min(1.2 * (SEEN / seen) ** (1.0 / self.power), self.change)
             return self._within(trial.setting, factor, failed), False
