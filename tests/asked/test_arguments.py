@@ -16,9 +16,10 @@ import pytest
 from asked_support import arguments_of, called, methods_of, seen
 
 import geomint as gi
-from geomint.cli import drift_report as in_python
+from geomint.cli import reports as in_python
 from geomint.kernels.numbers.blocks import scalar_block
 from geomint.plan import Plan
+from geomint.report import drift_page
 from geomint.run import solve as integrate
 
 # Steps are as long as a test wants them.
@@ -677,7 +678,7 @@ def test_runs_of_scenes_pass_on_what_they_get(
 
     monkeypatch.setattr(in_python, "run_methods", several)
     monkeypatch.setattr(in_python, "common_notes", lambda plans: [])
-    monkeypatch.setattr(in_python, "write_drift_report", lambda *args: told.append(args))
+    monkeypatch.setattr(drift_page, "write_drift_report", lambda *args: told.append(args))
     gi.drift_report(ONE, tmp_path / "a", True, methods=["rk-4"])
     gi.drift_report(TWO, tmp_path / "b", False, methods=["cf-4"], paper=True)
     assert told == [

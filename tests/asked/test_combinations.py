@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import geomint as gi
-from geomint.cli import drift_report as in_python, main
+from geomint.cli import main
 from geomint.report import drift_page
 
 SCENE: dict[str, Any] = {
@@ -246,8 +246,7 @@ def test_a_named_quantity_is_never_another() -> None:
 
 
 def test_what_a_drift_report_misses_is_said(tmp_path, monkeypatch) -> None:
-    for module in (drift_page, in_python):  # no pictures
-        monkeypatch.setattr(module, "write_drift_report", lambda *args: tmp_path)
+    monkeypatch.setattr(drift_page, "write_drift_report", lambda *args: tmp_path)  # no pictures
     scene = gi.Scene(**SCENE).changed_integration(representation="reduced")
     scene = scene.changed_observation(["energy", "spatial-momentum"])
     with pytest.warns(gi.GeomintWarning, match="not watched: spatial-momentum"):

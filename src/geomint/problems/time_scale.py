@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -75,8 +76,8 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     the shortest time (`steady_time`), all pieces that have it are nearly at rest. 1 if there is none.
     """
     times, from_rest = [], False
-    for rows in problem.slices.values():
-        size, rate = length(y0[rows]), length(rates[rows])
+    pieces = [(p, length(y0[p]), length(rates[p])) for p in problem.slices.values()]
+    for _, size, rate in pieces:
         if not math.isfinite(rate):
             expected = "a state with a finite derivative: give a step"
             raise DomainError("state", y0, expected)
@@ -87,7 +88,22 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     times.sort()
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
     if times and not nearly:
-        steady = steady_time(problem, y0, rates, times[0], start, rate_at)
+
+        @np.errstate(all="ignore")
+        def stays(time: float) -> bool:
+            """Tell whether the rates are much the same after a time on the line of the first ones.
+
+            No piece's rate has changed by half of its size or, where that is more, of the piece's own
+            size over the time: the rate of a piece that turns is 0.
+            """
+            if math.isinf(time):
+                return True
+            change = rate_at(problem, y0 + time * rates, start) - rates
+            return all(
+                length(change[p]) <= 0.5 * max(rate, size / time) for p, size, rate in pieces
+            )
+
+        steady = steady_time(stays, times[0])
         if steady > times[0] / RESTING:
             return finite_time(min(steady, linearised_time(problem, y0, rates, start, rate_at)))
         if not from_rest:
@@ -104,38 +120,18 @@ def finite_time(time: float) -> float:
     return time if math.isfinite(time) else 1.0
 
 
-def steady_time(
-    problem: Problem, y0: Array, rates: Array, time: float, start: float, rate_at: Rate
-) -> float:
+def steady_time(stays: Callable[[float], bool], time: float) -> float:
     """Return how long the rates stay, to a tenth; 0 if not over `time`, infinity if for ever."""
-    if not stays(problem, y0, rates, time, start, rate_at):
+    if not stays(time):
         return 0.0
-    while stays(problem, y0, rates, 2.0 * time, start, rate_at):
+    while stays(2.0 * time):
         time *= 2.0
         if math.isinf(time):
             return time
     for factor in (2.0**0.5, 2.0**0.25, 2.0**0.125):
-        if stays(problem, y0, rates, factor * time, start, rate_at):
+        if stays(factor * time):
             time *= factor
     return time
-
-
-@np.errstate(all="ignore")
-def stays(
-    problem: Problem, y0: Array, rates: Array, time: float, start: float, rate_at: Rate
-) -> bool:
-    """Tell whether the rates are much the same after a time on the line on which the state sets out.
-
-    No piece's rate has changed by half of its size or, where that is more, of the piece's own size
-    over the time: the rate of a piece that turns is 0.
-    """
-    if math.isinf(time):
-        return True
-    change = rate_at(problem, y0 + time * rates, start) - rates
-    return all(
-        length(change[rows]) <= 0.5 * max(length(rates[rows]), length(y0[rows]) / time)
-        for rows in problem.slices.values()
-    )
 
 
 @np.errstate(all="ignore")

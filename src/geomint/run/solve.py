@@ -244,7 +244,8 @@ def _solved(
     looked_for, callback = choose_events(events), check_callback(callback)
     evaluated.update({f"events[{k!r}]": e.function(problem) for k, e in looked_for.items()})
     form = problem.forms[0] if exact else chosen.needs
-    check_problem(problem, state, form, with_clock, evaluated)
+    if admitted is None or evaluated:  # else it has been looked at with the state
+        check_problem(problem, state, form, with_clock, evaluated)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(

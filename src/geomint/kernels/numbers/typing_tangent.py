@@ -1,9 +1,8 @@
-"""The numba half of tangent numbers: a value and slopes, of float64, of lane values or of any other.
+"""The numba half of tangent numbers: a value and slopes, of float64 or of lane values.
 
-Of float64 and lanes operations are machine instructions on all slopes at once: with a value of one
-number and slopes in lanes, a tangent number of eight directions costs about three plain numbers. Of
-double-double numbers, and of tangent numbers again, they are those that such numbers have. The bits
-are those of `geomint.kernels.numbers.tangent`.
+Operations are machine instructions on all slopes at once: with a value of one number and slopes in
+lanes, a tangent number of eight directions costs about three plain numbers. The bits are those of
+`geomint.kernels.numbers.tangent`.
 """
 
 from __future__ import annotations
@@ -22,8 +21,8 @@ from numba.extending import intrinsic, models, overload, register_model
 from . import arithmetic, circular
 from .instruction import instruction
 from .tangent import as_tangents, tangent_block, tangent_lane_block
-from .typing_bases import arithmetic_of, eight_of, is_eight, is_machine, one_of, result_of
-from .typing_blocks import BlockType, other_rows, parts_of, place_in
+from .typing_bases import Instructions
+from .typing_blocks import BlockType, other_rows
 from .typing_lanes import LANE_MASK, LANE_VALUE, LANES, broadcast, emit_larger, fold_lanes
 
 __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
@@ -32,9 +31,8 @@ __all__ = ["TangentType", "tangent_lanes", "tangent_numbers"]
 class TangentType(types.Type):
     """A value of type `base` and `count` slopes of type `element`.
 
-    The base is float64, a lane value, or a type of number with operators of its own, as double-double
-    and tangent ones have. `element` is that of the base, or eight directions in a lane value beside a
-    float64 value.
+    The base is float64 or a lane value; `element` is that too, or eight directions in a lane value
+    beside a float64 value.
     """
 
     def __init__(self, base: Any, element: Any, count: int) -> None:
@@ -44,15 +42,11 @@ class TangentType(types.Type):
     @property
     def parts(self) -> tuple[Any, ...]:
         """The types of what a row of a block holds, in its order."""
-        return (*parts_of(self.base), *parts_of(self.element) * self.count)
+        return (self.base, *(self.element,) * self.count)
 
     def place(self, part: int) -> tuple[int, ...]:
         """Return where one of the parts is in a number."""
-        own = len(parts_of(self.base))
-        if part < own:
-            return (0, *place_in(self.base, part))
-        slope, part = divmod(part - own, len(parts_of(self.element)))
-        return (1, slope, *place_in(self.element, part))
+        return (1, part - 1) if part else (0,)
 
     @property
     def packed(self) -> bool:
@@ -61,11 +55,11 @@ class TangentType(types.Type):
 
     def lanes(self) -> TangentType:
         """Return the type of eight such numbers."""
-        return TangentType(eight_of(self.base), eight_of(self.base), self.count)
+        return TangentType(LANE_VALUE, LANE_VALUE, self.count)
 
     def singles(self) -> TangentType:
         """Return the type of one of eight such numbers."""
-        return TangentType(one_of(self.base), one_of(self.base), self.count)
+        return TangentType(types.float64, types.float64, self.count)
 
     def can_convert_from(self, typingctx: Any, other: Any) -> Any:
         """Let plain numbers be constants, and one number be eight alike."""
@@ -103,23 +97,22 @@ def _is_plain(x: Any) -> bool:
     return x == LANE_VALUE or isinstance(x, types.Float | types.Integer)
 
 
+def _is_eight(x: Any) -> bool:
+    return getattr(x, "base", x) == LANE_VALUE
+
+
 def _joined(*given: Any) -> TangentType | None:
     """Return the type of what numbers give, one of them a tangent one; None if they do not fit."""
     tangents = [x for x in given if _is_tangent(x)]
     if not tangents or not all(_is_tangent(x) or _is_plain(x) for x in given):
         return None
-    first = next((x for x in tangents if is_eight(x)), tangents[0])
-    eight = any(is_eight(x) for x in given)
-    if eight and _holds_packed(first):
+    first = next((x for x in tangents if _is_eight(x)), tangents[0])
+    eight = any(_is_eight(x) for x in given)
+    if eight and first.packed:  # there are no eight of them
         return None
-    joined = first if is_eight(first) or not eight else first.lanes()
-    fit = all(x == joined or (eight and not is_eight(x) and x.lanes() == joined) for x in tangents)
+    joined = first if _is_eight(first) or not eight else first.lanes()
+    fit = all(x == joined or (eight and not _is_eight(x) and x.lanes() == joined) for x in tangents)
     return joined if fit else None
-
-
-def _holds_packed(kind: TangentType) -> bool:
-    """Whether directions are in lanes, its own or those of its base: there are no eight of them."""
-    return kind.packed or (_is_tangent(kind.base) and _holds_packed(kind.base))
 
 
 class _Number:
@@ -149,15 +142,15 @@ class _Number:
 
 def _operands(context: Any, builder: Any, to: TangentType, kinds: Any, values: Any) -> Any:
     """Return the arithmetic of a type, and operands of an operation that gives it."""
-    a = arithmetic_of(context, builder, to.base)
+    a = Instructions(context, builder)
     return a, *(_Number(a, to, kind, value) for kind, value in zip(kinds, values, strict=True))
 
 
 def _pack(a: Any, kind: TangentType, value: Any, slopes: Sequence[Any]) -> Any:
     packed = cgutils.get_null_value(a.context.get_value_type(kind))
-    packed = a.builder.insert_value(packed, a.given(kind.base, value), 0)
+    packed = a.builder.insert_value(packed, value, 0)
     for k, slope in enumerate(slopes):
-        packed = a.builder.insert_value(packed, a.given(kind.element, slope), (1, k))
+        packed = a.builder.insert_value(packed, slope, (1, k))
     return packed
 
 
@@ -201,15 +194,14 @@ def _quotient(a: Any, x: _Number, y: _Number) -> tuple[Any, list[Any]]:
     return value, [a.multiply(by, a.fused(times, u, s)) for s, u in pairs]
 
 
-def _register(function: Any, result: Callable[..., Any], emit: Any) -> None:
+def _register(function: Any, result: Callable[[TangentType], Any], emit: Any) -> None:
     """Let an operator take two numbers, one of which at least is a tangent number."""
 
     @infer_global(function)
     class Template(AbstractTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             joined = _joined(*args) if len(args) == 2 else None
-            found = None if joined is None else result(self.context, function, joined)
-            return None if found is None else signature(found, *args)
+            return None if joined is None else signature(result(joined), *args)
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         to = _joined(*sig.args)
@@ -237,14 +229,12 @@ for _functions, _emit in (
     ((operator.truediv, operator.itruediv), _quotient),
 ):
     for _function in _functions:
-        _register(_function, lambda context, function, joined: joined, _binary(_emit))
+        _register(_function, lambda joined: joined, _binary(_emit))
 
 
-def _truth(context: Any, function: Any, joined: TangentType) -> Any:
-    """Return the type of a comparison of values; None where the base has none."""
-    if is_machine(joined.base):
-        return LANE_MASK if joined.base == LANE_VALUE else types.boolean
-    return result_of(context, function, joined.base, joined.base)
+def _truth(joined: TangentType) -> Any:
+    """Return the type of a comparison of values."""
+    return LANE_MASK if joined.base == LANE_VALUE else types.boolean
 
 
 def _comparison(function: Any) -> Any:
@@ -332,13 +322,12 @@ def _fma(typingctx, x, y, z):
 @instruction(arithmetic.select)
 def _select(typingctx, condition, x, y):
     to = _joined(x, y)
-    if to is None or (condition == LANE_MASK) != is_eight(to):
+    if to is None or (condition == LANE_MASK) != _is_eight(to):
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
         a, p, q = _operands(context, b, to, sig.args[1:], args[1:])
         zero = ir.Constant(context.get_value_type(to.element), None)
-        zero = a.taken(to.element, to.element, zero)
         s, u = p.slopes or [zero] * to.count, q.slopes or [zero] * to.count
         both = zip((p.value, *s), (q.value, *u), strict=True)
         parts = [a.select(args[0], first, second) for first, second in both]
@@ -377,10 +366,8 @@ def _chained(emit: Any) -> Any:
     def chain(typingctx, x, value, number):
         def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             a, tangent = _operands(context, builder, x, (x,), args[:1])
-            new, by = (a.taken(x.base, x.base, arg) for arg in args[1:])
-            factor = tangent.beside(by)
-            slopes = [emit(a, s, factor) for s in tangent.slopes]
-            return _pack(a, x, new, slopes)
+            factor = tangent.beside(args[2])
+            return _pack(a, x, args[1], [emit(a, s, factor) for s in tangent.slopes])
 
         return x(x, x.base, x.base), codegen
 
@@ -426,7 +413,7 @@ def _overload_log(x):
 
 @instruction(arithmetic.magnitude)
 def _magnitude(typingctx, x):
-    if not _is_tangent(x) or not is_machine(x.base):
+    if not _is_tangent(x):
         return None
 
     def codegen(context: Any, b: Any, sig: Any, args: Any) -> Any:
@@ -464,7 +451,7 @@ def _overload_epsilon(x):
 
 @instruction(arithmetic.lane)
 def _lane(typingctx, x, index):
-    if not _is_tangent(x) or not is_eight(x):
+    if not _is_tangent(x) or not _is_eight(x):
         return None
     one = x.singles()
 
