@@ -96,6 +96,12 @@ def run(checkout: Path, patterns: list[str], cache: Path, seed: int, bar: Progre
     return side._replace(code=code)
 
 
+def both(checkouts: list[Path], patterns: list[str], caches: list[Path]) -> list[Side]:
+    """Run two checkouts at the same time."""
+    with Progress(console=Console(stderr=True)) as bar, ThreadPoolExecutor(2) as pool:
+        return list(pool.map(run, checkouts, [patterns] * 2, caches, (0, 1), (bar, bar)))
+
+
 def differences(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str, float]]:
     """Return which quantities differ, how, and by how much of their size; infinite for texts."""
     found = []
@@ -163,9 +169,8 @@ def main() -> int:
     ]
     for cache in caches if given.cold else ():
         shutil.rmtree(cache, ignore_errors=True)
-    patterns = [given.only or (list(QUICK) if given.quick else ["*"])] * 2
-    with Progress(console=Console(stderr=True)) as bar, ThreadPoolExecutor(2) as pool:
-        old, new = pool.map(run, checkouts, patterns, caches, (0, 1), (bar, bar))
+    patterns = given.only or (list(QUICK) if given.quick else ["*"])
+    old, new = both(checkouts, patterns, caches)
     code = compare(old, new)
     for name in sorted(old.seconds, key=old.seconds.__getitem__)[-30:] if given.seconds else ():
         print(f"{old.seconds[name]:8.2f} {new.seconds.get(name, 0.0):8.2f} {name}")
