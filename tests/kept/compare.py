@@ -149,7 +149,9 @@ def compare(old: Side, new: Side) -> int:
     print(*lines[:SHOWN], *(["…"] if lines[SHOWN:] else []), sep="\n")
     for pattern, count in expected.items():
         print(f"expected, {count} times: {pattern}: {EXPECTED[pattern]}")
-    print(f"{len(old.names)} runs, {len(lines)} differences; exit codes {old.code} and {new.code}")
+    failed = sum("error" in found for found in old.found.values())
+    told = f"{len(old.names)} runs, of which {failed} end with an error; {len(lines)} differences"
+    print(f"{told}; exit codes {old.code} and {new.code}")
     return 2 if broken or not old.names else bool(lines)
 
 
