@@ -47,7 +47,8 @@ def flat(value: Any, name: str = "") -> dict[str, Any]:
     if isinstance(value, float | complex | np.ndarray | np.generic):
         return {name: np.asarray(value)}
     if isinstance(value, BaseException):
-        return {name: f"{type(value).__name__}: {value}"}
+        partial = flat(getattr(value, "partial", None), f"{name}.partial")
+        return {name: f"{type(value).__name__}: {value}", **partial}
     if isinstance(value, list | tuple):
         value = dict(enumerate(value))
     if not isinstance(value, Mapping):
@@ -76,7 +77,7 @@ def outcome(run: Any) -> dict[str, Any]:
         try:
             found = flat(run())
         except Exception as error:
-            found = {**flat(error, "error"), **flat(getattr(error, "partial", None), "partial")}
+            found = flat(error, "error")
     own = [f"{w.category.__name__}: {w.message}" for w in told]
     return {**found, "warnings": "\n".join(w for w in own if w.startswith("Geomint"))}
 
