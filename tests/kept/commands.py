@@ -40,13 +40,15 @@ run ball-3d --method gauss-99 | run ball-3d --step -1 | run ball-3d --t-end 1 --
 drift neumann-n3 --methods gauss-8,gauss-8 | section ball-3d --event gamma[7] | run ball-3d --out
 scan ball-3d --vary E=1:2:3 | exact hamiltonized-n3 --at x | inertia --moments 1,2
 chaos ball-3d --count 99 | compare ball-3d --steps 0 | stress --methods no-such"""
-NUMBER = r"\d[\d.,]*(?:e[+-]?\d+)?"
+NUMBER = r"\d[\d.]*(?:e[+-]?\d+)?"
 TIMES = re.compile(  # where run times stand: a number and a unit of time, or a number under a key
     rf"(?<=steps in ){NUMBER} s \({NUMBER} a second\)|(?<=\(){NUMBER} seconds?(?=\))"
-    rf"|(?<=  ){NUMBER} (?:ns|µs|ms|s|min)(?=  )|(?<=seconds\": ){NUMBER}"
+    rf"|{NUMBER}\u202f(?:ns|µs|ms|s)\b|(?<=seconds\": ){NUMBER}"
 )
 # Lines that are there or not by how long something takes, or whether it was compiled before.
-NOTICE = re.compile(r"^geomint: (?:compiling .*|building the scene …|planning …|timing …)\n", re.M)
+NOTICE = re.compile(
+    r"^(?:geomint: (?:compiling .*|building the scene …|planning …|timing …))?\n", re.M
+)
 
 
 def _told(command: str) -> dict[str, Any]:
@@ -75,11 +77,24 @@ def _file(path: Path) -> Any:
         return "there"
     text = path.read_text("utf-8")
     if path.suffix == ".json":
-        place = json.loads(text).get("provenance", {})
-        for key in ("versions", "cpu", "cores", "platform", "date"):
-            told = json.dumps({key: place.get(key)}, indent=1, ensure_ascii=False)[2:-2]
-            text = text.replace(told.replace("\n", "\n "), f' "{key}": <machine>')
-    return _timeless(text)
+        record = json.loads(text)
+        place = record.get("provenance", {})
+        for key in ("best", "versions", "cpu", "cores", "platform", "date"):  # best: the fastest
+            own = json.dumps({key: record.get(key, place.get(key))}, indent=1, ensure_ascii=False)
+            for told in (own[2:-2], own[2:-2].replace("\n", "\n ")):
+                text = text.replace(told, f' "{key}": <machine>')
+    separator = {".csv": ",", ".tex": "&"}.get(path.suffix)
+    return _timeless(_without_seconds(text, separator) if separator else text)
+
+
+def _without_seconds(text: str, separator: str) -> str:
+    """Return a table with marks in columns whose heads say that they are run times."""
+    rows = [line.split(separator) for line in text.splitlines()]
+    head = next((row for row in rows if len(row) > 1), [])
+    timed = {k for k, cell in enumerate(head) if "seconds" in cell or "(s)" in cell}
+    for row in rows[rows.index(head) + 1 :] if timed else ():
+        row[:] = ["<time>" if k in timed else cell for k, cell in enumerate(row)]
+    return "\n".join(separator.join(row) for row in rows)
 
 
 def _timeless(text: str) -> str:
