@@ -34,8 +34,16 @@ PLANTS = {
         "1 + {}",
     ),
     "angles of exact motions": (r"start\[j\] \+ (4\.0) \* np\.pi", "exact/hamiltonized-n3", None),
-    "digits of the terminal": (r"digits: int = (3)\) -> str", "*/drift neumann-n3 *", "4"),
-    "numbers of JSON": (r"return (value) if math\.isfinite", "*/drift neumann-n3 *", None),
+    "digits of the terminal": (
+        r"digits: int = (3)\) -> str",
+        "quick_commands/drift neumann-n3 --t-end*",
+        "4",
+    ),
+    "numbers of JSON": (
+        r"return (value) if math\.isfinite",
+        "quick_commands/drift neumann-n3 --t-end*",
+        None,
+    ),
 }
 
 
