@@ -167,7 +167,7 @@ def compiled() -> Runs:
 
 
 def _each(methods: list[gi.Method], name: str, more: dict[str, Any]) -> dict[str, Any]:
-    return {method.name: go(name, method, 8.1, 0.27, **more) for method in methods}
+    return {method.name: go(name, method, 3.0, 0.1, **more) for method in methods}
 
 
 ALONG = {"rk-4": ("stars", 0.21), "dop853-adaptive": ("ball-3", 0.3), "gauss-4": ("sphere-3", 0.17)}
@@ -248,7 +248,11 @@ def watch() -> Runs:
     every = {"observe": ["energy", "measure", "symplectic"], "observe_every": 3}
     yield "plain measure", partial(go, "stars", "verlet-2", 8.0, 0.2, **every)
     runs = [("rk-4", "still", 0.1), ("verlet-4", "still", 0.2), ("gauss-8", "sphere-3", 0.25)]
-    runs += [("rattle-2", "pendulum", 0.02), ("lobatto-3", "rods", 0.1), ("cf-4", "ball-3", 0.02)]
+    runs += [
+        ("rattle-2", "pendulum", 0.02),
+        ("lobatto-3", "pendulum", 0.1),
+        ("cf-4", "ball-3", 0.02),
+    ]
     for method, name, step in runs:
         watched = ["all", "symplectic", "measure"][:: 1 + (name == "ball-3")]
         more = {"observe": watched, "compiled": True}
