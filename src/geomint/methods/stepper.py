@@ -344,6 +344,20 @@ class Stepper:
             raise single.error(result, 0, before)
         return single.state.copy()
 
+    def step_ahead(self, t: float, h: float, before: int) -> Array:
+        """Return the state after one step as `single_step` does, from where the run is, and stay there."""
+        memory, own = self.memory.data.copy(), (self.t0, self.h)
+        self.begin(memory[: self.rows], t, h)
+        self.carry[:] = memory[self.rows : 2 * self.rows]
+        try:
+            result = self.advance(0, 1, 2, _NOTHING)
+            if result.status != OK:
+                raise self.error(result, 0, before)
+            return self.state.copy()
+        finally:
+            self.memory.data[:] = memory
+            self.move(*own)
+
     def error(self, result: Advance, first: int, before: int = 0) -> StepError:
         """Return the typed error of an advance that failed after step `first`."""
         step = first + result.steps

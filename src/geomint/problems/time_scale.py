@@ -89,7 +89,6 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
     if times and not nearly:
 
-        @np.errstate(all="ignore")
         def stays(time: float) -> bool:
             """Tell whether the rates are much the same after a time on the line of the first ones.
 
@@ -98,10 +97,11 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
             """
             if math.isinf(time):
                 return True
-            change = rate_at(problem, y0 + time * rates, start) - rates
-            return all(
-                length(change[p]) <= 0.5 * max(rate, size / time) for p, size, rate in pieces
-            )
+            with np.errstate(all="ignore"):
+                change = rate_at(problem, y0 + time * rates, start) - rates
+                return all(
+                    length(change[p]) <= 0.5 * max(rate, size / time) for p, size, rate in pieces
+                )
 
         steady = steady_time(stays, times[0])
         if steady > times[0] / RESTING:

@@ -359,7 +359,7 @@ def _integrate(
         if timeline.remainder != 0.0 and not recorder.stopped:
             stepper, done = integrator.stepper, integrator.done
             last = timeline.start + timeline.h * done
-            y = stepper.single_step(stepper.state, last, timeline.remainder, stepper.carry, done)
+            y = stepper.step_ahead(last, timeline.remainder, done)
             recorder.finish(timeline.own_end or 0.0, y)
         if recorder.error is not None:
             raise recorder.error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -11,6 +12,8 @@ from typing import Any, NamedTuple
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
+from ...methods.stepper import Stepper
+from ...problems.declaration import check_form, kept_with
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
@@ -110,6 +113,21 @@ class Wanted:
         h = math.copysign(step, motion.span)
         return Start(motion.problem, motion.y0, motion.begin, h, self.clock, motion.compiled)
 
+    def stepper(self, method: Method, step: float) -> Stepper:
+        """Return what takes the steps of trials, kept with the problem: each trial begins it anew."""
+        problem, start = self.motion.problem, self.start(step)
+
+        def made() -> Stepper:
+            integrator = Integrator.of(method, start)
+            integrator.prepare()
+            return integrator.stepper
+
+        key: Any = "trials", method, start.compiled, threading.get_ident()
+        key += check_form(problem, method.needs, start.y0)
+        if start.clock and problem.clock is not None:
+            key += (problem.clock.fingerprint,)
+        return kept_with(problem, key, made)
+
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
         whole = abs(self.motion.span)
@@ -193,11 +211,10 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         )
 
     def trials(method: Method) -> Callable[[float, float], Trial]:
-        integrator = Integrator.of(method, wanted.start(first))
-        integrator.prepare()
+        stepper = wanted.stepper(method, first)
 
         def tried(length: float, step: float) -> Trial:
-            found = stretch(integrator.stepper, motion, p, step, length)
+            found = stretch(stepper, motion, p, step, length)
             return Trial(step, wanted.error(found, method), found)
 
         return tried
@@ -257,13 +274,11 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
     # Where much longer steps than the characteristic time serve, the motion is so much slower.
     turns = SCOUT_TURNS * max(longer / (IMPLICIT * wanted.time), 1.0)
     length = wanted.length(turns, SCOUT_PART)
-    scout = Integrator.of(method, wanted.start(longer))
-    scout.prepare()
-    rate = math.inf
+    scout, rate = wanted.stepper(method, longer), math.inf
     for reach in (length, min(2.0 * length, span)):  # what a passing burst has made does not go on
         again = None
         while again is None and reach > SCOUT_SHORTEST * longer:
-            found = stretch(scout.stepper, motion, p, longer, reach, math.inf)
+            found = stretch(scout, motion, p, longer, reach, math.inf)
             again = None if found is None else exponential_rate(found.times, found.errors)
             reach *= 0.25  # errors were as large as the motion before they told anything
         rate = min(rate, again or 0.0)

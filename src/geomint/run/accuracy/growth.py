@@ -27,8 +27,9 @@ def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> fl
     else does; by others the frequencies do too, and the phases with the square of time: e/t is then
     a + b t, whose coefficients are fitted, none of them negative.
     """
-    some = times >= FITTED * times[-1]
-    t, slopes = times[some], errors[some] / times[some]
+    first = int(np.searchsorted(times, FITTED * times[-1]))
+    t = times[first:]
+    slopes = errors[first:] / t
     mean = root_mean_square(slopes)
     if symmetric or len(t) < 4 or end <= times[-1]:
         return mean * end
