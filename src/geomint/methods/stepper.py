@@ -345,7 +345,7 @@ class Stepper:
         return single.state.copy()
 
     def step_ahead(self, t: float, h: float, before: int) -> Array:
-        """Return the state after one step as `single_step` does, from where the run is, and stay there."""
+        """Return the state a step ahead of where the run is, as `single_step` does; it stays there."""
         memory, own = self.memory.data.copy(), (self.t0, self.h)
         self.begin(memory[: self.rows], t, h)
         self.carry[:] = memory[self.rows : 2 * self.rows]
