@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Callable
 from functools import partial
@@ -35,7 +36,7 @@ __all__ = [
     "observable_of",
     "rates_of",
     "rounding_scale",
-    "scale_of",
+    "scales_of",
     "states_around",
     "value",
     "value_of",
@@ -262,11 +263,11 @@ def _time(t: Any) -> np.float64:
 
 def rounding_scale(problem: Problem, f: Recorded, y: Array) -> float:
     """Return max(|v|, Σ |y_i ∂v/∂y_i|): a rounding of every number of y changes v by ε times it."""
-    return float(scale_of([value(problem, f, state) for state in states_around(y)], y))
+    return scales_of([[value(problem, f, state) for state in states_around(y)]], y)[0]
 
 
 def states_around(y: Array) -> Array:
-    """Return the states at which `scale_of` needs a value, one a row: y, then pairs around it."""
+    """Return the states at which `scales_of` needs a value, one a row: y, then pairs around it."""
     rows = y.nonzero()[0]
     states = np.empty((1 + 2 * len(rows), len(y)))
     states[:] = y
@@ -279,19 +280,18 @@ def states_around(y: Array) -> Array:
 
 
 @np.errstate(all="ignore")
-def scale_of(values: Any, y: Array) -> Array:
-    """Return the `rounding_scale` of what has those values at the `states_around` y, row by row."""
+def scales_of(values: Any, y: Array) -> list[float]:
+    """Return the `rounding_scale` of what has those values at the `states_around` y, one a row."""
     around = np.asarray(values, dtype=np.float64)
-    v, q = around[..., :1], np.abs(y[y.nonzero()[0]])
+    v, q = around[:, :1], np.abs(y[y.nonzero()[0]])
     size = 1e-5 * q
-    up, down = around[..., 1::2] - v, around[..., 2::2] - v
+    up, down = around[:, 1::2] - v, around[:, 2::2] - v
     # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
     terms = q * np.maximum(np.abs(up - down), np.abs(up + down)) / ((q + size) - (q - size))
     if not size.all():
-        terms = terms[..., size > 0.0]
-    # In order, to the same bits always; |v| where that is no number.
-    largest = np.abs(around[..., 0])
-    if terms.shape[-1]:
-        total = terms.cumsum(axis=-1)[..., -1]
-        largest = np.where(total > largest, total, largest)
-    return np.where((largest > 0.0) & (largest < np.inf), largest, 1.0)
+        terms = terms[:, size > 0.0]
+    first = np.abs(around[:, 0]).tolist()
+    # In order, to the same bits always.
+    totals = terms.cumsum(axis=1)[:, -1].tolist() if terms.shape[1] else [0.0] * len(first)
+    scales = [max(one, total) for one, total in zip(first, totals, strict=True)]
+    return [scale if 0.0 < scale < math.inf else 1.0 for scale in scales]

@@ -11,7 +11,7 @@ from ..arguments import Array
 from ..errors import DomainError, GeomintWarning
 from ..methods import Method
 from ..methods.adaptive import Adaptive
-from ..problems.evaluate import Rate, rates_of, scale_of, states_around, value_of
+from ..problems.evaluate import Rate, rates_of, scales_of, states_around, value_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY, Function
@@ -100,18 +100,19 @@ def _integrals_off(
     found = {}
     for name in [ENERGY] if ENERGY in known else known:
         with contextlib.suppress(ArithmeticError):  # of a function in plain Python
-            number = value_of(problem, known[name], state, compiled)
             watcher = watched.get(name)
             own = isinstance(watcher, Function) and watcher.function is known[name]
             if watcher is not None and own and watcher.steps is None:
                 drift = solution.drift[name]
                 before, change = drift.initial, abs(drift.final_error)
-            else:
-                before = number(state, start)
-                change = abs(number(end, time) - before)
+                if change <= KEPT * abs(before):
+                    continue
+            number = value_of(problem, known[name], state, compiled)
+            before = number(state, start)
+            change = abs(number(end, time) - before)
             if change > KEPT * abs(before):
                 around = [number(y, 0.0) for y in states_around(state)]
-                found[name] = change / float(scale_of(around, state))
+                found[name] = change / scales_of([around], state)[0]
     return {name: part for name, part in found.items() if part > KEPT}
 
 

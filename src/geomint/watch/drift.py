@@ -175,7 +175,8 @@ def drift_of_run(
             growth = growth._replace(drift_class="roundoff")  # the trend may be the instrument's
     initial = windows.initial
     relative = windows.max_abs / abs(initial) if initial != 0.0 else math.inf
-    return Drift(
+    drift = object.__new__(Drift)
+    drift.__dict__.update(  # the fields of a frozen dataclass, in a third of the time
         name=name,
         initial=initial,
         max_abs_error=windows.max_abs,
@@ -192,3 +193,4 @@ def drift_of_run(
         jump_time=growth.jump_time,
         **described,
     )
+    return drift

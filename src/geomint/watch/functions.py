@@ -11,7 +11,7 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.compiling.recorded import Recorded
 from ..problems.at_states import Values, writer
-from ..problems.evaluate import scale_of, states_around
+from ..problems.evaluate import scales_of, states_around
 from ..problems.problem import Problem
 from ..problems.spaces.conditions import written
 from .drift import Drift, drift_of_run, walk_level
@@ -90,8 +90,10 @@ class Sweep:
         functions, width = [written(*group) for group in groups], len(groups[0])
         self._write = writer(problem, functions, width, compiled)
         states = states_around(run.state)
-        values = self._values(np.full(len(states), run.time), states)
-        self._scales = scale_of(values, run.state).tolist()
+        times = np.empty(len(states))
+        times.fill(run.time)
+        values = self._values(times, states)
+        self._scales = scales_of(values, run.state)
         self._series = Series(values[:, 0], run.time)
 
     def add(self, seen: Seen) -> None:

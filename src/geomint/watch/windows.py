@@ -135,9 +135,10 @@ class Series:
     def windows(self) -> list[Windows]:
         """Return the windows of each."""
         numbers = self._initial[:, 0].tolist(), self._last.tolist(), self._max_abs.tolist()
-        times = np.broadcast_to(self._times, self._closed.shape[1:])
-        closed = np.array((times, *self._closed)).swapaxes(0, 1)
-        late = np.array((np.broadcast_to(self._late, self._open.shape), self._open)).swapaxes(0, 1)
+        m = len(self._initial)
+        closed, late = np.empty((m, 3, len(self._times))), np.empty((m, 2, len(self._late)))
+        closed[:, 0], closed[:, 1:] = self._times, self._closed.swapaxes(0, 1)
+        late[:, 0], late[:, 1] = self._late, self._open
         return [
             Windows(
                 initial,

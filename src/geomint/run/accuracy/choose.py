@@ -80,7 +80,7 @@ class Chosen(NamedTuple):
         return self._replace(step=SHORTER * self.step, accuracy=accuracy, shorten=False)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Wanted:
     """A motion, the error that is wanted at its end, and its characteristic time at y0.
 
@@ -201,7 +201,8 @@ def choose(
 def _step(wanted: Wanted, method: Method) -> Chosen:
     """Return the step of a method with which a run errs by what is wanted."""
     motion, time, p = wanted.motion, wanted.time, method.order
-    implicit, most = "max_iterations" in method.options, 0.5 * abs(motion.span)
+    options, most = method.options, 0.5 * abs(motion.span)
+    implicit = "max_iterations" in options
     first = (FIRST[0] + FIRST[1] * p) * (wanted.goal / wanted.turns) ** (1.0 / p)
     first = min(time * (min(first, IMPLICIT) if implicit else first), most)
     own = method
@@ -225,7 +226,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     turns = max(less * TURNS, min(turns, less * SHORT_PART * wanted.turns))
     short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
     worth = TRIAL * short / abs(motion.span)
-    other = own.options.get("iteration") == "auto"
+    other = options.get("iteration") == "auto"
     for iteration in ("fixed-point", "auto") if other else ("",):
         tried = trials(varied(own, "iteration", iteration) if iteration else own)
         search = Search(

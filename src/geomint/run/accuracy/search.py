@@ -29,7 +29,7 @@ BEYOND = 1.5  # of the longest step that has been tried, at most, for longer imp
 CAUTION = 2.0 / 3.0  # and by so much of what the power says: there errors may grow faster
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Trial:
     """A setting that was tried: its error at the end, None where the stretch could not be run."""
 

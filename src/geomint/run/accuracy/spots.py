@@ -25,7 +25,7 @@ ROUNDING = 1e-14  # relative: less says nothing
 _NOTHING = scalar_block(0)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Sample:
     """What the last trial on a stretch showed: the measure of spots.
 

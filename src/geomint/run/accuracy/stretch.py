@@ -27,7 +27,7 @@ SAMPLES = 16  # meetings of a stretch, at most twice as many
 LARGEST = 0.1  # relative: what differs by more says nothing
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Motion:
     """What is integrated, from where and how far.
 
@@ -49,7 +49,7 @@ class Motion:
     compiled: bool = True
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Stretch:
     """What two runs over the beginning of a motion differ by.
 
