@@ -89,20 +89,23 @@ class Call:
         return other
 
     def given(self, name: str) -> Any:
-        """Return an argument as it is set."""
+        """Return a block or a function as it is set."""
         return self._values[name]
 
     def set(self, **values: Any) -> None:
         """Change arguments; blocks and functions are held until they are changed again."""
-        self._values.update(values)
+        held = self._values
         if self._code is None:
+            held.update(values)
             return
-        numbers = self._numbers
+        numbers, places = self._numbers, self._places
         for name, value in values.items():
-            kind, at = self._places[name]
+            kind, at = places[name]
             if kind is Any:
                 numbers[at] = value
-            elif kind is Code:
+                continue
+            held[name] = value
+            if kind is Code:
                 for i, code in enumerate(value if isinstance(value, tuple) else (value,)):
                     numbers[at + len(_FUNCTION) * i + _CALLED] = code.address
             elif kind is tuple:
