@@ -125,13 +125,7 @@ class AdaptiveStepper(Stepper):
         return round(tries * (self.evaluations - 1)) + (min(steps, 1) if self.reuses else steps)
 
     def advance(
-        self,
-        first: int,
-        count: int,
-        every: int,
-        out: Block,
-        whole: bool = False,
-        before: Array | None = None,
+        self, first: int, count: int, every: int, out: Block, whole: bool = False
     ) -> Advance:
         """Take up to `count` steps, write every `every`-th state with its time, and the end's."""
         left = self.allowed.max_steps - first

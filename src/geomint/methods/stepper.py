@@ -232,22 +232,10 @@ class Stepper:
         return self.memory.data[: self.rows]
 
     def advance(
-        self,
-        first: int,
-        count: int,
-        every: int,
-        out: Block,
-        whole: bool = False,
-        before: Array | None = None,
+        self, first: int, count: int, every: int, out: Block, whole: bool = False
     ) -> Advance:
-        """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory.
-
-        `before` is a copy of the memory as it is now, where there is one.
-        """
-        if self.otherwise is None:
-            before = None
-        elif before is None:
-            before = self.memory.data.copy()
+        """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory."""
+        before = None if self.otherwise is None else self.memory.data.copy()
         kernel, result = self.kernel, self._advanced(first, count, every, out, whole)
         if before is None or result.status != NOT_CONVERGED or not self.turn(kernel):
             return result

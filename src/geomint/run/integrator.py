@@ -413,7 +413,7 @@ class Integrator:
         stepper, done = self.stepper, self._done
         stepper.before = before = self.bookmark
         try:
-            asked = good = stepper.advance(done, count, every, out, whole, before[0])
+            asked = good = stepper.advance(done, count, every, out, whole)
             if asked.status != OK:  # memory may be in the middle of a composition
                 self.bookmark = before
                 good = stepper.advance(done, asked.steps, every, out, whole)

@@ -10,12 +10,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...arguments import Array
-from ...kernels.numbers.blocks import scalar_block
-from ...kernels.solve.status import OK
+from ...kernels.compiling.call import Call
+from ...kernels.numbers.blocks import Block, scalar_block
+from ...kernels.solve.status import NOT_CONVERGED, OK
+from ...kernels.solve.trial import PARTING, TRIAL
+from ...methods.partial import driven
 from ...methods.stepper import Stepper
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
@@ -91,23 +95,63 @@ def stretch(
     """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
     pairs = max(1, round(length / (COARSE * step)))
     each = max(1, pairs // SAMPLES)
-    count = pairs // each
-    h = math.copysign(step, motion.span)
-    coarse, work = _states(stepper, motion, h, count, COARSE * each)
-    if coarse is None:
-        return None
-    fine, _ = _states(stepper, motion, h * COARSE / FINE, count, FINE * each)
-    if fine is None:
-        return None
+    count, h, rows = pairs // each, math.copysign(step, motion.span), stepper.rows
+    sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
+    factor, status = 1.0 - (COARSE / FINE) ** order, NOT_CONVERGED
+    while status == NOT_CONVERGED:
+        kernel = stepper.kernel
+        status, _, work, _ = (stepper.beside.get(("trial", kernel)) or _trial(stepper, motion))(
+            t=motion.begin,
+            h=h,
+            shorter=h * COARSE / FINE,
+            coarse=COARSE * each,
+            fine=FINE * each,
+            out=Block(out),
+            count=count,
+            factor=factor,
+            y0=Block(motion.y0),
+            sizes=Block(sizes),
+            errors=Block(errors),
+        )
+        if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
+            return None
     times = COARSE * each * step * np.arange(1.0, count + 1.0)
-    factor = 1.0 - (COARSE / FINE) ** order
-    return compared(motion, times, (coarse, fine), factor, step, each, work, most)
+    runs = out.reshape(2, count, rows)
+    if motion.physical is not None:
+        return compared(motion, times, runs, factor, step, each, work, most)
+    return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), runs[1], most)
+
+
+def _trial(stepper: Stepper, motion: Motion) -> Call:
+    """Return the call of a trial, kept with the stepper."""
+    given = {key: driven(stepper)[key] for key in ("advance", "functions", "params", "fractions")}
+    given |= {"coefficients": stepper.coefficients, "rows": stepper.rows, "ends": _ends(motion)}
+    given |= {key: scalar_block(len(getattr(stepper, key))) for key in ("memory", "work")}
+    call = TRIAL.call(stepper.compiled, **given, moved=scalar_block(0))
+    stepper.beside["trial", stepper.kernel] = call
+    return call
+
+
+def _ends(motion: Motion) -> Block:
+    """Return where the pieces of the state end."""
+    return Block(np.cumsum([float(rows) for _, rows in motion.problem.pieces]))
+
+
+def _shown(found: Stretch, fine: Array, most: float) -> Stretch | None:
+    """Return what is found, a unit of time; None if it is not finite, or runs part by `most`."""
+    if not (found.errors[-1] < most and found.errors.max() < math.inf):
+        return None
+    end, rows = float(found.times[-1]), len(found.sizes)
+    found.work /= end
+    if fine.shape[1] > rows:
+        found.rate = abs(float(fine[-1, rows])) / end
+    return found
 
 
 def compared(
     motion: Motion,
     times: Array,
-    runs: tuple[Array, Array],
+    runs: Any,
     factor: float,
     step: float,
     each: int,
@@ -118,29 +162,17 @@ def compared(
 
     None where one of them is not finite, or they part by `most`.
     """
-    (coarse, fine), rows = runs, motion.problem.rows
-    off, rate = (coarse - fine) / factor, 1.0
-    if coarse.shape[1] > rows:
-        rate = abs(float(fine[-1, rows])) / float(times[-1])
-        if motion.physical is not None:
-            off[:, :rows] -= _moved(motion, fine, off[:, rows], times)
-    off = off[:, :rows]
-    sizes = sizes_along(motion, fine[:, :rows])
-    errors = (np.abs(off) / sizes).max(axis=1)
-    if not (errors[-1] < most and errors.max() < math.inf):
-        return None
-    return Stretch(step, times, errors, each, work / float(times[-1]), rate, sizes)
-
-
-def _states(
-    stepper: Stepper, motion: Motion, h: float, count: int, every: int
-) -> tuple[Array | None, int]:
-    """Return `count` states after every so many steps, and the iterations; None if a step fails."""
-    out = scalar_block((count + 1) * stepper.rows)
-    stepper.begin(motion.y0, motion.begin, h)
-    done = stepper.advance(0, count * every, every, out)
-    states = out.data[: count * stepper.rows].reshape(count, stepper.rows)
-    return (states if done.status == OK else None), done.iterations
+    (coarse, fine), rows, moved = runs, len(motion.y0), np.zeros(0)
+    if motion.physical is not None:
+        late = (coarse[:, rows] - fine[:, rows]) / factor
+        moved = _moved(motion, fine, late, times)
+    sizes, errors = np.empty(rows), np.empty(len(times))
+    arrays = {"coarse": coarse, "fine": fine, "moved": moved, "y0": motion.y0}
+    call = PARTING.call(motion.compiled, ends=_ends(motion))
+    call.set(**{name: Block(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()})
+    call.set(sizes=Block(sizes), errors=Block(errors))
+    call(rows=coarse.shape[1], count=len(times), factor=factor)
+    return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), fine, most)
 
 
 def _moved(motion: Motion, states: Array, late: Array, times: Array) -> Array:
@@ -154,14 +186,3 @@ def _moved(motion: Motion, states: Array, late: Array, times: Array) -> Array:
         rates = rate_at(problem, y, motion.begin + math.copysign(time, motion.span))
         moved[i] = rates / pace_at(y, 0.0) * late[i]
     return moved
-
-
-def sizes_along(motion: Motion, states: Array) -> Array:
-    """Return for each number the largest of its piece, at the beginning or in any of the states."""
-    largest = np.maximum(np.abs(motion.y0), np.abs(states).max(axis=0)).tolist()
-    whole = max(largest) or 1.0
-    sizes: list[float] = []
-    for _, rows in motion.problem.pieces:
-        piece = largest[len(sizes) : len(sizes) + rows]
-        sizes += [max(piece) or whole] * rows
-    return np.array(sizes)
