@@ -18,6 +18,7 @@ from geomint import part, section
 from geomint.problems.spaces.skew import unpack_skew
 
 from ..inertia import GeneralInertia, SpecialInertia
+from ..integrable import inner
 from ..manifold import Array, skew_components
 from ..operators import operator_entries
 from .angular_velocity import log_density_after, omega_for, omega_work
@@ -107,10 +108,7 @@ def ball_forms(omega: Any, n: int, rows: Ball, vertical: int) -> BallForms:
         """½⟨k, ω⟩, the reduced kinetic energy."""
         w, rest = part(work, 0, size), part(work, size, len(work) - size)
         omega(n, section(params, rows, "omega"), part(y, 0, size), part(y, vertical, n), w, rest)
-        total = y[0] * w[0]
-        for i in range(1, size):
-            total += y[i] * w[i]
-        return 0.5 * total
+        return 0.5 * inner(size, y, w)
 
     def ball_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return log ϱ, eq. (mu*)."""

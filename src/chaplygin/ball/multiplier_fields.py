@@ -11,6 +11,7 @@ from typing import Any
 import geomint as gi
 from geomint import part, section, sqrt
 
+from ..integrable import inner
 from .angular_velocity import apply_to_gamma
 from .rolling_dynamics import RollingDynamics, rolled
 
@@ -69,9 +70,7 @@ def multiplier_fields(dynamics: RollingDynamics, n: int, rows: Any) -> dict[str,
         w, momentum = part(y, turning, size), part(work, 0, size)
         apply_inertia(section(params, rows, "inertia"), w, momentum)
         mass = section(params, rows, "m")
-        total = momentum[0] * w[0]
-        for i in range(1, size):
-            total += momentum[i] * w[i]
+        total = inner(size, momentum, w)
         for i in range(moving, moving + n - 1):
             total += mass[0] * y[i] * y[i]
         return 0.5 * total

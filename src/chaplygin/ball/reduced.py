@@ -154,10 +154,7 @@ def general_forms(omega: Any, n: int) -> tuple[Any, Any, Any, Any]:
     def general_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """H = ½⟨k, ω⟩, eq. (red:ham)."""
         velocity_of(params, y, work)
-        total = work[0] * work[size]
-        for i in range(1, size):
-            total += work[i] * work[size + i]
-        return 0.5 * total
+        return 0.5 * inner(size, work, part(work, size, size))
 
     def general_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return log ϱ, eq. (mu*): the measure that the ball's induces where the momentum is zero."""

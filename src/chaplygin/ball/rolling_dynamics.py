@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 import geomint as gi
 from geomint import part, section, sqrt
 
+from ..integrable import inner
 from ..operators import operator_applied
 from .angular_velocity import about_vertical, apply_to_gamma, full_omega, omega_work
 from .fields import turn
@@ -135,27 +136,18 @@ def contact_observables(
 
     def reaction_size(params: Any, t: Any, y: Any, work: Any) -> Any:
         _, _, _, force, _ = reaction_of(params, y, work)
-        total = force[0] * force[0]
-        for i in range(1, n - 1):
-            total += force[i] * force[i]
-        return sqrt(total)
+        return sqrt(inner(n - 1, force, force))
 
     def power(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, g, w, force, rest = reaction_of(params, y, work)
         v = part(rest, n, n)
         rolled(n, section(params, rows, "rho")[0], g, gamma, w, v, rest)
-        total = force[0] * v[0]
-        for i in range(1, n - 1):
-            total += force[i] * v[i]
-        return total
+        return inner(n - 1, force, v)
 
     def speed(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, _, w, _, rest = locate(params, y, work)
         apply_to_gamma(n, w, gamma, rest)
-        total = rest[0] * rest[0]
-        for i in range(1, n):
-            total += rest[i] * rest[i]
-        return section(params, rows, "rho")[0] * sqrt(total)
+        return section(params, rows, "rho")[0] * sqrt(inner(n, rest, rest))
 
     def pivoting(params: Any, t: Any, y: Any, work: Any) -> Any:
         gamma, _, w, _, rest = locate(params, y, work)

@@ -33,6 +33,7 @@ from geomint import section
 
 from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
+from ..integrable import inner, weighted
 from ..literature import CLEBSCH, NEUMANN
 from ..manifold import Array
 
@@ -113,11 +114,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
         q, v = gi.part(y, 0, n), gi.part(y, n, n)
         d, c = quadratic(params, n)
         turned(c, q, v, gi.part(out, 0, n), gi.part(out, n, n))
-        qq, qf = q[0] * q[0], d[0] * q[0] * q[0]
-        for i in range(1, n):
-            qq += q[i] * q[i]
-            qf += d[i] * q[i] * q[i]
-        lam = qf / qq
+        lam = weighted(n, d, q, q) / inner(n, q, q)
         for i in range(n):
             out[n + i] = out[n + i] + (lam - d[i]) * q[i]
 
@@ -125,9 +122,7 @@ def clebsch_forms(n: int) -> dict[str, Any]:
         """Both gradients of H + ½(q, p)², whose hidden constraint is (q, p) = 0."""
         d, c = quadratic(params, n)
         turned(c, q, p, dp, dq)
-        qp = q[0] * p[0]
-        for i in range(1, n):
-            qp += q[i] * p[i]
+        qp = inner(n, q, p)
         for i in range(n):
             dp[i] = dp[i] + qp * q[i]
             dq[i] = d[i] * q[i] + qp * p[i] - dq[i]

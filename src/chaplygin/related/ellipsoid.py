@@ -33,10 +33,11 @@ from typing import Any
 import numpy as np
 
 import geomint as gi
-from geomint import log, section
+from geomint import log, part, section
 
 from ..commuting_integrals import coefficient_tables, table, tabulated, weighted_minors
 from ..inertia import positive_vector
+from ..integrable import inner, weighted
 from ..literature import ELLIPSOID
 from ..manifold import SILENT, Array, length, repaired, warn
 
@@ -89,10 +90,7 @@ def ellipsoid_gradients(params: Any, t: Any, q: Any, p: Any, dq: Any, dp: Any, w
 def ellipsoid_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None:
     """½((x, A⁻¹x) − 1) and its Jacobian A⁻¹x."""
     b = inverse_squares(params, len(q))
-    total = b[0] * q[0] * q[0]
-    for i in range(1, len(q)):
-        total += b[i] * q[i] * q[i]
-    g[0] = 0.5 * (total - 1.0)
+    g[0] = 0.5 * (weighted(len(q), b, q, q) - 1.0)
     for i in range(len(q)):
         G[i] = b[i] * q[i]
 
@@ -101,10 +99,8 @@ def ellipsoid_constraint(params: Any, q: Any, g: Any, G: Any, work: Any) -> None
 def ellipsoid_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
     """H = ½(p, p)."""
     n = len(y) // 2
-    total = y[n] * y[n]
-    for i in range(n + 1, 2 * n):
-        total += y[i] * y[i]
-    return 0.5 * total
+    p = part(y, n, n)
+    return 0.5 * inner(n, p, p)
 
 
 @gi.observable
@@ -130,26 +126,22 @@ def joachimsthal(params: Any, t: Any, y: Any, work: Any) -> Any:
     """J = (p, A⁻¹p)(A⁻¹x, A⁻¹x)."""
     n = len(y) // 2
     b = inverse_squares(params, n)
-    total = b[0] * y[n] * y[n]
-    for i in range(1, n):
-        total += b[i] * y[n + i] * y[n + i]
-    return total * normal_squared(params, y)
+    p = part(y, n, n)
+    return weighted(n, b, p, p) * normal_squared(params, y)
 
 
 @functools.cache
 def weighted_product(n: int, first: int, second: int) -> Any:
     """Return the observable (u, A⁻¹v) of the vectors from those rows on, less 1 if they are one."""
 
-    def weighted(params: Any, t: Any, y: Any, work: Any) -> Any:
+    def weighted_vectors(params: Any, t: Any, y: Any, work: Any) -> Any:
         b = inverse_squares(params, n)
-        total = b[0] * y[first] * y[second]
-        for i in range(1, n):
-            total += b[i] * y[first + i] * y[second + i]
+        total = weighted(n, b, part(y, first, n), part(y, second, n))
         if first == second:
             total = total - 1.0
         return total
 
-    return gi.observable(weighted)
+    return gi.observable(weighted_vectors)
 
 
 @gi.observable

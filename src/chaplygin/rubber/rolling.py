@@ -36,6 +36,7 @@ from ..ball.rolling_states import (
     rolling_velocity,
 )
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..integrable import inner
 from ..literature import RUBBER
 from ..manifold import Array
 from ..operators import operator_applied, operator_entries
@@ -89,10 +90,7 @@ def rubber_forms(full: bool, n: int, rows: Rubber) -> dict[str, Any]:
         moment, image = part(work, 0, size), part(work, size, n)
         apply(total_inertia(params), part(y, turning, size), moment)
         apply_to_gamma(n, moment, part(y, square - n, n), image)
-        total = image[0] * image[0]
-        for i in range(1, n):
-            total += image[i] * image[i]
-        return total
+        return inner(n, image, image)
 
     def rubber_twist(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return the length of the part of ω about the vertical."""

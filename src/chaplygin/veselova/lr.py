@@ -32,6 +32,7 @@ from ..ball.angular_velocity import apply_to_gamma
 from ..ball.fields import turn
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
 from ..initial_states import one_of
+from ..integrable import inner
 from ..literature import VESELOVA
 from ..manifold import Array, skew_components
 from ..operators import operator_applied
@@ -94,10 +95,7 @@ def lr_forms(full: bool, n: int, r: int) -> dict[str, Any]:
         """½⟨𝓘w, w⟩."""
         w, moment = part(y, square, size), part(work, 0, size)
         apply(section(params, BOUND, "inertia"), w, moment)
-        total = moment[0] * w[0]
-        for i in range(1, size):
-            total += moment[i] * w[i]
-        return 0.5 * total
+        return 0.5 * inner(size, moment, w)
 
     def lr_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return ½ log det(pr_𝔡 𝓘|_𝔡)."""
@@ -151,10 +149,7 @@ def in_plane(n: int, triangle: Any, u: Any, v: Any, work: Any) -> Any:
     """Return ⟨X, u∧v⟩ = (u, Xv)."""
     image = part(work, 0, n)
     apply_to_gamma(n, triangle, v, image)
-    total = u[0] * image[0]
-    for i in range(1, n):
-        total += u[i] * image[i]
-    return total
+    return inner(n, u, image)
 
 
 @gi.helper

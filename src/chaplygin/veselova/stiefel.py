@@ -29,6 +29,7 @@ from geomint.problems.spaces.sphere import product
 
 from ..ball.angular_velocity import apply_to_gamma
 from ..inertia import GeneralInertia, SpecialInertia, operator_parameters
+from ..integrable import inner
 from ..literature import VESELOVA
 from ..manifold import Array, wedge
 from .bound_velocity import bound_parameters, bound_velocity, bound_work, log_determinant
@@ -77,10 +78,7 @@ def stiefel_forms(full: bool, n: int, r: int) -> dict[str, Any]:
     def stiefel_energy(params: Any, t: Any, y: Any, work: Any) -> Any:
         """½⟨k, w⟩ = ½⟨𝓘w, w⟩."""
         k, w, _ = turned(params, y, work)
-        total = k[0] * w[0]
-        for i in range(1, size):
-            total += k[i] * w[i]
-        return 0.5 * total
+        return 0.5 * inner(size, k, w)
 
     def stiefel_log_density(params: Any, t: Any, y: Any, work: Any) -> Any:
         """Return −½ log det(pr_𝔡 𝓘|_𝔡)."""
