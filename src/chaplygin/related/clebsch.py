@@ -59,18 +59,12 @@ def neumann_field(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     """Write the flow of ½|m|² + ½(q, dq)."""
     n = len(y) // 2
     d, _ = quadratic(params, n)
-    qq, qv, vv, qf = y[0] * y[0], y[0] * y[n], y[n] * y[n], d[0] * y[0] * y[0]
-    for i in range(1, n):
-        q, v = y[i], y[n + i]
-        qq += q * q
-        qv += q * v
-        vv += v * v
-        qf += d[i] * q * q
-    lam = qf / qq - vv
+    v = gi.part(y, n, n)
+    qq, qv = inner(n, y, y), inner(n, y, v)
+    lam = weighted(n, d, y, y) / qq - inner(n, v, v)
     for i in range(n):
-        q, v = y[i], y[n + i]
-        out[i] = qq * v - qv * q
-        out[n + i] = qv * v + (lam - d[i]) * q
+        out[i] = qq * v[i] - qv * y[i]
+        out[n + i] = qv * v[i] + (lam - d[i]) * y[i]
 
 
 @gi.field
