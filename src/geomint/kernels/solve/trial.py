@@ -1,0 +1,97 @@
+"""Trials of a step: two runs from one state, and how far they part.
+
+The stepper's loop is handed over by its address, as in `geomint.kernels.solve.partial`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..compiling.bound import Bound
+from ..compiling.recorded import helper
+from ..compiling.signatures import BLOCK, MEMORY, REAL, WHOLE, Kind, of_stepper, takes
+from ..numbers.blocks import part
+from .status import OK
+
+__all__ = ["PARTING", "TRIAL"]
+
+
+@helper
+def parting(
+    coarse: Any, fine: Any, rows: int, count: int, factor: float, moved: Any, y0: Any, ends: Any,
+    sizes: Any, errors: Any,
+) -> None:  # fmt: skip
+    """Write for each of `count` states the largest deviation, relative to the size of its piece.
+
+    States have `rows` numbers, the first of which are those of y0. Deviations are differences over
+    `factor`, less `moved` unless that is empty. Pieces end at `ends`; the size of one is its largest
+    number in y0 or along `fine`, or that of all where it is 0.
+    """
+    whole = 0.0
+    for r in range(len(y0)):
+        largest = abs(y0[r])
+        for k in range(count):
+            largest = max(largest, abs(fine[k * rows + r]))
+        sizes[r] = largest
+        whole = max(whole, largest)
+    first = 0
+    for p in range(len(ends)):
+        last = int(ends[p])
+        largest = 0.0
+        for r in range(first, last):
+            largest = max(largest, sizes[r])
+        for r in range(first, last):
+            sizes[r] = largest or whole or 1.0
+        first = last
+    for k in range(count):
+        errors[k] = 0.0
+        for r in range(len(y0)):
+            off = (coarse[k * rows + r] - fine[k * rows + r]) / factor
+            if len(moved) > 0:
+                off -= moved[k * len(y0) + r]
+            error = abs(off) / sizes[r]
+            if error > errors[k] or error != error:  # which stays
+                errors[k] = error
+
+
+@helper
+def trial(
+    advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
+    work: Any, rows: int, t: float, h: float, shorter: float, coarse: int, fine: int, out: Any,
+    count: int, factor: float, moved: Any, y0: Any, ends: Any, sizes: Any, errors: Any,
+) -> tuple[int, int, int, float]:  # fmt: skip
+    """Write `count` states of a run by steps `h`, and of one by `shorter` ones, and how they part.
+
+    States are those after every `coarse` steps, and `fine` shorter ones.
+
+    Returns
+    -------
+    status, runs, iterations, residual
+        Iterations of the first run, if both succeed.
+    """
+    size = count * rows
+    first = 0
+    for k in range(2):
+        for r in range(len(memory)):
+            memory[r] = 0.0
+        for r in range(len(y0)):
+            memory[r] = y0[r]
+        every = coarse if k == 0 else fine
+        status, _, iterations, residual = advance(
+            functions, params, coefficients, fractions, memory, work, rows, t,
+            h if k == 0 else shorter, 0, count * every, every, part(out, k * size, size),
+        )  # fmt: skip
+        if status != OK:
+            return status, k, iterations, residual
+        if k == 0:
+            first = iterations
+    both = part(out, 0, size), part(out, size, size)
+    parting(both[0], both[1], rows, count, factor, moved, y0, ends, sizes, errors)
+    return OK, 2, first, 0.0
+
+
+_BLOCKS: dict[str, Kind] = dict.fromkeys(("moved", "y0", "ends", "sizes", "errors"), BLOCK)
+_PARTED: dict[str, Kind] = {"count": WHOLE, "factor": REAL, **_BLOCKS}
+PARTING = Bound(parting, takes(coarse=BLOCK, fine=BLOCK, rows=WHOLE, **_PARTED))
+_RUNS: dict[str, Kind] = {"t": REAL, "h": REAL, "shorter": REAL, "coarse": WHOLE, "fine": WHOLE}
+TRIAL = Bound(trial, of_stepper(**_RUNS, out=MEMORY, **_PARTED))
