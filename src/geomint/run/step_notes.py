@@ -104,9 +104,8 @@ def _integrals_off(
             own = isinstance(watcher, Function) and watcher.function is known[name]
             if watcher is not None and own and watcher.steps is None:
                 drift = solution.drift[name]
-                before, change = drift.initial, abs(drift.final_error)
-                if change <= KEPT * abs(before):
-                    continue
+                found[name] = abs(drift.final_error) / drift.scale
+                continue
             number = value_of(problem, known[name], state, compiled)
             before = number(state, start)
             change = abs(number(end, time) - before)
