@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 import numba
@@ -13,6 +14,7 @@ from numba.core.registry import cpu_target
 import geomint as gi
 from geomint.kernels.compiling import linked
 from geomint.kernels.compiling.bound import Bound
+from geomint.kernels.compiling.compile import listen
 from geomint.kernels.compiling.signatures import FIELD
 from geomint.kernels.numbers.blocks import Block, scalar_block
 
@@ -93,3 +95,31 @@ def test_without_what_it_needs_of_numba(monkeypatch: pytest.MonkeyPatch) -> None
     end = gi.solve(own, [1.0], t_end=1.0, method="rk-4", step=0.5).y[-1, 0]
     assert end == gi.solve(own, [1.0], t_end=1.0, method="rk-4", step=0.5, compiled=False).y[-1, 0]
     assert [name for name in names if "inner_helper_of_test" in name]
+
+
+@jitted
+@pytest.mark.parametrize("on", [True, False])
+def test_collection_of_garbage_is_as_it_was(on: bool) -> None:
+    """It rests while a function is compiled, also where that fails."""
+    seen = []
+
+    @gi.field
+    def seven(params, t, y, out, work):
+        out[0] = 7.0 * y[0]
+
+    @gi.field
+    def none(params, t, y, out, work):
+        out[0] = missing(y[0])  # noqa: F821
+
+    end = listen(lambda name, seconds: seen.append(gc.isenabled()))
+    (gc.enable if on else gc.disable)()
+    try:
+        Bound(seven, FIELD).entry()
+        with pytest.raises(gi.DeclarationError):
+            Bound(none, FIELD).entry()
+        assert gc.isenabled() == on
+    finally:
+        gc.enable()
+        end()
+    assert seen
+    assert not any(seen)
