@@ -54,7 +54,8 @@ def command(scene: str, exact: bool, out: Path, paper: bool, quiet: bool, **keys
 
     chosen = chosen_scene(scene, **taken(keys))
     chosen = chosen.changed(integrate={"exact": True}) if exact else chosen
-    plan = plan_section(chosen, **keys)
+    declared = [p.name for p in click.get_current_context().command.params]  # as files have them
+    plan = plan_section(chosen, **{str(key): keys[key] for key in declared if key in keys})
     print_notes(chosen)
     check_folder(out, SECTION_FILES)
     import_meanwhile("section_page")
