@@ -39,7 +39,7 @@ import geomint as gi
 from geomint import log, part, section
 
 from ..inertia import GeneralInertia, SpecialInertia
-from ..integrable import weighted
+from ..integrable import inner, weighted
 from ..manifold import Array
 
 __all__ = [
@@ -303,7 +303,4 @@ def full_omega(n: int, params: Any, k: Any, gamma: Any, omega: Any, work: Any) -
         s[i * n + i] = s[i * n + i] + 1.0
     solve_in_place(n, s, v)
     for r in range(rows):
-        total = g[r * n] * v[0]
-        for i in range(1, n):
-            total += g[r * n + i] * v[i]
-        omega[r] = omega[r] - q * total
+        omega[r] = omega[r] - q * inner(n, part(g, r * n, n), v)

@@ -118,10 +118,7 @@ def rolling_conditions(n: int, rows: Any, twist_free: bool) -> Any:
             for q in range(1, n - 1):
                 apply_to_gamma(n, w, part(y, q * n, n), image)
                 for p in range(q):
-                    total = y[p * n] * image[0]
-                    for i in range(1, n):
-                        total += y[p * n + i] * image[i]
-                    out[entry] = total
+                    out[entry] = inner(n, part(y, p * n, n), image)
                     entry += 1
 
     return gi.field(conditions)

@@ -49,10 +49,7 @@ def rolled(n: int, rho: Any, g: Any, gamma: Any, w: Any, out: Any, work: Any) ->
     u = part(work, 0, n)
     apply_to_gamma(n, w, gamma, u)
     for i in range(n - 1):
-        total = g[i * n] * u[0]
-        for j in range(1, n):
-            total += g[i * n + j] * u[j]
-        out[i] = rho * total
+        out[i] = rho * inner(n, part(g, i * n, n), u)
 
 
 class RollingDynamics(NamedTuple):
