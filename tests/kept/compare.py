@@ -158,13 +158,14 @@ def compare(old: Side, new: Side) -> int:
 def main() -> int:
     """Compare the checkouts of the command line."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("checkouts", type=Path, nargs=2, metavar=("OLD", "NEW"))
+    parser.add_argument("old", type=Path, metavar="OLD")
+    parser.add_argument("new", type=Path, metavar="NEW")
     parser.add_argument("--quick", action="store_true", help="a part, in less than two minutes")
     parser.add_argument("--only", action="append", metavar="PATTERN", help="of names of runs")
     parser.add_argument("--cold", action="store_true", help="compile everything anew")
     parser.add_argument("--seconds", action="store_true", help="show the dearest runs")
     given = parser.parse_args()
-    checkouts = [path.resolve() for path in given.checkouts]
+    checkouts = [given.old.resolve(), given.new.resolve()]
     caches = [
         cache_of(checkouts[0]),
         cache_of(checkouts[1], " again" * (checkouts[0] == checkouts[1])),
