@@ -20,7 +20,8 @@ import chaplygin as ch
 import geomint as gi
 
 STATES = 32
-STEP, STEPS = 0.05, 4
+STEP, STEPS, MANY = 0.05, 4, 2000
+FAMILIES = ("gauss-8", "verlet-4", "rattle-2", "cf-4", "rkmk-4", "rk-4")  # of the sphere, the ball
 Call = Callable[[], Any]
 
 
@@ -70,6 +71,14 @@ def four_steps(seed: int) -> Call:
     return partial(made.step, STEPS)
 
 
+def many_steps(seed: int) -> Call:
+    """Return many steps of an integrator that is there: each state with one of the families."""
+    method = FAMILIES[seed % len(FAMILIES)]
+    problem = sphere() if method in FAMILIES[:3] else ball()
+    made = gi.Integrator(problem, problem.random_state(seed), method, step=STEP)
+    return partial(made.step, MANY)
+
+
 ROWS: dict[str, Callable[[int], Call]] = {
     "solve": short,
     "observe": partial(short, watched=3),
@@ -77,6 +86,7 @@ ROWS: dict[str, Callable[[int], Call]] = {
     "physical-end": physical_end,
     "tolerance": by_tolerance,
     "integrator": four_steps,
+    "steps": many_steps,
 }
 
 

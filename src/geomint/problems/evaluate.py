@@ -283,13 +283,12 @@ def states_around(y: Array) -> Array:
 def scales_of(values: Any, y: Array) -> list[float]:
     """Return the `rounding_scale` of what has those values at the `states_around` y, one a row."""
     around = np.asarray(values, dtype=np.float64)
-    v, q = around[:, :1], np.abs(y[y.nonzero()[0]])
+    # Terms know no unit of y: the mantissas serve, whose products do not overflow.
+    v, q = around[:, :1], np.frexp(np.abs(y[y.nonzero()[0]]))[0]
     size = 1e-5 * q
     up, down = around[:, 1::2] - v, around[:, 2::2] - v
     # A norm has a kink where it is 0: there the difference of the two sides misses the slope.
     terms = q * np.maximum(np.abs(up - down), np.abs(up + down)) / ((q + size) - (q - size))
-    if not size.all():
-        terms = terms[:, size > 0.0]
     first = np.abs(around[:, 0]).tolist()
     # In order, to the same bits always.
     totals = terms.cumsum(axis=1)[:, -1].tolist() if terms.shape[1] else [0.0] * len(first)
