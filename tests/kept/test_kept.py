@@ -21,7 +21,7 @@ PLANTS = {
     "RATTLE": (r"half = like\((0\.5) \* h, q\[0\]\)", "methods/rattle-2", None),
     "the series of dexp⁻¹": (r"even, 1 / 30240\.0\), (1 / 12\.0)\)", "methods/rkmk-4", None),
     "the exponential of SO(3)": (r"fma\(q, a_odd, (1 / 6\.0)\)", "methods/cf-4", None),
-    "half a step of a splitting": (r"half = (0\.5) \* whole", "methods/verlet-2", None),
+    "half a step of a splitting": (r"half = (0\.5) \* whole\n    first", "methods/verlet-2", None),
     "sine": (r"cube \* (1\.6666\d*e-01)\)", "values/functions", None),
     "the default step": (r"return (self\.step_fraction) \* char", "along/states rk-4", None),
     "windows of drifts": (r"times\[:used\], (deviations\[:, :used\])\n", "watch/plain rk-4", None),
