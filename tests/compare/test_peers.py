@@ -15,9 +15,10 @@ from geomint.compare import peer_runs
 from geomint.compare.peers import PEERS, heyoka_peer
 from geomint.compare.peers.peer import Motion, Peer, PeerError, Ready
 from geomint.compare.peers.scipy_peer import compiled_field
-from geomint.compare.peers.traced import Algebra, traced_field
 from geomint.compare.runs import compare
+from geomint.kernels.numbers.traced import Algebra
 from geomint.problems.evaluate import derivative
+from geomint.problems.formulas import traced_field
 from geomint.problems.systems import Model
 from geomint.problems.testproblems import henon_heiles
 from geomint.report.compare_page import write_compare_report

@@ -26,6 +26,8 @@ from ..kernels.compiling.signatures import (
 )
 from ..kernels.numbers.blocks import Block, scalar_block
 from .declaration import check_form, check_value, kept_with
+from .formulas import is_formula
+from .groups import own_sizes
 from .problem import Problem
 from .watched_call import unwatched_call
 
@@ -151,6 +153,7 @@ def _call(
     problem: Problem, compiled: bool, f: Recorded, signature: Signature, **rows: int
 ) -> tuple[Any, ...]:
     """Return a function of the problem as Python calls it, and the arrays that its blocks are."""
+    compiled = compiled and is_formula(problem, f, signature, rows)
     arrays = {name: np.zeros(count) for name, count in rows.items()}
     blocks = {name: Block(array) for name, array in arrays.items()}
     call = bind(f, signature, params=len(problem.params), **rows).call(compiled)
@@ -181,7 +184,7 @@ def _action_rates(problem: Problem, compiled: bool) -> Rate:
         problem, compiled, generator, GENERATOR, y=problem.rows, xi=group.algebra_rows
     )
     element, moved = np.zeros(group.algebra_rows), np.zeros(problem.rows)
-    act = Bound(group.act, ACTION).call(compiled)
+    act = Bound(group.act, ACTION).call(compiled and own_sizes(group) is not None)
     scratch = scalar_block(group.work)
     act.set(layout=Block(group.layout), x=Block(element), y=Block(state), out=Block(moved))
     act.set(work=scratch)

@@ -38,7 +38,7 @@ from .wanted import Wanted
 
 __all__ = ["solve"]
 
-BRIEF = 4096  # numbers of all steps: milliseconds
+BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
 
 
 @explained
@@ -233,7 +233,8 @@ def _solved(
         check_no_steps(estimate_error=estimate_error or None)
     check_estimate(estimate_error, before)
     state = y0 if before is not None else problem.canonical(y0) if admitted is None else admitted
-    timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before, compiled)
+    with Progress(progress, None, chosen.name) as planning:  # the default step may be compiled
+        timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before, compiled)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
     chosen.check_fits(problem, with_clock)
@@ -292,7 +293,8 @@ def _solved(
         along = [part for part in (observers, crossings) if part is not None]
         bar.expect(integrator.stepper.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
-        bar.begin(compiled and timeline.expected * problem.rows <= BRIEF)
+        own = along or callback or chosen.adaptive or timeline.own_end is None or not compiled
+        bar.begin(not own and timeline.expected * problem.rows <= BRIEF)
         account = Account()
 
         if spots is not None:
@@ -312,7 +314,8 @@ def _solved(
             asked_to_end_here,
             None if spots is None else spots.most,
         )
-        solution = recorder.solution(chosen, account, bar.compile_seconds, status)
+        compiling = planning.compile_seconds + bar.compile_seconds
+        solution = recorder.solution(chosen, account, compiling, status)
     if step is not None and not recorder.stopped and solution.success:
         tell_short_run(problem, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):
@@ -321,7 +324,7 @@ def _solved(
     if spots is None and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif spots is None and step is not None and solution.success:
-        tell_coarse_steps(solution, state, timeline, compiled, watched)
+        tell_coarse_steps(solution, integrator, state, timeline, watched)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled

@@ -16,6 +16,7 @@ from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
+from .integrator import Integrator
 from .solution import Solution
 from .timeline import Timeline
 
@@ -53,9 +54,9 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
 
 def tell_coarse_steps(
     solution: Solution,
+    integrator: Integrator,
     state: Array,
     timeline: Timeline,
-    compiled: bool,
     watched: Mapping[str, Watcher],
 ) -> None:
     """Warn of given steps that cannot follow the motion, as far as its end shows it.
@@ -67,10 +68,10 @@ def tell_coarse_steps(
     problem, h = solution.problem, abs(timeline.h)
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
-    off = _integrals_off(solution, state, timeline.start, compiled, watched)
+    off = _integrals_off(solution, integrator, state, timeline.start, watched)
     if problem.invariants and not off:
         return
-    rate_at = rates_of(problem, state, compiled)
+    rate_at = rates_of(problem, state, integrator.stepper.compiled)
     turning = _turns(problem, state, timeline.h, timeline.start, rate_at) > TURN
     lost = [name for name, part in off.items() if part > (KEPT if turning else LOST)][:1]
     told = [f"{name} is off by {off[name]:.2g} of its size at the end" for name in lost]
@@ -85,33 +86,33 @@ def tell_coarse_steps(
 
 def _integrals_off(
     solution: Solution,
+    integrator: Integrator,
     state: Array,
     start: float,
-    compiled: bool,
     watched: Mapping[str, Watcher],
 ) -> dict[str, float]:
     """Return integrals that are off at the end by more than `KEPT` of their scale, and by how much.
 
     The energy is looked at, where there is one, and else all. The scale is `rounding_scale` where the
-    run began.
+    run began, or the value there where that overflows.
     """
     problem, known = solution.problem, solution.problem.invariants
-    end, time = solution.y[-1], float(solution.tau[-1])
-    found = {}
+    end, time, found = integrator.state, integrator.time, {}
     for name in [ENERGY] if ENERGY in known else known:
         with contextlib.suppress(ArithmeticError):  # of a function in plain Python
             watcher = watched.get(name)
             own = isinstance(watcher, Function) and watcher.function is known[name]
             if watcher is not None and own and watcher.steps is None:
                 drift = solution.drift[name]
-                found[name] = abs(drift.final_error) / drift.scale
-                continue
-            number = value_of(problem, known[name], state, compiled)
-            before = number(state, start)
-            change = abs(number(end, time) - before)
-            if change > KEPT * abs(before):
-                around = [number(y, 0.0) for y in states_around(state)]
-                found[name] = change / scales_of([around], state)[0]
+                before, change, scale = drift.initial, abs(drift.final_error), drift.scale
+            else:
+                number = value_of(problem, known[name], state, integrator.stepper.compiled)
+                before = number(state, start)
+                change, scale = abs(number(end, time) - before), 1.0
+                if change > KEPT * abs(before):
+                    around = [number(y, 0.0) for y in states_around(state)]
+                    scale = scales_of([around], state)[0]
+            found[name] = change / max(scale, abs(before))
     return {name: part for name, part in found.items() if part > KEPT}
 
 
@@ -125,7 +126,10 @@ def _turns(problem: Problem, state: Array, h: float, start: float, rate_at: Rate
     pieces = problem.slices.values()
     if not any(abs(h) * largest(rates, p) > TURN * largest(numbers, p) for p in pieces):
         return 0.0  # at no cost
-    return abs(h) / characteristic_time(problem, state, h, start, rate_at)
+    try:
+        return abs(h) / characteristic_time(problem, state, h, start, rate_at)
+    except DomainError:  # there is none, as there is no derivative
+        return 0.0
 
 
 def _warn(text: str) -> None:

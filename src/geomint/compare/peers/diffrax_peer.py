@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import FormError
+from ...kernels.numbers.traced import Algebra
+from ...problems.formulas import traced_field
 from .peer import End, Motion, Peer, PeerError, Ready
-from .traced import Algebra, traced_field
 
 __all__ = ["DIFFRAX"]
 

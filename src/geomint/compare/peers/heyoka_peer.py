@@ -7,8 +7,9 @@ from importlib import import_module
 from typing import Any
 
 from ...arguments import Array
+from ...kernels.numbers.traced import Algebra
+from ...problems.formulas import traced_field
 from .peer import End, Motion, Peer, PeerError, Ready
-from .traced import Algebra, traced_field
 
 __all__ = ["HEYOKA", "taylor"]
 

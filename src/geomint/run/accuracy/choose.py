@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ...arguments import Array, number
+from ...kernels.compiling.recorded import Recorded
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
 from ...methods.stepper import Stepper
@@ -117,16 +118,20 @@ class Wanted:
         """Return what takes the steps of trials, kept with the problem: each trial begins it anew."""
         problem, start = self.motion.problem, self.start(step)
 
-        def made() -> Stepper:
+        def made() -> tuple[Stepper, Recorded, str]:
             integrator = Integrator.of(method, start)
             integrator.prepare()
-            return integrator.stepper
+            kernel = integrator.stepper.kernel
+            return integrator.stepper, kernel, kernel.fingerprint
 
         key: Any = "trials", method, start.compiled, threading.get_ident()
         key += check_form(problem, method.needs, start.y0)
         if start.clock and problem.clock is not None:
             key += (problem.clock.fingerprint,)
-        return kept_with(problem, key, made)
+        stepper, kernel, before = kept_with(problem, key, made)
+        if kernel.fingerprint == before:
+            return stepper
+        return kept_with(problem, (*key, kernel.fingerprint), made)[0]
 
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""

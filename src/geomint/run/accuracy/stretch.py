@@ -19,7 +19,7 @@ from ...kernels.compiling.call import Call
 from ...kernels.numbers.blocks import Block, scalar_block
 from ...kernels.solve.status import NOT_CONVERGED, OK
 from ...kernels.solve.trial import PARTING, TRIAL
-from ...methods.partial import driven
+from ...methods.partial import driven, own_blocks
 from ...methods.stepper import Stepper
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
@@ -100,7 +100,9 @@ def stretch(
     factor, status = 1.0 - (COARSE / FINE) ** order, NOT_CONVERGED
     while status == NOT_CONVERGED:
         kernel = stepper.kernel
-        status, _, work, _ = (stepper.beside.get(("trial", kernel)) or _trial(stepper, motion))(
+        call = (stepper.beside.get(("trial", kernel)) or _trial(stepper, motion)).copy()
+        call.set(**{key: own_blocks(stepper)[key] for key in ("coefficients", "memory", "work")})
+        status, _, work, _ = call(
             t=motion.begin,
             h=h,
             shorter=h * COARSE / FINE,
@@ -123,10 +125,9 @@ def stretch(
 
 
 def _trial(stepper: Stepper, motion: Motion) -> Call:
-    """Return the call of a trial, kept with the stepper."""
+    """Return the call of trials by all steppers of this code: each trial sets what it changes."""
     given = {key: driven(stepper)[key] for key in ("advance", "functions", "params", "fractions")}
-    given |= {"coefficients": stepper.coefficients, "rows": stepper.rows, "ends": _ends(motion)}
-    given |= {key: scalar_block(len(getattr(stepper, key))) for key in ("memory", "work")}
+    given |= {"rows": stepper.rows, "ends": _ends(motion)}
     call = TRIAL.call(stepper.compiled, **given, moved=scalar_block(0))
     stepper.beside["trial", stepper.kernel] = call
     return call

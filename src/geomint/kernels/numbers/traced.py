@@ -1,23 +1,17 @@
-"""A field's source, run once on another package's symbols: what it would compute, as they see it.
+"""Symbols in place of numbers: what a function would compute, as they see it.
 
-Sources of fields take numbers of any kind (`geomint.kernels.numbers.arithmetic`); here these are
-expressions of heyoka or tracers of JAX.
+Sources of functions take numbers of any kind (`geomint.kernels.numbers.arithmetic`); here these are
+expressions of heyoka, tracers of JAX, or symbols that only tell whether numbers are used for more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partialmethod
 from typing import Any
 
-import numpy as np
-
-from ...errors import FormError
-from ...kernels.numbers.blocks import Block
-from ...problems.problem import Problem
-
-__all__ = ["Algebra", "traced_field"]
+__all__ = ["ANYTHING", "Algebra", "Traced", "symbol"]
 
 
 @dataclass(frozen=True)
@@ -60,31 +54,31 @@ class Traced:
         return Traced(symbol, self.context)
 
     def __add__(self, other: Any) -> Traced:
-        return self._by(self.symbol + _symbol(other))
+        return self._by(self.symbol + symbol(other))
 
     def __radd__(self, other: Any) -> Traced:
-        return self._by(_symbol(other) + self.symbol)
+        return self._by(symbol(other) + self.symbol)
 
     def __sub__(self, other: Any) -> Traced:
-        return self._by(self.symbol - _symbol(other))
+        return self._by(self.symbol - symbol(other))
 
     def __rsub__(self, other: Any) -> Traced:
-        return self._by(_symbol(other) - self.symbol)
+        return self._by(symbol(other) - self.symbol)
 
     def __mul__(self, other: Any) -> Traced:
-        return self._by(self.symbol * _symbol(other))
+        return self._by(self.symbol * symbol(other))
 
     def __rmul__(self, other: Any) -> Traced:
-        return self._by(_symbol(other) * self.symbol)
+        return self._by(symbol(other) * self.symbol)
 
     def __truediv__(self, other: Any) -> Traced:
-        return self._by(self.symbol / _symbol(other))
+        return self._by(self.symbol / symbol(other))
 
     def __rtruediv__(self, other: Any) -> Traced:
-        return self._by(_symbol(other) / self.symbol)
+        return self._by(symbol(other) / self.symbol)
 
     def __pow__(self, power: Any) -> Traced:
-        return self._by(self.symbol ** _symbol(power))
+        return self._by(self.symbol ** symbol(power))
 
     def __neg__(self) -> Traced:
         return self._by(-self.symbol)
@@ -96,49 +90,46 @@ class Traced:
         return self.chosen(self < 0.0, -self, self)
 
     def __lt__(self, other: Any) -> Any:
-        return self.context.less(self.symbol, _symbol(other))
+        return self.context.less(self.symbol, symbol(other))
 
     def __le__(self, other: Any) -> Any:
-        return self.context.less_equal(self.symbol, _symbol(other))
+        return self.context.less_equal(self.symbol, symbol(other))
 
     def __gt__(self, other: Any) -> Any:
-        return self.context.less(_symbol(other), self.symbol)
+        return self.context.less(symbol(other), self.symbol)
 
     def __ge__(self, other: Any) -> Any:
-        return self.context.less_equal(_symbol(other), self.symbol)
+        return self.context.less_equal(symbol(other), self.symbol)
 
-    def __bool__(self) -> bool:
+    def _decide(self, *_: Any) -> bool:
         raise TypeError("a number of the state decides what is computed")
+
+    __bool__ = __eq__ = __ne__ = _decide
 
     def fused(self, x: Any, y: Any, z: Any) -> Any:
         return x * y + z
 
     def chosen(self, condition: Any, x: Any, y: Any) -> Traced:
-        return self._by(self.context.select(condition, _symbol(x), _symbol(y)))
+        return self._by(self.context.select(condition, symbol(x), symbol(y)))
 
     def of(self, value: Any) -> Any:
         return value
 
 
-def _symbol(number: Any) -> Any:
+def symbol(number: Any) -> Any:
     return number.symbol if isinstance(number, Traced) else float(number)
 
 
-def traced_field(problem: Problem, algebra: Algebra, time: Any, state: Sequence[Any]) -> list[Any]:
-    """Return dy/dt in symbols of time and state.
+class _Symbol:
+    """Any number: what is computed with it is any number, too."""
 
-    Raises
-    ------
-    FormError
-        For a problem without a field, or one that does more with its numbers than formulas do.
-    """
-    if problem.field is None:
-        raise FormError("the problem has no field")
-    y = Block(np.array([Traced(symbol, algebra) for symbol in state], dtype=object))
-    out, work = (Block(np.empty(rows, dtype=object)) for rows in (len(y), problem.work))
-    try:
-        problem.field(Block(problem.params), Traced(time, algebra), y, out, work)
-    except Exception as error:  # whatever the source makes of such numbers
-        what = f"its field is no formula: {type(error).__name__}: {error}"
-        raise FormError(what) from error
-    return [_symbol(rate) for rate in out.data]
+    def _same(self, *_: Any) -> _Symbol:
+        return self
+
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __pow__ = __neg__ = _same
+    __truediv__ = __rtruediv__ = sin = cos = sqrt = log = less = select = _same
+    __bool__ = Traced._decide
+
+
+_ANY = _Symbol()
+ANYTHING = Traced(_ANY, Algebra(_ANY, _ANY.less, _ANY.less, _ANY.select))
