@@ -54,7 +54,7 @@ def check_problem(
     form: str,
     clock: bool = False,
     watched: Mapping[str, Recorded | Measure | SymplecticForm] | None = None,
-) -> None:
+) -> tuple[str, ...]:
     """Raise `DeclarationError` unless the functions of a problem fit what it declares.
 
     Parameters
@@ -65,14 +65,19 @@ def check_problem(
         Whether the clock is integrated.
     watched : mapping of argument to function
         What is observed, ``observe['K']``, or looked for: functions of the problem, or others.
+
+    Returns
+    -------
+    tuple
+        The form, and the fingerprints of what is integrated.
     """
     seen: list[bool] = problem.__dict__.setdefault("_all_seen", [])
     if problem.rows <= FEW and not seen:
         _check_all(problem, y)
         seen.append(True)
-    check_form(problem, form, y)
+    key = check_form(problem, form, y)
     if clock and problem.clock is not None:
-        check_value(problem, problem.clock, y)
+        key += (check_value(problem, problem.clock, y),)
     for name, f in (watched or {}).items():
         if isinstance(f, Measure):
             _check_measure(problem, f, y)
@@ -80,6 +85,7 @@ def check_problem(
             _check_two_form(problem, f, y)
         else:
             check_value(problem, f, y, name)
+    return key
 
 
 def check_form(problem: Problem, form: str, y: Array) -> tuple[str, ...]:

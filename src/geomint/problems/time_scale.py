@@ -66,6 +66,7 @@ def characteristic_time(
     return abs(smooth_time(problem, y0, rates, signed, start, rate_at))
 
 
+@np.errstate(all="ignore")
 def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at: Rate) -> float:
     """Return the shortest ‖piece‖ / ‖d piece/dt‖ over the pieces of the state, at y0.
 
@@ -97,11 +98,10 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
             """
             if math.isinf(time):
                 return True
-            with np.errstate(all="ignore"):
-                change = rate_at(problem, y0 + time * rates, start) - rates
-                return all(
-                    length(change[p]) <= 0.5 * max(rate, size / time) for p, size, rate in pieces
-                )
+            change = rate_at(problem, y0 + time * rates, start) - rates
+            return all(
+                length(change[p]) <= 0.5 * max(rate, size / time) for p, size, rate in pieces
+            )
 
         steady = steady_time(stays, times[0])
         if steady > times[0] / RESTING:

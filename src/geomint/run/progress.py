@@ -53,7 +53,7 @@ class Progress:
     def __init__(self, show: bool | None, total: float | None, label: str) -> None:
         self._show = show
         self.compile_seconds = 0.0
-        self._total, self._label = total, label
+        self.total, self._label = total, label
         self._start = running_clock()
         self._bar: Any = None
         self._task: Any = None
@@ -152,7 +152,7 @@ class Progress:
     def _look(self, done: float, elapsed: float) -> None:
         """Warn, once, if the run would take longer than a day; look again after as long a time."""
         self._next_look = 2.0 * elapsed
-        expected = elapsed * (self._total or 0.0) / done if done > 0.0 else 0.0
+        expected = elapsed * (self.total or 0.0) / done if done > 0.0 else 0.0
         if expected > DAY:
             self._next_look = float("inf")
             text = f"at its pace this run takes about {time_in_words(expected)}"
@@ -160,7 +160,7 @@ class Progress:
 
     def _open(self) -> None:
         if self._notebook:
-            self._bar, self._task = _NotebookBar(self._label, self._total), None
+            self._bar, self._task = _NotebookBar(self._label, self.total), None
             return
         from rich.console import Console
         from rich.progress import (
@@ -180,7 +180,7 @@ class Progress:
             console=Console(stderr=True),
             transient=True,
         )
-        self._task = self._bar.add_task(self._label, total=self._total, rate="")
+        self._task = self._bar.add_task(self._label, total=self.total, rate="")
         self._bar.start()
 
 
@@ -204,11 +204,11 @@ class _NotebookBar:
 
     def __init__(self, label: str, total: float | None) -> None:
         display: Any = sys.modules["IPython"].display.display
-        self._label, self._total = label, total
+        self._label, self.total = label, total
         self._handle = display({"text/plain": ""}, raw=True, display_id=True)
 
     def update(self, task: None, completed: float, rate: str) -> None:
-        share = "" if self._total is None else f' value="{completed}" max="{self._total}"'
+        share = "" if self.total is None else f' value="{completed}" max="{self.total}"'
         bar = f"<progress{share}></progress>"
         shown = {"text/plain": "", "text/html": f"{escape(self._label)} {bar} {escape(rate)}"}
         self._handle.update(shown, raw=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -14,6 +15,7 @@ from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
+from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
 from .accuracy.asked import TOO_LONG, choose_for
@@ -233,7 +235,8 @@ def _solved(
         check_no_steps(estimate_error=estimate_error or None)
     check_estimate(estimate_error, before)
     state = y0 if before is not None else problem.canonical(y0) if admitted is None else admitted
-    with Progress(progress, None, chosen.name) as planning:  # the default step may be compiled
+    bar = Progress(progress, None, chosen.name)
+    with bar if step is None else contextlib.nullcontext():  # what it follows from is compiled
         timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before, compiled)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
@@ -289,12 +292,15 @@ def _solved(
     recorder = Recorder(
         integrator, timeline, observers, save_every, observe_every, wanted, dense, crossings
     )
-    with Progress(progress, recorder.length, chosen.name) as bar:
+    bar.total = recorder.length
+    with bar:
         along = [part for part in (observers, crossings) if part is not None]
         bar.expect(integrator.stepper.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
-        own = along or callback or chosen.adaptive or timeline.own_end is None or not compiled
-        bar.begin(not own and timeline.expected * problem.rows <= BRIEF)
+        python = callback or not compiled or not all(type(w) is Function for w in watched.values())
+        unknown = python or chosen.adaptive or timeline.own_end is None
+        brief = not unknown and timeline.expected * problem.rows <= BRIEF
+        bar.begin(brief)
         account = Account()
 
         if spots is not None:
@@ -314,8 +320,9 @@ def _solved(
             asked_to_end_here,
             None if spots is None else spots.most,
         )
-        compiling = planning.compile_seconds + bar.compile_seconds
-        solution = recorder.solution(chosen, account, compiling, status)
+        if brief and status == "interrupted":  # between any two of its operations
+            raise KeyboardInterrupt
+        solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None and not recorder.stopped and solution.success:
         tell_short_run(problem, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):

@@ -6,6 +6,7 @@ expressions of heyoka, tracers of JAX, or symbols that only tell whether numbers
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partialmethod
@@ -40,6 +41,13 @@ class Algebra:
     sqrt, log = partialmethod(_of, "sqrt"), partialmethod(_of, "log")
 
 
+def _both(operation: Callable[[Any, Any], Any]) -> tuple[Any, Any]:
+    return (
+        lambda x, y: x._by(operation(x.symbol, symbol(y))),
+        lambda x, y: x._by(operation(symbol(y), x.symbol)),
+    )
+
+
 class Traced:
     """A number of a package's kind, in the protocol of `geomint.kernels.numbers.arithmetic`."""
 
@@ -53,32 +61,11 @@ class Traced:
     def _by(self, symbol: Any) -> Traced:
         return Traced(symbol, self.context)
 
-    def __add__(self, other: Any) -> Traced:
-        return self._by(self.symbol + symbol(other))
-
-    def __radd__(self, other: Any) -> Traced:
-        return self._by(symbol(other) + self.symbol)
-
-    def __sub__(self, other: Any) -> Traced:
-        return self._by(self.symbol - symbol(other))
-
-    def __rsub__(self, other: Any) -> Traced:
-        return self._by(symbol(other) - self.symbol)
-
-    def __mul__(self, other: Any) -> Traced:
-        return self._by(self.symbol * symbol(other))
-
-    def __rmul__(self, other: Any) -> Traced:
-        return self._by(symbol(other) * self.symbol)
-
-    def __truediv__(self, other: Any) -> Traced:
-        return self._by(self.symbol / symbol(other))
-
-    def __rtruediv__(self, other: Any) -> Traced:
-        return self._by(symbol(other) / self.symbol)
-
-    def __pow__(self, power: Any) -> Traced:
-        return self._by(self.symbol ** symbol(power))
+    __add__, __radd__ = _both(operator.add)
+    __sub__, __rsub__ = _both(operator.sub)
+    __mul__, __rmul__ = _both(operator.mul)
+    __truediv__, __rtruediv__ = _both(operator.truediv)
+    __pow__, _ = _both(operator.pow)
 
     def __neg__(self) -> Traced:
         return self._by(-self.symbol)
@@ -117,6 +104,7 @@ class Traced:
 
 
 def symbol(number: Any) -> Any:
+    """Return the symbol of a number, or its value."""
     return number.symbol if isinstance(number, Traced) else float(number)
 
 

@@ -59,7 +59,7 @@ def choose_for(
     with_clock = problem.clock is not None if clock is None else clock is True
     with_clock = problem.time == "tau" and (by_clock or with_clock)
     chosen.check_fits(problem, with_clock)
-    check_problem(problem, state, chosen.needs, with_clock)
+    functions = check_problem(problem, state, chosen.needs, with_clock)
     return choose(
         problem,
         chosen,
@@ -70,6 +70,7 @@ def choose_for(
         physical=not own,
         clock=with_clock,
         compiled=compiled,
+        functions=functions,
         watched=bool(asked["observe"]),
         reason=reason,
     )

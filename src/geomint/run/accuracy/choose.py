@@ -14,7 +14,7 @@ from ...kernels.compiling.recorded import Recorded
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
 from ...methods.stepper import Stepper
-from ...problems.declaration import check_form, kept_with
+from ...problems.declaration import kept_with
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
@@ -87,7 +87,7 @@ class Wanted:
 
     Attributes
     ----------
-    clock, watched, reason
+    clock, functions, watched, reason
         As `choose` takes them.
     """
 
@@ -95,6 +95,7 @@ class Wanted:
     tolerance: float
     time: float
     clock: bool
+    functions: tuple[str, ...]
     watched: bool
     reason: str
 
@@ -124,10 +125,7 @@ class Wanted:
             kernel = integrator.stepper.kernel
             return integrator.stepper, kernel, kernel.fingerprint
 
-        key: Any = "trials", method, start.compiled, threading.get_ident()
-        key += check_form(problem, method.needs, start.y0)
-        if start.clock and problem.clock is not None:
-            key += (problem.clock.fingerprint,)
+        key = "trials", method, start.compiled, threading.get_ident(), *self.functions
         stepper, kernel, before = kept_with(problem, key, made)
         if kernel.fingerprint == before:
             return stepper
@@ -164,12 +162,13 @@ def choose(
     span: float,
     tolerance: float,
     *,
-    begin: float = 0.0,
-    physical: bool = False,
-    clock: bool = False,
-    compiled: bool = True,
-    watched: bool = False,
-    reason: str = "",
+    begin: float,
+    physical: bool,
+    clock: bool,
+    compiled: bool,
+    functions: tuple[str, ...],
+    watched: bool,
+    reason: str,
 ) -> Chosen:
     """Return how a method meets a tolerance at the end of a run.
 
@@ -184,6 +183,8 @@ def choose(
         The problem's own time at y0.
     clock, compiled
         As the run will have them.
+    functions : tuple of str
+        What `check_problem` has returned for that.
     watched : bool
         Whether anything is observed: the iteration of an implicit method goes on to rounding then, for
         what it leaves is a drift.
@@ -197,7 +198,7 @@ def choose(
         span, physical_span = (span / rate if rate > 0.0 else span), abs(span)
     motion = Motion(problem, y0, begin, span, physical_span, compiled)
     time = characteristic_time(problem, y0, span, begin, rates_of(problem, y0, compiled))
-    wanted = Wanted(motion, tolerance, time, clock, watched, reason)
+    wanted = Wanted(motion, tolerance, time, clock, functions, watched, reason)
     if isinstance(method, Adaptive):
         return _local_tolerance(wanted, method)
     return _step(wanted, method)

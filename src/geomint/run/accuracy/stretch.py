@@ -9,6 +9,7 @@ from it.
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass
 from typing import Any
 
@@ -100,8 +101,8 @@ def stretch(
     factor, status = 1.0 - (COARSE / FINE) ** order, NOT_CONVERGED
     while status == NOT_CONVERGED:
         kernel = stepper.kernel
-        call = (stepper.beside.get(("trial", kernel)) or _trial(stepper, motion)).copy()
-        call.set(**{key: own_blocks(stepper)[key] for key in ("coefficients", "memory", "work")})
+        key = "trial", kernel, threading.get_ident()  # which has a call of its own
+        call = stepper.beside.get(key) or stepper.beside.setdefault(key, _trial(stepper, motion))
         status, _, work, _ = call(
             t=motion.begin,
             h=h,
@@ -125,12 +126,21 @@ def stretch(
 
 
 def _trial(stepper: Stepper, motion: Motion) -> Call:
-    """Return the call of trials by all steppers of this code: each trial sets what it changes."""
-    given = {key: driven(stepper)[key] for key in ("advance", "functions", "params", "fractions")}
-    given |= {"rows": stepper.rows, "ends": _ends(motion)}
-    call = TRIAL.call(stepper.compiled, **given, moved=scalar_block(0))
-    stepper.beside["trial", stepper.kernel] = call
-    return call
+    """Return the call of trials, with blocks of its own for what they change."""
+    known = {**driven(stepper), **own_blocks(stepper), "ends": _ends(motion)}
+    wanted = [
+        "advance",
+        "functions",
+        "params",
+        "fractions",
+        "rows",
+        "coefficients",
+        "memory",
+        "work",
+        "ends",
+    ]
+    given = {key: known[key] for key in wanted}
+    return TRIAL.call(stepper.compiled, **given, moved=scalar_block(0))
 
 
 def _ends(motion: Motion) -> Block:
