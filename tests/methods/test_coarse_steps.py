@@ -78,3 +78,52 @@ def test_comparisons_show_errors_and_say_nothing() -> None:
         gi.solve(scene.problem, state, tau_end=40.0, step=0.5, method="rk-4", progress=False)
     assert points[0].error is not None
     assert np.isfinite(points[0].error)
+
+
+@gi.observable
+def square(params: Any, t: Any, y: Any, work: Any) -> Any:
+    return 0.5 * norm(params, t, y, work)
+
+
+@pytest.mark.parametrize("observed", [(), ("energy",)])
+@pytest.mark.parametrize("size", [1.0, 1e150, 1e-154])
+def test_no_unit_makes_a_change_large(size: float, observed: tuple[str, ...]) -> None:
+    """Where sums of products would overflow, or vanish: the energy changes by 2e-7 of its size."""
+    problem = oscillator(invariants={"energy": square})
+    given: dict[str, Any] = {"observe": observed, "progress": False, "method": "rk-4"}
+    gi.solve(problem, [size, 0.0], t_end=20.0, step=0.05, **given)
+    with pytest.warns(gi.GeomintWarning, match=r"energy is off by 0\.\d+ of its size"):
+        gi.solve(problem, [size, 0.0], t_end=20.0, step=1.0, **given)
+
+
+def test_the_end_is_looked_at_whatever_is_saved() -> None:
+    problem = oscillator(invariants={"energy": square})
+    given: dict[str, Any] = {"method": "rk-4", "step": 1.0, "t_end": 20.0, "progress": False}
+    told = []
+    for more in ({}, {"t_eval": [0.3]}, {"observe": "energy"}, {"t_eval": [0.3], "observe": "all"}):
+        with pytest.warns(gi.GeomintWarning) as caught:
+            gi.solve(problem, [1.0, 0.0], **given, **more)
+        told += [str(w.message) for w in caught]
+    assert len(told) == 4
+    assert len(set(told)) == 1
+
+
+@pytest.mark.parametrize("pieces", [(("q", 1), ("p", 1)), (("y", 2),)])
+def test_no_note_ends_a_run(pieces: Any) -> None:
+    """Of a field without a value, beside a splitting that has them all."""
+
+    def undefined(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = 1e5 + 0.0 * y[0]
+        out[1] = (y[1] - y[1]) / (y[1] - y[1])
+
+    def flow(k: Any, params: Any, t: Any, h: Any, y: Any, out: Any, work: Any) -> None:
+        out[0] = h * y[1] if k == 0 else 0.0 * y[0]
+        out[1] = 0.0 * y[0] if k == 0 else -h * y[0]
+
+    forms: dict[str, Any] = {
+        "field": gi.field(undefined),
+        "splitting": gi.Splitting(gi.helper(flow), 2),
+    }
+    problem = gi.Problem("undefined", pieces, **forms)
+    run = gi.solve(problem, [1.0, 0.5], t_end=1.0, method="verlet-2", step=0.1, progress=False)
+    assert run.success

@@ -13,10 +13,12 @@ import pytest
 
 import geomint as gi
 from geomint.compare.reference import reference_solution
+from geomint.kernels.compiling.signatures import FIELD
 from geomint.kernels.numbers.blocks import part
 from geomint.kernels.numbers.watched import AccessError, Fresh, Given
 from geomint.problems.declaration import FEW, check_problem
-from geomint.problems.evaluate import derivative, value
+from geomint.problems.evaluate import derivative, rates_of, value
+from geomint.problems.formulas import is_formula
 from geomint.scene.load import load_scene, scene_names
 from geomint.stress.preserved import Quantities
 from tests.problems import examples
@@ -864,3 +866,51 @@ def test_watched_blocks() -> None:
     assert part(given, 1, 2)[1] == 2.0
     with pytest.raises(AccessError, match="writes row 2 of y, which is not its own"):
         part(given, 1, 2)[1] = 0.0
+
+
+# --- far off the motion ---------------------------------------------------------------------------
+
+
+def by_row(params, t, y, out, work):
+    out[0] = params[int(y[0])] + 0.0 * y[0]
+
+
+def by_count(params, t, y, out, work):
+    k = 0
+    while y[0] > k:
+        k += 1
+    out[0] = params[k] + 0.0 * y[0]
+
+
+def by_equality(params, t, y, out, work):
+    out[0] = params[64 if y[0] == 67.0 else 0] + 0.0 * y[0]
+
+
+def by_time(params, t, y, out, work):
+    out[0] = params[int(t)] + 0.0 * y[0]
+
+
+def by_formula(params, t, y, out, work):
+    out[0] = gi.select(abs(y[0]) > 2.0, gi.sqrt(params[3]), gi.sin(t) ** 2) + 0.0 * y[0]
+
+
+@pytest.mark.parametrize("f", [by_row, by_count, by_equality, by_time, by_formula])
+def test_rows_are_checked_where_they_depend_on_numbers(f):
+    """Time scales look far off the motion, where there may be no such row."""
+    problem = gi.Problem("table", (("x", 1),), params=np.ones(64), field=gi.field(f))
+    rates, far = rates_of(problem, np.ones(1)), np.array([67.0])
+    assert rates(problem, np.ones(1), 0.0) == derivative(problem, np.ones(1))
+    if f is by_formula:
+        np.testing.assert_array_equal(rates(problem, far, 1.0), derivative(problem, far, 1.0))
+        return
+    with pytest.raises(IndexError):
+        rates(problem, far, 67.0)
+
+
+def test_fields_of_systems_are_formulas():
+    """So that what is asked of them beside steps is compiled."""
+    for name in scene_names():
+        problem = load_scene(name).problem
+        if problem.field is not None:
+            sizes = {"y": problem.rows, "out": problem.rows}
+            assert is_formula(problem, problem.field, FIELD, sizes), name

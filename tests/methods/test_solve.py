@@ -633,3 +633,36 @@ def test_default_steps_at_the_ends_of_numbers(method: str) -> None:
                 assert np.isfinite(found.t).all()
     exact = gi.solve(hyperbola, [1e300], t_end=1.0, method=method, compiled=False)
     assert exact.y[-1] == 1e300
+
+
+@pytest.mark.parametrize("asked", [{}, {"observe": "all"}, {"t_end": 0.2}])
+def test_an_interrupted_run_is_whole_or_raises(asked):
+    """However short: functions in Python are not broken off, nor runs of unknown length."""
+    problem = ch.ChaplyginSphere(a=(0.8, 1.1, 1.5), D=4.0).hamiltonized()
+    end = {} if "t_end" in asked else {"tau_end": 0.2}
+    found = []
+
+    def look(told):
+        found.append(signal.getsignal(signal.SIGINT))
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        y0 = problem.random_state(1)
+        gi.solve(problem, y0, step=0.05, callback=look, **asked, **end, progress=False)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert found
+    assert signal.default_int_handler not in found
+
+
+def test_compiling_for_a_default_step_is_told():
+    @gi.field
+    def own(params, t, y, out, work):
+        out[0] = -1.2345678 * y[0]
+
+    asked = gi.Problem("own", (("x", 1),), field=own)
+    sol = gi.solve(asked, [1.0], t_end=1.0, method="rk-4", progress=False)
+    rates_alone = gi.Problem("own", (("x", 1),), field=own)
+    again = gi.solve(rates_alone, [1.0], t_end=1.0, method="rk-4", progress=False)
+    assert sol.compile_seconds > 0.0
+    assert again.compile_seconds == 0.0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -355,7 +357,6 @@ def test_fast_chaos_is_said_however_long_the_run(end: float) -> None:
 
 
 def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
-    from geomint.problems.testproblems import henon_heiles
 
     p = henon_heiles.problem()
     given: dict[str, Any] = {"t_end": 1500.0, "method": "auto", "tolerance": 1e-8}
@@ -557,6 +558,23 @@ def test_no_call_evaluates_functions_in_plain_python(
     y0 = problem.random_state(1)
     monkeypatch.setattr(Recorded, "__call__", call)
     assert gi.solve(problem, y0, **asked, progress=False).success
+
+
+def test_trials_of_other_threads_change_nothing() -> None:
+    """Compiled code lets other threads run: each has calls, and what they change, of its own."""
+    problem = ch.ChaplyginSphere.from_moments((1.0, 2.0, 3.0), 1.0, 1.0).classical()
+    states = [problem.random_state(seed) for seed in range(16)]
+
+    def step(y0: Any) -> float | None:
+        return gi.solve(problem, y0, t_end=30.0, method="dop853", tolerance=1e-8).step
+
+    alone, before = [step(y0) for y0 in states], sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            assert list(pool.map(step, 8 * states)) == 8 * alone
+    finally:
+        sys.setswitchinterval(before)
 
 
 def quicker(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:

@@ -9,6 +9,7 @@ import shlex
 import sys
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import click
 import matplotlib.pyplot as plt
@@ -21,6 +22,7 @@ from session import NOT_RUN, alike, is_slow, outputs, printed, same
 import geomint as gi
 from geomint.cli import main
 from geomint.methods import registry
+from geomint.problems.testproblems import henon_heiles
 from geomint.watch.registry import plugged
 
 CONSOLES = ["tutorial", "scene-files", "is-it-chaotic"]
@@ -163,6 +165,26 @@ def test_a_method_of_ones_own_works_as_its_page_says(package: Path) -> None:
     inputs = [x.removeprefix(">>> ") for x in session.text.splitlines() if x.startswith(">>> ")]
     exec(inputs[0], scope)
     assert str(eval(inputs[1], scope)) == session.text.splitlines()[-1]
+
+
+def test_trials_take_the_steps_of_now(package: Path) -> None:
+    """A step whose code has changed is not that of the trials before."""
+    _, _, midpoint, _ = examples(page("add-a-method"))
+    scope: dict[str, Any] = {"__name__": "changing"}
+    exec(midpoint.source, scope)
+
+    def step(problem: gi.Problem) -> float | None:
+        given: dict[str, Any] = {"method": scope["MIDPOINT_2"], "tolerance": 1e-5}
+        return gi.solve(problem, henon_heiles.INITIAL, t_end=10.0, **given).step
+
+    problem = henon_heiles.problem()
+    before, right = step(problem), scope["add_compensated"]
+
+    def more(y: Any, carry: Any, r: Any, by: Any) -> None:
+        right(y, carry, r, by + 1e-3 * abs(by))
+
+    scope["add_compensated"] = gi.helper(more)
+    assert step(problem) == step(henon_heiles.problem()) != before
 
 
 STEP = 3  # columns of a numbered step: what is indented further is an aside

@@ -6,16 +6,15 @@ what is done to them is the cost of all. It does not depend on the machine, and 
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..arguments import Array
 from ..kernels.numbers.blocks import Block
+from ..kernels.numbers.traced import Algebra, Traced
 from ..problems.declaration import check_form
 from ..problems.forms import GroupAction, Hamiltonian, Splitting
 from ..problems.problem import Problem
@@ -34,69 +33,44 @@ class Cost(NamedTuple):
         return 5 * self.rows <= 4 * other.rows and self.operations <= other.operations
 
 
-class _Tally:
+class _Tally(Algebra):
     """Numbers that count the operations between them."""
 
     def __init__(self) -> None:
+        super().__init__(
+            np, operator.lt, operator.le, lambda condition, x, y: x if condition else y
+        )
         self.count = 0
 
     def block(self, values: Array) -> Block:
         """Return a block of counting numbers."""
-        numbers = [_Number(float(v), self) for v in values]
-        return Block(np.array(numbers, dtype=object))
+        return Block(np.array([_Number(v, self) for v in values.astype(float)], dtype=object))
 
 
-def _counted(operation: Callable[[float, float], float]) -> Callable[[_Number, Any], _Number]:
-    return lambda x, y: x._after(operation(x.value, float(y)))
-
-
-def _compared(relation: Callable[[float, float], bool]) -> Callable[[_Number, Any], bool]:
-    return lambda x, y: relation(x.value, float(y))
-
-
-class _Number:
+class _Number(Traced):
     """A float that counts every operation in its tally."""
 
-    __slots__ = ("tally", "value")
-    __array_ufunc__ = None  # a numpy number on the left leaves the operation to this class
+    context: _Tally
+    __slots__ = ()
 
-    def __init__(self, value: float, tally: _Tally) -> None:
-        self.value, self.tally = value, tally
+    def _by(self, symbol: Any) -> _Number:
+        self.context.count += 1
+        return _Number(symbol, self.context)
 
     def __float__(self) -> float:
-        return self.value
-
-    def _after(self, value: float) -> _Number:
-        self.tally.count += 1
-        return _Number(value, self.tally)
-
-    __add__ = __radd__ = _counted(operator.add)
-    __mul__ = __rmul__ = _counted(operator.mul)
-    __sub__ = _counted(operator.sub)
-    __rsub__ = _counted(lambda x, y: y - x)
-    __truediv__ = _counted(lambda x, y: x / y if y else math.nan)
-    __rtruediv__ = _counted(lambda x, y: y / x if x else math.nan)
+        return float(self.symbol)
 
     def __neg__(self) -> _Number:
-        return _Number(-self.value, self.tally)  # free: a sign in the next operation
+        return _Number(-self.symbol, self.context)  # free: a sign in the next operation
 
     def __abs__(self) -> _Number:
-        return _Number(abs(self.value), self.tally)
+        return _Number(abs(self.symbol), self.context)
 
-    __lt__, __le__ = _compared(operator.lt), _compared(operator.le)
-    __gt__, __ge__ = _compared(operator.gt), _compared(operator.ge)
-
-    @property
-    def context(self) -> SimpleNamespace:
-        """Elementary functions, as `geomint.kernels.numbers.arithmetic` asks numbers for them."""
-        return SimpleNamespace(
-            sqrt=lambda x: x._after(math.sqrt(max(x.value, 0.0))),
-            sin=lambda x: x._after(math.sin(x.value) if math.isfinite(x.value) else math.nan),
-            cos=lambda x: x._after(math.cos(x.value) if math.isfinite(x.value) else math.nan),
-            log=lambda x: x._after(math.log(x.value) if x.value > 0.0 else math.nan),
-        )
+    def chosen(self, condition: Any, x: Any, y: Any) -> Any:
+        return x if condition else y
 
 
+@np.errstate(all="ignore")
 def cost_of(problem: Problem, form: str, y: Array) -> Cost:
     """Return the cost of a problem in one of its forms, at the state y.
 

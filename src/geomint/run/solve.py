@@ -320,7 +320,7 @@ def _solved(
             asked_to_end_here,
             None if spots is None else spots.most,
         )
-        if brief and status == "interrupted":  # between any two of its operations
+        if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
             raise KeyboardInterrupt
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
     if step is not None and not recorder.stopped and solution.success:

@@ -15,7 +15,7 @@ from typing import Any
 __all__ = ["ANYTHING", "Algebra", "Traced", "symbol"]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Algebra:
     """What a package computes with its symbols, beside ``+ - * /``.
 
@@ -35,7 +35,7 @@ class Algebra:
     select: Callable[[Any, Any, Any], Any]
 
     def _of(self, name: str, x: Traced) -> Traced:
-        return Traced(getattr(self.functions, name)(x.symbol), self)
+        return x._by(getattr(self.functions, name)(x.symbol))
 
     sin, cos = partialmethod(_of, "sin"), partialmethod(_of, "cos")
     sqrt, log = partialmethod(_of, "sqrt"), partialmethod(_of, "log")
