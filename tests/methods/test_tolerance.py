@@ -22,6 +22,7 @@ from geomint.kernels.compiling.recorded import Recorded
 from geomint.methods import Start, find_method
 from geomint.problems.deviation import sizes_of
 from geomint.problems.evaluate import derivative, rates_of
+from geomint.problems.testproblems import henon_heiles
 from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
