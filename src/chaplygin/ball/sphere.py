@@ -167,8 +167,7 @@ class ChaplyginSphere:
             Mass and radius; one of them will do, because mρ² = D.
         k0 : array_like, optional
         """
-        mass, radius = mass_and_radius(self.D, m, rho)
-        return rolling_problem(self.inertia, mass, radius, k0)
+        return rolling_problem(self.inertia, *mass_and_radius(self.D, m, rho), k0)
 
     def contact(self, m: Any = None, rho: Any = None, k0: Any = None) -> gi.Problem:
         """Return the ball in (k, γ, g, r), with attitude and contact point; see `contact_problem`.
@@ -179,8 +178,7 @@ class ChaplyginSphere:
             Mass and radius; one of them will do, because mρ² = D.
         k0 : array_like, optional
         """
-        mass, radius = mass_and_radius(self.D, m, rho)
-        return contact_problem(self.inertia, mass, radius, k0)
+        return contact_problem(self.inertia, *mass_and_radius(self.D, m, rho), k0)
 
 
 def _scale(m: Any, rho: Any) -> float:

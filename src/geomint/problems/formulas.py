@@ -24,9 +24,7 @@ def is_formula(problem: Problem, f: Recorded, signature: Signature, rows: dict[s
     numbers, ``int`` of them, and whatever symbols cannot do, say no.
     """
     sizes = {**rows, "work": problem.work}
-    given: dict[str, Any] = {
-        name: Block(np.array([ANYTHING] * size, dtype=object)) for name, size in sizes.items()
-    }
+    given: dict[str, Any] = {k: Block(np.full(n, ANYTHING)) for k, n in sizes.items()}
     given["params"] = Block(problem.params)
     parts = 1 if problem.splitting is None else problem.splitting.parts
     try:

@@ -297,9 +297,9 @@ def _solved(
         along = [part for part in (observers, crossings) if part is not None]
         bar.expect(integrator.stepper.entries + sum(part.entries for part in along))
         in_turn(integrator.prepare, *(part.prepare for part in along))
-        python = callback or not compiled or not all(type(w) is Function for w in watched.values())
-        unknown = python or chosen.adaptive or timeline.own_end is None
-        brief = not unknown and timeline.expected * problem.rows <= BRIEF
+        own = callback is not None or any(type(w) is not Function for w in watched.values())
+        known = compiled and not own and not chosen.adaptive and timeline.own_end is not None
+        brief = known and timeline.expected * problem.rows <= BRIEF
         bar.begin(brief)
         account = Account()
 
@@ -331,7 +331,7 @@ def _solved(
     if spots is None and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif spots is None and step is not None and solution.success:
-        tell_coarse_steps(solution, integrator, state, timeline, watched)
+        tell_coarse_steps(solution, integrator, start, watched)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled

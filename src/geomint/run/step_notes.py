@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 from ..arguments import Array
 from ..errors import DomainError, GeomintWarning
-from ..methods import Method
+from ..methods import Method, Start
 from ..methods.adaptive import Adaptive
-from ..problems.evaluate import Rate, rates_of, scales_of, states_around, value_of
+from ..problems.evaluate import rates_of, scales_of, states_around, value_of
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY, Function
@@ -53,11 +53,7 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
 
 
 def tell_coarse_steps(
-    solution: Solution,
-    integrator: Integrator,
-    state: Array,
-    timeline: Timeline,
-    watched: Mapping[str, Watcher],
+    solution: Solution, integrator: Integrator, start: Start, watched: Mapping[str, Watcher]
 ) -> None:
     """Warn of given steps that cannot follow the motion, as far as its end shows it.
 
@@ -65,38 +61,33 @@ def tell_coarse_steps(
     characteristic rate of the beginning, and no integral is kept. Methods that keep their integrals at
     such steps, as group methods do in a steady rotation, are right.
     """
-    problem, h = solution.problem, abs(timeline.h)
+    problem = start.problem
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
-    off = _integrals_off(solution, integrator, state, timeline.start, watched)
+    off = _integrals_off(solution, integrator, start, watched)
     if problem.invariants and not off:
         return
-    rate_at = rates_of(problem, state, integrator.stepper.compiled)
-    turning = _turns(problem, state, timeline.h, timeline.start, rate_at) > TURN
+    turning = _turns(start) > TURN
     lost = [name for name, part in off.items() if part > (KEPT if turning else LOST)][:1]
     told = [f"{name} is off by {off[name]:.2g} of its size at the end" for name in lost]
     if turning and (lost or not problem.invariants):
         told.append("the motion turns around within one")
     if told:
         _warn(
-            f"steps of {h:.3g} are so long that {' and '.join(told)}: give a shorter step, or a "
-            "tolerance in its place"
+            f"steps of {abs(start.h):.3g} are so long that {' and '.join(told)}: give a "
+            "shorter step, or a tolerance in its place"
         )
 
 
 def _integrals_off(
-    solution: Solution,
-    integrator: Integrator,
-    state: Array,
-    start: float,
-    watched: Mapping[str, Watcher],
+    solution: Solution, integrator: Integrator, start: Start, watched: Mapping[str, Watcher]
 ) -> dict[str, float]:
     """Return integrals that are off at the end by more than `KEPT` of their scale, and by how much.
 
     The energy is looked at, where there is one, and else all. The scale is `rounding_scale` where the
     run began, or the value there where that overflows.
     """
-    problem, known = solution.problem, solution.problem.invariants
+    problem, state, known = start.problem, start.y0, start.problem.invariants
     end, time, found = integrator.state, integrator.time, {}
     for name in [ENERGY] if ENERGY in known else known:
         with contextlib.suppress(ArithmeticError):  # of a function in plain Python
@@ -106,8 +97,8 @@ def _integrals_off(
                 drift = solution.drift[name]
                 before, change, scale = drift.initial, abs(drift.final_error), drift.scale
             else:
-                number = value_of(problem, known[name], state, integrator.stepper.compiled)
-                before = number(state, start)
+                number = value_of(problem, known[name], state, start.compiled)
+                before = number(state, start.t0)
                 change, scale = abs(number(end, time) - before), 1.0
                 if change > KEPT * abs(before):
                     around = [number(y, 0.0) for y in states_around(state)]
@@ -116,9 +107,11 @@ def _integrals_off(
     return {name: part for name, part in found.items() if part > KEPT}
 
 
-def _turns(problem: Problem, state: Array, h: float, start: float, rate_at: Rate) -> float:
+def _turns(start: Start) -> float:
     """Return how many characteristic times a step is."""
-    rates, numbers = rate_at(problem, state, start).tolist(), state.tolist()
+    problem, state, h, t0 = start.problem, start.y0, start.h, start.t0
+    rate_at = rates_of(problem, state, start.compiled)
+    rates, numbers = rate_at(problem, state, t0).tolist(), state.tolist()
 
     def largest(of: list[float], piece: slice) -> float:
         return max(map(abs, of[piece]))
@@ -127,7 +120,7 @@ def _turns(problem: Problem, state: Array, h: float, start: float, rate_at: Rate
     if not any(abs(h) * largest(rates, p) > TURN * largest(numbers, p) for p in pieces):
         return 0.0  # at no cost
     try:
-        return abs(h) / characteristic_time(problem, state, h, start, rate_at)
+        return abs(h) / characteristic_time(problem, state, h, t0, rate_at)
     except DomainError:  # there is none, as there is no derivative
         return 0.0
 

@@ -26,6 +26,10 @@ from .lanes import LANES, Lanes
 __all__ = ["Tangent", "TangentBlock", "as_tangents", "tangent_block", "tangent_lane_block"]
 
 
+def _compared(relation: Callable[[Any, Any], Any]) -> Any:
+    return lambda x, y: relation(x.value, _value(y))
+
+
 class Tangent:
     """A number and its derivatives along some directions.
 
@@ -101,23 +105,9 @@ class Tangent:
     def __int__(self) -> int:
         return int(self.value)
 
-    def __lt__(self, other: Any) -> Any:
-        return self.value < _value(other)
-
-    def __le__(self, other: Any) -> Any:
-        return self.value <= _value(other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.value > _value(other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.value >= _value(other)
-
-    def __eq__(self, other: Any) -> Any:
-        return self.value == _value(other)
-
-    def __ne__(self, other: Any) -> Any:
-        return self.value != _value(other)
+    __lt__, __le__ = _compared(operator.lt), _compared(operator.le)
+    __gt__, __ge__ = _compared(operator.gt), _compared(operator.ge)
+    __eq__, __ne__ = _compared(operator.eq), _compared(operator.ne)
 
     # What `geomint.kernels.numbers.arithmetic` asks of numbers that it does not know.
 

@@ -48,6 +48,13 @@ def _both(operation: Callable[[Any, Any], Any]) -> tuple[Any, Any]:
     )
 
 
+def _ordered(name: str) -> tuple[Any, Any]:
+    return (
+        lambda x, y: getattr(x.context, name)(x.symbol, symbol(y)),
+        lambda x, y: getattr(x.context, name)(symbol(y), x.symbol),
+    )
+
+
 class Traced:
     """A number of a package's kind, in the protocol of `geomint.kernels.numbers.arithmetic`."""
 
@@ -76,17 +83,8 @@ class Traced:
     def __abs__(self) -> Traced:
         return self.chosen(self < 0.0, -self, self)
 
-    def __lt__(self, other: Any) -> Any:
-        return self.context.less(self.symbol, symbol(other))
-
-    def __le__(self, other: Any) -> Any:
-        return self.context.less_equal(self.symbol, symbol(other))
-
-    def __gt__(self, other: Any) -> Any:
-        return self.context.less(symbol(other), self.symbol)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.context.less_equal(symbol(other), self.symbol)
+    __lt__, __gt__ = _ordered("less")
+    __le__, __ge__ = _ordered("less_equal")
 
     def _decide(self, *_: Any) -> bool:
         raise TypeError("a number of the state decides what is computed")

@@ -127,9 +127,8 @@ class Wanted:
 
         key = "trials", method, start.compiled, threading.get_ident(), *self.functions
         stepper, kernel, before = kept_with(problem, key, made)
-        if kernel.fingerprint == before:
-            return stepper
-        return kept_with(problem, (*key, kernel.fingerprint), made)[0]
+        now = kernel.fingerprint
+        return stepper if now == before else kept_with(problem, (*key, now), made)[0]
 
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""

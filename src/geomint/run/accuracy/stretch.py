@@ -99,6 +99,8 @@ def stretch(
     count, h, rows = pairs // each, math.copysign(step, motion.span), stepper.rows
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
     factor, status = 1.0 - (COARSE / FINE) ** order, NOT_CONVERGED
+    arrays = {"out": out, "y0": motion.y0, "sizes": sizes, "errors": errors}
+    blocks = {name: Block(array) for name, array in arrays.items()}
     while status == NOT_CONVERGED:
         kernel = stepper.kernel
         key = "trial", kernel, threading.get_ident()  # which has a call of its own
@@ -109,12 +111,9 @@ def stretch(
             shorter=h * COARSE / FINE,
             coarse=COARSE * each,
             fine=FINE * each,
-            out=Block(out),
             count=count,
             factor=factor,
-            y0=Block(motion.y0),
-            sizes=Block(sizes),
-            errors=Block(errors),
+            **blocks,
         )
         if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
             return None
