@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import geomint as gi
-from geomint.compare.peers.traced import Algebra, traced_field
+from geomint.kernels.numbers.traced import Algebra
+from geomint.problems.formulas import traced_field
 
 SPHERE_FORMS = ("rational", "polynomial-2", "homogeneous", "on-sphere", "on-sphere-polynomial")
 
