@@ -96,9 +96,11 @@ def test_no_unit_makes_a_change_large(size: float, observed: tuple[str, ...]) ->
         gi.solve(problem, [size, 0.0], t_end=20.0, step=1.0, **given)
 
 
-def test_the_end_is_looked_at_whatever_is_saved() -> None:
+@pytest.mark.parametrize("end", [20.0, 20.6])
+def test_the_end_is_looked_at_whatever_is_saved(end: float) -> None:
+    """Also that of a last partial step."""
     problem = oscillator(invariants={"energy": square})
-    given: dict[str, Any] = {"method": "rk-4", "step": 1.0, "t_end": 20.0, "progress": False}
+    given: dict[str, Any] = {"method": "rk-4", "step": 1.0, "t_end": end, "progress": False}
     told = []
     for more in ({}, {"t_eval": [0.3]}, {"observe": "energy"}, {"t_eval": [0.3], "observe": "all"}):
         with pytest.warns(gi.GeomintWarning) as caught:

@@ -204,11 +204,11 @@ class _NotebookBar:
 
     def __init__(self, label: str, total: float | None) -> None:
         display: Any = sys.modules["IPython"].display.display
-        self._label, self.total = label, total
+        self._label, self._total = label, total
         self._handle = display({"text/plain": ""}, raw=True, display_id=True)
 
     def update(self, task: None, completed: float, rate: str) -> None:
-        share = "" if self.total is None else f' value="{completed}" max="{self.total}"'
+        share = "" if self._total is None else f' value="{completed}" max="{self._total}"'
         bar = f"<progress{share}></progress>"
         shown = {"text/plain": "", "text/html": f"{escape(self._label)} {bar} {escape(rate)}"}
         self._handle.update(shown, raw=True)

@@ -69,9 +69,8 @@ class Recorder:
         if self._nodes is not None:
             self._nodes.append(self._reached())
         self.stride = self._stride()
-        self.whole = (
-            crossings is not None and crossings.use_memories
-        )  # what the driver must hand out
+        # What the driver must hand out.
+        self.whole = crossings is not None and crossings.use_memories
 
     def _stride(self) -> int:
         """How often the driver must hand out a state."""
@@ -96,6 +95,11 @@ class Recorder:
     def own_time(self) -> float:
         """The problem's own time of the last state handed out."""
         return self._before[0]
+
+    @property
+    def last_state(self) -> Array:
+        """The state at `own_time`."""
+        return self._before[1][: self._problem.rows]
 
     @property
     def length(self) -> float | None:
@@ -236,9 +240,8 @@ class Recorder:
         """Take the state of a last partial step, which no more wanted times lie beyond."""
         times, states = np.array([time]), state[None, :]
         self._evaluate(np.array([self._number]), times, states)
-        if (
-            self._observers is not None and time != self._before[0]
-        ):  # an event at a step: that has been sampled
+        # An event at a step has been sampled.
+        if self._observers is not None and time != self._before[0]:
             self._observers.add(times, np.array([label]), states, np.array([True]))
         self._before = (time, state.copy())
 

@@ -331,7 +331,7 @@ def _solved(
     if spots is None and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
     elif spots is None and step is not None and solution.success:
-        tell_coarse_steps(solution, integrator, start, watched)
+        tell_coarse_steps(solution, recorder, start, watched)
     if estimate_error:
         again = partial(
             solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled

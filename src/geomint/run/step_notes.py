@@ -16,7 +16,7 @@ from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
-from .integrator import Integrator
+from .recorder import Recorder
 from .solution import Solution
 from .timeline import Timeline
 
@@ -53,7 +53,7 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
 
 
 def tell_coarse_steps(
-    solution: Solution, integrator: Integrator, start: Start, watched: Mapping[str, Watcher]
+    solution: Solution, recorder: Recorder, start: Start, watched: Mapping[str, Watcher]
 ) -> None:
     """Warn of given steps that cannot follow the motion, as far as its end shows it.
 
@@ -64,7 +64,7 @@ def tell_coarse_steps(
     problem = start.problem
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
-    off = _integrals_off(solution, integrator, start, watched)
+    off = _integrals_off(solution, recorder, start, watched)
     if problem.invariants and not off:
         return
     turning = _turns(start) > TURN
@@ -80,7 +80,7 @@ def tell_coarse_steps(
 
 
 def _integrals_off(
-    solution: Solution, integrator: Integrator, start: Start, watched: Mapping[str, Watcher]
+    solution: Solution, recorder: Recorder, start: Start, watched: Mapping[str, Watcher]
 ) -> dict[str, float]:
     """Return integrals that are off at the end by more than `KEPT` of their scale, and by how much.
 
@@ -88,7 +88,7 @@ def _integrals_off(
     run began, or the value there where that overflows.
     """
     problem, state, known = start.problem, start.y0, start.problem.invariants
-    end, time, found = integrator.state, integrator.time, {}
+    end, time, found = recorder.last_state, recorder.own_time, {}
     for name in [ENERGY] if ENERGY in known else known:
         with contextlib.suppress(ArithmeticError):  # of a function in plain Python
             watcher = watched.get(name)
@@ -101,7 +101,7 @@ def _integrals_off(
                 before = number(state, start.t0)
                 change, scale = abs(number(end, time) - before), 1.0
                 if change > KEPT * abs(before):
-                    around = [number(y, 0.0) for y in states_around(state)]
+                    around = [number(y, start.t0) for y in states_around(state)]
                     scale = scales_of([around], state)[0]
             found[name] = change / max(scale, abs(before))
     return {name: part for name, part in found.items() if part > KEPT}

@@ -127,18 +127,8 @@ def stretch(
 def _trial(stepper: Stepper, motion: Motion) -> Call:
     """Return the call of trials, with blocks of its own for what they change."""
     known = {**driven(stepper), **own_blocks(stepper), "ends": _ends(motion)}
-    wanted = [
-        "advance",
-        "functions",
-        "params",
-        "fractions",
-        "rows",
-        "coefficients",
-        "memory",
-        "work",
-        "ends",
-    ]
-    given = {key: known[key] for key in wanted}
+    unused = ("write", "table", "begun", "whole")
+    given = {key: value for key, value in known.items() if key not in unused}
     return TRIAL.call(stepper.compiled, **given, moved=scalar_block(0))
 
 
