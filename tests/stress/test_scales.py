@@ -8,6 +8,7 @@ import pytest
 import chaplygin as ch
 import geomint as gi
 from geomint.compare.reference import reference_solution
+from geomint.problems.evaluate import rounding_scale
 from geomint.problems.time_scale import characteristic_time
 
 SPHERE = ch.ChaplyginSphere(a=[0.8, 1.1, 1.5], D=4.0)
@@ -26,6 +27,17 @@ def test_methods_know_no_unit_of_momentum(method, power):
         y = gi.solve(problem, y0, method=method, **run).y[-1]
         ends.append(np.concatenate([y[:3], y[3:] / size]))
     np.testing.assert_array_equal(ends[0], ends[1])
+
+
+@pytest.mark.parametrize("power", [-500, 500])
+def test_scales_of_quantities_know_no_unit(power):
+    problem, size = SPHERE.hamiltonized(), 2.0**power
+    energy = problem.invariants["energy"]
+    one, other = (
+        rounding_scale(problem, energy, problem.state(gamma=GAMMA, p=factor * P))
+        for factor in (1.0, size)
+    )
+    assert other / size / size == one
 
 
 @pytest.mark.parametrize("power", [-500, -400, 500])
