@@ -42,7 +42,6 @@ from geomint.compare.peers.heyoka_peer import taylor
 from geomint.compare.peers.peer import PeerError
 from geomint.compare.reference import integrate_extended
 from geomint.problems.testproblems import henon_heiles
-from geomint.run.timeline import default_step
 from hamiltonized_n3 import A, D
 from henon_heiles_states import states as henon_heiles_states
 from machine import describe
@@ -126,7 +125,7 @@ class Row:
             motion = self.problem.exact(y0)
             at = motion.at_tau if self.problem.time == "tau" else motion
             return np.asarray(at(self.end))
-        h = min(self.finest, 0.5 * default_step(self.problem, gi.Gauss(8), y0, self.end))
+        h = min(self.finest, 0.5 * gi.Gauss(8).default_step(self.problem, y0, self.end))
         return np.asarray(integrate_extended(self.problem, y0, self.end, h), dtype=float)[: len(y0)]
 
     def error(self, y0: np.ndarray, y: np.ndarray, truth: np.ndarray) -> float:

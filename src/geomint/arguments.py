@@ -113,8 +113,8 @@ def as_vector(name: str, value: Any, rows: int, detail: str = "") -> Array:
     """Return `value` as a new finite float64 vector of length `rows`, or raise `DomainError`."""
     if type(value) is np.ndarray and value.dtype == np.float64 and value.shape == (rows,):
         given: Array = value.copy()
-        if all(map(math.isfinite, given.tolist())) if rows <= SHORT else np.isfinite(given).all():
-            return given
+        if math.isfinite(sum(given.tolist())) if rows <= SHORT else np.isfinite(given).all():
+            return given  # a sum may overflow: see below
     rows = whole("rows", rows, 0)
     vector: Array = as_array(name, value, f"{rows} numbers{detail}").reshape(-1)
     if len(vector) != rows:

@@ -131,7 +131,7 @@ def test_substeps_that_are_not_taken_are_noticed() -> None:
 
     class Deaf(gi.Gauss):
         def start(self, s: gi.methods.Start) -> Any:
-            return super().start(dataclasses.replace(s, lengths=(1.0,), starts=(0.0,)))
+            return super().start(s._replace(lengths=(1.0,), starts=(0.0,)))
 
     problem, y0 = examples()[0]
     start = gi.methods.Start(problem, np.asarray(y0), 0.0, 0.1, compiled=False)

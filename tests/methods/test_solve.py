@@ -22,7 +22,7 @@ from geomint.problems.testproblems import henon_heiles, pulsating_body, sphere_m
 from geomint.problems.time_scale import characteristic_time
 from geomint.run import driver
 from geomint.run.progress import Progress
-from geomint.run.timeline import default_step, plan_timeline
+from geomint.run.timeline import plan_timeline
 from geomint.watch.observe import Observers
 from tests.problems import lotka_volterra, spherical_pendulum
 
@@ -127,7 +127,7 @@ def test_the_default_step() -> None:
     assert characteristic_time(problem, y0) == pytest.approx(min(times))
     for method in (gi.Gauss(8), gi.RungeKutta("rk-4"), gi.CommutatorFree("cf-4")):
         expected = method.step_fraction * min(times)
-        assert default_step(problem, method, y0) == pytest.approx(expected)
+        assert method.default_step(problem, y0, math.inf) == pytest.approx(expected)
         sol = gi.solve(problem, y0, t_end=10.0, method=method)
         assert 0.9 * expected <= sol.step <= expected * (1 + 1e-9) or sol.steps == int(
             10 / expected
@@ -666,5 +666,5 @@ def test_compiling_for_a_default_step_is_told():
     sol = gi.solve(asked, [1.0], t_end=1.0, method="rk-4", progress=False)
     rates_alone = gi.Problem("own", (("x", 1),), field=own)
     again = gi.solve(rates_alone, [1.0], t_end=1.0, method="rk-4", progress=False)
-    assert sol.compile_seconds > 0.0
+    assert (sol.compile_seconds > 0.0) is not config.DISABLE_JIT
     assert again.compile_seconds == 0.0

@@ -21,7 +21,6 @@ from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
 from geomint.methods.gauss import lane_positions
 from geomint.problems.testproblems import neumann
-from geomint.run.timeline import default_step
 from geomint.tableaux import gauss_legendre
 
 Array = Any
@@ -95,7 +94,7 @@ def first_steps(
     bound = max(BOUND, 4.0 * tolerance / EPSILON)
     taken = failed = 0
     for problem, start in problems("field", few):
-        h0 = default_step(problem, gi.Gauss(8), start)
+        h0 = gi.Gauss(8).default_step(problem, start, 1.0)
         rng = np.random.default_rng([stages, problem.rows])
         steps = Steps(problem, stages, h0, tolerance)
         for y in states(problem, start, kind, count, seed=stages):
@@ -153,7 +152,7 @@ def test_steady_rotations_stop_soon() -> None:
     named = {problem.name: problem for problem, _ in problems("field", few=True)}
     problem, n = named["chaplygin-sphere-reduced"], 3
     y = np.eye(2 * n)[0] + np.eye(2 * n)[n + 1]  # a great circle along two principal axes
-    h = default_step(problem, gi.Gauss(8), y)
+    h = gi.Gauss(8).default_step(problem, y, 1.0)
     stepper = gi.Gauss(8).start(Start(problem, y, 0.0, h))
     assert stepper.advance(0, 100, 100, Block(np.zeros(2 * n))).iterations < 2500
     assert np.max(np.abs(np.delete(stepper.state, [0, 1, n, n + 1]))) == 0.0

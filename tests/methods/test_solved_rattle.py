@@ -18,7 +18,6 @@ from geomint.kernels.numbers.blocks import Block
 from geomint.kernels.solve.status import OK
 from geomint.methods import Start, find_method
 from geomint.methods.stepper import Stepper
-from geomint.run.timeline import default_step
 
 Array = Any
 EPSILON = 2.0**-52
@@ -101,12 +100,12 @@ def check(kind: str, count: int, few: bool) -> tuple[int, int]:
             continue
         rng = np.random.default_rng(problem.rows)
         base = method.start(Start(problem, start, T0, 1.0, compiled=not few))
-        h0 = default_step(problem, method, start)
+        h0 = method.default_step(problem, start, 1.0)
         for y in states(problem, start, kind, count, seed=1):
             n = problem.rows // 2
             if np.abs(y[:n]).max() == 0.0:
                 continue
-            h = min(h0, default_step(problem, method, y)) * rng.choice(LENGTHS)
+            h = min(h0, method.default_step(problem, y, 1.0)) * rng.choice(LENGTHS)
             stepper = base.restarted(y, T0, h)
             if stepper.advance(0, 1, 2, Block(np.zeros(0))).status != OK:
                 failed += 1

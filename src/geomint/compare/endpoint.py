@@ -16,7 +16,6 @@ from ..methods.gauss import Gauss
 from ..problems.deviation import relative_error, shifted
 from ..problems.problem import Problem
 from ..problems.systems import Model
-from ..run.timeline import default_step
 from .exact_reference import exact_reference
 from .reference import reference_solution
 from .reference_record import MARGIN, RESOLUTION, SMALL, Reference
@@ -130,7 +129,7 @@ def _extended_problem(model: Model, end: dict[str, float]) -> tuple[str, Problem
 def _takes_minutes(model: Model, end: dict[str, float]) -> bool:
     name, problem = _extended_problem(model, end)
     own_end = next(iter(end.values()))
-    steps = abs(own_end) / default_step(problem, Gauss(8), model.states[name], own_end)
+    steps = abs(own_end) / Gauss(8).default_step(problem, model.states[name], own_end)
     return steps > MOST_EXTENDED_STEPS
 
 

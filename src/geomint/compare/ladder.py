@@ -10,7 +10,6 @@ from ..methods import Method
 from ..methods.adaptive import LARGEST_RTOL, LEAST_RTOL
 from ..problems.problem import Problem
 from ..problems.systems import Model
-from ..run.timeline import default_step
 
 __all__ = ["check_representation", "checked_steps", "ladder"]
 
@@ -55,5 +54,5 @@ def ladder(
         scaled = (own * 10.0**power for power in RTOL_POWERS)
         kept = dict.fromkeys(min(max(r, LEAST_RTOL), LARGEST_RTOL) for r in scaled)
         return [(method.with_options(rtol=r, atol=ratio * r), base) for r in kept]
-    base = default_step(problem, method, y0, end) if base is None else base
+    base = method.default_step(problem, y0, end) if base is None else base
     return [(method, h) for h in ([f * base for f in STEP_FACTORS] if steps is None else steps)]

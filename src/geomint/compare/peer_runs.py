@@ -12,7 +12,6 @@ from ..errors import FormError
 from ..methods.rattle import Rattle
 from ..problems.problem import Problem
 from ..problems.systems import Model
-from ..run.timeline import default_step
 from .endpoint import Endpoint
 from .ladder import STEP_FACTORS
 from .peers.peer import End, Motion, Peer, Ready
@@ -82,7 +81,7 @@ def _own_end(problem: Problem, endpoint: Endpoint) -> float | None:
 def _settings(peer: Peer, motion: Motion) -> list[float]:
     if not peer.fixed:
         return list(TOLERANCES)
-    base = default_step(motion.problem, Rattle(), motion.y0, motion.end)
+    base = Rattle().default_step(motion.problem, motion.y0, motion.end)
     return [factor * base for factor in STEP_FACTORS]
 
 

@@ -30,7 +30,6 @@ from ..methods.stepper import filled_block
 from ..problems.declaration import check_problem
 from ..problems.deviation import relative_error
 from ..problems.problem import Problem
-from ..run.timeline import default_step
 from ..tableaux import gauss_legendre
 from .confirmation import confirm, named
 from .reference_record import RESOLUTION, Reference, place_of, stored
@@ -104,7 +103,7 @@ def _agreed(problem: Problem, y0: Array, own_end: float) -> tuple[float, float, 
 
     A motion may become so much faster than it begins that the first steps are too long for it.
     """
-    h = 0.75 * default_step(problem, Gauss(8), y0, own_end)
+    h = 0.75 * Gauss(8).default_step(problem, y0, own_end)
     ends: list[npt.NDArray[Any]] = []
     error, shorter = math.inf, 0
     while error > TARGET and len(ends) <= MAX_HALVINGS:

@@ -96,7 +96,7 @@ class Compose(Method):
             schemes.append(base.table)
             base = base.base
         lengths, starts = substeps(*schemes)
-        stepper = base.start(replace(s, lengths=lengths, starts=starts))
+        stepper = base.start(s._replace(lengths=lengths, starts=starts))
         if len(stepper.fractions) != 2 * len(lengths):
             raise MethodError(f"method {base.name!r} is symmetric, but takes no substeps")
         return stepper

@@ -6,8 +6,7 @@ import dataclasses
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, Literal, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +29,7 @@ __all__ = ["Form", "Method", "Start"]
 Form = Literal["field", "action", "hamiltonian", "splitting", "exact"]
 
 
-@dataclass(frozen=True)
-class Start:
+class Start(NamedTuple):
     """What a method is started with.
 
     Attributes
@@ -47,6 +45,8 @@ class Start:
     lengths, starts : tuple of float
         The substeps of a composition, in units of the step, and where they begin: the whole step
         unless `geomint.Compose` asks for more.
+    functions : tuple of str
+        What `check_problem` has returned, where it has just been asked.
     """
 
     problem: Problem
@@ -58,6 +58,7 @@ class Start:
     end: float | None = None
     lengths: tuple[float, ...] = (1.0,)
     starts: tuple[float, ...] = (0.0,)
+    functions: tuple[str, ...] = ()
 
     def stepper(
         self,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..problems.declaration import Kept
+from ..problems.declaration import Kept, check_problem, functions_of
 from .method import Method, Start
 from .stepper import Stepper
 
@@ -22,7 +22,7 @@ def started(method: Method, s: Start) -> Stepper:
     granted too. Functions are looked at again: where they have changed a new stepper is made.
     """
     kept = _kept(s).get((method, s.clock))
-    if kept is None or method.adaptive or not s.compiled or kept[1] != _fingerprints(kept[0]):
+    if kept is None or method.adaptive or not s.compiled or kept[1] != _now(method, s, kept[0]):
         return method.start(s)
     return kept[0].renewed(np.append(s.y0, 0.0) if s.clock else s.y0, s.t0, s.h)
 
@@ -34,13 +34,18 @@ def keep_started(method: Method, s: Start, stepper: Stepper) -> None:
     kept = _kept(s)
     if len(kept) >= MOST:
         kept.clear()
-    kept[method, s.clock] = stepper.renewed(stepper.state, s.t0, s.h), _fingerprints(stepper)
+    kept[method, s.clock] = stepper.renewed(stepper.state, s.t0, s.h), _now(method, s, stepper)
 
 
-def _kept(s: Start) -> dict[Any, tuple[Stepper, tuple[str, ...]]]:
+def _kept(s: Start) -> dict[Any, tuple[Stepper, list[str]]]:
     kept: Kept = s.problem.__dict__.setdefault("_started", Kept())
     return kept
 
 
-def _fingerprints(stepper: Stepper) -> tuple[str, ...]:
-    return stepper.kernel.fingerprint, *(f.recorded.fingerprint for f in stepper.functions)
+def _now(method: Method, s: Start, stepper: Stepper) -> list[str]:
+    """Return fingerprints of the problem's functions, and of others that are the method's own."""
+    problem = s.problem
+    functions = s.functions or check_problem(problem, s.y0, method.needs, s.clock)
+    known = *functions_of(problem, method.needs), problem.clock
+    others = [f.recorded for f in stepper.functions if f.recorded not in known]
+    return [*functions, *[f.fingerprint for f in (stepper.kernel, *others)]]

@@ -32,6 +32,7 @@ __all__ = [
     "check_form",
     "check_problem",
     "check_value",
+    "functions_of",
     "is_new",
     "kept_with",
     "remember",
@@ -97,7 +98,7 @@ def check_form(problem: Problem, form: str, y: Array) -> tuple[str, ...]:
         The form and the fingerprints of its functions.
     """
     given = getattr(problem, form)
-    key = (form, *(f.fingerprint for f in _functions(given)))
+    key = (form, *[f.fingerprint for f in functions_of(problem, form)])
     if is_new(problem, key):
         _FORMS[form](problem, given, y)
         remember(problem, key)
@@ -164,8 +165,13 @@ def remember(problem: Problem, what: Any) -> None:
     problem.__dict__["_fitting"].add(what)
 
 
+def functions_of(problem: Problem, form: str) -> tuple[Recorded, ...]:
+    """Return all functions of a form, with those of its group."""
+    given = getattr(problem, form)
+    return kept_with(problem, ("functions", form), lambda: tuple(_functions(given)))
+
+
 def _functions(form: Any) -> Iterator[Recorded]:
-    """Yield all functions of a form, with those of its group."""
     if isinstance(form, Recorded):
         yield form
         return

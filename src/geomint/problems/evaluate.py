@@ -112,8 +112,7 @@ def rates_of(problem: Problem, y: Array, compiled: bool = True) -> Rate:
     if not compiled:
         return derivative
     form = problem.forms[0]
-    key, make = check_form(problem, form, y), partial(_RATES[form], problem, True)
-    rates: Rate = _of_code(problem, key, make, derivative)
+    rates: Rate = _of_code(problem, check_form(problem, form, y), _RATES[form], True, derivative)
     return rates
 
 
@@ -122,17 +121,16 @@ def value_of(problem: Problem, f: Recorded, y: Array, compiled: bool = True) -> 
     plain = partial(value, problem, f)
     if not compiled:
         return plain
-    key = check_value(problem, f, y)
-    number: Value = _of_code(problem, key, partial(_value, problem, f), plain)
+    number: Value = _of_code(problem, check_value(problem, f, y), _value, f, plain)
     return number
 
 
-def _of_code(problem: Problem, key: Any, make: Callable[[], Any], plain: Any) -> Any:
+def _of_code(problem: Problem, key: Any, make: Any, of: Any, plain: Any) -> Any:
     """Return what is made of compiled code, once; the plain function where that cannot be."""
 
     def made() -> Any:
         try:
-            return make()
+            return make(problem, of)
         except (DeclarationError, DomainError):
             return plain
 

@@ -99,9 +99,8 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
             if math.isinf(time):
                 return True
             change = rate_at(problem, y0 + time * rates, start) - rates
-            return all(
-                length(change[p]) <= 0.5 * max(rate, size / time) for p, size, rate in pieces
-            )
+            changes = [(math.hypot(*change[p].tolist()), size, rate) for p, size, rate in pieces]
+            return all(now <= 0.5 * max(rate, size / time) for now, size, rate in changes)
 
         steady = steady_time(stays, times[0])
         if steady > times[0] / RESTING:

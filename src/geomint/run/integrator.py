@@ -240,7 +240,7 @@ class Integrator:
         problem = replace(self.problem, params=given, parameters={}, make_exact=None, physical=None)
         state, clock = problem.canonical(self.state), self._start.clock
         check_problem(problem, state, self.method.needs, clock)
-        start = replace(self._start, problem=problem, y0=state, t0=self.time, h=self.h)
+        start = self._start._replace(problem=problem, y0=state, t0=self.time, h=self.h)
         made = Integrator.of(self.method, start, self.t if clock else 0.0)
         made.prepare()
         self._start, self.stepper, self._done = start, made.stepper, 0
@@ -252,7 +252,7 @@ class Integrator:
         clock = self.t if self._start.clock else 0.0
         self._done = 0
         if self.method.adaptive:
-            start = replace(self._start, y0=state, t0=time, h=float(h))
+            start = self._start._replace(y0=state, t0=time, h=float(h))
             self.stepper = started(self.method, start)
         else:
             self.stepper.begin(state, time, float(h))
@@ -460,7 +460,7 @@ class Integrator:
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         restart = state["restart"]
-        start = replace(state["_start"], t0=restart.start, h=restart.h)
+        start = state["_start"]._replace(t0=restart.start, h=restart.h)
         self._begin(state["_method"], start)
         self._restore(restart)
         self._start = state["_start"]

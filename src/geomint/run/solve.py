@@ -176,8 +176,9 @@ def solve(
         spots = None if chosen.sample is None else Spots(chosen.sample)
         by: dict[str, Any] = {"method": chosen.method, "step": chosen.step}
         by["turning"] = callback is not None or not chosen.shorten  # a callback sees one run
+        by["admitted"], by["functions"] = chosen.state, chosen.functions
         try:
-            solution = _solved(problem, y0, **named, **by, admitted=chosen.state, spots=spots)
+            solution = _solved(problem, y0, **named, **by, spots=spots)
             break
         except TOO_LONG:
             shorter = chosen.shorter()
@@ -212,12 +213,14 @@ def _solved(
     progress: bool | None,
     compiled: bool,
     admitted: Array | None = None,
+    functions: tuple[str, ...] = (),
     spots: Spots | None = None,
     turning: bool = True,
 ) -> Solution:
     """Return what `solve` does with a step, or the default one; look at the spots on the way.
 
-    `admitted` is y0 made canonical, where that has been done. `turning`: whether steps whose iteration
+    `admitted` is y0 made canonical, where that has been done, and `functions` what `check_problem` has
+    returned. `turning`: whether steps whose iteration
     does not converge are taken by what the method has for them; else they end the run.
     """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
@@ -249,7 +252,7 @@ def _solved(
     evaluated.update({f"events[{k!r}]": e.function(problem) for k, e in looked_for.items()})
     form = problem.forms[0] if exact else chosen.needs
     if admitted is None or evaluated:  # else it has been looked at with the state
-        check_problem(problem, state, form, with_clock, evaluated)
+        functions = check_problem(problem, state, form, with_clock, evaluated)
     if exact:
         motion = ExactRun(problem, state, timeline, t0, before)
         return motion.solved(
@@ -271,6 +274,7 @@ def _solved(
         with_clock,
         compiled=compiled,
         end=timeline.own_end,
+        functions=functions,
     )
     integrator = Integrator.of(chosen, start, t0, before)
     if not turning:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import warnings
 from collections.abc import Mapping
@@ -90,21 +89,23 @@ def _integrals_off(
     problem, state, known = start.problem, start.y0, start.problem.invariants
     end, time, found = recorder.last_state, recorder.own_time, {}
     for name in [ENERGY] if ENERGY in known else known:
-        with contextlib.suppress(ArithmeticError):  # of a function in plain Python
-            watcher = watched.get(name)
-            own = isinstance(watcher, Function) and watcher.function is known[name]
-            if watcher is not None and own and watcher.steps is None:
+        by, scale = watched.get(name), 0.0
+        try:
+            if isinstance(by, Function) and by.steps is None and by.function is known[name]:
                 drift = solution.drift[name]
                 before, change, scale = drift.initial, abs(drift.final_error), drift.scale
             else:
                 number = value_of(problem, known[name], state, start.compiled)
                 before = number(state, start.t0)
-                change, scale = abs(number(end, time) - before), 1.0
+                change = abs(number(end, time) - before)
                 if change > KEPT * abs(before):
                     around = [number(y, start.t0) for y in states_around(state)]
                     scale = scales_of([around], state)[0]
+        except ArithmeticError:  # of a function in plain Python
+            continue
+        if change > KEPT * max(scale, abs(before)):
             found[name] = change / max(scale, abs(before))
-    return {name: part for name, part in found.items() if part > KEPT}
+    return found
 
 
 def _turns(start: Start) -> float:

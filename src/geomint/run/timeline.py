@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,6 @@ __all__ = [
     "MOST_STEPS",
     "Timeline",
     "check_advance",
-    "default_step",
     "ending",
     "evaluation_times",
     "plan_timeline",
@@ -29,8 +27,7 @@ __all__ = [
 MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
 
 
-@dataclass(frozen=True)
-class Timeline:
+class Timeline(NamedTuple):
     """Steps of one length, and what is left for a last partial step.
 
     Attributes
@@ -64,7 +61,8 @@ class Timeline:
 
     def met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
         """Return times after so many steps, that of the last whole step being the end, if it is."""
-        if self.own_end is not None and self.remainder == 0.0 and self.steps in steps[-1:]:
+        whole = self.own_end is not None and self.remainder == 0.0
+        if whole and len(steps) and steps[-1] == self.steps:
             times[-1] = self.own_end
         return times
 
@@ -101,10 +99,8 @@ def plan_timeline(
         _check_count(rate, span, size, step is not None)
         if own:
             check_advance(size, max(abs(start), abs(end)))
-    if not own:
-        return Timeline(start, h, None, 0.0, None, end)
-    if method.adaptive:
-        return Timeline(start, h, None, 0.0, end, None)
+    if not own or method.adaptive:
+        return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
     steps, met = _counted(span, size)
     if met:
         return Timeline(start, span / steps, steps, 0.0, end, None)
@@ -151,10 +147,8 @@ def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own
     if not (end - reached) * h > 0.0:
         name = "t_end" if problem.time == "t" or not own else "tau_end"
         raise DomainError(name, end, f"a time beyond {reached:.9g}, where the run goes on")
-    if not own:
-        return Timeline(start, h, None, 0.0, None, end)
-    if method.adaptive:
-        return Timeline(start, h, None, 0.0, end, None)
+    if not own or method.adaptive:
+        return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
     span = end - start
     check_advance(h, end)
     steps, met = _counted(span, abs(h))
@@ -212,11 +206,3 @@ def evaluation_times(
         expected = f"times from {begin:g} to {end if end is not None else '…'}"
         raise DomainError(name, given, expected)
     return times
-
-
-def default_step(problem: Problem, method: Method, y0: Array, end: float = math.inf) -> float:
-    """Return the stated default: the method's fraction of the characteristic time at y0 towards `end`.
-
-    For an adaptive method, the first step of a run there.
-    """
-    return method.default_step(problem, y0, end)

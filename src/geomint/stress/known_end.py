@@ -25,7 +25,6 @@ from ..methods import Gauss
 from ..problems.deviation import pieces_of, relative_error, shifted, sizes_of
 from ..problems.evaluate import derivative
 from ..problems.problem import Problem
-from ..run.timeline import default_step
 from ..watch.drift import ROUNDOFF
 
 __all__ = [
@@ -90,7 +89,7 @@ def known_end(problem: Problem, y0: Array, end: float, physical: bool = False) -
     reference = reference_solution(problem, y0, end, judges=ROUNDOFF)
     second = reference.confirmation
     assert second is not None
-    h = 0.75 * default_step(problem, Gauss(8), y0, end)
+    h = 0.75 * Gauss(8).default_step(problem, y0, end)
 
     def from_other(shifted: Problem, y: Array) -> Array:
         return integrate_extended(shifted, y, end, h)[: problem.rows].astype(np.float64)

@@ -94,6 +94,9 @@ class Call:
 
     def set(self, **values: Any) -> None:
         """Change arguments; blocks and functions are held until they are changed again."""
+        self._change(values)
+
+    def _change(self, values: dict[str, Any]) -> None:
         held = self._values
         if self._code is None:
             held.update(values)
@@ -119,7 +122,7 @@ class Call:
 
     def __call__(self, **values: Any) -> Any:
         """Change arguments, and return what the function returns of them all."""
-        self.set(**values)
+        self._change(values)
         if self._code is None:
             with np.errstate(all="ignore"):  # as silent as compiled code
                 return self._function(*self._values.values())

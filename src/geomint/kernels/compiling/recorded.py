@@ -60,9 +60,10 @@ class Recorded(Sendable, Wrapped):
     @property
     def reach(self) -> Reach:
         """What the function reaches: looked up anew if any of it has changed."""
-        if self._reach is None or not self._reach.holds():
-            self._reach = Reach(self)
-        return self._reach
+        reach = self._reach
+        if reach is None or not reach.holds():
+            self._reach = reach = Reach(self)
+        return reach
 
     @property
     def fingerprint(self) -> str:

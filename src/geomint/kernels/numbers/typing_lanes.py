@@ -344,19 +344,17 @@ def _like(typingctx, value, example):
     return (LANE_VALUE if example == LANE_VALUE else value)(value, example), codegen
 
 
-@overload(arithmetic.plain, inline="always")
-def _overload_plain(x):
-    return None if hasattr(x, "base") else lambda x: x
+def _overload_but(function: Any, having: str, found: Any) -> None:
+    """Let a function be another one of all numbers, but of those that have something."""
+
+    @overload(function, inline="always")
+    def choose(x):
+        return None if hasattr(x, having) else found
 
 
-@overload(arithmetic.slope_count, inline="always")
-def _overload_slope_count(x):
-    return None if hasattr(x, "base") else lambda x: 0
-
-
-@overload(arithmetic.magnitude, inline="always")
-def _overload_magnitude(x):
-    return None if hasattr(x, "count") else (lambda x: abs(x))
+_overload_but(arithmetic.plain, "base", lambda x: x)
+_overload_but(arithmetic.slope_count, "base", lambda x: 0)
+_overload_but(arithmetic.magnitude, "count", lambda x: abs(x))
 
 
 @overload(arithmetic.lane)

@@ -378,37 +378,28 @@ _by = _chained(lambda a, slope, factor: a.multiply(factor, slope))
 _over = _chained(lambda a, slope, divisor: a.divide(slope, divisor))
 
 
-@overload(arithmetic.sqrt)
-def _overload_sqrt(x):
-    if not _is_tangent(x):
-        return None
+def _of_tangents(function: Any, compiled: Any) -> None:
+    """Let a function of tangent numbers be compiled as another."""
+    # Symbols are made of it, and must differ (`compile._unique` says why).
+    compiled.__qualname__ = f"{function.__name__}_of_tangents"
 
-    def root_of(x):
-        root = arithmetic.sqrt(_value(x))
-        return _over(x, root, 2.0 * root)
-
-    return root_of
+    @overload(function)
+    def of_tangents(x):
+        return compiled if _is_tangent(x) else None
 
 
-@overload(circular.sin)
-def _overload_sin(x):
-    if not _is_tangent(x):
-        return None
-    return lambda x: _by(x, circular.sin(_value(x)), circular.cos(_value(x)))
+def _root(x):
+    root = arithmetic.sqrt(_value(x))
+    return _over(x, root, 2.0 * root)
 
 
-@overload(circular.cos)
-def _overload_cos(x):
-    if not _is_tangent(x):
-        return None
-    return lambda x: _by(x, circular.cos(_value(x)), -circular.sin(_value(x)))
-
-
-@overload(arithmetic.log)
-def _overload_log(x):
-    if not _is_tangent(x):
-        return None
-    return lambda x: _over(x, arithmetic.log(_value(x)), _value(x))
+_of_tangents(arithmetic.sqrt, _root)
+_of_tangents(circular.sin, lambda x: _by(x, circular.sin(_value(x)), circular.cos(_value(x))))
+_of_tangents(circular.cos, lambda x: _by(x, circular.cos(_value(x)), -circular.sin(_value(x))))
+_of_tangents(arithmetic.log, lambda x: _over(x, arithmetic.log(_value(x)), _value(x)))
+_of_tangents(arithmetic.plain, lambda x: _value(x))
+_of_tangents(arithmetic.top, lambda x: arithmetic.top(_value(x)))
+_of_tangents(arithmetic.epsilon, lambda x: arithmetic.epsilon(_value(x)))
 
 
 @instruction(arithmetic.magnitude)
@@ -426,27 +417,12 @@ def _magnitude(typingctx, x):
     return x.base(x), codegen
 
 
-@overload(arithmetic.plain)
-def _overload_plain(x):
-    return (lambda x: _value(x)) if _is_tangent(x) else None
-
-
 @overload(arithmetic.slope_count)
 def _overload_slope_count(x):
     if not _is_tangent(x):
         return None
     count = x.count * (LANES if x.packed else 1)
     return lambda x: count
-
-
-@overload(arithmetic.top)
-def _overload_top(x):
-    return (lambda x: arithmetic.top(_value(x))) if _is_tangent(x) else None
-
-
-@overload(arithmetic.epsilon)
-def _overload_epsilon(x):
-    return (lambda x: arithmetic.epsilon(_value(x))) if _is_tangent(x) else None
 
 
 @instruction(arithmetic.lane)

@@ -48,7 +48,7 @@ def length(v: Array) -> float:
     if largest == 0.0 or not math.isfinite(largest):
         return largest
     scaled = v / largest
-    return largest * math.sqrt(scaled @ scaled)
+    return largest * math.sqrt(scaled.dot(scaled))
 
 
 def repaired(

@@ -87,7 +87,7 @@ class Sphere(Orthonormal):
         """Return |(y, v)|/|v|."""
         numbers = v.tolist()
         size = math.hypot(*numbers) or 1.0
-        along = sum(a * (b / size) for a, b in zip(y.tolist(), numbers, strict=True))
+        along = sum([a * (b / size) for a, b in zip(y.tolist(), numbers, strict=True)])
         return float(abs(along))
 
     def tangent(self, y: Array, v: Array) -> Array:

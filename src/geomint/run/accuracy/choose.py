@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from ...arguments import Array, number
-from ...kernels.compiling.recorded import Recorded
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
 from ...methods.method import Method, Start
 from ...methods.stepper import Stepper
@@ -58,15 +57,16 @@ def checked_tolerance(value: Any) -> float:
 class Chosen(NamedTuple):
     """A method with its options, its step (None if it finds its own), and what is expected of both.
 
-    `state` is the canonical one that they were chosen at; `sample` is what spots on the way are
-    measured by, None without. `shorten`: a step whose iteration does not converge is made shorter
-    before Newton's method takes it, which is dear for a large state.
+    `state` is the canonical one that they were chosen at, and `functions` as `choose` took them;
+    `sample` is what spots on the way are measured by, None without. `shorten`: a step whose iteration
+    does not converge is made shorter before Newton's method takes it, which is dear for large states.
     """
 
     method: Method
     step: float | None
     accuracy: Accuracy
     state: Array
+    functions: tuple[str, ...]
     sample: Sample | None = None
     shorten: bool = False
 
@@ -113,22 +113,28 @@ class Wanted:
         """Return the start of a run with a step."""
         motion = self.motion
         h = math.copysign(step, motion.span)
-        return Start(motion.problem, motion.y0, motion.begin, h, self.clock, motion.compiled)
+        return Start(
+            motion.problem,
+            motion.y0,
+            motion.begin,
+            h,
+            self.clock,
+            motion.compiled,
+            functions=self.functions,
+        )
 
     def stepper(self, method: Method, step: float) -> Stepper:
         """Return what takes the steps of trials, kept with the problem: each trial begins it anew."""
         problem, start = self.motion.problem, self.start(step)
 
-        def made() -> tuple[Stepper, Recorded, str]:
+        def made() -> Stepper:
             integrator = Integrator.of(method, start)
             integrator.prepare()
-            kernel = integrator.stepper.kernel
-            return integrator.stepper, kernel, kernel.fingerprint
+            return integrator.stepper
 
         key = "trials", method, start.compiled, threading.get_ident(), *self.functions
-        stepper, kernel, before = kept_with(problem, key, made)
-        now = kernel.fingerprint
-        return stepper if now == before else kept_with(problem, (*key, now), made)[0]
+        now = kept_with(problem, key, made).kernel.fingerprint  # of one that never turns to another
+        return kept_with(problem, (*key, now), made)
 
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
@@ -256,7 +262,8 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
     large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
     shorten = large and iteration == "fixed-point"
-    return Chosen(own, step, accuracy, motion.y0, sample_of(search, p, step), shorten)
+    sample, functions = sample_of(search, p, step), wanted.functions
+    return Chosen(own, step, accuracy, motion.y0, functions, sample, shorten)
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
@@ -310,7 +317,7 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
     accuracy = wanted.accuracy(expected, floor, search.record)
-    return Chosen(own, None, accuracy, wanted.motion.y0)
+    return Chosen(own, None, accuracy, wanted.motion.y0, wanted.functions)
 
 
 def sample_of(search: Search, order: int, step: float) -> Sample | None:

@@ -27,7 +27,7 @@ def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> fl
     else does; by others the frequencies do too, and the phases with the square of time: e/t is then
     a + b t, whose coefficients are fitted, none of them negative.
     """
-    first = int(np.searchsorted(times, FITTED * times[-1]))
+    first = int(times.searchsorted(FITTED * times[-1]))
     t = times[first:]
     slopes = errors[first:] / t
     mean = root_mean_square(slopes)
