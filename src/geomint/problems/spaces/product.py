@@ -104,7 +104,7 @@ class Product(Space):
 
     def admit(self, y: Array) -> Array:
         """Return the state, each factor by itself."""
-        return np.concatenate([f.admitted(y[row : row + f.rows]) for f, row in self._placed()])
+        return np.concatenate([f._admitted(y[row : row + f.rows]) for f, row in self._placed()])
 
     def settled(self, states: Array) -> npt.NDArray[np.bool_]:
         """Tell of which every factor says so."""

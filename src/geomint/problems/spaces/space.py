@@ -69,7 +69,7 @@ class Space:
         if "admit" in own and "settled" not in own:  # what a base knows is of its own `admit`
             cls.settled = Space.settled  # type: ignore[method-assign]
         if "admit" in own:  # without looking at the numbers, which have been looked at
-            cls.admitted = vars(cls)["admit"]
+            cls._admitted = vars(cls)["admit"]
         for name in {"admit", "tangent", "retract", "distance"} & own:
             setattr(cls, name, _of_states(vars(cls)[name]))
 
@@ -136,7 +136,7 @@ class Space:
         """Return a flat state, repaired with a warning if need be, or raise; see `repair`."""
         return y
 
-    admitted = admit
+    _admitted = admit
 
     def settled(self, states: Array) -> npt.NDArray[np.bool_]:
         """Tell of many flat states, one a row, which `admit` surely returns as they are, to the bit.

@@ -121,7 +121,7 @@ class TangentBundle(Space):
 
     def admit(self, y: Array) -> Array:
         """Return a flat state, the point repaired and then the vector."""
-        q, p = self.base.admitted(y[: self.base.rows]), y[self.base.rows :]
+        q, p = self.base._admitted(y[: self.base.rows]), y[self.base.rows :]
         defect = self.base.leaning(q, p)
         if defect <= SILENT:
             return np.concatenate([q, p])
