@@ -68,10 +68,10 @@ class Space:
         own = set(vars(cls))
         if "admit" in own and "settled" not in own:  # what a base knows is of its own `admit`
             cls.settled = Space.settled  # type: ignore[method-assign]
-        if "admit" in own:  # without looking at the numbers, which have been looked at
-            cls._admitted = vars(cls)["admit"]
         for name in {"admit", "tangent", "retract", "distance"} & own:
             setattr(cls, name, _of_states(vars(cls)[name]))
+        # For states whose numbers have been looked at: wherever `admit` comes from.
+        cls._admitted = getattr(cls.admit, "__wrapped__", cls.admit)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "n", whole("n", self.n, self.least))
