@@ -77,7 +77,7 @@ def test_a_planted_bit_is_found(name: str, cache: Path, tmp_path: Path) -> None:
     path.write_text(planted(match.string, *match.span(1), other), "utf-8")
     old, new = compare.both([ROOT, tmp_path], [runs], [cache, cache])
     assert all(any(fnmatchcase(run, quick) for quick in compare.QUICK) for run in new.names)
-    assert compare.compare(old, new) == 1
+    assert compare.compare(old, new, strict=True) == 1
 
 
 def test_a_checkout_is_as_itself(cache: Path) -> None:

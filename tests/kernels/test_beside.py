@@ -170,4 +170,4 @@ def test_runs_have_the_same_bits(broken: bool, tmp_path: pathlib.Path) -> None:
         observe=["measure"],
     )  # fmt: skip
     assert done.stdout.strip() == alone.drift["measure"].final_error.hex()
-    assert {"runge_kutta_step", "measure_lanes"} <= folders(tmp_path)
+    assert {"runge_kutta_step", "measure"} <= folders(tmp_path)

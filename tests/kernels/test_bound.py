@@ -94,9 +94,9 @@ def test_a_stepper_has_the_functions_and_memory_of_its_numbers() -> None:
         functions = types.FunctionType(FIELD.of(kind)), types.FunctionType(VALUE.of(lanes))
         assert tuple(made.args[0]) == functions
         params, coefficients, fractions, memory, work = made.args[1:6]
-        assert params == fractions == SCALAR.block
+        assert params == fractions == made.args[-1] == SCALAR.block
         assert coefficients == (kind.memory if kind is EXTENDED else SCALAR.block)
-        assert memory == work == made.args[-1] == kind.memory
+        assert memory == work == made.args[-2] == kind.memory
 
 
 def test_what_a_function_takes_is_known_without_numba() -> None:

@@ -14,7 +14,7 @@ import geomint as gi
 from geomint.kernels.compiling.compile import compile_function
 from geomint.kernels.compiling.number_types import LANE, SCALAR
 from geomint.kernels.compiling.recorded import Recorded, helper
-from geomint.kernels.numbers.arithmetic import delayed, epsilon, lane, like, top, total
+from geomint.kernels.numbers.arithmetic import epsilon, lane, like, top, total
 from geomint.kernels.numbers.blocks import Block, LaneBlock
 from geomint.kernels.numbers.lanes import LANES, Lanes
 
@@ -255,20 +255,6 @@ def test_folds(name: str) -> None:
     else:
         expected = table[:, int(name[-1])]
     np.testing.assert_array_equal(plain.reshape(-1, LANES)[:, 0], expected)
-
-
-def test_lanes_before() -> None:
-    """Rows read as one line of numbers, moved on by one."""
-
-    @helper
-    def rows(x, out):
-        for i in range(len(out)):
-            out[i] = delayed(x[i], x[max(i - 1, 0)])
-
-    line = numbers(16 * LANES, 5)
-    plain, compiled = run(rows, line, lanes="L")
-    assert_same_bits(compiled, plain)
-    np.testing.assert_array_equal(plain.ravel(), [line[LANES - 1], *line[:-1]])
 
 
 @pytest.mark.parametrize("place", range(LANES))

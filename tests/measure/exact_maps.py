@@ -57,6 +57,7 @@ class ExactMap:
             1,
             2,
             memory,
+            zeros(0),
         )
         assert status == 0
         return memory.data[:rows] + memory.data[rows : 2 * rows] - y

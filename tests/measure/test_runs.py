@@ -13,11 +13,9 @@ from exact_maps import PROBLEMS
 
 import geomint as gi
 from geomint.kernels.compiling.recorded import Recorded
-from geomint.methods.carried_lanes import CarriedLanes
 from geomint.problems.testproblems import neumann, sphere_metric
 from geomint.run import driver
 from geomint.watch import measure, steps_again
-from tests.problems import spherical_pendulum
 
 NEUMANN = neumann.problem()
 
@@ -112,33 +110,6 @@ def test_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     seldom = [*whole.windows.means[6::7], whole.windows.means[-1]]  # and the end
     np.testing.assert_array_equal(sparse.windows.means, seldom)
     assert sparse.final_error == whole.final_error
-
-
-@pytest.mark.parametrize(
-    ("name", "problem"),
-    [("rk-4", "spherical-pendulum"), ("cf-4", "pulsating-body"), ("rk-4", "ball-poisson")],
-)
-def test_eight_steps_at_once_are_single_ones(
-    name: str, problem: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """To rounding; of one, of some more than eight, and where a momentum outgrows its units."""
-    if problem == "ball-poisson":  # whose condition is of the last rows
-        scene = gi.load_scene(problem)
-        p, y0 = scene.problem, scene.state
-    else:
-        p, y0 = PROBLEMS[problem]
-    if problem == "spherical-pendulum":
-        p = spherical_pendulum.problem(
-            gravity=60.0
-        )  # |p| outgrows its unit in the second eight steps
-    for steps in (1, 7, 8, 9, 41):
-        at_once = run(p, y0, name, 0.01, steps).drift["measure"]
-        with monkeypatch.context() as patch:
-            patch.setattr(CarriedLanes, "fits", staticmethod(lambda problem, stepper: False))
-            single = run(p, y0, name, 0.01, steps).drift["measure"]
-        means = at_once.windows.means
-        np.testing.assert_allclose(means, single.windows.means, rtol=1e-9, atol=steps * 1e-15)
-        assert at_once.scale == pytest.approx(single.scale, rel=1e-3)
 
 
 @pytest.mark.parametrize("limit", [1, 50, 399, 400, 1000])

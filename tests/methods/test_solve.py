@@ -605,6 +605,7 @@ def test_an_interruption_that_numba_makes_an_error_of_is_one() -> None:
         signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.filterwarnings("ignore:steps of .* more than is promised:geomint.GeomintWarning")
 @pytest.mark.parametrize("method", ["gauss-2", "rk-4", "dormand-prince-5-adaptive"])
 def test_default_steps_at_the_ends_of_numbers(method: str) -> None:
     """A number, whatever overflows on the way to it: a run, or an error that says where it was."""

@@ -34,7 +34,7 @@ def in_digits(stepper: Stepper, params: np.ndarray, y: np.ndarray) -> np.ndarray
         kept[2 * stepper.rows :] = mp.mpf(0)
         memory = Block(kept)
         done = stepper.kernel.function(
-            *given, memory, work, stepper.rows, t, h, 0, steps, steps + 1, memory
+            *given, memory, work, stepper.rows, t, h, 0, steps, steps + 1, memory, ()
         )
         assert done[0] == OK
     return kept[: stepper.rows]

@@ -244,42 +244,52 @@ def quickening(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = -rate * rate * y[0]
 
 
+@pytest.mark.filterwarnings("ignore:tolerance = 1e-06 may not be met")
 @pytest.mark.parametrize("name", ["gauss-6", "rk-4"])
-def test_a_motion_that_becomes_faster_is_said(name: str) -> None:
+def test_a_run_begins_anew_where_the_motion_becomes_faster(name: str) -> None:
+    given: dict[str, Any] = {"t_end": 900.0, "method": name, "tolerance": 1e-6, "progress": False}
     p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[3.0], field=quickening)
-    with pytest.warns(gi.GeomintWarning, match="the motion is faster than at its beginning"):
-        sol = gi.solve(p, [1.0, 0.0], t_end=900.0, method=name, tolerance=1e-6, progress=False)
+    sol = gi.solve(p, [1.0, 0.0], **given)
+    right = gi.solve(p, [1.0, 0.0], t_end=900.0, step=0.05, progress=False).y[-1]
+    assert np.abs(sol.y[-1] - right).max() < 2e-5
+    assert sol.local_error is not None
+    assert sol.local_error.time > 80.0
     assert sol.accuracy is not None
-    assert max(ratio for _, ratio in sol.accuracy.spots) > 20.0
+    assert sol.accuracy.steps is not None
     steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
-    sol = gi.solve(steady, [1.0, 0.0], t_end=900.0, method=name, tolerance=1e-6, progress=False)
-    assert sol.accuracy is not None
-    assert sol.accuracy.note == ""
-    assert len(sol.accuracy.spots) >= 1
+    once = gi.solve(steady, [1.0, 0.0], **given)
+    assert once.step > 2.0 * sol.step
+
+
+@gi.field
+def bump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """An oscillator that is 20 times as stiff for a while."""
+    s = 0.5 * (t - 80.0)
+    out[0] = y[1]
+    out[1] = -(1.0 + 20.0 / (1.0 + s * s)) * y[0]
 
 
 def test_a_tolerance_that_a_finer_run_finds_missed_is_said() -> None:
     """Where the error is estimated it is compared with what was asked for, at the end."""
-    given: dict[str, Any] = {"method": "rk-4", "tolerance": 1e-6, "estimate_error": True}
-    p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[3.0], field=quickening)
+    given: dict[str, Any] = {"tolerance": 1e-6, "estimate_error": True, "progress": False}
+    p = gi.Problem("bump", (("q", 1), ("p", 1)), field=bump)
     with pytest.warns(gi.GeomintWarning, match="was not met: by a run with finer steps") as told:
-        sol = gi.solve(p, [1.0, 0.0], t_end=400.0, **given, progress=False)
+        sol = gi.solve(p, [0.7, 0.3], t_end=250.0, method="auto", **given)
     assert len(told) == 1
     assert sol.error_estimate is not None
     assert np.abs(sol.error_estimate[-1]).max() > 1e-5
     steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
     for end in (100.0, 32 * math.pi):  # where v is 0, an error of it is not measured by that
-        gi.solve(steady, [1.0, 0.0], t_end=end, **given, progress=False)
+        gi.solve(steady, [1.0, 0.0], t_end=end, method="rk-4", **given)
 
 
 def test_steps_that_fail_on_the_way_are_shortened() -> None:
     p = gi.Problem("chirp", (("x", 1), ("v", 1)), params=[12.0], field=quickening)
     method = gi.Gauss(8, iteration="fixed-point")
-    with pytest.warns(gi.GeomintWarning, match="the motion is faster"):
-        sol = gi.solve(p, [1.0, 0.0], t_end=400.0, method=method, tolerance=1e-3, progress=False)
+    sol = gi.solve(p, [1.0, 0.0], t_end=400.0, method=method, tolerance=1e-3, progress=False)
     assert sol.success
     assert sol.accuracy is not None
-    assert sol.accuracy.trials[-1][1] is None  # a step that failed
+    assert any(error is None for _, error in sol.accuracy.trials)  # a step that failed
 
 
 @gi.field
@@ -288,7 +298,7 @@ def quickening_pairs(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
         quickening(params, t, part(y, i, 2), part(out, i, 2), work)
 
 
-@pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met")
+@pytest.mark.filterwarnings("ignore:tolerance = 0.001 may not be met", "ignore:steps of .* so long")
 @pytest.mark.parametrize(
     ("pairs", "called", "end", "rate"),
     [
@@ -314,10 +324,8 @@ def test_large_states_take_shorter_steps_before_newtons_method(
     assert sol.accuracy is not None
     assert times == sorted(times)
     assert sol.method.options["iteration"] == "auto"
-    shorter = 2 * pairs >= LARGE and not called
-    assert (sol.accuracy.trials[-1][1] is None) is shorter
-    if shorter:
-        assert sol.step == pytest.approx(0.6 * sol.accuracy.trials[-1][0])
+    if 2 * pairs >= LARGE and not called:
+        assert sol.step < sol.accuracy.trials[-1][0]
     alone = gi.solve(p, y0, step=sol.step, **{**given, "method": sol.method})
     assert (alone.y == sol.y).all()
     on, alone = (gi.solve(s, t_end=end + 1.0) for s in (sol, alone))
@@ -378,7 +386,7 @@ def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
     p, y0 = HAMILTONIZED.problem, HAMILTONIZED.state
     sol = gi.solve(p, y0, tau_end=3000.0, method="auto", tolerance=1e-8, progress=False)
     assert sol.accuracy is not None
-    assert sol.accuracy.spots
+    assert sol.accuracy.steps is not None
     sol.save(tmp_path / "run.nc")
     loaded = gi.load(tmp_path / "run.nc")
     assert loaded.accuracy == sol.accuracy
@@ -438,60 +446,6 @@ def test_a_search_finds_the_setting(power: int, constant: float, first: float) -
     if len(search.trials) < MOST:
         assert setting == pytest.approx(right, rel=0.02)
         assert expected == pytest.approx(goal, rel=0.1)
-
-
-def test_a_search_stops_where_longer_steps_save_nothing() -> None:
-    def attempt(h: float) -> Trial:
-        return Trial(h, 1e-10 * h, stretch_of(1e-11 * h, work=max(1.0 / h, 1.0), step=h))
-
-    search = Search(attempt, 1e-3, 8, 100.0, True)
-    setting, expected = search.run(1.5)
-    assert setting == 1.5
-    assert expected == pytest.approx(1.5e-10)
-
-
-def test_after_a_failure_what_serves_is_taken() -> None:
-    """A longer step is tried once, where it would not pay; none between is taken on trust."""
-
-    def attempt(h: float) -> Trial:
-        error = 1e-10 * h**8
-        found = None if h > 1.2 else stretch_of(error, work=1.0 / h, step=h)
-        return Trial(h, 10.0 * error if found else None, found)
-
-    search = Search(attempt, 4e-8, 8, 100.0, True, worth=1.0)
-    assert search.run(1.0) == (1.0, pytest.approx(1e-9))
-    assert [trial.stretch is None for trial in search.trials] == [False, True]
-    patient = Search(attempt, 4e-8, 8, 100.0, True)  # where trials cost nothing
-    setting, _ = patient.run(1.0)
-    assert 1.1 < setting <= 1.2
-
-
-@pytest.mark.parametrize("implicit", [True, False])
-def test_a_trial_that_costs_more_than_it_saves_is_not_made(implicit: bool) -> None:
-    """Of longer steps; a step that errs too much is always tried anew."""
-
-    def attempt(h: float) -> Trial:
-        error = 1e-9 * h**8
-        return Trial(h, 10.0 * error, stretch_of(error, work=1.0 / h, step=h))
-
-    def searched(first: float, worth: float) -> tuple[int, float]:
-        search = Search(attempt, 1e-5, 8, 100.0, implicit, worth=worth)
-        setting, expected = search.run(first)
-        assert expected == pytest.approx(1e-8 * setting**8, rel=0.01)
-        return len(search.trials), setting
-
-    right = 1000.0 ** (1.0 / 8.0)
-    first = right * 0.032 ** (1.0 / 8.0)  # errs by a thirtieth of the goal
-    assert searched(first, 0.0) == (2, pytest.approx(right))
-    trials, setting = searched(first, 1.0)
-    assert trials == 1
-    assert first < setting < right
-    assert setting == pytest.approx(first * (0.032 ** (-1.0 / 12.0) if implicit else 30.0**0.125))
-    trials, setting = searched(1.0, 1.0)  # errs by so little that it says nothing of the goal
-    assert (trials, setting) == (2, pytest.approx(right))
-    trials, setting = searched(4.0, 1.0)
-    assert trials > 1
-    assert setting == pytest.approx(right, rel=0.02)
 
 
 @pytest.mark.parametrize("radius", [21.3, 27.0, 28.9])

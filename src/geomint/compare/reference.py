@@ -174,6 +174,7 @@ def _advance(
         count=steps,
         every=steps + 1,
         out=_blank(0),
+        ranks=scalar_block(0),
     )
     if status != OK:
         kind_of_error = ConvergenceError if status == NOT_CONVERGED else NonFiniteError

@@ -25,7 +25,7 @@ from ..tableaux import Tableau
 from .adaptive import Adaptive
 from .bound_forms import piece_numbers
 from .method import Start
-from .stepper import Advance, Stepper
+from .stepper import NOTHING, Advance, Stepper
 
 __all__ = ["AdaptiveStepper", "controlled_stepper"]
 
@@ -125,7 +125,13 @@ class AdaptiveStepper(Stepper):
         return round(tries * (self.evaluations - 1)) + (min(steps, 1) if self.reuses else steps)
 
     def advance(
-        self, first: int, count: int, every: int, out: Block, whole: bool = False
+        self,
+        first: int,
+        count: int,
+        every: int,
+        out: Block,
+        whole: bool = False,
+        ranks: Block = NOTHING,
     ) -> Advance:
         """Take up to `count` steps, write every `every`-th state with its time, and the end's."""
         left = self.allowed.max_steps - first

@@ -77,7 +77,8 @@ class Carried:
         conditions = None if measure is None else measure.manifold
         m = 0 if measure is None else measure.conditions
         d = problem.rows - m if directions is None else directions.shape[1]
-        at_once, self.numbers, self.conditions = self._types(stepper, d)
+        at_once = directions_at_once(stepper, d)
+        self.numbers, self.conditions = tangent_type(stepper, at_once), CONDITIONS
         stages = lanes_for(2 * stepper.rows) if stepper.stages_in_lanes else rows
         self.sizes = Sizes(problem.rows, stepper.rows, m, d, at_once, rows, stages, problem.work)
         self._take_of(stepper)
@@ -87,8 +88,7 @@ class Carried:
             manifold = bind(conditions, FIELD, **given)
         self.manifold = manifold.of_type(self.conditions)
         self._kept = self._start(problem, conditions, y0, time, directions)
-        supports = self._supports(problem, conditions, y0)
-        self.arguments = self._arguments(problem, stepper, supports)
+        self.arguments = self._arguments(problem, stepper)
 
     def _take_of(self, stepper: Stepper) -> None:
         """Let steps be those of the stepper's kernel, as it is now."""
@@ -120,14 +120,9 @@ class Carried:
         for name, numbers in zip(("memory", "plain"), known, strict=True):
             self.arguments[name].data[:] = numbers
 
-    def _types(self, stepper: Stepper, d: int) -> tuple[int, NumberType, NumberType]:
-        """Return how many directions a step carries at once, its numbers, those of conditions."""
-        at_once = directions_at_once(stepper, d)
-        return at_once, tangent_type(stepper, at_once), CONDITIONS
-
-    def _arguments(self, problem: Problem, stepper: Stepper, supports: Any) -> dict[str, Any]:
+    def _arguments(self, problem: Problem, stepper: Stepper) -> dict[str, Any]:
         s = self.sizes
-        numbers, plain = self._room(self.numbers, self._groups * s.memory_rows)
+        numbers, plain = self._room(self.numbers, -(-s.d // s.at_once) * s.memory_rows)
         conditions, conditions_plain = self._room(self.conditions, s.n + s.m + problem.work)
         return {
             "kernel": self.kernel,
@@ -136,28 +131,15 @@ class Carried:
             "params": stepper.params,
             "coefficients": stepper.coefficients,
             "fractions": stepper.fractions,
-            "layout": given_block(problem.pieces, s, supports),
+            "layout": given_block(problem.pieces, s),
             "memory": self._kept,
-            "work": self._work(),
+            "work": scalar_block(sum(work_layout(s))),
             "numbers": numbers,
             "plain": plain,
             "scratch": self._room(self.numbers, len(stepper.work))[0],
             "conditions": conditions,
             "conditions_plain": conditions_plain,
         }
-
-    def _supports(self, problem: Problem, conditions: Recorded | None, y0: Array) -> Any:
-        """Return what the sweep is told of the conditions' rows."""
-        return ()
-
-    @property
-    def _groups(self) -> int:
-        """How many groups of directions have memories of their own."""
-        return int(-(-self.sizes.d // self.sizes.at_once))
-
-    def _work(self) -> Block:
-        """Return scratch of the sweep."""
-        return scalar_block(sum(work_layout(self.sizes)))
 
     def _room(self, numbers: NumberType, rows: int) -> tuple[Block, Block]:
         """Return rows of numbers, and the float64 numbers that they are made of."""

@@ -135,6 +135,7 @@ class Gauss(Method):
             evaluations=stages,
             between=None if len(s.lengths) > 1 else _between(stages, groups),
             stages_in_lanes=True,
+            ranked=True,
             otherwise=newton if self.iteration == "auto" else None,
         )
 

@@ -74,6 +74,7 @@ class Start(NamedTuple):
         stages_in_lanes: bool = False,
         lane_by_lane: bool = False,
         otherwise: Callable[[], Kernel] | None = None,
+        ranked: bool = False,
     ) -> Stepper:
         """Return the stepper of a kernel, from y0 on, which has the clock's row if the kernel steps it.
 
@@ -98,6 +99,7 @@ class Start(NamedTuple):
             stages_in_lanes=stages_in_lanes,
             lane_by_lane=lane_by_lane,
             otherwise=otherwise,
+            ranked=ranked,
         )
 
 

@@ -134,22 +134,22 @@ class PartialSteps:
 
     def __init__(self, problem: Problem, stepper: Stepper) -> None:
         self._problem, self._stepper = problem, stepper.fixed_step
-        self._own = threading.local()
+        self._own: dict[Any, Call] = {}
 
     def _call(self, clock: bool) -> Call:
         """Return what takes the steps, compiled or found when it is asked for first."""
         s = self._stepper
-        key = "to_clock" if clock else "partial", s.kernel
-        calls: dict[Any, Call] = self._own.__dict__.setdefault("calls", {})
-        if key not in calls:
+        key, calls = ("to_clock" if clock else "partial", s.kernel), self._own
+        own = *key, threading.get_ident()
+        if own not in calls:
             if key not in s.beside:
                 s.beside[key] = self._made(clock)
-            calls[key] = call = s.beside[key].copy()
+            calls[own] = call = s.beside[key].copy()
             call.set(**own_blocks(s), span=s.h)
             if clock:
                 powers = polynomial_of(s)["powers"]
                 call.set(powers=powers, scratch=scalar_block(self._problem.work))
-        return calls[key]
+        return calls[own]
 
     def _made(self, clock: bool) -> Call:
         """Return a call for all runs of the method: what it changes is set by each."""

@@ -25,10 +25,10 @@ from ..kernels.numbers.blocks import Block, scalar_block
 from ..kernels.solve.advance import bound_stepper
 from ..kernels.solve.status import NOT_CONVERGED, OK, OUTSIDE_CHART
 
-__all__ = ["Advance", "Between", "Kernel", "Stepper", "filled_block"]
+__all__ = ["NOTHING", "Advance", "Between", "Kernel", "Stepper", "filled_block"]
 
 
-_NOTHING = scalar_block(0)
+NOTHING = scalar_block(0)
 _TURNING = threading.RLock()
 
 
@@ -115,6 +115,8 @@ class Stepper:
         Whether a step of eight states at once, in lanes, is that of each alone, to the bit.
     otherwise : callable, optional
         Makes what takes the steps from the first one on that does not converge.
+    ranked : bool
+        Whether each step has a number of its own that ranks it (`geomint.kernels.solve.ranks`).
     """
 
     kernel: Recorded
@@ -133,6 +135,7 @@ class Stepper:
     stages_in_lanes: bool = False
     lane_by_lane: bool = False
     otherwise: Callable[[], Kernel] | None = None
+    ranked: bool = False
 
     def __post_init__(self) -> None:
         self._advance: Call | None = None
@@ -232,15 +235,23 @@ class Stepper:
         return self.memory.data[: self.rows]
 
     def advance(
-        self, first: int, count: int, every: int, out: Block, whole: bool = False
+        self,
+        first: int,
+        count: int,
+        every: int,
+        out: Block,
+        whole: bool = False,
+        ranks: Block = NOTHING,
     ) -> Advance:
         """Take `count` steps after `first`, write every `every`-th state, or the `whole` memory."""
-        before = None if self.otherwise is None else self.memory.data.copy()
-        kernel, result = self.kernel, self._advanced(first, count, every, out, whole)
+        before = None
+        if self.otherwise is not None:
+            before = self.memory.data.copy(), ranks.data.copy()
+        kernel, result = self.kernel, self._advanced(first, count, every, out, whole, ranks)
         if before is None or result.status != NOT_CONVERGED or not self.turn(kernel):
             return result
-        self.memory.data[:] = before
-        return self._advanced(first, count, every, out, whole)
+        self.memory.data[:], ranks.data[:] = before
+        return self._advanced(first, count, every, out, whole, ranks)
 
     def turn(self, failed: Recorded) -> bool:
         """Turn from a kernel to that for the steps which it cannot take; False if there is none.
@@ -267,18 +278,21 @@ class Stepper:
             self.turned = self.kernel is not failed
             return self.turned
 
-    def _advanced(self, first: int, count: int, every: int, out: Block, whole: bool) -> Advance:
+    def _advanced(
+        self, first: int, count: int, every: int, out: Block, whole: bool, ranks: Block
+    ) -> Advance:
         if self._advance is None:
             self.prepare()
         assert self._advance is not None
         if self._advance.owner is not self:  # steppers made by `restarted` share the call
             self._advance.set(memory=self.memory, work=self.work, t0=self.t0, h=self.h)
             self._advance.owner = self
+        given = {"first": first, "count": count, "every": every, "out": out, "ranks": ranks}
         if not whole:
-            return Advance(*self._advance(first=first, count=count, every=every, out=out))
+            return Advance(*self._advance(**given))
         self._advance.set(rows=len(self.memory))
         try:
-            return Advance(*self._advance(first=first, count=count, every=every, out=out))
+            return Advance(*self._advance(**given))
         finally:
             self._advance.set(rows=self.rows)
 
@@ -327,7 +341,7 @@ class Stepper:
         single.begin(y, t, h)
         if carry is not None:
             single.carry[:] = carry
-        result = single.advance(0, 1, 2, _NOTHING)
+        result = single.advance(0, 1, 2, NOTHING)
         if result.status != OK:
             raise single.error(result, 0, before)
         return single.state.copy()
@@ -338,7 +352,7 @@ class Stepper:
         self.begin(memory[: self.rows], t, h)
         self.carry[:] = memory[self.rows : 2 * self.rows]
         try:
-            result = self.advance(0, 1, 2, _NOTHING)
+            result = self.advance(0, 1, 2, NOTHING)
             if result.status != OK:
                 raise self.error(result, 0, before)
             return self.state.copy()

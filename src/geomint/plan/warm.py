@@ -36,7 +36,7 @@ def warm_plan(plan: Plan, progress: bool | None = False) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
         try:
-            plan.solve(progress, callback=lambda told: True)
+            _ = plan.solve(progress, callback=lambda told: True).local_error
         except StepError:  # compiled by then
             return
         if plan.purpose == "drift":

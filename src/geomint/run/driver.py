@@ -45,7 +45,6 @@ def drive(
     between: Callable[[], bool],
     left: Callable[[], float],
     whole: bool = False,
-    most: Callable[[int], float] | None = None,
 ) -> bool:
     """Take steps until there are `steps` since the beginning, handing out every `stride`-th state.
 
@@ -62,8 +61,6 @@ def drive(
         Called after every chunk, to tell whether the run ends there.
     left : callable
         About how many steps are still to come, where `steps` is None.
-    most : callable, optional
-        ``most(done)``: after how many further steps `between` is to be called at the latest.
 
     Raises
     ------
@@ -79,8 +76,6 @@ def drive(
     while steps is None or integrator.done < steps:
         first = integrator.done
         count = chunk if steps is None else min(chunk, steps - first)
-        if most is not None:
-            count = max(1, int(min(count, most(first))))
         needed = (count // stride + 2) * width
         if len(out) < needed:
             out = scalar_block(needed)

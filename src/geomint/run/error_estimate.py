@@ -22,6 +22,7 @@ from ..errors import DomainError, GeomintWarning, StepError
 from ..methods.adaptive import LEAST_RTOL, Adaptive
 from ..methods.method import Method
 from ..problems.evaluate import derivative
+from ..problems.spaces.repair import warn
 from ..problems.time_scale import characteristic_time
 from .restart import Restart
 from .solution import Solution
@@ -73,9 +74,7 @@ def error_estimate(
     except StepError as error:
         reason = f"failed: {error}"
     if reason:
-        warnings.warn(
-            f"no error estimate: the run with finer steps {reason}", GeomintWarning, stacklevel=5
-        )
+        warn(f"no error estimate: the run with finer steps {reason}")
         return None
     return np.asarray(factor * (solution.y - finer_states))
 

@@ -16,7 +16,7 @@ from ..methods import Method, Start, find_method
 from ..methods.agreement import check_agreement
 from ..methods.partial import rounding
 from ..methods.started import keep_started, started
-from ..methods.stepper import Advance
+from ..methods.stepper import NOTHING, Advance
 from ..problems.declaration import check_problem
 from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
@@ -77,7 +77,7 @@ class Integrator:
 
     __slots__ = (  # so that writing to a name that it does not have is an error
         *("__weakref__", "_carried", "_done", "_first", "_method", "_nothing", "_start"),
-        *("iterations", "stepper", "steps"),
+        *("iterations", "_ranks", "stepper", "steps"),
     )
 
     def __init__(
@@ -133,6 +133,7 @@ class Integrator:
         self._carried: CarriedDirections | None = None
         self.stepper = started(method, start)
         self._nothing: Block | None = None
+        self._ranks = NOTHING
 
     def prepare(self) -> None:
         """Compile, or find in the cache, what steps need, and see that it is right."""
@@ -413,7 +414,7 @@ class Integrator:
         stepper, done = self.stepper, self._done
         stepper.before = before = self.bookmark
         try:
-            asked = good = stepper.advance(done, count, every, out, whole)
+            asked = good = stepper.advance(done, count, every, out, whole, self._ranks)
             if asked.status != OK:  # memory may be in the middle of a composition
                 self.bookmark = before
                 good = stepper.advance(done, asked.steps, every, out, whole)

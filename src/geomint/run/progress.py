@@ -6,14 +6,13 @@ import functools
 import signal
 import sys
 import threading
-import warnings
 from collections.abc import Callable
 from html import escape
 from types import FrameType, TracebackType
 from typing import Any
 
-from ..errors import GeomintWarning
 from ..kernels.compiling.clock import running_clock
+from ..problems.spaces.repair import warn
 from .compiling_line import CompilingLine
 
 __all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]
@@ -155,8 +154,7 @@ class Progress:
         expected = elapsed * (self.total or 0.0) / done if done > 0.0 else 0.0
         if expected > DAY:
             self._next_look = float("inf")
-            text = f"at its pace this run takes about {time_in_words(expected)}"
-            warnings.warn(text, GeomintWarning, stacklevel=9)  # who called `solve`
+            warn(f"at its pace this run takes about {time_in_words(expected)}")
 
     def _open(self) -> None:
         if self._notebook:

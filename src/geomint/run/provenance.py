@@ -53,7 +53,7 @@ def run_provenance(solution: Result) -> dict[str, Any]:
 
 def run_record(solution: Result) -> dict[str, Any]:
     """Return what was integrated, how, and at what cost."""
-    problem = solution.problem
+    problem, error = solution.problem, solution.local_error
     return {
         "problem": problem.name,
         "pieces": [[name, rows] for name, rows in problem.pieces],
@@ -64,6 +64,7 @@ def run_record(solution: Result) -> dict[str, Any]:
         **method_record(solution.method),
         "route": solution.route,
         "accuracy": None if solution.accuracy is None else finite_json(solution.accuracy._asdict()),
+        "local_error": None if error is None else finite_json(error._asdict()),
         "step": solution.step,
         "step_sizes": solution.step_sizes._asdict(),
         "steps": solution.steps,

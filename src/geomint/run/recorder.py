@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 import numpy.typing as npt
 
 from ..arguments import Array
-from ..errors import GeomintWarning, StepError
+from ..errors import StepError
 from ..kernels.numbers.blocks import scalar_block
 from ..methods.method import Method
 from ..methods.partial import Nodes, rounding
+from ..problems.spaces.repair import warn
 from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
 from .callback import Reached
@@ -20,6 +20,7 @@ from .crossings import Crossings, Stop
 from .dense import Kept
 from .driver import Account
 from .integrator import Integrator
+from .local_error import Ranked
 from .pace import Pace
 from .result import Status, StepSizes
 from .saved import Saved, merged
@@ -48,6 +49,7 @@ class Recorder:
     ) -> None:
         problem, stepper = integrator.problem, integrator.stepper
         self._integrator, self._problem, self._stepper = integrator, problem, stepper
+        self._ranked = None if integrator.method.adaptive else Ranked(integrator)
         self._timeline = timeline
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
@@ -270,11 +272,9 @@ class Recorder:
         rows = self._problem.rows
         missed = self._wanted.missed
         if missed and status == "success" and not self.stopped:
-            warnings.warn(
+            warn(
                 f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
-                f"t_eval, up to {self._wanted.last:.9g}",
-                GeomintWarning,
-                stacklevel=5,
+                f"t_eval, up to {self._wanted.last:.9g}"
             )
         steps, iterations = self._integrator.steps, self._integrator.iterations
         span = self._integrator.time - self._timeline.start
@@ -288,6 +288,8 @@ class Recorder:
         if status == "success" and (bad := not_finite(drift)):
             status, message = NOT_FINITE, bad
         restart, met = self._integrator.restart, {}
+        if self._ranked is not None:
+            self._ranked.end = self._before[0]
         if self._crossings is not None:
             restart = self._crossings.left_behind(restart, self._before[0], span)
             met = self._crossings.met(self._clock, self._before[0])
@@ -313,6 +315,7 @@ class Recorder:
             restart=restart,
             events=met,
             kept=self._kept_nodes(),
+            ranked=self._ranked,
         )
 
     def _kept_nodes(self) -> Kept | None:

@@ -68,6 +68,11 @@ class Solution(Shown, Pictures, Result):
         run tells: y less the exact state at the same `tau` (where the end was given in physical time,
         at the same `t`), to first order, with its sign. Of a chaotic motion it is of use as long as it
         is small.
+    local_error : LocalError or None
+        What steps err by (`geomint.run.local_error`): the worst, where, and the sum; measured when it
+        is asked for. None of adaptive methods, and of the exact flow.
+    ranked : Ranked or LocalError or None
+        What it is measured by, or the same.
     accuracy : Accuracy or None
         With ``tolerance=…`` how that is met: `geomint.run.accuracy.accuracy.Accuracy`.
     route : str

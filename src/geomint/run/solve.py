@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -20,7 +20,7 @@ from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
 from .accuracy.asked import TOO_LONG, choose_for
 from .accuracy.auto import is_auto
-from .accuracy.spots import Spots
+from .accuracy.choose import Chosen
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
@@ -31,15 +31,17 @@ from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
 from .integrator import Integrator
 from .progress import Progress
+from .promise import FEW_STEPS, MOST_STEPS, Default, rough_error
 from .recorder import Recorder
 from .result import Status
 from .solution import Solution
-from .step_notes import tell_coarse_steps, tell_long_steps, tell_short_run
+from .step_notes import tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
 from .timeline import Timeline, plan_timeline
 from .wanted import Wanted
 
 __all__ = ["solve"]
 
+ATTEMPTS, FAILURES = 10, 5  # runs with shorter steps, and those that may fail
 BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
 
 
@@ -166,29 +168,50 @@ def solve(
         "progress": progress,
         "compiled": compiled,
     }
-    if tolerance is None and not is_auto(method):
+    asked = tolerance is not None or is_auto(method)
+    if not asked and (step is not None or isinstance(problem, Solution)):
         return _solved(problem, y0, method=method, step=step, **named)
     for name in ("events", "observe"):  # a run may begin more than once
         if isinstance(named[name], Iterator):
             named[name] = list(named[name])
-    chosen = choose_for(problem, y0, method, step, tolerance, named)
-    for last in (False, False, False, True):
-        spots = None if chosen.sample is None else Spots(chosen.sample)
-        by: dict[str, Any] = {"method": chosen.method, "step": chosen.step}
-        by["turning"] = callback is not None or not chosen.shorten  # a callback sees one run
-        by["admitted"], by["functions"] = chosen.state, chosen.functions
-        try:
-            solution = _solved(problem, y0, **named, **by, spots=spots)
-            break
-        except TOO_LONG:
-            shorter = chosen.shorter()
-            if last or shorter is None:
-                raise
-            chosen = shorter
-    accuracy = chosen.accuracy
-    solution.accuracy = accuracy._replace(spots=() if spots is None else tuple(spots.found))
-    solution.accuracy.tell(error_at_end(solution))
+    chosen: Chosen | Default = Default(method)
+    if asked:
+        chosen = choose_for(problem, y0, method, step, tolerance, named)
+    solution, chosen = _begun_anew(problem, y0, chosen, named)
+    if isinstance(chosen, Chosen):
+        solution.accuracy = chosen.accuracy._replace(steps=rough_error(solution))
+        solution.accuracy.tell(error_at_end(solution))
+    elif not chosen.kept(solution):
+        tell_errors(solution)
     return solution
+
+
+def _begun_anew(
+    problem: Problem | Solution, y0: Any, chosen: Chosen | Default, named: Mapping[str, Any]
+) -> tuple[Solution, Chosen | Default]:
+    """Return what `_solved` does with a step, or shorter ones, until errors are what they shall be.
+
+    A callback sees one run.
+    """
+    failures, most = 0, MOST_STEPS if named["compiled"] else FEW_STEPS
+    for left in reversed(range(ATTEMPTS)):
+        one = named["callback"] is not None or not left
+        by = {**chosen.asked, "turning": True} if one else chosen.asked
+        try:
+            solution = _solved(problem, y0, given=False, **named, **by)
+        except TOO_LONG as error:
+            failures += 1
+            shorter = error.partial and chosen.shorter(error.partial, most)
+            if one or shorter is None or failures > FAILURES:
+                raise
+        else:
+            if one or not solution.success or chosen.kept(solution):
+                break
+            shorter = chosen.shorter(solution, most)
+            if shorter is None:
+                break
+        chosen = shorter
+    return solution, chosen
 
 
 def _solved(
@@ -214,14 +237,14 @@ def _solved(
     compiled: bool,
     admitted: Array | None = None,
     functions: tuple[str, ...] = (),
-    spots: Spots | None = None,
     turning: bool = True,
+    given: bool = True,
 ) -> Solution:
-    """Return what `solve` does with a step, or the default one; look at the spots on the way.
+    """Return what `solve` does with a step, or the default one, once.
 
     `admitted` is y0 made canonical, where that has been done, and `functions` what `check_problem` has
-    returned. `turning`: whether steps whose iteration
-    does not converge are taken by what the method has for them; else they end the run.
+    returned. `turning`: whether steps whose iteration does not converge are taken by what the method
+    has for them; else they end the run. `given`: whether the user has given the step.
     """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
@@ -307,12 +330,7 @@ def _solved(
         bar.begin(brief)
         account = Account()
 
-        if spots is not None:
-            spots.begin(integrator, timeline.expected)
-
         def asked_to_end_here() -> bool:
-            if spots is not None:
-                spots.look()
             bar.update(recorder.progress)
             return callback is not None and asked_to_end(callback, recorder.told())
 
@@ -322,19 +340,18 @@ def _solved(
             recorder,
             account,
             asked_to_end_here,
-            None if spots is None else spots.most,
         )
         if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
             raise KeyboardInterrupt
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)
-    if step is not None and not recorder.stopped and solution.success:
+    if given and step is not None and not recorder.stopped and solution.success:
         tell_short_run(problem, abs(recorder.own_time - timeline.start), float(step))
     if isinstance(status, StepError):
         status.partial = solution
         raise status
-    if spots is None and integrator.stepper.turned:
+    if given and integrator.stepper.turned:
         tell_long_steps(problem, chosen, state, timeline)
-    elif spots is None and step is not None and solution.success:
+    elif given and step is not None and solution.success:
         tell_coarse_steps(solution, recorder, start, watched)
     if estimate_error:
         again = partial(
@@ -351,7 +368,6 @@ def _integrate(
     recorder: Recorder,
     account: Account,
     between: Callable[[], bool],
-    most: Callable[[int], float] | None,
 ) -> Status | StepError:
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
@@ -365,7 +381,6 @@ def _integrate(
             between,
             recorder.left,
             recorder.whole,
-            most,
         )
         recorder.catch_up()
         if asked:

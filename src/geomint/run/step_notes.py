@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping
 
 from ..arguments import Array
-from ..errors import DomainError, GeomintWarning
+from ..errors import DomainError
 from ..methods import Method, Start
 from ..methods.adaptive import Adaptive
 from ..problems.evaluate import rates_of, scales_of, states_around, value_of
 from ..problems.problem import Problem
+from ..problems.spaces.repair import warn
 from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
+from .local_error import Ranked
 from .recorder import Recorder
 from .solution import Solution
 from .timeline import Timeline
 
-__all__ = ["tell_coarse_steps", "tell_long_steps", "tell_short_run"]
+__all__ = ["tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_run"]
 
+QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
 LOST = 1e-2  # of the scale of an integral: what is off by more at the end is not the motion
 KEPT = 1e-6  # likewise, where a step is longer than a turn
@@ -31,7 +33,7 @@ FEW = 60  # numbers of a state whose integrals plain Python evaluates in a momen
 def tell_short_run(problem: Problem, end: float, step: float) -> None:
     """Warn if the run was shorter than the step that was asked for, which it did not take."""
     if end < step * (1.0 - 1e-9):
-        _warn(
+        warn(
             f"step = {step:.9g} is longer than the run to {problem.time} = "
             f"{end:.9g}: a step of that length was taken instead"
         )
@@ -44,10 +46,20 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
     except DomainError:  # there is none
         return
     if abs(timeline.h) > LONG * usual:
-        _warn(
+        warn(
             f"steps of {abs(timeline.h):.3g} are so long that Newton's method had to find some of "
             "them: what is faster is not resolved. If that is wanted, say "
             "geomint.Gauss(…, iteration='newton'); if not, give a shorter step"
+        )
+
+
+def tell_errors(solution: Solution) -> None:
+    """Warn of steps that err by more than is promised, which no shorter one has mended."""
+    error = solution.local_error
+    if error is not None:
+        warn(
+            f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
+            f"{solution.about.time} = {error.time:.6g}: more than is promised where no step is given"
         )
 
 
@@ -60,7 +72,9 @@ def tell_coarse_steps(
     characteristic rate of the beginning, and no integral is kept. Methods that keep their integrals at
     such steps, as group methods do in a steady rotation, are right.
     """
-    problem = start.problem
+    problem, ranked = start.problem, solution.ranked
+    if isinstance(ranked, Ranked) and 0.0 < ranked.number("total") < QUIET:
+        return
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
     off = _integrals_off(solution, recorder, start, watched)
@@ -72,7 +86,7 @@ def tell_coarse_steps(
     if turning and (lost or not problem.invariants):
         told.append("the motion turns around within one")
     if told:
-        _warn(
+        warn(
             f"steps of {abs(start.h):.3g} are so long that {' and '.join(told)}: give a "
             "shorter step, or a tolerance in its place"
         )
@@ -124,7 +138,3 @@ def _turns(start: Start) -> float:
         return abs(h) / characteristic_time(problem, state, h, t0, rate_at)
     except DomainError:  # there is none, as there is no derivative
         return 0.0
-
-
-def _warn(text: str) -> None:
-    warnings.warn(text, GeomintWarning, stacklevel=6)

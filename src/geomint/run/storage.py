@@ -58,6 +58,7 @@ from ..watch.windows import NOTHING, Windows
 from .accuracy.accuracy import Accuracy
 from .dense import Kept
 from .files.outputs import whole_file
+from .local_error import LocalError
 from .met import Met
 from .restart import Restart
 from .result import Result, StepSizes
@@ -122,7 +123,9 @@ def save_solution(
         "history": f"written by geomint {__version__}",
         **solution.words(provenance),
         **({"units": json.dumps(dict(problem.units))} if problem.units else {}),
-        "run": json.dumps({name: getattr(solution, name) for name in _RUN}),
+        "run": json.dumps(
+            {name: getattr(solution, name) for name in _RUN} | {"ranked": solution.local_error}
+        ),
         "restart": json.dumps(restart),
         "kept": json.dumps(kept),
         "events": json.dumps({of: met.t is not None for of, met in solution.events.items()}),
@@ -271,6 +274,7 @@ def _read(file: Any) -> Solution:
     physical, tau = times.get("t"), times.get("tau")
     run["step_sizes"] = StepSizes(*run["step_sizes"])
     run["accuracy"] = Accuracy.read(run.get("accuracy"))
+    run["ranked"] = LocalError(*run["ranked"]) if run.get("ranked") else None
     origin = json.loads(words["provenance"])
     missing, code = json.loads(words["missing"]), values["code"]
     going_on: dict[str, Any] = {**restart, **values["restart"]}

@@ -27,21 +27,16 @@ states does).
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import DeclarationError
 from ..kernels.compiling.bound import bind
 from ..kernels.compiling.call import Call
-from ..kernels.compiling.number_types import LANE
 from ..kernels.compiling.signatures import VALUE
 from ..kernels.tangent.measure import measure_sweep
-from ..kernels.tangent.measure_lanes import measure_lanes_sweep
 from ..methods.carried import Carried
-from ..methods.carried_lanes import CarriedLanes
 from ..methods.method import Method, Start
 from ..methods.stepper import Stepper
 from ..problems.base import off_base
@@ -98,25 +93,15 @@ class InvariantMeasure(StepsAgain):
         start = Start(base, state, run.time, run.stepper.h, compiled=stepper.compiled)
         return replace(run, problem=base, state=state, stepper=method.start(start))
 
-    def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
-        """In lanes, if steps and the problem's functions can be had so."""
-        if CarriedLanes.fits(run.problem, stepper):
-            carried = CarriedLanes(run.problem, stepper, run.state, run.time)
-            with contextlib.suppress(DeclarationError):  # compiled for single numbers already
-                return carried, self.sweep(run.problem, stepper, carried, run.state)
-        return super().swept(run, stepper)
-
     def sweep(self, problem: Problem, stepper: Stepper, carried: Carried, y0: Array) -> Call:
         assert problem.measure is not None
         self._measure = problem.measure
         sizes = {"params": len(problem.params), "y": problem.rows}
         density = bind(self._measure.log_density, VALUE, **sizes)
         self._density_scale = rounding_scale(problem, self._measure.log_density, y0)
-        lanes = isinstance(carried, CarriedLanes)
-        made, density = (
-            (measure_lanes_sweep, density.of_type(LANE)) if lanes else (measure_sweep, density)
+        sweep = measure_sweep(
+            carried.kernel, carried.functions, density, carried.manifold, carried.numbers
         )
-        sweep = made(carried.kernel, carried.functions, density, carried.manifold, carried.numbers)
         return sweep.call(stepper.compiled, density=density, **carried.arguments)
 
     @property

@@ -47,17 +47,13 @@ class StepsAgain(Watcher):
         """Compile, or find in the cache, the sweep with the method's step in it."""
         self._run = run = self.seen(run)
         self._stepper, self._time = run.stepper.fixed_step, run.time
-        self._carried, self._sweep = self.swept(run, self._stepper)
+        self._carried = Carried(run.problem, self._stepper, run.state, run.time)
+        self._sweep = self.sweep(run.problem, self._stepper, self._carried, run.state)
         return 0.0
 
     def seen(self, run: Run) -> Run:
         """Return the run whose steps are taken: in the first rows of the states, perhaps."""
         return run
-
-    def swept(self, run: Run, stepper: Stepper) -> tuple[Carried, Call]:
-        """Return directions where a run begins, and its sweep."""
-        carried = Carried(run.problem, stepper, run.state, run.time)
-        return carried, self.sweep(run.problem, stepper, carried, run.state)
 
     def values(self, times: Array, states: Array, lengths: Array) -> Array:
         starts = np.concatenate(([self._time], times[:-1]))

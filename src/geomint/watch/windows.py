@@ -54,12 +54,12 @@ class Windows(Compared):
     @property
     def in_order(self) -> bool:
         """Whether the times of the windows are finite and go on in one direction."""
-        times = self.times
-        if not (np.isfinite(times).all() and np.isfinite(self.last_time)):
+        times = self.times.tolist()
+        if not math.isfinite(sum(map(abs, times)) + abs(self.last_time)):
             return False
-        later, earlier = times[1:], times[:-1]
-        one_way = bool((later >= earlier).all() or (later <= earlier).all())
-        return len(times) <= 1 or (one_way and bool(times[0] != times[-1]))
+        ordered = sorted(times)
+        one_way = ordered == times or ordered[::-1] == times
+        return len(times) <= 1 or (one_way and times[0] != times[-1])
 
     @property
     def times(self) -> Array:

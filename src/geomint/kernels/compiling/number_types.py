@@ -15,7 +15,6 @@ __all__ = [
     "members",
     "tangent",
     "tangent_lanes",
-    "tangent_members",
 ]
 
 
@@ -90,7 +89,7 @@ class NumberType:
     @property
     def time(self) -> Any:
         """The type of times and steps: float64, unless each number has its own."""
-        return (LANE if self.derived else self).number if self.by_lane else SCALAR.number
+        return self.number if self.by_lane else SCALAR.number
 
     @property
     def in_lanes(self) -> NumberType:
@@ -148,19 +147,6 @@ def tangent_lanes(directions: int, by_params: bool = False) -> NumberType:
 def members(by_params: bool) -> NumberType:
     """Return eight numbers of as many motions, each with its own time, step and perhaps parameters."""
     return NumberType(f"MEMBERS{'_P' if by_params else ''}", _lane, False, by_params, True)
-
-
-@functools.cache
-def tangent_members(directions: int) -> NumberType:
-    """Return eight numbers of as many motions, each with its own time and step and derivatives."""
-
-    def load() -> tuple[Any, Any, Any]:
-        from ..numbers import typing_tangent
-
-        number, block, _ = typing_tangent.tangent_lanes(directions)
-        return number, block, block
-
-    return NumberType(f"TANGENT_MEMBERS{directions}", load, True, False, True)
 
 
 def _derived(name: str, load: Callable[[], tuple[Any, Any, Any]], by_params: bool) -> NumberType:

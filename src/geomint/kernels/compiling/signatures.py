@@ -164,6 +164,7 @@ _ADVANCE = takes(
     count=WHOLE,
     every=WHOLE,
     out=MEMORY,
+    ranks=GIVEN,
 )
 
 

@@ -20,7 +20,6 @@ import numpy as np
 
 __all__ = [
     "NAN",
-    "delayed",
     "elementwise",
     "epsilon",
     "fma",
@@ -179,11 +178,6 @@ def lane(x: Any, index: int) -> Any:
     if hasattr(x, "part"):
         return x.part(lambda number: lane(number, index))
     return np.asarray(x)[index] if isinstance(x, np.ndarray) else x
-
-
-def delayed(x: Any, before: Any) -> Any:
-    """Return the lane values before: lane i is lane i − 1 of x, the first the last one of `before`."""
-    return np.concatenate((before[-1:], x[:-1])).view(type(x))
 
 
 def _fold(combine: Callable[[Any, Any], Any], x: Any) -> Any:

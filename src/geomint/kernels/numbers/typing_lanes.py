@@ -364,18 +364,6 @@ def _overload_lane(x, index):
     return (lambda x, index: x) if _plain(x) else None
 
 
-@instruction(arithmetic.delayed)
-def _delayed(typingctx, x, before):
-    if (x, before) != (LANE_VALUE, LANE_VALUE):
-        return None
-
-    def codegen(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        places = ir.VectorType(_I32, LANES)(list(range(LANES - 1, 2 * LANES - 1)))
-        return builder.shuffle_vector(args[1], args[0], places)
-
-    return LANE_VALUE(x, before), codegen
-
-
 @overload(arithmetic.top)
 def _overload_top(x):
     if x == LANE_VALUE:

@@ -169,6 +169,7 @@ def adaptive_stepper(attempt: Recorded) -> Recorded:
         count: int,
         every: int,
         out: Any,
+        ranks: Any,
     ) -> tuple[int, int, int, float]:
         """Take up to `count` steps, none beyond the end; write every `every`-th state and the end's.
 

@@ -16,6 +16,8 @@ from typing import Any
 from ..compiling.bound import Bound
 from ..compiling.recorded import Recorded, helper
 from ..compiling.signatures import advance as signature_of
+from ..numbers.arithmetic import top
+from .ranks import keep, rank
 from .status import OK
 
 __all__ = ["bound_stepper", "stepper", "with_maps"]
@@ -40,6 +42,7 @@ def stepper(step: Recorded) -> Recorded:
         count: int,
         every: int,
         out: Any,
+        ranks: Any,
     ) -> tuple[int, int, int, float]:
         """Take `count` steps and write every `every`-th state into `out`.
 
@@ -49,6 +52,8 @@ def stepper(step: Recorded) -> Recorded:
             For each of the m substeps of a composition its length and its start, in units of `h`.
         first : int
             Number of steps taken before: the time is ``t0 + i h``, never accumulated.
+        ranks : block
+            What ranks the steps (`geomint.kernels.solve.ranks`); empty for nothing.
 
         Returns
         -------
@@ -57,6 +62,7 @@ def stepper(step: Recorded) -> Recorded:
             may hold the first substeps of it.
         """
         saved = 0
+        ranked = len(ranks) > 0
         iterations = 0
         substeps = len(fractions) // 2
         for k in range(count):
@@ -79,6 +85,12 @@ def stepper(step: Recorded) -> Recorded:
                 for r in range(rows):
                     out[saved * rows + r] = memory[r]
                 saved += 1
+            if ranked:
+                if k > 0:
+                    rank(ranks, first + k)
+                keep(ranks, memory, top(residual))
+        if ranked and count > 0:
+            rank(ranks, first + count)
         return OK, count, iterations, 0.0
 
     advance.__name__ = step.function.__name__  # what "compiling …" says

@@ -30,11 +30,11 @@ def by_address(functions: tuple[Signature, ...]) -> Bound:
 
     def steps(
         functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
-        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any,
+        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
     ) -> tuple[int, int, int, float]:  # fmt: skip
         return stepper_at(functions, kind)(
             functions_at(functions, kind), params, coefficients, fractions, memory, work, rows, t0,
-            h, first, count, every, out,
+            h, first, count, every, out, ranks,
         )  # fmt: skip
 
     return Bound(helper(steps), STEPPED)

@@ -234,6 +234,7 @@ def gauss_step(
 
     m = eight_columns(mu, 0, 0, groups)
     last = BEGINNING
+    first = BEGINNING
     before = BEGINNING
     halfway = BEGINNING
     coarse = True
@@ -254,6 +255,8 @@ def gauss_step(
                 worst = maximum(magnitude(new - stages[g * rows + r]) * top(scales[r]), worst)
                 stages[g * rows + r] = new
         delta = top(worst)
+        if iteration == 0:
+            first = delta
         if not finite(delta):
             if iteration > 0:
                 return NOT_FINITE if anew else failure(iteration), iteration + 1, delta
@@ -268,7 +271,7 @@ def gauss_step(
         if solved(delta, last, before, tolerance, rounding, final):
             for r in range(rows):
                 add_compensated(y, carry, r, increment(stages, r, groups, rows))
-            return OK, iteration + 1, delta
+            return OK, iteration + 1, first
         coarse = delta > COARSE
         before = last
         last = delta

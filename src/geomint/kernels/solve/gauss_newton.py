@@ -188,6 +188,7 @@ def newton_step(
     if status == OK:
         for r in range(rows):
             add_compensated(s.y, s.carry, r, increment(s.L, r, groups, rows))
+        return status, used, 1.0
     return status, used, left
 
 

@@ -101,7 +101,7 @@ def members_loop(width: int) -> Recorded:
                         return
                     status = advance(
                         functions, params, coefficients, fractions, memory, work, rows, times[0],
-                        times[1], done, ahead, done + ahead + 1, memory,
+                        times[1], done, ahead, done + ahead + 1, memory, part(fractions, 0, 0),
                     )[0]  # fmt: skip
                     done += ahead
                     if status == OK and every > 0 and done % every == 0:
@@ -130,7 +130,7 @@ def members_loop(width: int) -> Recorded:
                     clocks[lane] = starts[k] + lengths[k] * counts[k]
                 status = advance(
                     functions, params, coefficients, fractions, memory, work, rows, times[0],
-                    times[1], 0, 1, 2, memory,
+                    times[1], 0, 1, 2, memory, part(fractions, 0, 0),
                 )[0]  # fmt: skip
                 for lane in range(here):
                     k = group + lane

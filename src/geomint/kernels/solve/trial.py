@@ -80,6 +80,7 @@ def trial(
         status, _, iterations, residual = advance(
             functions, params, coefficients, fractions, memory, work, rows, t,
             h if k == 0 else shorter, 0, count * every, every, part(out, k * size, size),
+            part(fractions, 0, 0),
         )  # fmt: skip
         if status != OK:
             return status, k, iterations, residual

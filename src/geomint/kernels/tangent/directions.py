@@ -73,7 +73,7 @@ def carry(
         memory = part(numbers, here, s.memory_rows)
         found = kernel(
             functions, params, coefficients, fractions, memory, scratch, s.rows, t0, h, before,
-            steps, before + steps + 1, memory,
+            steps, before + steps + 1, memory, part(fractions, 0, 0),
         )  # fmt: skip
         iterations = max(iterations, found[2])
         if found[0] != OK and status == OK:

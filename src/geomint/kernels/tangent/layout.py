@@ -99,10 +99,9 @@ def work_layout(s: Sizes) -> Work:
     )
 
 
-def given_block(pieces: Any, sizes: Sizes, more: Any = ()) -> Block:
-    """Return the block of what a sweep is given: sizes, the problem's pieces, and more numbers."""
+def given_block(pieces: Any, sizes: Sizes) -> Block:
+    """Return the block of what a sweep is given: sizes, and the problem's pieces."""
     numbers = [float(i) for i, (_, size) in enumerate(pieces) for _ in range(size)]
-    numbers.extend(map(float, more))
     return packed(GIVEN._replace(pieces=len(numbers)), pieces=numbers, **sizes._asdict())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiling.bound import Bound
-from ..compiling.number_types import LANE, NumberType
+from ..compiling.number_types import NumberType
 from ..compiling.signatures import BLOCK, MEMORY, Functions, Kind, OfType, Signature, takes
 from .normals import CONDITIONS
 
@@ -30,21 +30,20 @@ def sweep_signature(
         A stepper's loop of `geomint.kernels.solve.advance`, what it is called with, the conditions of
         the manifold: all in tangent numbers.
     numbers : NumberType
-        Those in which steps are taken. Of eight steps at once conditions are in them too, and scratch
-        is in lanes.
+        Those in which steps are taken.
     """
-    memory, lanes = OfType(MEMORY, numbers), numbers.by_lane
+    memory = OfType(MEMORY, numbers)
     return takes(
         result,
         kernel=kernel.signature,
         functions=Functions(tuple(f.signature for f in functions)),
         manifold=manifold.signature,
         **dict.fromkeys(_BLOCKS, BLOCK),
-        work=OfType(MEMORY, LANE) if lanes else BLOCK,
+        work=BLOCK,
         numbers=memory,
         plain=BLOCK,
         scratch=memory,
-        conditions=OfType(BLOCK, numbers if lanes else CONDITIONS),
+        conditions=OfType(BLOCK, CONDITIONS),
         conditions_plain=BLOCK,
         **own,
     )

@@ -6,12 +6,12 @@ import math
 from typing import Any, NamedTuple, Self
 
 from ...problems.spaces.repair import warn
+from ..local_error import LocalError
 
 __all__ = ["Accuracy"]
 
-DOUBT = 3.0  # times the tolerance: what is expected to be more is said
+DOUBT = 3.0  # times the tolerance: what is expected to be more, or steps add up to, is said
 MISSED = 10.0  # times the tolerance: so is an error that a finer run has found
-FASTER = 20.0  # times the errors of steps in the trials: so is this; 6 in regular motions
 
 
 class Accuracy(NamedTuple):
@@ -31,9 +31,8 @@ class Accuracy(NamedTuple):
     rate : float
         At which errors grow exponentially, in the problem's own time, as far as was seen; 0 for those
         of regular motions.
-    spots : tuple of (float, float)
-        Where the run was sampled, in the problem's own time, and the errors of steps there, in units of
-        their mean in the last trial.
+    steps : LocalError or None
+        What steps of the run erred by (`geomint.run.local_error`); None of adaptive methods.
     reason : str
         Why the method, where ``method="auto"`` chose it.
     """
@@ -43,7 +42,7 @@ class Accuracy(NamedTuple):
     floor: float
     trials: tuple[tuple[float, float | None], ...]
     rate: float = 0.0
-    spots: tuple[tuple[float, float], ...] = ()
+    steps: LocalError | None = None
     reason: str = ""
 
     @classmethod
@@ -51,9 +50,9 @@ class Accuracy(NamedTuple):
         """Return what JSON has made lists of."""
         if numbers is None:
             return None
-        tolerance, expected, floor, trials, rate, spots, reason = numbers
-        tried, seen = (tuple((a, b) for a, b in some) for some in (trials, spots))
-        return cls(tolerance, expected, floor, tried, rate, seen, reason)
+        tolerance, expected, floor, trials, rate, steps, reason = numbers
+        tried, known = tuple((a, b) for a, b in trials), LocalError(*steps) if steps else None
+        return cls(tolerance, expected, floor, tried, rate, known, reason)
 
     @property
     def note(self) -> str:
@@ -69,12 +68,10 @@ class Accuracy(NamedTuple):
         if not self.expected <= DOUBT * self.tolerance:
             known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
             return f"{len(self.trials)} trials let expect {known}"
-        time, most = max(self.spots, key=lambda spot: spot[1], default=(0.0, 0.0))
-        if most > FASTER:
-            much = f"{most:.2g} times as large" if math.isfinite(most) else "without bound"
+        if self.steps is not None and self.steps.total > DOUBT * self.tolerance:
             return (
-                f"near {time:.6g} the motion is faster than at its beginning, errors of steps are "
-                f"{much}"
+                f"errors of steps add up to {self.steps.total:.2g}, that of a step is largest near "
+                f"{self.steps.time:.6g}"
             )
         return ""
 

@@ -18,19 +18,20 @@ from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
-from .accuracy import Accuracy
+from ..promise import SURE, rough_error, shortened
+from ..solution import Solution
+from .accuracy import DOUBT, Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .growth import amplified, exponential_rate, extrapolated
 from .search import Search, Trial
-from .spots import Sample
-from .stretch import COARSE, FINE, Motion, Stretch, stretch
+from .stretch import Motion, Stretch, stretch
 
 __all__ = ["Chosen", "checked_tolerance", "choose"]
 
 LEAST, MOST = 2.0**-52, 0.1
 AIM = 0.3  # of the tolerance: that is what steps shall err by
-TURNS, PART = 20.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
-MORE_TURNS = 2.5  # for each order of a symmetric method: high ones err where a motion is fastest
+TURNS, PART = 10.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
+MORE_TURNS = 3.2  # for each order of a symmetric method: high ones err where a motion is fastest
 LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
 FIRST = 2.0, 0.25  # a first trial: (2 + p/4) (error of a characteristic time)^(1/p) of that time
 IMPLICIT = 1.2  # of that time: a first implicit step, at most
@@ -39,12 +40,12 @@ BIAS = 0.1  # see `with_iteration_tolerance`
 FASTER = 2.0  # times: motions that need so much shorter steps than the beginning says turn faster
 SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
 SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
+SCOUT_LONGER = 1.5  # times the step found, at most, where longer ones may fail
 SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
 SCOUT_SHORTEST = 20.0  # steps
 LARGE = 32  # numbers of a state whose trials cost more than all else
-SHORT_PART = 0.5  # of a short run: what a stretch is at most, beyond `TURNS`
+SHORT_PART = 0.25  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
-TRIAL = (COARSE + FINE) / COARSE  # times the stretch: the work of a trial
 SHORTER = 0.6  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
@@ -57,9 +58,9 @@ def checked_tolerance(value: Any) -> float:
 class Chosen(NamedTuple):
     """A method with its options, its step (None if it finds its own), and what is expected of both.
 
-    `state` is the canonical one that they were chosen at, and `functions` as `choose` took them;
-    `sample` is what spots on the way are measured by, None without. `shorten`: a step whose iteration
-    does not converge is made shorter before Newton's method takes it, which is dear for large states.
+    `state` is the canonical one that they were chosen at, and `functions` as `choose` took them.
+    `shorten`: a step whose iteration does not converge is made shorter before Newton's method takes it,
+    which is dear for large states.
     """
 
     method: Method
@@ -67,18 +68,38 @@ class Chosen(NamedTuple):
     accuracy: Accuracy
     state: Array
     functions: tuple[str, ...]
-    sample: Sample | None = None
     shorten: bool = False
 
-    def shorter(self) -> Chosen | None:
-        """Return what is tried after a step that failed on the way; None for an adaptive method."""
-        if self.step is None:
+    def kept(self, found: Solution) -> bool:
+        """Tell whether a run's steps err by no more than the tolerance, as far as that is known."""
+        error, limit = rough_error(found), DOUBT * self.accuracy.tolerance
+        if error is not None and error.total > SURE * limit:
+            error = found.local_error
+        return error is None or error.total <= limit
+
+    def shorter(self, found: Solution, most: float) -> Chosen | None:
+        """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
+        accuracy, p, factor, error = self.accuracy, self.method.order, SHORTER, None
+        if found.success and found.local_error is not None:
+            error = found.local_error.total
+            factor = shortened(AIM * accuracy.tolerance / error, p)
+        if self.step is None or found.steps > factor * most:
             return None
-        accuracy = self.accuracy
-        expected = accuracy.expected * SHORTER**self.method.order
-        tried = (*accuracy.trials, (self.step, None))
+        expected = accuracy.expected * factor**p
+        tried = (*accuracy.trials, (self.step, error))
         accuracy = accuracy._replace(expected=expected, trials=tried)
-        return self._replace(step=SHORTER * self.step, accuracy=accuracy, shorten=False)
+        return self._replace(step=factor * self.step, accuracy=accuracy, shorten=False)
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What `solve` is to do."""
+        return {
+            "method": self.method,
+            "step": self.step,
+            "turning": not self.shorten,
+            "admitted": self.state,
+            "functions": self.functions,
+        }
 
 
 @dataclass(eq=False)
@@ -149,7 +170,7 @@ class Wanted:
         rate: float = 0.0,
     ) -> Accuracy:
         """Return what is expected of the run."""
-        return Accuracy(self.tolerance, expected, floor, trials, rate, (), self.reason)
+        return Accuracy(self.tolerance, expected, floor, trials, rate, None, self.reason)
 
     def error(self, found: Stretch | None, method: Method) -> float | None:
         """Return the error at the end of the run that follows from a stretch."""
@@ -236,17 +257,15 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
     turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
     turns = max(less * TURNS, min(turns, less * SHORT_PART * wanted.turns))
     short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
-    worth = TRIAL * short / abs(motion.span)
     other = options.get("iteration") == "auto"
     for iteration in ("fixed-point", "auto") if other else ("",):
         tried = trials(varied(own, "iteration", iteration) if iteration else own)
-        search = Search(
-            functools.partial(tried, short), wanted.goal, p, most, implicit, worth=worth
-        )
+        search = Search(functools.partial(tried, short), wanted.goal, p, most, implicit)
         step, expected = search.run(first)
         if not search.stiff(step, expected):
             break
-    if not method.symmetric and long > short and math.isfinite(expected):
+    grows = not method.symmetric or first > FASTER * step  # or of a time that says little
+    if grows and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, functools.partial(tried, long))
     rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0
     growth = amplified(rate, abs(motion.span))
@@ -262,8 +281,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
     large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
     shorten = large and iteration == "fixed-point"
-    sample, functions = sample_of(search, p, step), wanted.functions
-    return Chosen(own, step, accuracy, motion.y0, functions, sample, shorten)
+    return Chosen(own, step, accuracy, motion.y0, wanted.functions, shorten)
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
@@ -279,7 +297,7 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
     motion, p, span = wanted.motion, method.order, abs(wanted.motion.span)
     most = search.largest
     if search.implicit:
-        most = max(step, *(trial.setting for trial in search.trials if trial.stretch is not None))
+        most = SCOUT_LONGER * step
     if "iteration_tolerance" in method.options:
         method = varied(method, "iteration_tolerance", SCOUT_ITERATION)
     error = wanted.goal * wanted.length(SCOUT_TURNS, SCOUT_PART) / span
@@ -318,16 +336,6 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
     accuracy = wanted.accuracy(expected, floor, search.record)
     return Chosen(own, None, accuracy, wanted.motion.y0, wanted.functions)
-
-
-def sample_of(search: Search, order: int, step: float) -> Sample | None:
-    """Return what spots of a run with that step are measured by: the last trial, scaled to it."""
-    found = [trial.stretch for trial in search.trials if trial.stretch is not None]
-    if not found:
-        return None
-    last = found[-1]
-    mean = float(last.errors[-1]) / len(last.errors) * (step / last.step) ** (order + 1)
-    return Sample(last.each, mean, last.sizes)
 
 
 def rounding_floor(turns: float, step: float) -> float:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from ...methods.stepper import Stepper
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 
-__all__ = ["SAMPLES", "Motion", "Stretch", "compared", "stretch"]
+__all__ = ["COARSE", "FINE", "SAMPLES", "Motion", "Stretch", "compared", "stretch", "trial"]
 
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 SAMPLES = 16  # meetings of a stretch, at most twice as many
@@ -85,6 +85,15 @@ class Stretch:
     sizes: Array
 
 
+class Trial(NamedTuple):
+    """Both runs over a stretch: their states, the sizes and errors of `Stretch`, and iterations."""
+
+    runs: Array
+    sizes: Array
+    errors: Array
+    work: float
+
+
 def stretch(
     stepper: Stepper,
     motion: Motion,
@@ -96,11 +105,24 @@ def stretch(
     """Return how runs with a step over a length part; None where one fails, or they part by `most`."""
     pairs = max(1, round(length / (COARSE * step)))
     each = max(1, pairs // SAMPLES)
-    count, h, rows = pairs // each, math.copysign(step, motion.span), stepper.rows
+    found = trial(stepper, motion, order, step, each, pairs // each)
+    if found is None:
+        return None
+    runs, sizes, errors, work = found
+    times = COARSE * each * step * np.arange(1.0, len(errors) + 1.0)
+    if motion.physical is not None:
+        factor = 1.0 - (COARSE / FINE) ** order
+        return compared(motion, times, runs, factor, step, each, work, most)
+    return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), runs[1], most)
+
+
+def trial(
+    stepper: Stepper, motion: Motion, order: int, step: float, each: int, count: int
+) -> Trial | None:
+    """Return both runs, compared `count` times, after each 2 · `each` steps; None where one fails."""
+    rows, h = stepper.rows, math.copysign(step, motion.span)
     sizes, errors, out = np.empty(len(motion.y0)), np.empty(count), np.empty(2 * count * rows)
-    factor, status = 1.0 - (COARSE / FINE) ** order, NOT_CONVERGED
-    arrays = {"out": out, "y0": motion.y0, "sizes": sizes, "errors": errors}
-    blocks = {name: Block(array) for name, array in arrays.items()}
+    status = NOT_CONVERGED
     while status == NOT_CONVERGED:
         kernel = stepper.kernel
         key = "trial", kernel, threading.get_ident()  # which has a call of its own
@@ -112,16 +134,15 @@ def stretch(
             coarse=COARSE * each,
             fine=FINE * each,
             count=count,
-            factor=factor,
-            **blocks,
+            factor=1.0 - (COARSE / FINE) ** order,
+            out=Block(out),
+            y0=Block(motion.y0),
+            sizes=Block(sizes),
+            errors=Block(errors),
         )
         if status != OK and not (status == NOT_CONVERGED and stepper.turn(kernel)):
             return None
-    times = COARSE * each * step * np.arange(1.0, count + 1.0)
-    runs = out.reshape(2, count, rows)
-    if motion.physical is not None:
-        return compared(motion, times, runs, factor, step, each, work, most)
-    return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), runs[1], most)
+    return Trial(out.reshape(2, count, rows), sizes, errors, work)
 
 
 def _trial(stepper: Stepper, motion: Motion) -> Call:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, cast
@@ -12,10 +11,11 @@ from typing import Any, cast
 import numpy as np
 
 from ...arguments import Array
-from ...errors import DomainError, GeomintWarning, StepError, WatcherError
+from ...errors import DomainError, StepError, WatcherError
 from ...methods.exact import Exact
 from ...methods.stepper import Stepper
 from ...problems.problem import Problem
+from ...problems.spaces.repair import warn
 from ...watch.drift import NOT_FINITE, not_finite
 from ...watch.observe import Observers
 from ...watch.watcher import Run, Watcher
@@ -207,11 +207,9 @@ class ExactRun:
         missed = len(wanted) - len(known)
         if missed and status == "success" and not stopped:
             t = reached.states[0, -1] if clock else reached.times[0]
-            warnings.warn(
+            warn(
                 f"the run ended at t = {t:.9g}, before {missed} of the times in t_eval, up to "
-                f"{wanted[-1]:.9g}",
-                GeomintWarning,
-                stacklevel=6,
+                f"{wanted[-1]:.9g}"
             )
         return self._timed(known) if by_clock else self._rows(known, clock)
 

@@ -1,0 +1,143 @@
+"""Local errors of a run: where a step errs most, by how much, and what all of them err by.
+
+Kernels rank steps (`geomint.kernels.solve.ranks`); errors are measured where a step is the worst so
+far. From the state there the stretch of the window is run again, in the run's steps and in shorter
+ones, 3 for every 2 of them: with order p these err (2/3)^p times as much, and the difference is
+1 − (2/3)^p of what the run's own err by (L. F. Richardson). That is no half of the step: what repeats
+itself from step to step would look the same. Errors of other steps follow from their numbers.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..arguments import Array
+from ..kernels.numbers.blocks import scalar_block
+from ..kernels.numbers.lanes import LANES
+from ..kernels.solve.ranks import MARKS, ranks_layout
+from .accuracy.stretch import COARSE, Motion, trial
+from .integrator import Integrator
+
+__all__ = ["LocalError", "Ranked"]
+
+LONGEST = 9  # order of differences
+FAR = 0.3  # of the largest number: steps that have less tell nothing of the worst
+
+
+class LocalError(NamedTuple):
+    """What steps err by, each from the state where it begins.
+
+    Attributes
+    ----------
+    largest : float
+        Of a step: of a number, relative to the largest of its piece. Infinite where shorter steps fail.
+    time : float
+        Where, in the problem's own time.
+    total : float
+        The sum over the run.
+    step : float
+        The length of a step, that of the run where it is one alone.
+    """
+
+    largest: float
+    time: float
+    total: float
+    step: float
+
+
+class Ranked:
+    """The steps of a run, ranked while it goes on; errors are measured when they are asked for."""
+
+    def __init__(self, integrator: Integrator) -> None:
+        stepper, state = integrator.stepper, integrator.state
+        self._integrator, self._start, self._first = integrator, state, integrator.done
+        self.end = integrator.time
+        self.window = 2 if stepper.ranked else min(integrator.method.order + 1, LONGEST)
+        self.power = 2.0 if stepper.ranked else 1.0
+        template, self._places = _template(self.window, self.power, stepper.rows)
+        integrator._ranks = self.block = scalar_block(len(template))
+        numbers, ring = self.block.data, self._places["ring"].start
+        numbers[:] = template
+        numbers[ring : ring + stepper.rows] = stepper.state
+        sizes, inverse = list(map(abs, state.tolist())), list[float]()
+        whole, first = max(sizes) or 1.0, self._places["inverse"].start
+        for piece in integrator.problem.slices.values():
+            size = max(sizes[piece]) or whole
+            inverse += (piece.stop - piece.start) * [1.0 / size]
+        numbers[first : first + len(inverse)] = inverse
+
+    def part(self, name: str) -> Array:
+        """Return what is known, a view."""
+        return self.block.data[self._places[name]]
+
+    def number(self, name: str) -> float:
+        """Return what is known, where that is one number."""
+        return float(self.block.data[self._places[name].start])
+
+    def measured(self, most: int = MARKS) -> LocalError:
+        """Return the errors, measured at so many of the last records."""
+        count, largest = int(self.number("records")), self.number("largest")
+        if count == 0:
+            return self._whole()
+        numbers, ats, marks = self.part("numbers"), self.part("ats"), self.part("marks")
+        rows, window = len(marks) // MARKS, self.window + self.window % COARSE
+        worst, factor, time = 0.0, 0.0, 0.0
+        for k in range(count - 1, max(count - 1 - min(most, MARKS), -1), -1):
+            number, at = float(numbers[k % MARKS]), int(ats[k % MARKS])
+            if number < FAR * largest:
+                break
+            begin = self._integrator.stepper.time_after(at - self.window)
+            state = marks[k % MARKS * rows :][: len(self._start)]
+            error = self._error(state, begin, abs(self._integrator.h), window)
+            factor = max(factor, error / number**self.power)
+            if error >= worst:
+                worst, time = error, begin
+        # Of one step, which may err as much as all in its window, or as every one of them.
+        most_of_one = factor * largest**self.power / math.sqrt(window)
+        total = factor * self.number("total") / window
+        return LocalError(most_of_one, time, total, abs(self._integrator.h))
+
+    @functools.cached_property
+    def rough(self) -> LocalError:
+        """The errors, measured where the worst step is alone."""
+        return self.measured(1)
+
+    def __reduce__(self) -> Any:
+        return LocalError, tuple(self.measured())
+
+    def _whole(self) -> LocalError:
+        """Return the errors of a run of fewer steps than a window has, by steps half as long."""
+        begin, end = self._integrator.stepper.time_after(self._first), self.end
+        step = min(abs(self._integrator.h), abs(end - begin))
+        if 0.5 * step == 0.0:
+            return LocalError(0.0, begin, 0.0, step)
+        taken = abs(end - begin) / step
+        half = self._error(self._start, begin, 0.5 * step, 2 * max(1, round(taken)))
+        error = half * 2.0**self._integrator.method.order
+        return LocalError(error / math.sqrt(taken), begin, error, step)
+
+    def _error(self, y: Array, t: float, h: float, steps: int) -> float:
+        """Return what so many steps from a state err by, relative to the sizes of pieces."""
+        made = self._integrator
+        motion = Motion(made.problem, y, t, made.h, compiled=made.stepper.compiled)
+        found = trial(made.stepper, motion, made.method.order, h, 1, steps // COARSE)
+        worst = math.inf if found is None else max(found.errors.tolist())
+        return worst if math.isfinite(worst) else math.inf
+
+
+@functools.cache
+def _template(window: int, power: float, rows: int) -> tuple[Array, dict[str, slice]]:
+    """Return what is known before the first step, and where each part of it lies."""
+    layout = ranks_layout(window, -(-rows // LANES))
+    ends = np.cumsum([0, *layout]).tolist()
+    places = {name: slice(*ends[i : i + 2]) for i, name in enumerate(layout._fields)}
+    template = np.zeros(ends[-1])
+    given: dict[str, Any] = {"window": window, "rows": rows, "power": power, "missing": window - 1}
+    given["weights"] = 2 * [(-1) ** k * math.comb(window, k) for k in range(window + 1)]
+    for name, value in given.items():
+        template[places[name]] = value
+    return template, places
