@@ -19,11 +19,13 @@ from ..arguments import Array
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.ranks import MARKS, ranks_layout
-from .accuracy.stretch import COARSE, Motion, trial
+from ..kernels.solve.status import OK
+from ..methods.stepper import NOTHING
 from .integrator import Integrator
 
-__all__ = ["LocalError", "Ranked"]
+__all__ = ["COARSE", "FINE", "LocalError", "Ranked"]
 
+COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 LONGEST = 9  # order of differences
 FAR = 0.3  # of the largest number: steps that have less tell nothing of the worst
 
@@ -122,10 +124,18 @@ class Ranked:
 
     def _error(self, y: Array, t: float, h: float, steps: int) -> float:
         """Return what so many steps from a state err by, relative to the sizes of pieces."""
-        made = self._integrator
-        motion = Motion(made.problem, y, t, made.h, compiled=made.stepper.compiled)
-        found = trial(made.stepper, motion, made.method.order, h, 1, steps // COARSE)
-        worst = math.inf if found is None else max(found.errors.tolist())
+        made, ends = self._integrator, list[Array]()
+        single = made.stepper.aside
+        for length, count in ((h, steps), (h * COARSE / FINE, steps // COARSE * FINE)):
+            single.begin(y, t, math.copysign(length, made.h))
+            if single.advance(0, count, count + 1, NOTHING).status != OK:
+                return math.inf
+            ends.append(single.state[: len(y)].copy())
+        largest, error = np.maximum(abs(y), abs(ends[1])), abs(ends[0] - ends[1])
+        whole = float(largest.max()) or 1.0
+        pieces = made.problem.slices.values()
+        worst = max(float(error[p].max() / (largest[p].max() or whole)) for p in pieces)
+        worst /= 1.0 - (COARSE / FINE) ** made.method.order
         return worst if math.isfinite(worst) else math.inf
 
 

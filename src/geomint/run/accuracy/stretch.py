@@ -24,10 +24,10 @@ from ...methods.partial import driven, own_blocks
 from ...methods.stepper import Stepper
 from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
+from ..local_error import COARSE, FINE
 
-__all__ = ["COARSE", "FINE", "SAMPLES", "Motion", "Stretch", "compared", "stretch", "trial"]
+__all__ = ["SAMPLES", "Motion", "Stretch", "compared", "stretch"]
 
-COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 SAMPLES = 16  # meetings of a stretch, at most twice as many
 LARGEST = 0.1  # relative: what differs by more says nothing
 
