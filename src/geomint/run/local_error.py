@@ -20,10 +20,11 @@ from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.lanes import LANES
 from ..kernels.solve.ranks import MARKS, ranks_layout
 from ..kernels.solve.status import OK
+from ..methods.partial import rounding
 from ..methods.stepper import NOTHING
 from .integrator import Integrator
 
-__all__ = ["COARSE", "FINE", "LocalError", "Ranked"]
+__all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
 
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 LONGEST = 9  # order of differences
@@ -51,12 +52,28 @@ class LocalError(NamedTuple):
     step: float
 
 
+class EndError(NamedTuple):
+    """What a second run says of the end.
+
+    Attributes
+    ----------
+    error : float
+        Of the state at the end, relative to the largest number of each piece, to a factor of three.
+    until : float
+        Up to which time it is less than what was wanted, about; as the end is given, or the end itself.
+    """
+
+    error: float
+    until: float
+
+
 class Ranked:
     """The steps of a run, ranked while it goes on; errors are measured when they are asked for."""
 
     def __init__(self, integrator: Integrator) -> None:
         stepper, state = integrator.stepper, integrator.state
         self._integrator, self._start, self._first = integrator, state, integrator.done
+        self.compiled = stepper.compiled
         self.end = integrator.time
         self.window = 2 if stepper.ranked else min(integrator.method.order + 1, LONGEST)
         self.power = 2.0 if stepper.ranked else 1.0
@@ -80,6 +97,19 @@ class Ranked:
         """Return what is known, where that is one number."""
         return float(self.block.data[self._places[name].start])
 
+    @property
+    def places(self) -> list[tuple[float, Array]]:
+        """Times and states where the run began, of records, and where it ended."""
+        stepper, size = self._integrator.stepper, len(self._start)
+        count = min(int(self.number("records")), MARKS)
+        ats, marks = self.part("ats"), self.part("marks").reshape(MARKS, -1)
+        found = [(stepper.time_after(self._first), self._start)]
+        found += [
+            (stepper.time_after(int(ats[k]) - self.window), marks[k, :size].copy())
+            for k in range(count)
+        ]
+        return [*found, (self._integrator.time, self._integrator.state)]
+
     def measured(self, most: int = MARKS) -> LocalError:
         """Return the errors, measured at so many of the last records."""
         count, largest = int(self.number("records")), self.number("largest")
@@ -100,8 +130,25 @@ class Ranked:
                 worst, time = error, begin
         # Of one step, which may err as much as all in its window, or as every one of them.
         most_of_one = factor * largest**self.power / math.sqrt(window)
-        total = factor * self.number("total") / window
+        last, begin = self._last
+        if last > most_of_one:
+            most_of_one, time = last, begin
+        total = factor * self.number("total") / window + last
         return LocalError(most_of_one, time, total, abs(self._integrator.h))
+
+    @functools.cached_property
+    def _last(self) -> tuple[float, float]:
+        """What a last partial step errs by, and where it begins: it is not among those of the ranks."""
+        begin, state = self._integrator.time, self._integrator.state
+        rest = self.end - begin
+        if not rounding(self.end) < math.copysign(rest, self._integrator.h * rest):
+            return 0.0, begin
+        return self._parted(state, begin, (abs(rest), 1), (0.5 * abs(rest), 2)), begin
+
+    @functools.cached_property
+    def error(self) -> LocalError:
+        """The errors."""
+        return self.measured()
 
     @functools.cached_property
     def rough(self) -> LocalError:
@@ -109,7 +156,7 @@ class Ranked:
         return self.measured(1)
 
     def __reduce__(self) -> Any:
-        return LocalError, tuple(self.measured())
+        return LocalError, tuple(self.error)
 
     def _whole(self) -> LocalError:
         """Return the errors of a run of fewer steps than a window has, by steps half as long."""
@@ -124,9 +171,15 @@ class Ranked:
 
     def _error(self, y: Array, t: float, h: float, steps: int) -> float:
         """Return what so many steps from a state err by, relative to the sizes of pieces."""
+        return self._parted(y, t, (h, steps), (h * COARSE / FINE, steps // COARSE * FINE))
+
+    def _parted(
+        self, y: Array, t: float, one: tuple[float, int], other: tuple[float, int]
+    ) -> float:
+        """Return what so many steps of a length err by, as far as shorter ones over it tell."""
         made, ends = self._integrator, list[Array]()
         single = made.stepper.aside
-        for length, count in ((h, steps), (h * COARSE / FINE, steps // COARSE * FINE)):
+        for length, count in (one, other):
             single.begin(y, t, math.copysign(length, made.h))
             if single.advance(0, count, count + 1, NOTHING).status != OK:
                 return math.inf
@@ -135,7 +188,7 @@ class Ranked:
         whole = float(largest.max()) or 1.0
         pieces = made.problem.slices.values()
         worst = max(float(error[p].max() / (largest[p].max() or whole)) for p in pieces)
-        worst /= 1.0 - (COARSE / FINE) ** made.method.order
+        worst /= 1.0 - (other[0] / one[0]) ** made.method.order
         return worst if math.isfinite(worst) else math.inf
 
 

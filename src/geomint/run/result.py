@@ -15,7 +15,7 @@ from ..problems.problem import Problem, Time
 from ..watch.drift import Drift
 from .accuracy.accuracy import Accuracy
 from .dense import Kept
-from .local_error import LocalError, Ranked
+from .local_error import EndError, LocalError, Ranked
 from .met import Events, Met
 from .restart import Restart
 from .stored import Found, StoredMethod, StoredProblem
@@ -64,6 +64,7 @@ class Result(Compared):
     error_estimate: Array | None = field(default=None, repr=False)
     route: str = ""
     accuracy: Accuracy | None = field(default=None, repr=False)
+    end_error: EndError | None = None
     ranked: Ranked | LocalError | None = field(default=None, compare=False, repr=False)
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 
@@ -99,9 +100,7 @@ class Result(Compared):
     @property
     def local_error(self) -> LocalError | None:
         """What steps err by, measured when it is asked for; None of adaptive methods."""
-        if isinstance(self.ranked, Ranked):
-            self.ranked = self.ranked.measured()
-        return self.ranked
+        return self.ranked.error if isinstance(self.ranked, Ranked) else self.ranked
 
     @property
     def success(self) -> bool:

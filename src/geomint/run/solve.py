@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -18,10 +18,11 @@ from ..problems.problem import Problem
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
-from .accuracy.asked import TOO_LONG, choose_for
+from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
 from .accuracy.choose import Chosen
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
+from .begun_anew import begun_anew
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
 from .crossings import Crossings
@@ -29,9 +30,10 @@ from .driver import Account, drive
 from .error_estimate import check_estimate, error_at_end, error_estimate, label
 from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
+from .growth import met, tell_end_error
 from .integrator import Integrator
 from .progress import Progress
-from .promise import FEW_STEPS, MOST_STEPS, Default, rough_error
+from .promise import Default, rough_error
 from .recorder import Recorder
 from .result import Status
 from .solution import Solution
@@ -41,7 +43,6 @@ from .wanted import Wanted
 
 __all__ = ["solve"]
 
-ATTEMPTS, FAILURES = 10, 5  # runs with shorter steps, and those that may fail
 BRIEF = 4096  # numbers of all steps, where only compiled code runs: milliseconds
 
 
@@ -177,41 +178,16 @@ def solve(
     chosen: Chosen | Default = Default(method)
     if asked:
         chosen = choose_for(problem, y0, method, step, tolerance, named)
-    solution, chosen = _begun_anew(problem, y0, chosen, named)
+    solved = partial(_solved, problem, y0, given=False)
+    solution, chosen = begun_anew(solved, chosen, named)
     if isinstance(chosen, Chosen):
         solution.accuracy = chosen.accuracy._replace(steps=rough_error(solution))
         solution.accuracy.tell(error_at_end(solution))
     elif not chosen.kept(solution):
         tell_errors(solution)
+    if solution.end_error is not None and not met(solution, chosen.wanted):
+        tell_end_error(solution, chosen.wanted)
     return solution
-
-
-def _begun_anew(
-    problem: Problem | Solution, y0: Any, chosen: Chosen | Default, named: Mapping[str, Any]
-) -> tuple[Solution, Chosen | Default]:
-    """Return what `_solved` does with a step, or shorter ones, until errors are what they shall be.
-
-    A callback sees one run.
-    """
-    failures, most = 0, MOST_STEPS if named["compiled"] else FEW_STEPS
-    for left in reversed(range(ATTEMPTS)):
-        one = named["callback"] is not None or not left
-        by = {**chosen.asked, "turning": True} if one else chosen.asked
-        try:
-            solution = _solved(problem, y0, given=False, **named, **by)
-        except TOO_LONG as error:
-            failures += 1
-            shorter = error.partial and chosen.shorter(error.partial, most)
-            if one or shorter is None or failures > FAILURES:
-                raise
-        else:
-            if one or not solution.success or chosen.kept(solution):
-                break
-            shorter = chosen.shorter(solution, most)
-            if shorter is None:
-                break
-        chosen = shorter
-    return solution, chosen
 
 
 def _solved(

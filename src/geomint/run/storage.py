@@ -58,7 +58,7 @@ from ..watch.windows import NOTHING, Windows
 from .accuracy.accuracy import Accuracy
 from .dense import Kept
 from .files.outputs import whole_file
-from .local_error import LocalError
+from .local_error import EndError, LocalError
 from .met import Met
 from .restart import Restart
 from .result import Result, StepSizes
@@ -275,6 +275,7 @@ def _read(file: Any) -> Solution:
     run["step_sizes"] = StepSizes(*run["step_sizes"])
     run["accuracy"] = Accuracy.read(run.get("accuracy"))
     run["ranked"] = LocalError(*run["ranked"]) if run.get("ranked") else None
+    run["end_error"] = EndError(*run["end_error"]) if run.get("end_error") else None
     origin = json.loads(words["provenance"])
     missing, code = json.loads(words["missing"]), values["code"]
     going_on: dict[str, Any] = {**restart, **values["restart"]}

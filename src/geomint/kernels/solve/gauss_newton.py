@@ -21,12 +21,12 @@ import functools
 from typing import Any
 
 from ..compiling.recorded import Recorded, helper, inlined
-from ..numbers.arithmetic import like, plain, slope_count, top
-from ..numbers.blocks import REST, section
+from ..numbers.arithmetic import like, maximum, plain, slope_count, top
+from ..numbers.blocks import REST, as_lanes, section, sections
 from .advance import stepper
 from .compensated import add_compensated
 from .fixed_point import BEGINNING, COARSE, finite, no_contraction
-from .gauss import gauss_coefficients, gauss_step, increment
+from .gauss import eight_columns, gauss_coefficients, gauss_step, increment, stage_sums
 from .newton_endings import ended, plain_scales, size_of_change, size_of_vector, slopes_solved
 from .stage_equations import (
     factor_mean,
@@ -157,6 +157,17 @@ def continued(
     return NOT_CONVERGED, used, left
 
 
+@helper
+def roughness(coefficients: Any, substep: int, s: Any, groups: int, rows: int) -> float:
+    """Return how large what the step extrapolates to is, over the sizes of pieces."""
+    columns = 8 * groups * groups
+    given = sections(coefficients, gauss_coefficients(rows, groups, REST))
+    predictor = as_lanes(given.predictors, 8 * columns * substep, columns)
+    m = eight_columns(predictor, 0, 0, groups)
+    stage_sums(m, predictor, s.L, s.y, s.carry, s.change, groups, rows)
+    return size_of_change(s, groups, rows)
+
+
 @inlined
 def newton_step(
     functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any,
@@ -186,9 +197,10 @@ def newton_step(
         status, more, left = slopes_solved(field, jacobians, params, s, t, h, cap, groups, rows)
         used += more + jacobian_evaluations(rows)
     if status == OK:
+        rough = roughness(coefficients, substep, s, groups, rows)
         for r in range(rows):
             add_compensated(s.y, s.carry, r, increment(s.L, r, groups, rows))
-        return status, used, 1.0
+        return status, used, maximum(1.0, rough)
     return status, used, left
 
 

@@ -64,7 +64,7 @@ def rank(ranks: Any, done: int) -> None:
     """Rank the last step, which is the one before `done`.
 
     Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Own numbers of 1
-    or more, as those of steps by Newton's method, tell no step from the next: differences do.
+    or more, as those of steps by Newton's method, count as often as the states differ.
     """
     window, rows = int(ranks[0]), int(ranks[1])
     groups = (rows + 7) // 8
@@ -83,7 +83,7 @@ def rank(ranks: Any, done: int) -> None:
             for i in range(1, places):
                 sum = fma(known.weights[places + slot - i], ring[i * groups + g], sum)
             worst = maximum(abs(sum) * inverse[g], worst)
-        number = top(worst) if known.power[0] == 1.0 else 1.0 + top(worst)
+        number = top(worst) if known.power[0] == 1.0 else 1.0 + number * top(worst)
     if not number <= HUGE:  # or none at all
         number = HUGE
     known.total[0] += number if known.power[0] == 1.0 else number * number

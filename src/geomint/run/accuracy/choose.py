@@ -18,9 +18,9 @@ from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
-from ..promise import SURE, rough_error, shortened
+from ..promise import end_of, kept, shortened
 from ..solution import Solution
-from .accuracy import DOUBT, Accuracy
+from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .growth import amplified, exponential_rate, extrapolated
 from .search import Search, Trial
@@ -70,18 +70,20 @@ class Chosen(NamedTuple):
     functions: tuple[str, ...]
     shorten: bool = False
 
+    @property
+    def wanted(self) -> float:
+        """What the end may err by."""
+        return self.accuracy.tolerance
+
     def kept(self, found: Solution) -> bool:
         """Tell whether a run's steps err by no more than the tolerance, as far as that is known."""
-        error, limit = rough_error(found), DOUBT * self.accuracy.tolerance
-        if error is not None and error.total > SURE * limit:
-            error = found.local_error
-        return error is None or error.total <= limit
+        return kept(found, self.wanted)
 
     def shorter(self, found: Solution, most: float) -> Chosen | None:
         """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
         accuracy, p, factor, error = self.accuracy, self.method.order, SHORTER, None
         if found.success and found.local_error is not None:
-            error = found.local_error.total
+            error = end_of(found)
             factor = shortened(AIM * accuracy.tolerance / error, p)
         if self.step is None or found.steps > factor * most:
             return None

@@ -1,0 +1,85 @@
+"""Runs that begin anew, with a shorter step, until errors are what they shall be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..errors import StepError
+from .accuracy.asked import TOO_LONG
+from .accuracy.choose import Chosen
+from .error_estimate import label
+from .growth import LONGER, end_error, may_grow, met
+from .promise import FEW_STEPS, MOST_STEPS, Default
+from .solution import Solution
+
+__all__ = ["begun_anew"]
+
+ATTEMPTS, FAILURES = 10, 5  # runs with shorter steps, and those that may fail
+CONFIRMED = 4  # second runs, and those with shorter steps after them
+QUIET: dict[str, Any] = {
+    **{"t_eval": None, "tau_eval": None, "dense": False, "events": None, "save_every": None},
+    **{"observe": (), "callback": None, "estimate_error": False, "progress": False},
+}
+
+Solved = Callable[..., Solution]
+
+
+def begun_anew(
+    solved: Solved, chosen: Chosen | Default, named: Mapping[str, Any]
+) -> tuple[Solution, Chosen | Default]:
+    """Return what `solved` does with a step, or shorter ones, until errors are what they shall be.
+
+    A callback sees one run.
+    """
+    failures, most = 0, MOST_STEPS if named["compiled"] else FEW_STEPS
+    for left in reversed(range(ATTEMPTS)):
+        one = named["callback"] is not None or not left
+        by = {**chosen.asked, "turning": True} if one else chosen.asked
+        try:
+            solution = solved(**named, **by)
+        except TOO_LONG as error:
+            failures += 1
+            shorter = error.partial and chosen.shorter(error.partial, most)
+            if one or shorter is None or failures > FAILURES:
+                raise
+        else:
+            if one or not solution.success or chosen.kept(solution):
+                break
+            shorter = chosen.shorter(solution, most)
+            if shorter is None:
+                break
+        chosen = shorter
+    return _with_growth(solution, solved, chosen, named, most)
+
+
+def _with_growth(
+    found: Solution,
+    solved: Solved,
+    chosen: Chosen | Default,
+    named: Mapping[str, Any],
+    most: float,
+) -> tuple[Solution, Chosen | Default]:
+    """Return a run whose error at the end is what is wanted, as a second one confirms, or the last."""
+    wanted = chosen.wanted
+    if wanted is None or not found.success or not may_grow(found, wanted):
+        return found, chosen
+    name, times = label(found)
+    ends = {"t_end": None, "tau_end": None, f"{name}_end": float(times[-1])}
+    begin, step = named["t0"] if name == "t" else 0.0, LONGER * abs(found.step)
+    try:
+        other = solved(**{**named, **QUIET, **ends, **chosen.asked, "step": step, "turning": True})
+    except StepError:
+        return found, chosen
+    for _ in range(CONFIRMED):
+        found.end_error = end_error(found, other, wanted, begin)
+        shorter = None
+        if not met(found, wanted) and named["callback"] is None:
+            shorter = chosen.shorter(found, most)
+        if shorter is None:
+            break
+        again = solved(**named, **shorter.asked)
+        other, found, chosen = found, again, shorter
+        if not found.success:
+            break
+    return found, chosen

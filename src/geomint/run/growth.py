@@ -1,0 +1,83 @@
+"""How errors of steps grow until the end of a run, as a second run shows.
+
+Local errors say nothing of what becomes of them. Where the linearised motion, at a few places of the
+run, has eigenvalues that would make them larger than is wanted, the run is done once more in longer
+steps. What both err by at the end is in proportion to the sums of their local errors, so that their
+difference tells both. Nothing cheaper does (measured): one tangent vector turns into the flow, and those of short
+windows take growth within a turn for growth of the run.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..problems.evaluate import rates_of
+from ..problems.spaces.repair import warn
+from ..problems.time_scale import jacobian
+from .error_estimate import label
+from .local_error import EndError, Ranked
+from .solution import Solution
+
+__all__ = ["LONGER", "end_error", "may_grow", "met", "tell_end_error"]
+
+ENOUGH = 3.0  # times what is wanted is met: the error is known to that
+GROWN = 5.0  # powers of e by which errors must grow to be looked at
+LONGER = 1.5  # times the step: that of the second run
+ROUNDING = 2.0**-53  # of each step, at least
+
+
+def may_grow(found: Solution, wanted: float) -> bool:
+    """Tell whether the linearised motion may make more of local errors than is wanted at the end."""
+    ranked, problem = found.ranked, found.problem
+    if not (isinstance(ranked, Ranked) and found.steps):
+        return False
+    rate_at = rates_of(problem, found.y[-1], ranked.compiled)
+    places = ranked.places
+    span = ranked.end - places[0][0]
+    parts = [span * jacobian(problem, y, time, rate_at) for time, y in places]
+    if not all(np.isfinite(part).all() for part in parts):
+        return False
+    powers = np.linalg.eigvals(np.array(parts)).real.max(axis=1)
+    power = float(np.maximum(powers, 0.0).mean())
+    return power > GROWN and math.log(_local(found) / wanted) + power > 0.0
+
+
+def end_error(found: Solution, other: Solution, wanted: float, begin: float) -> EndError:
+    """Return what a run errs by at the end, by another one with longer steps; `begin` as the end."""
+    assert isinstance(found.ranked, Ranked)
+    states = np.array([y for _, y in found.ranked.places])
+    sizes, apart = np.abs(states).max(axis=0), np.abs(found.y[-1] - other.y[-1])
+    whole = float(sizes.max()) or 1.0
+    pieces = found.problem.slices.values()
+    error = max(float(apart[p].max()) / (float(sizes[p].max()) or whole) for p in pieces)
+    local = _local(found)
+    error *= min(local / max(_local(other) - local, local), 1.0)
+    times, until = label(found)[1], 1.0
+    if error > wanted:
+        until = math.log(max(wanted / local, 1.0)) / math.log(max(error / local, math.e))
+    return EndError(error, begin + min(until, 1.0) * (float(times[-1]) - begin))
+
+
+def met(found: Solution, wanted: float | None) -> bool:
+    """Tell whether the end errs by what is wanted, as far as a second run says anything."""
+    error = found.end_error
+    return wanted is None or error is None or error.error <= ENOUGH * wanted
+
+
+def _local(found: Solution) -> float:
+    """Return the sum of a run's local errors, and of a rounding for each of its steps."""
+    error = found.local_error
+    return (0.0 if error is None else error.total) + ROUNDING * found.steps
+
+
+def tell_end_error(found: Solution, wanted: float) -> None:
+    """Warn where the end errs by more than is wanted, and shorter steps do not help."""
+    error = found.end_error
+    if error is not None:
+        name = label(found)[0]
+        warn(
+            f"errors grow on the way: that at the end is about {error.error:.1g} by a second run, and "
+            f"less than {wanted:.1g} up to {name} = {error.until:.6g}"
+        )
