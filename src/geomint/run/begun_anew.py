@@ -9,13 +9,14 @@ from ..errors import StepError
 from .accuracy.asked import TOO_LONG
 from .accuracy.choose import Chosen
 from .error_estimate import label
-from .growth import LONGER, end_error, may_grow, met
+from .growth import end_error, may_grow, met
 from .promise import FEW_STEPS, MOST_STEPS, Default
 from .solution import Solution
 
 __all__ = ["begun_anew"]
 
 ATTEMPTS, FAILURES = 10, 5  # runs with shorter steps, and those that may fail
+GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
 CONFIRMED = 4  # second runs, and those with shorter steps after them
 QUIET: dict[str, Any] = {
     **{"t_eval": None, "tau_eval": None, "dense": False, "events": None, "save_every": None},
@@ -35,7 +36,9 @@ def begun_anew(
     failures, most = 0, MOST_STEPS if named["compiled"] else FEW_STEPS
     for left in reversed(range(ATTEMPTS)):
         one = named["callback"] is not None or not left
-        by = {**chosen.asked, "turning": True} if one else chosen.asked
+        by = chosen.asked
+        if one or failures > GUESSED:
+            by["turning"] = True
         try:
             solution = solved(**named, **by)
         except TOO_LONG as error:
@@ -61,25 +64,27 @@ def _with_growth(
     most: float,
 ) -> tuple[Solution, Chosen | Default]:
     """Return a run whose error at the end is what is wanted, as a second one confirms, or the last."""
-    wanted = chosen.wanted
-    if wanted is None or not found.success or not may_grow(found, wanted):
+    wanted, problem = chosen.wanted, found.problem
+    if wanted is None or not found.success or found.steps == 0:
         return found, chosen
     name, times = label(found)
+    begin = named["t0"] if name == "t" else 0.0
+    own = named["t0"] if problem.time == "t" else 0.0
+    start = (own, chosen.state if isinstance(chosen, Chosen) else None)
+    if not may_grow(found, wanted, start):
+        return found, chosen
     ends = {"t_end": None, "tau_end": None, f"{name}_end": float(times[-1])}
-    begin, step = named["t0"] if name == "t" else 0.0, LONGER * abs(found.step)
     try:
-        other = solved(**{**named, **QUIET, **ends, **chosen.asked, "step": step, "turning": True})
+        other = solved(**{**named, **QUIET, **ends, **chosen.longer(found), "turning": True})
     except StepError:
         return found, chosen
-    for _ in range(CONFIRMED):
-        found.end_error = end_error(found, other, wanted, begin)
-        shorter = None
-        if not met(found, wanted) and named["callback"] is None:
-            shorter = chosen.shorter(found, most)
+    found.end_error = end_error(found, other, wanted, start, begin)
+    for _ in range(CONFIRMED if named["callback"] is None else 0):
+        shorter = None if met(found, wanted) else chosen.shorter(found, most)
         if shorter is None:
             break
-        again = solved(**named, **shorter.asked)
-        other, found, chosen = found, again, shorter
+        other, found, chosen = found, solved(**named, **shorter.asked), shorter
         if not found.success:
             break
+        found.end_error = end_error(found, other, wanted, start, begin)
     return found, chosen

@@ -3,8 +3,8 @@
 Local errors say nothing of what becomes of them. Where the linearised motion, at a few places of the
 run, has eigenvalues that would make them larger than is wanted, the run is done once more in longer
 steps. What both err by at the end is in proportion to the sums of their local errors, so that their
-difference tells both. Nothing cheaper does (measured): one tangent vector turns into the flow, and those of short
-windows take growth within a turn for growth of the run.
+difference tells both. Nothing cheaper does (measured): one tangent vector turns into the flow, and
+those of short windows take growth within a turn for growth of the run.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import math
 
 import numpy as np
 
+from ..arguments import Array
+from ..methods.adaptive import Adaptive
 from ..problems.evaluate import rates_of
 from ..problems.spaces.repair import warn
 from ..problems.time_scale import jacobian
@@ -20,34 +22,51 @@ from .error_estimate import label
 from .local_error import EndError, Ranked
 from .solution import Solution
 
-__all__ = ["LONGER", "end_error", "may_grow", "met", "tell_end_error"]
+__all__ = ["end_error", "may_grow", "met", "tell_end_error"]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
+Start = tuple[float, Array | None]
+
+SAVED = 8  # states of a run whose steps have no ranks
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
-LONGER = 1.5  # times the step: that of the second run
 ROUNDING = 2.0**-53  # of each step, at least
 
 
-def may_grow(found: Solution, wanted: float) -> bool:
-    """Tell whether the linearised motion may make more of local errors than is wanted at the end."""
-    ranked, problem = found.ranked, found.problem
-    if not (isinstance(ranked, Ranked) and found.steps):
+def may_grow(found: Solution, wanted: float, start: Start) -> bool:
+    """Tell whether the linearised motion may make more of local errors than is wanted at the end.
+
+    `start` is where the run began, the problem's own time and the state, which ranks know too.
+    """
+    problem, places = found.problem, _places(found, start)
+    rate_at = rates_of(problem, places[0][1])
+    rates = np.array([jacobian(problem, y, time, rate_at) for time, y in places])
+    if not np.isfinite(rates).all():
         return False
-    rate_at = rates_of(problem, found.y[-1], ranked.compiled)
-    places = ranked.places
-    span = ranked.end - places[0][0]
-    parts = [span * jacobian(problem, y, time, rate_at) for time, y in places]
-    if not all(np.isfinite(part).all() for part in parts):
-        return False
-    powers = np.linalg.eigvals(np.array(parts)).real.max(axis=1)
-    power = float(np.maximum(powers, 0.0).mean())
+    gaps = np.diff([time for time, _ in places])
+    growths = np.maximum((np.sign(gaps[0]) * np.linalg.eigvals(rates).real).max(axis=1), 0.0)
+    power = float(abs(gaps) @ np.maximum(growths[1:], growths[:-1]))
     return power > GROWN and math.log(_local(found) / wanted) + power > 0.0
 
 
-def end_error(found: Solution, other: Solution, wanted: float, begin: float) -> EndError:
+def _places(found: Solution, start: Start) -> list[tuple[float, Array]]:
+    """Return times and states of the run, in their order; the first is where it began."""
+    if isinstance(found.ranked, Ranked):
+        known = found.ranked.places
+    else:
+        some = np.unique(np.linspace(0, len(found.tau) - 1, SAVED).astype(int))
+        known = [
+            (start[0], np.asarray(start[1])),
+            *zip(found.tau[some], found.y[some], strict=True),
+        ]
+    sign = math.copysign(1.0, known[-1][0] - start[0])
+    return sorted(known, key=lambda place: sign * place[0])
+
+
+def end_error(
+    found: Solution, other: Solution, wanted: float, start: Start, begin: float
+) -> EndError:
     """Return what a run errs by at the end, by another one with longer steps; `begin` as the end."""
-    assert isinstance(found.ranked, Ranked)
-    states = np.array([y for _, y in found.ranked.places])
+    states = np.array([y for _, y in _places(found, start)])
     sizes, apart = np.abs(states).max(axis=0), np.abs(found.y[-1] - other.y[-1])
     whole = float(sizes.max()) or 1.0
     pieces = found.problem.slices.values()
@@ -60,14 +79,16 @@ def end_error(found: Solution, other: Solution, wanted: float, begin: float) -> 
     return EndError(error, begin + min(until, 1.0) * (float(times[-1]) - begin))
 
 
-def met(found: Solution, wanted: float | None) -> bool:
+def met(found: Solution, wanted: float) -> bool:
     """Tell whether the end errs by what is wanted, as far as a second run says anything."""
     error = found.end_error
-    return wanted is None or error is None or error.error <= ENOUGH * wanted
+    return error is None or error.error <= ENOUGH * wanted
 
 
 def _local(found: Solution) -> float:
     """Return the sum of a run's local errors, and of a rounding for each of its steps."""
+    if isinstance(found.method, Adaptive):
+        return found.method.rtol
     error = found.local_error
     return (0.0 if error is None else error.total) + ROUNDING * found.steps
 

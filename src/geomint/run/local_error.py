@@ -18,7 +18,7 @@ import numpy as np
 from ..arguments import Array
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.numbers.lanes import LANES
-from ..kernels.solve.ranks import MARKS, ranks_layout
+from ..kernels.solve.ranks import MARKS, SATURATED, ranks_layout
 from ..kernels.solve.status import OK
 from ..methods.partial import rounding
 from ..methods.stepper import NOTHING
@@ -116,15 +116,22 @@ class Ranked:
         if count == 0:
             return self._whole()
         numbers, ats, marks = self.part("numbers"), self.part("ats"), self.part("marks")
-        rows, window = len(marks) // MARKS, self.window + self.window % COARSE
+        window = self.window + self.window % COARSE
+        looks = [k % MARKS for k in range(max(count - min(most, MARKS), 0), count)]
+        found = [(numbers[k], int(ats[k]), marks.reshape(MARKS, -1)[k]) for k in looks]
+        own = self.number("own")
+        if (
+            self.power > 1.0 and own >= SATURATED
+        ):  # where numbers rank no more: the motion gets faster
+            oldest = (int(self.number("slot")) + 1) % (self.window + 1)
+            ring = self.part("ring").reshape(self.window + 1, -1)[oldest]
+            found.append((max(2.0 * own, FAR * largest), self._integrator.done, ring))
         worst, factor, time = 0.0, 0.0, 0.0
-        for k in range(count - 1, max(count - 1 - min(most, MARKS), -1), -1):
-            number, at = float(numbers[k % MARKS]), int(ats[k % MARKS])
+        for number, at, state in reversed(found):
             if number < FAR * largest:
                 break
             begin = self._integrator.stepper.time_after(at - self.window)
-            state = marks[k % MARKS * rows :][: len(self._start)]
-            error = self._error(state, begin, abs(self._integrator.h), window)
+            error = self._error(state[: len(self._start)], begin, abs(self._integrator.h), window)
             factor = max(factor, error / number**self.power)
             if error >= worst:
                 worst, time = error, begin

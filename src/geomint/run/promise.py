@@ -14,12 +14,22 @@ from ..methods import Method
 from .local_error import LocalError, Ranked
 from .solution import Solution
 
-__all__ = ["FEW_STEPS", "MOST_STEPS", "Default", "end_of", "kept", "rough_error", "shortened"]
+__all__ = [
+    "FEW_STEPS",
+    "LONGER",
+    "MOST_STEPS",
+    "Default",
+    "end_of",
+    "kept",
+    "rough_error",
+    "shortened",
+]
 
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
 DOUBT = 20.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
 ENOUGH = 3.0  # times what is wanted of the end, where sums of local errors are better known
+LONGER = 1.5  # times the step: that of a second run
 SURE = 0.1  # of a limit: what one measurement shows is known to be less
 AIM = 0.3  # of what is promised
 FAILED, SHORTEST, LONGEST = 0.3, 0.1, 0.8  # of a step that failed; of one that is too long
@@ -40,12 +50,16 @@ class Default(NamedTuple):
     @property
     def asked(self) -> dict[str, Any]:
         """What `solve` is to do."""
-        return {"method": self.method, "step": self.step}
+        return {"method": self.method, "step": self.step, "turning": False}
 
     @property
     def wanted(self) -> float | None:
         """What the end may err by; None where a method is named."""
         return AT_END if self.method is None else None
+
+    def longer(self, found: Solution) -> dict[str, Any]:
+        """Return what is asked of a second run, which errs more."""
+        return {**self.asked, "step": LONGER * abs(found.step)}
 
     def kept(self, found: Solution) -> bool:
         """Tell whether a run's steps err by no more than is promised."""

@@ -185,7 +185,7 @@ def solve(
         solution.accuracy.tell(error_at_end(solution))
     elif not chosen.kept(solution):
         tell_errors(solution)
-    if solution.end_error is not None and not met(solution, chosen.wanted):
+    if chosen.wanted is not None and not met(solution, chosen.wanted):
         tell_end_error(solution, chosen.wanted)
     return solution
 

@@ -91,6 +91,7 @@ def plan_timeline(
     size = None if step is None else positive("step", step)
     if size is None:
         size = method.default_step(problem, y0, span, start, rates_of(problem, y0, compiled))
+        size = min(size, abs(span)) if own else size
     h = math.copysign(size, span)
     if not method.adaptive:
         rate = 1.0

@@ -14,7 +14,7 @@ from ..compiling.recorded import inlined
 from ..numbers.arithmetic import fma, maximum, top
 from ..numbers.blocks import as_lanes, sections
 
-__all__ = ["MARKS", "Ranks", "keep", "rank", "ranks_layout"]
+__all__ = ["MARKS", "SATURATED", "Ranks", "keep", "rank", "ranks_layout"]
 
 Ranks = namedtuple(
     "Ranks",
@@ -23,6 +23,7 @@ Ranks = namedtuple(
 )
 
 MARKS = 4  # the last steps that were the worst so far
+SATURATED = 0.03  # changes, which are relative to increments, that tell no step from the next
 HUGE = 1e100  # what is more counts as this
 
 
@@ -74,7 +75,7 @@ def rank(ranks: Any, done: int) -> None:
         return
     slot, places = int(known.slot[0]), window + 1
     number = known.own[0]
-    if known.power[0] == 1.0 or number >= 1.0:
+    if known.power[0] == 1.0 or number >= SATURATED:
         ring = as_lanes(known.ring, 0, places * groups)
         inverse = as_lanes(known.inverse, 0, groups)
         worst = 0.0 * inverse[0]
@@ -83,7 +84,7 @@ def rank(ranks: Any, done: int) -> None:
             for i in range(1, places):
                 sum = fma(known.weights[places + slot - i], ring[i * groups + g], sum)
             worst = maximum(abs(sum) * inverse[g], worst)
-        number = top(worst) if known.power[0] == 1.0 else 1.0 + number * top(worst)
+        number = top(worst) if known.power[0] == 1.0 else number * (1.0 + top(worst))
     if not number <= HUGE:  # or none at all
         number = HUGE
     known.total[0] += number if known.power[0] == 1.0 else number * number

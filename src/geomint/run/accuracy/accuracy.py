@@ -65,15 +65,17 @@ class Accuracy(NamedTuple):
             return (
                 f"errors grow by a factor of e in every {1.0 / self.rate:.3g} of time, and {what}"
             )
-        if not self.expected <= DOUBT * self.tolerance:
-            known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
-            return f"{len(self.trials)} trials let expect {known}"
-        if self.steps is not None and self.steps.total > DOUBT * self.tolerance:
+        if self.steps is not None:
+            if self.steps.total <= DOUBT * self.tolerance:
+                return ""
             return (
                 f"errors of steps add up to {self.steps.total:.2g}, that of a step is largest near "
                 f"{self.steps.time:.6g}"
             )
-        return ""
+        if self.expected <= DOUBT * self.tolerance:
+            return ""
+        known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
+        return f"{len(self.trials)} trials let expect {known}"
 
     def tell(self, measured: float | None = None) -> None:
         """Warn where the tolerance is not expected to be met, or was not, as a finer run says.

@@ -18,7 +18,7 @@ from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
-from ..promise import end_of, kept, shortened
+from ..promise import LONGER, end_of, kept, shortened
 from ..solution import Solution
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
@@ -46,6 +46,7 @@ SCOUT_SHORTEST = 20.0  # steps
 LARGE = 32  # numbers of a state whose trials cost more than all else
 SHORT_PART = 0.25  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
+STRICTER = 0.03  # times rtol, at most so far at a time
 SHORTER = 0.6  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
@@ -58,7 +59,8 @@ def checked_tolerance(value: Any) -> float:
 class Chosen(NamedTuple):
     """A method with its options, its step (None if it finds its own), and what is expected of both.
 
-    `state` is the canonical one that they were chosen at, and `functions` as `choose` took them.
+    `state` is the canonical one that they were chosen at, and `functions` as `choose` took them. Where
+    errors grow, the method is the `given` one, whose iteration goes on to rounding.
     `shorten`: a step whose iteration does not converge is made shorter before Newton's method takes it,
     which is dear for large states.
     """
@@ -68,6 +70,7 @@ class Chosen(NamedTuple):
     accuracy: Accuracy
     state: Array
     functions: tuple[str, ...]
+    given: Method
     shorten: bool = False
 
     @property
@@ -79,18 +82,37 @@ class Chosen(NamedTuple):
         """Tell whether a run's steps err by no more than the tolerance, as far as that is known."""
         return kept(found, self.wanted)
 
+    def longer(self, found: Solution) -> dict[str, Any]:
+        """Return what is asked of a second run, which errs more."""
+        if isinstance(self.method, Adaptive):
+            method = at_tolerance(self.method, self.method.rtol / STRICTER)
+            return {**self.asked, "method": method}
+        return {**self.asked, "step": LONGER * abs(found.step)}
+
     def shorter(self, found: Solution, most: float) -> Chosen | None:
         """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
         accuracy, p, factor, error = self.accuracy, self.method.order, SHORTER, None
-        if found.success and found.local_error is not None:
+        if found.success:
             error = end_of(found)
-            factor = shortened(AIM * accuracy.tolerance / error, p)
-        if self.step is None or found.steps > factor * most:
+            factor = shortened(AIM * self.wanted / error, p)
+        if found.steps > factor * most:
             return None
-        expected = accuracy.expected * factor**p
-        tried = (*accuracy.trials, (self.step, error))
-        accuracy = accuracy._replace(expected=expected, trials=tried)
-        return self._replace(step=factor * self.step, accuracy=accuracy, shorten=False)
+        if isinstance(self.method, Adaptive):
+            power = p / (self.method.base.estimate_order or p)
+            rtol = self.method.rtol * max((AIM * self.wanted / (error or 1.0)) ** power, STRICTER)
+            tried = (*accuracy.trials, (self.method.rtol, error))
+            method: Method = at_tolerance(self.method, rtol)
+            if error is None or method == self.method:
+                return None
+            return self._replace(method=method, accuracy=accuracy._replace(trials=tried))
+        if self.step is None:
+            return None
+        accuracy = accuracy._replace(
+            expected=accuracy.expected * factor**p, trials=(*accuracy.trials, (self.step, error))
+        )
+        method = self.method if found.end_error is None else self.given
+        step = factor * self.step
+        return self._replace(step=step, accuracy=accuracy, method=method, shorten=False)
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -283,7 +305,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
     large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
     shorten = large and iteration == "fixed-point"
-    return Chosen(own, step, accuracy, motion.y0, wanted.functions, shorten)
+    return Chosen(own, step, accuracy, motion.y0, wanted.functions, method, shorten)
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
@@ -337,7 +359,7 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
     accuracy = wanted.accuracy(expected, floor, search.record)
-    return Chosen(own, None, accuracy, wanted.motion.y0, wanted.functions)
+    return Chosen(own, None, accuracy, wanted.motion.y0, wanted.functions, method)
 
 
 def rounding_floor(turns: float, step: float) -> float:
