@@ -9,13 +9,13 @@ from ..errors import StepError
 from .accuracy.asked import TOO_LONG
 from .accuracy.choose import Chosen
 from .error_estimate import label
-from .growth import end_error, may_grow, met
+from .growth import end_error, growth, met
 from .promise import FEW_STEPS, MOST_STEPS, Default
 from .solution import Solution
 
 __all__ = ["begun_anew"]
 
-ATTEMPTS, FAILURES = 10, 5  # runs with shorter steps, and those that may fail
+ATTEMPTS, FAILURES = 14, 8  # runs with shorter steps, and those that may fail
 GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
 CONFIRMED = 4  # second runs, and those with shorter steps after them
 QUIET: dict[str, Any] = {
@@ -71,20 +71,25 @@ def _with_growth(
     begin = named["t0"] if name == "t" else 0.0
     own = named["t0"] if problem.time == "t" else 0.0
     start = (own, chosen.state if isinstance(chosen, Chosen) else None)
-    if not may_grow(found, wanted, start):
+    power = growth(found, wanted, start)
+    if power == 0.0:
         return found, chosen
     ends = {"t_end": None, "tau_end": None, f"{name}_end": float(times[-1])}
+    runs = CONFIRMED if named["callback"] is None else 0
     try:
         other = solved(**{**named, **QUIET, **ends, **chosen.longer(found), "turning": True})
     except StepError:
-        return found, chosen
-    found.end_error = end_error(found, other, wanted, start, begin)
-    for _ in range(CONFIRMED if named["callback"] is None else 0):
+        shorter = chosen.shorter(found, most)
+        if not runs or shorter is None:
+            return found, chosen
+        other, found, chosen = found, solved(**named, **shorter.asked), shorter
+    found.end_error = end_error(found, other, wanted, start, begin, power)
+    for _ in range(runs):
         shorter = None if met(found, wanted) else chosen.shorter(found, most)
         if shorter is None:
             break
         other, found, chosen = found, solved(**named, **shorter.asked), shorter
         if not found.success:
             break
-        found.end_error = end_error(found, other, wanted, start, begin)
+        found.end_error = end_error(found, other, wanted, start, begin, power)
     return found, chosen

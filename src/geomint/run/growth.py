@@ -22,18 +22,19 @@ from .error_estimate import label
 from .local_error import EndError, Ranked
 from .solution import Solution
 
-__all__ = ["end_error", "may_grow", "met", "tell_end_error"]
+__all__ = ["end_error", "growth", "met", "tell_end_error"]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 Start = tuple[float, Array | None]
 
 SAVED = 8  # states of a run whose steps have no ranks
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
+TRUSTED = 1.0 / 30.0  # of what two runs differ by: so little one errs, at least
 ROUNDING = 2.0**-53  # of each step, at least
 
 
-def may_grow(found: Solution, wanted: float, start: Start) -> bool:
-    """Tell whether the linearised motion may make more of local errors than is wanted at the end.
+def growth(found: Solution, wanted: float, start: Start) -> float:
+    """Return the power of e by which errors may grow; 0 where that makes no more than is wanted.
 
     `start` is where the run began, the problem's own time and the state, which ranks know too.
     """
@@ -41,11 +42,11 @@ def may_grow(found: Solution, wanted: float, start: Start) -> bool:
     rate_at = rates_of(problem, places[0][1])
     rates = np.array([jacobian(problem, y, time, rate_at) for time, y in places])
     if not np.isfinite(rates).all():
-        return False
+        return 0.0
     gaps = np.diff([time for time, _ in places])
-    growths = np.maximum((np.sign(gaps[0]) * np.linalg.eigvals(rates).real).max(axis=1), 0.0)
+    growths = np.maximum((np.sign(gaps.sum()) * np.linalg.eigvals(rates).real).max(axis=1), 0.0)
     power = float(abs(gaps) @ np.maximum(growths[1:], growths[:-1]))
-    return power > GROWN and math.log(_local(found) / wanted) + power > 0.0
+    return power if power > GROWN and math.log(_local(found) / wanted) + power > 0.0 else 0.0
 
 
 def _places(found: Solution, start: Start) -> list[tuple[float, Array]]:
@@ -63,16 +64,21 @@ def _places(found: Solution, start: Start) -> list[tuple[float, Array]]:
 
 
 def end_error(
-    found: Solution, other: Solution, wanted: float, start: Start, begin: float
+    found: Solution, other: Solution, wanted: float, start: Start, begin: float, power: float
 ) -> EndError:
-    """Return what a run errs by at the end, by another one with longer steps; `begin` as the end."""
+    """Return what a run errs by at the end, by another one with longer steps; `begin` as the end.
+
+    Where what iterations and roundings leave may grow to what is wanted, both may err alike.
+    """
     states = np.array([y for _, y in _places(found, start)])
     sizes, apart = np.abs(states).max(axis=0), np.abs(found.y[-1] - other.y[-1])
     whole = float(sizes.max()) or 1.0
     pieces = found.problem.slices.values()
     error = max(float(apart[p].max()) / (float(sizes[p].max()) or whole) for p in pieces)
     local = _local(found)
-    error *= min(local / max(_local(other) - local, local), 1.0)
+    left = found.method.options.get("iteration_tolerance", 0.0) + ROUNDING * math.sqrt(found.steps)
+    if math.log(left / wanted) + power < 0.0:
+        error *= min(max(local / max(_local(other) - local, local), TRUSTED), 1.0)
     times, until = label(found)[1], 1.0
     if error > wanted:
         until = math.log(max(wanted / local, 1.0)) / math.log(max(error / local, math.e))
