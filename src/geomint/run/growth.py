@@ -2,9 +2,10 @@
 
 Local errors say nothing of what becomes of them. Where the linearised motion, at a few places of the
 run, has eigenvalues that would make them larger than is wanted, the run is done once more in longer
-steps. What both err by at the end is in proportion to the sums of their local errors, so that their
-difference tells both. Nothing cheaper does (measured): one tangent vector turns into the flow, and
-those of short windows take growth within a turn for growth of the run.
+steps; so it is where few steps decide, as at jumps and pulses, which ranks may miss. What both err by
+at the end is in proportion to the sums of their local errors, so that their difference tells both.
+Nothing cheaper does (measured): one tangent vector turns into the flow, and those of short windows take
+growth within a turn for growth of the run.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ ROUNDING = 2.0**-53  # of each step, at least
 def growth(found: Solution, wanted: float, start: Start) -> float:
     """Return the power of e by which errors may grow; 0 where that makes no more than is wanted.
 
-    `start` is where the run began, the problem's own time and the state, which ranks know too.
+    Where few steps decide, at least `GROWN`. `start` is where the run began, the problem's own time and
+    the state, which ranks know too.
     """
     problem, places = found.problem, _places(found, start)
     rate_at = rates_of(problem, places[0][1])
@@ -45,7 +47,10 @@ def growth(found: Solution, wanted: float, start: Start) -> float:
         return 0.0
     gaps = np.diff([time for time, _ in places])
     growths = np.maximum((np.sign(gaps.sum()) * np.linalg.eigvals(rates).real).max(axis=1), 0.0)
-    power = float(abs(gaps) @ np.maximum(growths[1:], growths[:-1]))
+    between = np.maximum(growths[1:], growths[:-1])  # and where few places were, as in the mean
+    power = float(abs(gaps) @ np.maximum(between, growths.mean()))
+    if isinstance(found.ranked, Ranked) and found.ranked.concentrated:
+        return max(power, GROWN)
     return power if power > GROWN and math.log(_local(found) / wanted) + power > 0.0 else 0.0
 
 
@@ -77,7 +82,8 @@ def end_error(
     error = max(float(apart[p].max()) / (float(sizes[p].max()) or whole) for p in pieces)
     local = _local(found)
     left = found.method.options.get("iteration_tolerance", 0.0) + ROUNDING * math.sqrt(found.steps)
-    if math.log(left / wanted) + power < 0.0:
+    few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
+    if math.log(left / wanted) + power < 0.0 and not few:
         error *= min(max(local / max(_local(other) - local, local), TRUSTED), 1.0)
     times, until = label(found)[1], 1.0
     if error > wanted:

@@ -181,7 +181,8 @@ def solve(
     solved = partial(_solved, problem, y0, given=False)
     solution, chosen = begun_anew(solved, chosen, named)
     if isinstance(chosen, Chosen):
-        solution.accuracy = chosen.accuracy._replace(steps=rough_error(solution))
+        known = rough_error(solution) if chosen.kept(solution) else solution.local_error
+        solution.accuracy = chosen.accuracy._replace(steps=known)
         solution.accuracy.tell(error_at_end(solution))
     elif not chosen.kept(solution):
         tell_errors(solution)
