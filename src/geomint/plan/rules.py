@@ -11,7 +11,7 @@ from ..problems.evaluate import value
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.accuracy.auto import AUTO, auto_method
-from ..run.accuracy.choose import Chosen
+from ..run.promise import Setting
 from ..run.timeline import Timeline, evaluation_times, plan_timeline
 from ..watch.functions import Function, grouped
 from ..watch.quantities import find_watcher, quantities_of
@@ -67,7 +67,7 @@ def choose_clock(c: Asked, problem: Problem) -> Choice[bool]:
     return Choice(what, False, "not integrated", "nothing that is asked for needs it")
 
 
-def timeline_of(c: Asked, route: Route, chosen: Chosen | None) -> Timeline:
+def timeline_of(c: Asked, route: Route, chosen: Setting | None) -> Timeline:
     """Return steps and end; the default step is that of the representation whose states are kept."""
     if chosen is not None:
         method, step = chosen.method, chosen.step
@@ -160,7 +160,9 @@ def choose_events(c: Asked) -> Choice[tuple[str, ...]] | None:
     return Choice("events", tuple(events), ", ".join(events), reason)
 
 
-def choose_step(c: Asked, route: Route, timeline: Timeline, chosen: Chosen | None) -> Choice[float]:
+def choose_step(
+    c: Asked, route: Route, timeline: Timeline, chosen: Setting | None
+) -> Choice[float]:
     """State the step and where it came from."""
     given, method, h = c.content.integrate.step, c.method, abs(timeline.h)
     unit = "τ" if route.problem.time == "tau" else "t"

@@ -8,7 +8,7 @@ from ..arguments import Array
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..run.accuracy.asked import choose_for
-from ..run.accuracy.choose import Chosen
+from ..run.promise import Setting
 from ..scene.scene import Scene
 
 __all__ = ["chosen_for", "told_accuracy", "wanted_step"]
@@ -21,7 +21,7 @@ def chosen_for(
     t_eval: Any = None,
     clock: bool | None = None,
     observe: Any = (),
-) -> Chosen | None:
+) -> Setting | None:
     """Return what meets the tolerance of ``[integrate]`` at the end of the scene; None without one."""
     content = scene.content
     if content.integrate.tolerance is None:
@@ -50,8 +50,9 @@ def wanted_step(scene: Scene, problem: Problem, state: Array) -> tuple[Method, f
     return chosen.method, chosen.step
 
 
-def told_accuracy(chosen: Chosen, scene: Scene) -> str:
+def told_accuracy(chosen: Setting, scene: Scene) -> str:
     """Return in words why a step, or a local tolerance, was chosen for a scene."""
+    assert chosen.accuracy is not None
     accuracy, name = chosen.accuracy, "rtol" if chosen.step is None else "step"
     tried = ", ".join(
         f"{name} {setting:.3g}: {'fails' if error is None else f'{error:.1e}'}"

@@ -23,7 +23,7 @@ from .error_estimate import label
 from .local_error import EndError, Ranked
 from .solution import Solution
 
-__all__ = ["end_error", "growth", "met", "tell_end_error"]
+__all__ = ["end_error", "growth", "met", "sizes_of", "tell_end_error"]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 Start = tuple[float, Array | None]
@@ -34,11 +34,11 @@ TRUSTED = 1.0 / 30.0  # of what two runs differ by: so little one errs, at least
 ROUNDING = 2.0**-53  # of each step, at least
 
 
-def growth(found: Solution, wanted: float, start: Start) -> float:
+def growth(found: Solution, wanted: float, start: Start, doubted: bool) -> float:
     """Return the power of e by which errors may grow; 0 where that makes no more than is wanted.
 
-    Where few steps decide, at least `GROWN`. `start` is where the run began, the problem's own time and
-    the state, which ranks know too.
+    Where few steps decide, or the end is `doubted`, at least `GROWN`. `start` is where the run began,
+    the problem's own time and the state, which ranks know too.
     """
     problem, places = found.problem, _places(found, start)
     rate_at = rates_of(problem, places[0][1])
@@ -49,7 +49,7 @@ def growth(found: Solution, wanted: float, start: Start) -> float:
     growths = np.maximum((np.sign(gaps.sum()) * np.linalg.eigvals(rates).real).max(axis=1), 0.0)
     between = np.maximum(growths[1:], growths[:-1])  # and where few places were, as in the mean
     power = float(abs(gaps) @ np.maximum(between, growths.mean()))
-    if isinstance(found.ranked, Ranked) and found.ranked.concentrated:
+    if doubted or (isinstance(found.ranked, Ranked) and found.ranked.concentrated):
         return max(power, GROWN)
     return power if power > GROWN and math.log(_local(found) / wanted) + power > 0.0 else 0.0
 
@@ -68,18 +68,24 @@ def _places(found: Solution, start: Start) -> list[tuple[float, Array]]:
     return sorted(known, key=lambda place: sign * place[0])
 
 
+def sizes_of(found: Solution, other: Solution, start: Start) -> Array:
+    """Return the largest number of its piece for each number, at some places of both runs."""
+    states = np.array([*(y for _, y in _places(found, start)), *other.y])
+    sizes = np.abs(states).max(axis=0)
+    whole = float(sizes.max()) or 1.0
+    for rows in found.problem.slices.values():
+        sizes[rows] = sizes[rows].max() or whole
+    return np.asarray(sizes)
+
+
 def end_error(
-    found: Solution, other: Solution, wanted: float, start: Start, begin: float, power: float
+    found: Solution, other: Solution, wanted: float, sizes: Array, begin: float, power: float
 ) -> EndError:
     """Return what a run errs by at the end, by another one with longer steps; `begin` as the end.
 
     Where what iterations and roundings leave may grow to what is wanted, both may err alike.
     """
-    states = np.array([y for _, y in _places(found, start)])
-    sizes, apart = np.abs(states).max(axis=0), np.abs(found.y[-1] - other.y[-1])
-    whole = float(sizes.max()) or 1.0
-    pieces = found.problem.slices.values()
-    error = max(float(apart[p].max()) / (float(sizes[p].max()) or whole) for p in pieces)
+    error = float(np.max(np.abs(found.y[-1] - other.y[-1]) / sizes))
     local = _local(found)
     left = found.method.options.get("iteration_tolerance", 0.0) + ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated

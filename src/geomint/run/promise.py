@@ -10,86 +10,154 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..methods import Method
+from ..arguments import Array
+from ..methods import Method, find_method, find_solver
+from ..methods.adaptive import Adaptive
+from .accuracy.accuracy import Accuracy
+from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import LocalError, Ranked
 from .solution import Solution
 
-__all__ = [
-    "FEW_STEPS",
-    "LONGER",
-    "MOST_STEPS",
-    "Default",
-    "end_of",
-    "kept",
-    "rough_error",
-    "shortened",
-]
+__all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "Setting", "rough_error"]
 
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
 DOUBT = 20.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
 ENOUGH = 3.0  # times what is wanted of the end, where sums of local errors are better known
-LONGER = 1.5  # times the step: that of a second run
+LONGER = 1.37  # times the step: that of a second run, which meets the first one only at its ends
 SURE = 0.1  # of a limit: what one measurement shows is known to be less
 AIM = 0.3  # of what is promised
-FAILED, SHORTEST, LONGEST = 0.3, 0.1, 0.8  # of a step that failed; of one that is too long
+FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
+SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
+STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
+VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
+TINY = 1e-300
 MOST_STEPS, FEW_STEPS = 2.0**24, 2.0**12  # that a run is begun anew with; in plain Python
 
 
 def shortened(factor: float, power: int) -> float:
     """Return by what a step is multiplied so that an error is, as far as one goes at a time."""
-    return float(min(max(factor ** (1.0 / power), SHORTEST), LONGEST)) if factor else SHORTEST
+    return float(min(max(factor ** (1.0 / power), SHORTEST), LONGEST))
 
 
-class Default(NamedTuple):
-    """A step that is not given: the default one, or what comes after it."""
+class Setting(NamedTuple):
+    """A method with its step, or local tolerance, and what is wanted of it.
 
-    method: str | Method | None
+    Attributes
+    ----------
+    method, step
+        As `geomint.solve` takes them.
+    wanted : float or None
+        What the end may err by; None where a method is named and no tolerance.
+    each : bool
+        Whether there is a promise for each step: where no tolerance is given.
+    free : bool
+        Whether variable steps of another method may be taken, as nobody has named one.
+    turning : bool
+        Whether steps whose iteration does not converge are taken by Newton's method, and not shorter.
+    given : Method or None
+        The method where errors grow: its iteration goes on to rounding.
+    state, functions
+        Canonical, and what `check_problem` has returned, where that is known.
+    accuracy : Accuracy or None
+        What is expected, where a tolerance is given.
+    """
+
+    method: Method
     step: float | None = None
+    wanted: float | None = None
+    each: bool = True
+    free: bool = False
+    turning: bool = False
+    given: Method | None = None
+    state: Array | None = None
+    functions: tuple[str, ...] = ()
+    accuracy: Accuracy | None = None
+
+    @classmethod
+    def default(cls, method: str | Method | None) -> Setting:
+        """Return the default step of a method, or of none that is named."""
+        none = method is None
+        return cls(find_solver(method), wanted=AT_END if none else None, free=none)
 
     @property
     def asked(self) -> dict[str, Any]:
         """What `solve` is to do."""
-        return {"method": self.method, "step": self.step, "turning": False}
+        return {
+            "method": self.method,
+            "step": self.step,
+            "turning": self.turning,
+            "admitted": self.state,
+            "functions": self.functions,
+        }
 
-    @property
-    def wanted(self) -> float | None:
-        """What the end may err by; None where a method is named."""
-        return AT_END if self.method is None else None
+    def kept(self, found: Solution) -> bool:
+        """Tell whether a run errs by no more than is promised: the end, and each step."""
+        error = rough_error(found)
+        if error is not None and self._part(found, error) > SURE:
+            error = found.local_error
+        return error is None or self._part(found, error) <= 1.0
+
+    def _part(self, found: Solution, error: LocalError) -> float:
+        """Return what part errors are of those with which a run is as it is."""
+        at_end = 0.0 if self.wanted is None else error.total / (ENOUGH * self.wanted)
+        return max(at_end, error.largest / (DOUBT * allowed(found))) if self.each else at_end
 
     def longer(self, found: Solution) -> dict[str, Any]:
         """Return what is asked of a second run, which errs more."""
-        return {**self.asked, "step": LONGER * abs(found.step)}
+        own = {**self.asked, "turning": True}
+        if isinstance(found.method, Adaptive):
+            return {**own, "method": at_tolerance(found.method, found.method.rtol / STRICTER)}
+        return {**own, "step": LONGER * abs(found.step)}
 
-    def kept(self, found: Solution) -> bool:
-        """Tell whether a run's steps err by no more than is promised."""
-        return kept(found, self.wanted, allowed(found))
-
-    def shorter(self, found: Solution, most: float) -> Default | None:
+    def shorter(self, found: Solution, most: float) -> Setting | None:
         """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
-        factor, error, p = FAILED, found.local_error, found.method.order
-        step = abs(found.step)
-        if found.success and error is not None:
-            factor, step = LONGEST, error.step
-            if error.largest > AIM * allowed(found):
-                factor = shortened(AIM * allowed(found) / error.largest, p + 1)
+        error, p = end_of(found) if found.success else None, found.method.order
+        if isinstance(found.method, Adaptive):
+            return self._stricter(found.method, error)
+        step, method = self.step or abs(found.step), self.method
+        factor = FAILED if self.each else SHORTER
+        if error is not None and found.local_error is not None:
+            factor, step = LONGEST, min(step, found.local_error.step)
+            if self.each:
+                part = AIM * allowed(found) / max(found.local_error.largest, TINY)
+                factor = min(factor, shortened(part, p + 1))
             if self.wanted is not None:
-                factor = min(factor, shortened(AIM * self.wanted / end_of(found), p))
-        few = found.steps <= factor * most and factor * step > 0.0
-        return self._replace(step=factor * step) if few else None
+                factor = min(factor, shortened(AIM * self.wanted / max(error, TINY), p))
+            method = method if found.end_error is None or self.given is None else self.given
+        if found.steps > factor * most or not factor * step > 0.0:
+            return None
+        accuracy, turning = self._tried(step, error), self.turning or not self.each
+        if accuracy is not None:
+            accuracy = accuracy._replace(expected=accuracy.expected * factor**p)
+        return self._replace(method=method, step=factor * step, accuracy=accuracy, turning=turning)
 
+    def _stricter(self, method: Adaptive, error: float | None) -> Setting | None:
+        """Return local tolerances with which the end errs by what is wanted."""
+        if error is None or self.wanted is None:
+            return None
+        power = method.order / (method.base.estimate_order or method.order)
+        part = (AIM * self.wanted / max(error, TINY)) ** power
+        stricter = at_tolerance(method, method.rtol * max(part, STRICTER))
+        if stricter == method:
+            return None
+        return self._replace(method=stricter, accuracy=self._tried(method.rtol, error))
 
-def kept(found: Solution, wanted: float | None, allowed: float | None = None) -> bool:
-    """Tell whether a run errs by no more than is wanted of the end, and each step than is allowed."""
+    def variable(self, found: Solution) -> Setting:
+        """Return variable steps in place of those of a run, if another method may be taken."""
+        fits, ranked = "field" in found.problem.forms, found.ranked
+        if not (self.free and self.wanted and fits and isinstance(ranked, Ranked)):
+            return self
+        rtol, state = VARIABLE * self.wanted, ranked.places[0][1]
+        adaptive = find_method("dop853-adaptive")
+        assert isinstance(adaptive, Adaptive)
+        method = at_tolerance(adaptive, rtol)
+        return self._replace(method=method, step=None, state=state, free=False, each=False)
 
-    def part(error: LocalError) -> float:
-        at_end = 0.0 if wanted is None else error.total / (ENOUGH * wanted)
-        return at_end if allowed is None else max(at_end, error.largest / (DOUBT * allowed))
-
-    error = rough_error(found)
-    if error is not None and part(error) > SURE:
-        error = found.local_error
-    return error is None or part(error) <= 1.0
+    def _tried(self, setting: float, error: float | None) -> Accuracy | None:
+        """Return what is expected, with one more trial."""
+        known = self.accuracy
+        return known and known._replace(trials=(*known.trials, (setting, error)))
 
 
 def end_of(found: Solution) -> float:

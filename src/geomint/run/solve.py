@@ -20,7 +20,6 @@ from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
 from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
-from .accuracy.choose import Chosen
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .begun_anew import begun_anew
 from .callback import Callback, asked_to_end, check_callback
@@ -33,7 +32,7 @@ from .exact.follow import ExactRun, check_no_steps
 from .growth import met, tell_end_error
 from .integrator import Integrator
 from .progress import Progress
-from .promise import Default, rough_error
+from .promise import Setting, rough_error
 from .recorder import Recorder
 from .result import Status
 from .solution import Solution
@@ -175,19 +174,23 @@ def solve(
     for name in ("events", "observe"):  # a run may begin more than once
         if isinstance(named[name], Iterator):
             named[name] = list(named[name])
-    chosen: Chosen | Default = Default(method)
     if asked:
         chosen = choose_for(problem, y0, method, step, tolerance, named)
+    else:
+        chosen = Setting.default(method)
     solved = partial(_solved, problem, y0, given=False)
     solution, chosen = begun_anew(solved, chosen, named)
-    if isinstance(chosen, Chosen):
-        known = rough_error(solution) if chosen.kept(solution) else solution.local_error
-        solution.accuracy = chosen.accuracy._replace(steps=known)
+    kept, accuracy = chosen.kept(solution), chosen.accuracy
+    if accuracy is not None:
+        known = rough_error(solution) if kept else solution.local_error
+        solution.accuracy = accuracy._replace(steps=known)
+    if chosen.wanted is not None and solution.end_error is not None:
+        if not met(solution, chosen.wanted):
+            tell_end_error(solution, chosen.wanted)
+    elif solution.accuracy is not None:
         solution.accuracy.tell(error_at_end(solution))
-    elif not chosen.kept(solution):
+    elif not kept:
         tell_errors(solution)
-    if chosen.wanted is not None and not met(solution, chosen.wanted):
-        tell_end_error(solution, chosen.wanted)
     return solution
 
 

@@ -10,10 +10,11 @@ from ...errors import ConvergenceError, DomainError, NonFiniteError, StepSizeErr
 from ...methods import Exact, Method, find_solver
 from ...problems.declaration import check_problem
 from ...problems.problem import Problem
+from ..promise import Setting
 from ..solution import Solution
 from ..timeline import ending
 from .auto import auto_method, is_auto
-from .choose import Chosen, checked_tolerance, choose
+from .choose import checked_tolerance, choose
 
 __all__ = ["TOO_LONG", "choose_for"]
 
@@ -28,7 +29,7 @@ def choose_for(
     step: Any,
     tolerance: Any,
     asked: Mapping[str, Any],
-) -> Chosen:
+) -> Setting:
     """Return how a run of `geomint.solve`, with what else is asked of it, meets a tolerance.
 
     Raises

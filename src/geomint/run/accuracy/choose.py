@@ -7,7 +7,7 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...arguments import Array, number
 from ...methods.adaptive import LARGEST_RTOL, Adaptive
@@ -18,18 +18,16 @@ from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
-from ..promise import LONGER, end_of, kept, shortened
-from ..solution import Solution
+from ..promise import AIM, Setting
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .growth import amplified, exponential_rate, extrapolated
 from .search import Search, Trial
 from .stretch import Motion, Stretch, stretch
 
-__all__ = ["Chosen", "checked_tolerance", "choose"]
+__all__ = ["checked_tolerance", "choose"]
 
 LEAST, MOST = 2.0**-52, 0.1
-AIM = 0.3  # of the tolerance: that is what steps shall err by
 TURNS, PART = 10.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
 MORE_TURNS = 3.2  # for each order of a symmetric method: high ones err where a motion is fastest
 LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
@@ -46,84 +44,12 @@ SCOUT_SHORTEST = 20.0  # steps
 LARGE = 32  # numbers of a state whose trials cost more than all else
 SHORT_PART = 0.25  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
-STRICTER = 0.03  # times rtol, at most so far at a time
-SHORTER = 0.6  # of a step that failed on the way
 BITS, LEAST_BITS, MOST_BITS = 4, 24, 56  # tolerances of iterations: 2^-24, 2^-28, … 2^-56
 
 
 def checked_tolerance(value: Any) -> float:
     """Return a tolerance, or raise `DomainError`."""
     return number("tolerance", value, LEAST, MOST, "a number from 2⁻⁵² = 2.2e-16 to below 0.1")
-
-
-class Chosen(NamedTuple):
-    """A method with its options, its step (None if it finds its own), and what is expected of both.
-
-    `state` is the canonical one that they were chosen at, and `functions` as `choose` took them. Where
-    errors grow, the method is the `given` one, whose iteration goes on to rounding.
-    `shorten`: a step whose iteration does not converge is made shorter before Newton's method takes it,
-    which is dear for large states.
-    """
-
-    method: Method
-    step: float | None
-    accuracy: Accuracy
-    state: Array
-    functions: tuple[str, ...]
-    given: Method
-    shorten: bool = False
-
-    @property
-    def wanted(self) -> float:
-        """What the end may err by."""
-        return self.accuracy.tolerance
-
-    def kept(self, found: Solution) -> bool:
-        """Tell whether a run's steps err by no more than the tolerance, as far as that is known."""
-        return kept(found, self.wanted)
-
-    def longer(self, found: Solution) -> dict[str, Any]:
-        """Return what is asked of a second run, which errs more."""
-        if isinstance(self.method, Adaptive):
-            method = at_tolerance(self.method, self.method.rtol / STRICTER)
-            return {**self.asked, "method": method}
-        return {**self.asked, "step": LONGER * abs(found.step)}
-
-    def shorter(self, found: Solution, most: float) -> Chosen | None:
-        """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
-        accuracy, p, factor, error = self.accuracy, self.method.order, SHORTER, None
-        if found.success:
-            error = end_of(found)
-            factor = shortened(AIM * self.wanted / error, p)
-        if found.steps > factor * most:
-            return None
-        if isinstance(self.method, Adaptive):
-            power = p / (self.method.base.estimate_order or p)
-            rtol = self.method.rtol * max((AIM * self.wanted / (error or 1.0)) ** power, STRICTER)
-            tried = (*accuracy.trials, (self.method.rtol, error))
-            method: Method = at_tolerance(self.method, rtol)
-            if error is None or method == self.method:
-                return None
-            return self._replace(method=method, accuracy=accuracy._replace(trials=tried))
-        if self.step is None:
-            return None
-        accuracy = accuracy._replace(
-            expected=accuracy.expected * factor**p, trials=(*accuracy.trials, (self.step, error))
-        )
-        method = self.method if found.end_error is None else self.given
-        step = factor * self.step
-        return self._replace(step=step, accuracy=accuracy, method=method, shorten=False)
-
-    @property
-    def asked(self) -> dict[str, Any]:
-        """What `solve` is to do."""
-        return {
-            "method": self.method,
-            "step": self.step,
-            "turning": not self.shorten,
-            "admitted": self.state,
-            "functions": self.functions,
-        }
 
 
 @dataclass(eq=False)
@@ -196,6 +122,22 @@ class Wanted:
         """Return what is expected of the run."""
         return Accuracy(self.tolerance, expected, floor, trials, rate, None, self.reason)
 
+    def setting(
+        self, method: Method, step: float | None, accuracy: Accuracy, **more: Any
+    ) -> Setting:
+        """Return what was chosen; where the method was, another one may be."""
+        return Setting(
+            method,
+            step,
+            self.tolerance,
+            each=False,
+            free=bool(self.reason),
+            state=self.motion.y0,
+            functions=self.functions,
+            accuracy=accuracy,
+            **more,
+        )
+
     def error(self, found: Stretch | None, method: Method) -> float | None:
         """Return the error at the end of the run that follows from a stretch."""
         if found is None:
@@ -219,7 +161,7 @@ def choose(
     functions: tuple[str, ...],
     watched: bool,
     reason: str,
-) -> Chosen:
+) -> Setting:
     """Return how a method meets a tolerance at the end of a run.
 
     Parameters
@@ -254,7 +196,7 @@ def choose(
     return _step(wanted, method)
 
 
-def _step(wanted: Wanted, method: Method) -> Chosen:
+def _step(wanted: Wanted, method: Method) -> Setting:
     """Return the step of a method with which a run errs by what is wanted."""
     motion, time, p = wanted.motion, wanted.time, method.order
     options, most = method.options, 0.5 * abs(motion.span)
@@ -305,7 +247,7 @@ def _step(wanted: Wanted, method: Method) -> Chosen:
         own = with_iteration_tolerance(method, wanted.tolerance, turns, steps)
     large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
     shorten = large and iteration == "fixed-point"
-    return Chosen(own, step, accuracy, motion.y0, wanted.functions, method, shorten)
+    return wanted.setting(own, step, accuracy, given=method, turning=not shorten)
 
 
 def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
@@ -342,7 +284,7 @@ def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
     return rate
 
 
-def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
+def _local_tolerance(wanted: Wanted, method: Adaptive) -> Setting:
     """Return the local tolerance of an adaptive method with which a run errs by what is wanted."""
     power = method.order / (method.base.estimate_order or method.order)
 
@@ -359,7 +301,7 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Chosen:
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
     accuracy = wanted.accuracy(expected, floor, search.record)
-    return Chosen(own, None, accuracy, wanted.motion.y0, wanted.functions, method)
+    return wanted.setting(own, None, accuracy, given=method, turning=True)
 
 
 def rounding_floor(turns: float, step: float) -> float:
