@@ -168,6 +168,7 @@ def turning_time(J: Array) -> float:
     return 1.0 / radius if radius > 0.0 else math.inf
 
 
+@np.errstate(all="ignore")
 def jacobian(problem: Problem, y0: Array, start: float, rate_at: Rate) -> Array:
     """Return ∂ẏ/∂y by central differences."""
     J = np.zeros((problem.rows, problem.rows))

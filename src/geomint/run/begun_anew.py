@@ -11,8 +11,10 @@ from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
 from .error_estimate import label
-from .growth import end_error, growth, met, sizes_of
-from .promise import FEW_STEPS, MOST_STEPS, Setting
+from .growth import end_error, hopeless, may_grow, met, second_end, sizes_of
+from .local_error import Ranked
+from .promise import FEW_STEPS, MOST_STEPS, STRICTER, Setting
+from .second import LONGER
 from .solution import Solution
 
 __all__ = ["begun_anew"]
@@ -68,49 +70,61 @@ def begun_anew(
             if shorter is None:
                 break
         chosen = shorter
-    return _with_growth(solution, solved, chosen, named, most)
+    return _confirmed(solution, solved, chosen, named, most)
 
 
-def _with_growth(
-    found: Solution,
-    solved: Solved,
-    chosen: Setting,
-    named: Mapping[str, Any],
-    most: float,
+def _confirmed(
+    found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], most: float
 ) -> tuple[Solution, Setting]:
     """Return a run whose error at the end is what is wanted, as a second one confirms, or the last."""
-    wanted, problem = chosen.wanted, found.problem
+    wanted = chosen.wanted
     if wanted is None or not found.success or found.steps == 0:
         return found, chosen
-    name, times = label(found)
-    begin = named["t0"] if name == "t" else 0.0
-    own = named["t0"] if problem.time == "t" else 0.0
-    start = own, chosen.state
-    accuracy, adaptive = chosen.accuracy, isinstance(found.method, Adaptive)
-    doubted = (
-        adaptive if accuracy is None else accuracy._replace(steps=found.local_error).note != ""
-    )
-    power = growth(found, wanted, start, doubted)
-    if power == 0.0:
-        return found, chosen
-    end = float(times[-1])
-    ends = {f"{name}_end": end, f"{name}_eval": np.linspace(begin, end, LOOKS)[1:]}
-    runs = CONFIRMED if named["callback"] is None else 0
-    try:
-        other = solved(**{**named, **QUIET, **ends, **chosen.longer(found)})
-    except StepError:
+    begin = named["t0"] if label(found)[0] == "t" else 0.0
+    if isinstance(found.method, Adaptive):
+        states = _looser(found, solved, chosen, named, begin)
+        ratio = 1.0 / STRICTER
+    else:
+        end = second_end(found)
+        states, ratio = () if end is None else (end,), LONGER**found.method.order
+    once = named["callback"] is not None
+    if len(states) == 0 and isinstance(found.ranked, Ranked) and not once:
         shorter = chosen.shorter(found, most)
-        if not runs or shorter is None:
-            return found, chosen
-        other, found, chosen = found, solved(**named, **shorter.asked), shorter
-    sizes = sizes_of(found, other, start)
-    found.end_error = end_error(found, other, wanted, sizes, begin, power)
-    for _ in range(runs):
-        shorter = None if met(found, wanted) else chosen.shorter(found, most)
+        if shorter is not None:  # longer steps fail
+            states, before = (found.y[-1],), found.step
+            found, chosen = solved(**named, **shorter.asked), shorter
+            ratio = (before / found.step) ** found.method.order
+    if len(states) == 0 or not found.success:
+        return found, chosen
+    sizes = sizes_of(found, *states)
+    found.end_error = end_error(found, states[-1], wanted, sizes, begin, ratio)
+    for _ in range(0 if once else CONFIRMED):
+        if met(found, wanted) or hopeless(found, wanted):
+            break
+        shorter = chosen.shorter(found, most)
         if shorter is None:
             break
-        other, found, chosen = found, solved(**named, **shorter.asked), shorter
-        if not found.success:
-            break
-        found.end_error = end_error(found, other, wanted, sizes, begin, power)
+        again = solved(**named, **{**shorter.asked, "confirmed": False})
+        if not again.success:
+            return again, shorter
+        ratio = (found.step / again.step) ** again.method.order if shorter.step else 1.0 / STRICTER
+        again.end_error = end_error(again, found.y[-1], wanted, sizes, begin, ratio)
+        found, chosen = again, shorter
     return found, chosen
+
+
+def _looser(
+    found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
+) -> Any:
+    """Return states of a run with larger local tolerances, the last one at the end; or none."""
+    accuracy, (name, times) = chosen.accuracy, label(found)
+    doubted = accuracy is None or accuracy.note != ""
+    own = named["t0"] if found.problem.time == "t" else 0.0
+    if chosen.state is None or not (doubted or may_grow(found, chosen.state, own)):
+        return ()
+    end = float(times[-1])
+    given = {f"{name}_end": end, f"{name}_eval": np.linspace(begin, end, LOOKS)[1:]}
+    try:
+        return solved(**{**named, **QUIET, **given, **chosen.looser()}).y
+    except StepError:
+        return ()

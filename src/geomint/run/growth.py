@@ -1,11 +1,8 @@
-"""How errors of steps grow until the end of a run, as a second run shows.
+"""How errors of steps grow until the end of a run, as a second run shows (`geomint.run.second`).
 
-Local errors say nothing of what becomes of them. Where the linearised motion, at a few places of the
-run, has eigenvalues that would make them larger than is wanted, the run is done once more in longer
-steps; so it is where few steps decide, as at jumps and pulses, which ranks may miss. What both err by
-at the end is in proportion to the sums of their local errors, so that their difference tells both.
-Nothing cheaper does (measured): one tangent vector turns into the flow, and those of short windows take
-growth within a turn for growth of the run.
+What both end in tells what the first errs by. Where few steps decide, as at jumps and pulses, or where
+what is left of iterations and roundings may have grown to what is wanted, both may err alike: then
+their difference is taken for the error.
 """
 
 from __future__ import annotations
@@ -16,61 +13,50 @@ import numpy as np
 
 from ..arguments import Array
 from ..methods.adaptive import Adaptive
-from ..problems.evaluate import rates_of
+from ..problems.evaluate import rates_of, value_of
 from ..problems.spaces.repair import warn
 from ..problems.time_scale import jacobian
 from .error_estimate import label
 from .local_error import EndError, Ranked
 from .solution import Solution
 
-__all__ = ["end_error", "growth", "met", "sizes_of", "tell_end_error"]
+__all__ = ["end_error", "hopeless", "may_grow", "met", "second_end", "sizes_of", "tell_end_error"]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
-Start = tuple[float, Array | None]
-
-SAVED = 8  # states of a run whose steps have no ranks
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
-TRUSTED = 1.0 / 30.0  # of what two runs differ by: so little one errs, at least
+TRUSTED = 30.0  # times less than what two runs differ by one errs, at most
 ROUNDING = 2.0**-53  # of each step, at least
 
 
-def growth(found: Solution, wanted: float, start: Start, doubted: bool) -> float:
-    """Return the power of e by which errors may grow; 0 where that makes no more than is wanted.
-
-    Where few steps decide, or the end is `doubted`, at least `GROWN`. `start` is where the run began,
-    the problem's own time and the state, which ranks know too.
-    """
-    problem, places = found.problem, _places(found, start)
-    rate_at = rates_of(problem, places[0][1])
-    rates = np.array([jacobian(problem, y, time, rate_at) for time, y in places])
-    if not np.isfinite(rates).all():
-        return 0.0
-    gaps = np.diff([time for time, _ in places])
-    growths = np.maximum((np.sign(gaps.sum()) * np.linalg.eigvals(rates).real).max(axis=1), 0.0)
-    between = np.maximum(growths[1:], growths[:-1])  # and where few places were, as in the mean
-    power = float(abs(gaps) @ np.maximum(between, growths.mean()))
-    if doubted or (isinstance(found.ranked, Ranked) and found.ranked.concentrated):
-        return max(power, GROWN)
-    return power if power > GROWN and math.log(_local(found) / wanted) + power > 0.0 else 0.0
+def may_grow(found: Solution, start: Array, time: float) -> bool:
+    """Tell whether errors may grow, by eigenvalues of the linearised motion at both ends of a run."""
+    problem, end = found.problem, float(found.tau[-1])
+    rate_at = rates_of(problem, start)
+    known = ((start, time), (found.y[-1], end))
+    rates = (end - time) * np.array([jacobian(problem, y, t, rate_at) for y, t in known])
+    return bool(np.isfinite(rates).all() and np.linalg.eigvals(rates).real.max() > GROWN)
 
 
-def _places(found: Solution, start: Start) -> list[tuple[float, Array]]:
-    """Return times and states of the run, in their order; the first is where it began."""
+def second_end(found: Solution) -> Array | None:
+    """Return the state of the second run at the end of the first, or None where there is none."""
+    ranked, problem = found.ranked, found.problem
+    if not isinstance(ranked, Ranked) or ranked.second is None:
+        return None
+    state = ranked.second.state(ranked.end)
+    if state is None or problem.time != "tau" or label(found)[0] != "t":
+        return None if state is None else state[: problem.rows]
+    y, clock = state[: problem.rows], problem.clock  # at the same time of the clock
+    assert clock is not None
+    late = float(found.t[-1]) - state[-1]
+    pace = value_of(problem, clock, y, ranked.compiled)(y, 0.0)
+    return np.asarray(y + late / pace * rates_of(problem, y, ranked.compiled)(problem, y, 0.0))
+
+
+def sizes_of(found: Solution, *more: Array) -> Array:
+    """Return for each number the largest of its piece, at some places of the run and in `more`."""
+    states = [*found.y, *more]
     if isinstance(found.ranked, Ranked):
-        known = found.ranked.places
-    else:
-        some = np.unique(np.linspace(0, len(found.tau) - 1, SAVED).astype(int))
-        known = [
-            (start[0], np.asarray(start[1])),
-            *zip(found.tau[some], found.y[some], strict=True),
-        ]
-    sign = math.copysign(1.0, known[-1][0] - start[0])
-    return sorted(known, key=lambda place: sign * place[0])
-
-
-def sizes_of(found: Solution, other: Solution, start: Start) -> Array:
-    """Return the largest number of its piece for each number, at some places of both runs."""
-    states = np.array([*(y for _, y in _places(found, start)), *other.y])
+        states += [y for _, y in found.ranked.places]
     sizes = np.abs(states).max(axis=0)
     whole = float(sizes.max()) or 1.0
     for rows in found.problem.slices.values():
@@ -79,28 +65,35 @@ def sizes_of(found: Solution, other: Solution, start: Start) -> Array:
 
 
 def end_error(
-    found: Solution, other: Solution, wanted: float, sizes: Array, begin: float, power: float
+    found: Solution, other: Array, wanted: float, sizes: Array, begin: float, ratio: float
 ) -> EndError:
-    """Return what a run errs by at the end, by another one with longer steps; `begin` as the end.
+    """Return what a run errs by at the end, by the state of another, which errs `ratio` times as much.
 
-    Where what iterations and roundings leave may grow to what is wanted, both may err alike.
+    `begin` is where the run began, in the time that its end is given in.
     """
-    error = float(np.max(np.abs(found.y[-1] - other.y[-1]) / sizes))
-    local = _local(found)
+    error = float(np.max(np.abs(found.y[-1] - other) / sizes))
+    local, factor = _local(found), min(max(ratio - 1.0, 1.0), TRUSTED)
     left = found.method.options.get("iteration_tolerance", 0.0) + ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-    if math.log(left / wanted) + power < 0.0 and not few:
-        error *= min(max(local / max(_local(other) - local, local), TRUSTED), 1.0)
-    times, until = label(found)[1], 1.0
+    if not few and left * max(error / (local * ratio), 1.0) < wanted:
+        error /= factor
+    until = 1.0
     if error > wanted:
         until = math.log(max(wanted / local, 1.0)) / math.log(max(error / local, math.e))
-    return EndError(error, begin + min(until, 1.0) * (float(times[-1]) - begin))
+    return EndError(error, begin + min(until, 1.0) * (float(label(found)[1][-1]) - begin))
 
 
 def met(found: Solution, wanted: float) -> bool:
     """Tell whether the end errs by what is wanted, as far as a second run says anything."""
     error = found.end_error
     return error is None or error.error <= ENOUGH * wanted
+
+
+def hopeless(found: Solution, wanted: float) -> bool:
+    """Tell whether roundings grow to more than what is wanted, so that shorter steps would not help."""
+    error = found.end_error
+    grown = ROUNDING * math.sqrt(found.steps) / _local(found)
+    return error is not None and error.error * grown > wanted
 
 
 def _local(found: Solution) -> float:
@@ -115,8 +108,10 @@ def tell_end_error(found: Solution, wanted: float) -> None:
     """Warn where the end errs by more than is wanted, and shorter steps do not help."""
     error = found.end_error
     if error is not None:
-        name = label(found)[0]
+        accuracy, name = found.accuracy, label(found)[0]
+        asked = "the end may err by more" if accuracy is None else accuracy.doubt
+        because = accuracy.note if accuracy is not None else ""
         warn(
-            f"errors grow on the way: that at the end is about {error.error:.1g} by a second run, and "
-            f"less than {wanted:.1g} up to {name} = {error.until:.6g}"
+            f"{asked}: {because or 'errors grow on the way'}; by a second run it errs by about "
+            f"{error.error:.1g}, and by less than {wanted:.1g} up to {name} = {error.until:.6g}"
         )

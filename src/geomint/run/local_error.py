@@ -23,6 +23,7 @@ from ..kernels.solve.status import OK
 from ..methods.partial import rounding
 from ..methods.stepper import NOTHING
 from .integrator import Integrator
+from .second import Second
 
 __all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
 
@@ -75,6 +76,7 @@ class Ranked:
     def __init__(self, integrator: Integrator) -> None:
         stepper, state = integrator.stepper, integrator.state
         self._integrator, self._start, self._first = integrator, state, integrator.done
+        self.second: Second | None = None
         self.compiled = stepper.compiled
         self.end = integrator.time
         self.window = 2 if stepper.ranked else min(integrator.method.order + 1, LONGEST)
@@ -126,7 +128,7 @@ class Ranked:
         numbers, ats, marks = self.part("numbers"), self.part("ats"), self.part("marks")
         window = self.window + self.window % COARSE
         looks = [k % MARKS for k in range(max(count - min(most, MARKS), 0), count)]
-        found = [(numbers[k], int(ats[k]), marks.reshape(MARKS, -1)[k]) for k in looks]
+        found = [(float(numbers[k]), int(ats[k]), marks.reshape(MARKS, -1)[k]) for k in looks]
         own = self.number("own")
         if (
             self.power > 1.0 and own >= SATURATED

@@ -18,13 +18,12 @@ from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import LocalError, Ranked
 from .solution import Solution
 
-__all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "Setting", "rough_error"]
+__all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "Setting", "rough_error"]
 
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
 DOUBT = 20.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
 ENOUGH = 3.0  # times what is wanted of the end, where sums of local errors are better known
-LONGER = 1.37  # times the step: that of a second run, which meets the first one only at its ends
 SURE = 0.1  # of a limit: what one measurement shows is known to be less
 AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
@@ -32,6 +31,7 @@ SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
 STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
 TINY = 1e-300
+UNEVEN = "steps of one length erred too much, so that these vary"
 MOST_STEPS, FEW_STEPS = 2.0**24, 2.0**12  # that a run is begun anew with; in plain Python
 
 
@@ -89,6 +89,7 @@ class Setting(NamedTuple):
             "turning": self.turning,
             "admitted": self.state,
             "functions": self.functions,
+            "confirmed": self.wanted is not None,
         }
 
     def kept(self, found: Solution) -> bool:
@@ -103,12 +104,10 @@ class Setting(NamedTuple):
         at_end = 0.0 if self.wanted is None else error.total / (ENOUGH * self.wanted)
         return max(at_end, error.largest / (DOUBT * allowed(found))) if self.each else at_end
 
-    def longer(self, found: Solution) -> dict[str, Any]:
-        """Return what is asked of a second run, which errs more."""
-        own = {**self.asked, "turning": True}
-        if isinstance(found.method, Adaptive):
-            return {**own, "method": at_tolerance(found.method, found.method.rtol / STRICTER)}
-        return {**own, "step": LONGER * abs(found.step)}
+    def looser(self) -> dict[str, Any]:
+        """Return what is asked of a second run of variable steps, which errs more."""
+        assert isinstance(self.method, Adaptive)
+        return {**self.asked, "method": at_tolerance(self.method, self.method.rtol / STRICTER)}
 
     def shorter(self, found: Solution, most: float) -> Setting | None:
         """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
@@ -152,7 +151,10 @@ class Setting(NamedTuple):
         adaptive = find_method("dop853-adaptive")
         assert isinstance(adaptive, Adaptive)
         method = at_tolerance(adaptive, rtol)
-        return self._replace(method=method, step=None, state=state, free=False, each=False)
+        accuracy = self.accuracy and self.accuracy._replace(reason=UNEVEN)
+        return self._replace(
+            method=method, step=None, state=state, free=False, each=False, accuracy=accuracy
+        )
 
     def _tried(self, setting: float, error: float | None) -> Accuracy | None:
         """Return what is expected, with one more trial."""

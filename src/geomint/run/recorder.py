@@ -24,6 +24,7 @@ from .local_error import Ranked
 from .pace import Pace
 from .result import Status, StepSizes
 from .saved import Saved, merged
+from .second import Second
 from .solution import Solution
 from .timeline import Timeline
 from .wanted import Wanted
@@ -198,6 +199,13 @@ class Recorder:
         if done != self._number:
             time = float(self._timeline.met(np.array([ahead.time]), np.array([done]))[0])
             self._before, self._number = (time, self._stepper.state.copy()), done
+
+    def second(self) -> Second | None:
+        """Return a second run, kept with the ranks of steps; None of variable steps."""
+        if self._ranked is None:
+            return None
+        self._ranked.second = Second(self._integrator)
+        return self._ranked.second
 
     def finish(self, time: float, state: Array) -> None:
         """Take the state of a last partial step."""

@@ -219,12 +219,14 @@ def _solved(
     functions: tuple[str, ...] = (),
     turning: bool = True,
     given: bool = True,
+    confirmed: bool = False,
 ) -> Solution:
     """Return what `solve` does with a step, or the default one, once.
 
     `admitted` is y0 made canonical, where that has been done, and `functions` what `check_problem` has
     returned. `turning`: whether steps whose iteration does not converge are taken by what the method
-    has for them; else they end the run. `given`: whether the user has given the step.
+    has for them; else they end the run. `given`: whether the user has given the step. `confirmed`:
+    whether a second run shall tell the error at the end.
     """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
@@ -309,6 +311,9 @@ def _solved(
         brief = known and timeline.expected * problem.rows <= BRIEF
         bar.begin(brief)
         account = Account()
+        second = recorder.second() if confirmed else None
+        if second is not None and timeline.own_end is not None:
+            second.begin(timeline.own_end)
 
         def asked_to_end_here() -> bool:
             bar.update(recorder.progress)
@@ -321,6 +326,8 @@ def _solved(
             account,
             asked_to_end_here,
         )
+        if second is not None and status != "success":
+            second.give_up()
         if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
             raise KeyboardInterrupt
         solution = recorder.solution(chosen, account, bar.compile_seconds, status)

@@ -1,0 +1,76 @@
+"""A second run in longer steps, beside the first where a core is free: how both part tells errors.
+
+Local errors say nothing of what becomes of them. With order p the second run, in steps r times as long,
+errs r^p times as much, so that the difference of both ends is r^p − 1 times the error of the first one
+(L. F. Richardson).
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+
+from ..arguments import Array
+from ..kernels.solve.status import OK
+from ..methods.partial import rounding
+from ..methods.stepper import NOTHING
+from .integrator import Integrator
+
+__all__ = ["LONGER", "Second"]
+
+LONGER = 1.37  # times the step: both runs meet at their ends only
+LONG = 4096  # steps from which on another core is worth while
+PIECE = 1 << 14  # steps after which it is seen that nobody waits
+
+
+class Second:
+    """The run of an integrator that has not begun yet, in longer steps, without anything beside it."""
+
+    def __init__(self, integrator: Integrator) -> None:
+        self._from = integrator.stepper.state.copy(), integrator.time
+        self._h, self._integrator = LONGER * integrator.h, integrator
+        self._end: float | None = None
+        self._found: Array | None = None
+        self._thread: threading.Thread | None = None
+        self._given_up = False
+
+    def begin(self, end: float) -> None:
+        """Let it go on beside the run, to its end, where that is long and a core is free."""
+        steps = abs((end - self._from[1]) / self._h)
+        alone = threading.active_count() == 1 and len(os.sched_getaffinity(0)) > 1
+        if steps > LONG and alone and self._integrator.stepper.compiled:
+            self._end = end
+            self._thread = threading.Thread(target=self._run, args=(end,), daemon=True)
+            self._thread.start()
+
+    def state(self, end: float) -> Array | None:
+        """Return its state at the end, of which the run may have had another; None where it fails."""
+        if self._thread is not None:
+            self._given_up = end != self._end
+            self._thread.join()
+            self._thread = None
+        if end != self._end or self._given_up:
+            self._given_up, self._end = False, end
+            self._run(end)
+        return self._found
+
+    def give_up(self) -> None:
+        """Let it end as soon as it can: nobody asks for it."""
+        self._given_up = True
+
+    def _run(self, end: float) -> None:
+        y, begin = self._from
+        whole = int((end - begin) / self._h)
+        stepper, done = self._integrator.stepper.renewed(y, begin, self._h), 0
+        self._found = None
+        while done < whole and not self._given_up:
+            count = min(PIECE, whole - done)
+            if stepper.advance(done, count, whole + 1, NOTHING).status != OK:
+                return
+            done += count
+        rest = end - (begin + whole * self._h)
+        if abs(rest) > rounding(end):
+            stepper.begin(stepper.state.copy(), end - rest, rest)
+            if stepper.advance(0, 1, 2, NOTHING).status != OK:
+                return
+        self._found = stepper.state.copy()
