@@ -16,10 +16,6 @@ from .spaces.repair import length
 
 __all__ = ["characteristic_time", "jacobian"]
 
-FEW, FREE = (
-    32,
-    3.0,
-)  # numbers of a state; of regular motions (measured): 0.25 to 3.2, on controls 4.4
 RESTING = 1.0 / 32.0  # a piece whose time is this part of the next one's is nearly at rest
 SPACING = 1e-6  # of the differences that give the linearised motion, relative
 TINY = 1e-8  # of the state: differences of that part of a smaller piece would be lost in roundings
@@ -44,9 +40,8 @@ def characteristic_time(
 ) -> float:
     """Return the time scale of the motion from y0 at time `start`, forwards or backwards.
 
-    It is that of the state as it moves there (`state_time`), not longer than `FREE` times that of the
-    linearised motion, whatever pieces there are, and where the rate depends on time explicitly, not
-    longer than that of this dependence (`smooth_time`).
+    It is that of the state as it moves there (`state_time`), and where the rate depends on time
+    explicitly, not longer than that of this dependence (`smooth_time`).
 
     Parameters
     ----------
@@ -65,8 +60,6 @@ def characteristic_time(
     """
     rates = rate_at(problem, y0, start)
     time = state_time(problem, y0, rates, start, rate_at)
-    if problem.rows <= FEW:
-        time = min(time, FREE * turning_time(jacobian(problem, y0, start, rate_at)))
     if not names_time(problem):
         return time
     signed = math.copysign(time, direction)
@@ -150,9 +143,10 @@ def linearised_time(
     derivative moves a piece by its own size.
     """
     J = jacobian(problem, y0, start, rate_at)
-    linear = turning_time(J)
     if not np.isfinite(J).all():
-        return linear
+        return math.inf
+    radius = float(np.max(np.abs(np.linalg.eigvals(J))))
+    linear = 1.0 / radius if radius > 0.0 else math.inf
     found = [linear]
     for rows in problem.slices.values():
         size, rate, second = length(y0[rows]), length(rates[rows]), length((J @ rates)[rows])
@@ -160,12 +154,6 @@ def linearised_time(
         if second > 0.0 and size > 0.0 and not resting:
             found.append(math.sqrt(size / second))
     return min(found)
-
-
-def turning_time(J: Array) -> float:
-    """Return 1/ρ(J); infinity where there is none."""
-    radius = float(np.max(np.abs(np.linalg.eigvals(J)))) if np.isfinite(J).all() else 0.0
-    return 1.0 / radius if radius > 0.0 else math.inf
 
 
 @np.errstate(all="ignore")

@@ -23,7 +23,6 @@ ATTEMPTS, FAILURES = 14, 8  # runs with shorter steps, and those that may fail
 MISSED = 3  # runs whose steps erred too much: variable ones are taken then, if they may be
 GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
 LOOKS = 17  # states of a second run, by which pieces are as large as they become
-CONFIRMED = 4  # second runs, and those with shorter steps after them
 QUIET: dict[str, Any] = {
     **{
         "t_end": None,
@@ -98,10 +97,11 @@ def _confirmed(
         return found, chosen
     sizes = sizes_of(found, *states)
     found.end_error = end_error(found, states[-1], wanted, sizes, begin, ratio)
-    for _ in range(0 if once else CONFIRMED):
-        if met(found, wanted) or hopeless(found, wanted):
+    for k in range(0 if once else ATTEMPTS):
+        if (met(found, wanted) and chosen.kept(found)) or hopeless(found, wanted):
             break
-        shorter = chosen.shorter(found, most)
+        shorter = chosen.variable(found) if k == MISSED and chosen.free else None
+        shorter = shorter or chosen.shorter(found, most)
         if shorter is None:
             break
         again = solved(**named, **{**shorter.asked, "confirmed": False})

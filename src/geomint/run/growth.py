@@ -18,12 +18,14 @@ from ..problems.spaces.repair import warn
 from ..problems.time_scale import jacobian
 from .error_estimate import label
 from .local_error import EndError, Ranked
+from .promise import rough_error
 from .solution import Solution
 
 __all__ = ["end_error", "hopeless", "may_grow", "met", "second_end", "sizes_of", "tell_end_error"]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
+BIAS = 0.1  # of what iterations may leave: what a step is off by, on the same side
 TRUSTED = 30.0  # times less than what two runs differ by one errs, at most
 ROUNDING = 2.0**-53  # of each step, at least
 
@@ -71,16 +73,19 @@ def end_error(
 
     `begin` is where the run began, in the time that its end is given in.
     """
-    error = float(np.max(np.abs(found.y[-1] - other) / sizes))
+    error, end = float(np.max(np.abs(found.y[-1] - other) / sizes)), float(label(found)[1][-1])
+    if error <= wanted:
+        return EndError(error, end)
     local, factor = _local(found), min(max(ratio - 1.0, 1.0), TRUSTED)
-    left = found.method.options.get("iteration_tolerance", 0.0) + ROUNDING * math.sqrt(found.steps)
+    left = BIAS * found.method.options.get("iteration_tolerance", 0.0) * found.steps
+    left += ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
     if not few and left * max(error / (local * ratio), 1.0) < wanted:
         error /= factor
     until = 1.0
     if error > wanted:
         until = math.log(max(wanted / local, 1.0)) / math.log(max(error / local, math.e))
-    return EndError(error, begin + min(until, 1.0) * (float(label(found)[1][-1]) - begin))
+    return EndError(error, begin + min(until, 1.0) * (end - begin))
 
 
 def met(found: Solution, wanted: float) -> bool:
@@ -100,7 +105,7 @@ def _local(found: Solution) -> float:
     """Return the sum of a run's local errors, and of a rounding for each of its steps."""
     if isinstance(found.method, Adaptive):
         return found.method.rtol
-    error = found.local_error
+    error = rough_error(found)
     return (0.0 if error is None else error.total) + ROUNDING * found.steps
 
 

@@ -30,7 +30,6 @@ __all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 LONGEST = 9  # order of differences
 FEW, MANY = 0.2, 6  # of all numbers in one step, of more than so many steps
-BRIEF = 64  # steps of a run that is measured wherever it may be
 FAR = 0.3  # of the largest number: steps that have less tell nothing of the worst
 
 
@@ -170,7 +169,7 @@ class Ranked:
     @functools.cached_property
     def rough(self) -> LocalError:
         """The errors, measured where the worst step is alone."""
-        return self.error if self._integrator.done < BRIEF else self.measured(1)
+        return self.measured(1)
 
     def __reduce__(self) -> Any:
         return LocalError, tuple(self.error)

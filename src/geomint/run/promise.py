@@ -78,7 +78,8 @@ class Setting(NamedTuple):
     def default(cls, method: str | Method | None) -> Setting:
         """Return the default step of a method, or of none that is named."""
         none = method is None
-        return cls(find_solver(method), wanted=AT_END if none else None, free=none)
+        wanted = AT_END if none else None
+        return cls(find_solver(method), wanted=wanted, each=not none, free=none)
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -93,7 +94,13 @@ class Setting(NamedTuple):
         }
 
     def kept(self, found: Solution) -> bool:
-        """Tell whether a run errs by no more than is promised: the end, and each step."""
+        """Tell whether a run errs by no more than is promised: each step, or all, where few decide.
+
+        Else the end does, as a second run tells.
+        """
+        ranked = found.ranked
+        if not self.each and isinstance(ranked, Ranked) and not ranked.concentrated:
+            return True
         error = rough_error(found)
         if error is not None and self._part(found, error) > SURE:
             error = found.local_error
@@ -115,7 +122,7 @@ class Setting(NamedTuple):
         if isinstance(found.method, Adaptive):
             return self._stricter(found.method, error)
         step, method = self.step or abs(found.step), self.method
-        factor = FAILED if self.each else SHORTER
+        factor = SHORTER if self.accuracy else FAILED
         if error is not None and found.local_error is not None:
             factor, step = LONGEST, min(step, found.local_error.step)
             if self.each:
@@ -126,7 +133,7 @@ class Setting(NamedTuple):
             method = method if found.end_error is None or self.given is None else self.given
         if found.steps > factor * most or not factor * step > 0.0:
             return None
-        accuracy, turning = self._tried(step, error), self.turning or not self.each
+        accuracy, turning = self._tried(step, error), self.turning or self.accuracy is not None
         if accuracy is not None:
             accuracy = accuracy._replace(expected=accuracy.expected * factor**p)
         return self._replace(method=method, step=factor * step, accuracy=accuracy, turning=turning)

@@ -19,7 +19,7 @@ from .integrator import Integrator
 __all__ = ["LONGER", "Second"]
 
 LONGER = 1.37  # times the step: both runs meet at their ends only
-LONG = 4096  # steps from which on another core is worth while
+LONG = 300  # steps from which on another core is worth while
 PIECE = 1 << 14  # steps after which it is seen that nobody waits
 
 
