@@ -63,9 +63,8 @@ def begun_anew(
             if one or not solution.success or chosen.kept(solution):
                 break
             missed += 1
-            shorter = chosen.shorter(solution, most)
-            if missed >= MISSED:
-                shorter = chosen.variable(solution) if chosen.free else shorter
+            shorter = chosen.variable(solution) if missed >= MISSED else None
+            shorter = shorter or chosen.shorter(solution, most)
             if shorter is None:
                 break
         chosen = shorter
@@ -100,7 +99,8 @@ def _confirmed(
     for k in range(0 if once else ATTEMPTS):
         if (met(found, wanted) and chosen.kept(found)) or hopeless(found, wanted):
             break
-        shorter = chosen.variable(found) if k == MISSED and chosen.free else None
+        uneven = isinstance(found.ranked, Ranked) and found.ranked.concentrated
+        shorter = chosen.variable(found) if k >= MISSED and uneven else None
         shorter = shorter or chosen.shorter(found, most)
         if shorter is None:
             break

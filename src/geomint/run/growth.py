@@ -26,7 +26,9 @@ __all__ = ["end_error", "hopeless", "may_grow", "met", "second_end", "sizes_of",
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
 BIAS = 0.1  # of what iterations may leave: what a step is off by, on the same side
-TRUSTED = 30.0  # times less than what two runs differ by one errs, at most
+REGULAR = 30.0  # times the sum of local errors that a regular motion makes of them
+TRUSTED = 100.0  # times less than what two runs differ by one errs, at most, if it is regular
+SHORT = 6  # steps, which tell little
 ROUNDING = 2.0**-53  # of each step, at least
 
 
@@ -74,18 +76,21 @@ def end_error(
     `begin` is where the run began, in the time that its end is given in.
     """
     error, end = float(np.max(np.abs(found.y[-1] - other) / sizes)), float(label(found)[1][-1])
-    if error <= wanted:
-        return EndError(error, end)
-    local, factor = _local(found), min(max(ratio - 1.0, 1.0), TRUSTED)
+    if error <= wanted and found.steps > SHORT:
+        return EndError(error, end, 1.0)
+    local = _local(found)
+    more = max(error / (local * ratio), 1.0)  # than local errors add up to
     left = BIAS * found.method.options.get("iteration_tolerance", 0.0) * found.steps
     left += ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-    if not few and left * max(error / (local * ratio), 1.0) < wanted:
-        error /= factor
-    until = 1.0
-    if error > wanted:
-        until = math.log(max(wanted / local, 1.0)) / math.log(max(error / local, math.e))
-    return EndError(error, begin + min(until, 1.0) * (end - begin))
+    if not few and more < REGULAR and left * more < wanted:
+        error /= min(max(ratio - 1.0, 1.0), TRUSTED)
+    if isinstance(found.ranked, Ranked):
+        error = max(error, local)
+    if error <= wanted:
+        return EndError(error, end, 1.0)
+    part = math.log(max(wanted / local, 1.0)) / max(math.log(max(error / local, 1.0)), 1.0)
+    return EndError(error, begin + min(part, 1.0) * (end - begin), more)
 
 
 def met(found: Solution, wanted: float) -> bool:
@@ -97,8 +102,7 @@ def met(found: Solution, wanted: float) -> bool:
 def hopeless(found: Solution, wanted: float) -> bool:
     """Tell whether roundings grow to more than what is wanted, so that shorter steps would not help."""
     error = found.end_error
-    grown = ROUNDING * math.sqrt(found.steps) / _local(found)
-    return error is not None and error.error * grown > wanted
+    return error is not None and error.grown * ROUNDING * math.sqrt(found.steps) > wanted
 
 
 def _local(found: Solution) -> float:
@@ -116,7 +120,8 @@ def tell_end_error(found: Solution, wanted: float) -> None:
         accuracy, name = found.accuracy, label(found)[0]
         asked = "the end may err by more" if accuracy is None else accuracy.doubt
         because = accuracy.note if accuracy is not None else ""
+        grow = f"errors of steps grow {error.grown:.2g} times on the way"
         warn(
-            f"{asked}: {because or 'errors grow on the way'}; by a second run it errs by about "
-            f"{error.error:.1g}, and by less than {wanted:.1g} up to {name} = {error.until:.6g}"
+            f"{asked}: {because or grow}; by a second run the end errs by about {error.error:.1g}, and "
+            f"the motion by less than {wanted:.1g} up to {name} = {error.until:.6g}"
         )

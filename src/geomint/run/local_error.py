@@ -29,7 +29,8 @@ __all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
 
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
 LONGEST = 9  # order of differences
-FEW, MANY = 0.2, 6  # of all numbers in one step, of more than so many steps
+FEW, MANY = 0.5, 6  # of all numbers in one step, of more than so many steps;
+LEAST, PEAK, TINY = 0.1, 300.0, 1e-300  # or a tenth, and so many times the mean
 FAR = 0.3  # of the largest number: steps that have less tell nothing of the worst
 
 
@@ -63,10 +64,13 @@ class EndError(NamedTuple):
         Of the state at the end, relative to the largest number of each piece, to a factor of three.
     until : float
         Up to which time it is less than what was wanted, about; as the end is given, or the end itself.
+    grown : float
+        How many times those of steps have grown on the way; 1 where the end is as wanted.
     """
 
     error: float
     until: float
+    grown: float
 
 
 class Ranked:
@@ -116,8 +120,9 @@ class Ranked:
     @property
     def concentrated(self) -> bool:
         """Whether few steps make most of the errors."""
-        few = float(self.number("largest") ** self.power) > FEW * self.number("total")
-        return few and self._integrator.done > MANY
+        part = self.number("largest") ** self.power / max(self.number("total"), TINY)
+        done = self._integrator.done
+        return done > MANY and (part > FEW or part > max(LEAST, PEAK / done))
 
     def measured(self, most: int = MARKS) -> LocalError:
         """Return the errors, measured at so many of the last records."""

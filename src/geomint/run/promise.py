@@ -149,11 +149,11 @@ class Setting(NamedTuple):
             return None
         return self._replace(method=stricter, accuracy=self._tried(method.rtol, error))
 
-    def variable(self, found: Solution) -> Setting:
+    def variable(self, found: Solution) -> Setting | None:
         """Return variable steps in place of those of a run, if another method may be taken."""
         fits, ranked = "field" in found.problem.forms, found.ranked
         if not (self.free and self.wanted and fits and isinstance(ranked, Ranked)):
-            return self
+            return None
         rtol, state = VARIABLE * self.wanted, ranked.places[0][1]
         adaptive = find_method("dop853-adaptive")
         assert isinstance(adaptive, Adaptive)

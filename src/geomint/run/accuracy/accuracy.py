@@ -28,9 +28,6 @@ class Accuracy(NamedTuple):
     trials : tuple of (float, float or None)
         Steps, or values of ``rtol`` of an adaptive method, that were tried on a stretch of the motion,
         and the errors at the end that follow from it; None where the stretch could not be run.
-    rate : float
-        At which errors grow exponentially, in the problem's own time, as far as was seen; 0 for those
-        of regular motions.
     steps : LocalError or None
         What steps of the run erred by (`geomint.run.local_error`); None of adaptive methods.
     reason : str
@@ -41,7 +38,6 @@ class Accuracy(NamedTuple):
     expected: float
     floor: float
     trials: tuple[tuple[float, float | None], ...]
-    rate: float = 0.0
     steps: LocalError | None = None
     reason: str = ""
 
@@ -50,21 +46,15 @@ class Accuracy(NamedTuple):
         """Return what JSON has made lists of."""
         if numbers is None:
             return None
-        tolerance, expected, floor, trials, rate, steps, reason = numbers
+        tolerance, expected, floor, trials, steps, reason = numbers
         tried, known = tuple((a, b) for a, b in trials), LocalError(*steps) if steps else None
-        return cls(tolerance, expected, floor, tried, rate, known, reason)
+        return cls(tolerance, expected, floor, tried, known, reason)
 
     @property
     def note(self) -> str:
         """What a user should know; empty if the tolerance is expected to be met."""
         if self.floor > self.tolerance:
-            what = f"roundings alone make about {self.floor:.1g} of such a run"
-            if not self.rate:
-                return what
-            what = what if self.floor < 1.0 else "roundings grow as large as the motion"
-            return (
-                f"errors grow by a factor of e in every {1.0 / self.rate:.3g} of time, and {what}"
-            )
+            return f"roundings alone make about {self.floor:.1g} of such a run"
         if self.steps is not None:
             if self.steps.total <= DOUBT * self.tolerance:
                 return ""

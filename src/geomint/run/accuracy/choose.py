@@ -21,7 +21,7 @@ from ..integrator import Integrator
 from ..promise import AIM, Setting
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
-from .growth import amplified, exponential_rate, extrapolated
+from .growth import extrapolated
 from .search import Search, Trial
 from .stretch import Motion, Stretch, stretch
 
@@ -36,11 +36,6 @@ IMPLICIT = 1.2  # of that time: a first implicit step, at most
 ROUNDING = 0.2  # see `rounding_floor`
 BIAS = 0.1  # see `with_iteration_tolerance`
 FASTER = 2.0  # times: motions that need so much shorter steps than the beginning says turn faster
-SCOUT_LEAST = 60.0  # characteristic times of a run that is scouted
-SCOUT_TURNS, SCOUT_PART = 200.0, 0.05  # of a scout: characteristic times, part of a long run
-SCOUT_LONGER = 1.5  # times the step found, at most, where longer ones may fail
-SCOUT_ERROR, SCOUT_ITERATION = 1e-6, 2.0**-28  # at its end, about; where its iteration stops
-SCOUT_SHORTEST = 20.0  # steps
 LARGE = 32  # numbers of a state whose trials cost more than all else
 SHORT_PART = 0.25  # of a short run: what a stretch is at most, beyond `TURNS`
 NEAR_ADAPTIVE = 4.0  # see `Search.near`: errors are a rough power of rtol only
@@ -117,10 +112,9 @@ class Wanted:
         expected: float,
         floor: float,
         trials: tuple[tuple[float, float | None], ...],
-        rate: float = 0.0,
     ) -> Accuracy:
         """Return what is expected of the run."""
-        return Accuracy(self.tolerance, expected, floor, trials, rate, None, self.reason)
+        return Accuracy(self.tolerance, expected, floor, trials, None, self.reason)
 
     def setting(
         self, method: Method, step: float | None, accuracy: Accuracy, **more: Any
@@ -233,14 +227,8 @@ def _step(wanted: Wanted, method: Method) -> Setting:
     grows = not method.symmetric or first > FASTER * step  # or of a time that says little
     if grows and long > short and math.isfinite(expected):
         step, expected = search.corrected(step, expected, functools.partial(tried, long))
-    rate = _rate(wanted, own, step, search) if math.isfinite(expected) else 0.0
-    growth = amplified(rate, abs(motion.span))
-    floor = growth * rounding_floor(wanted.turns, step / time)
-    if floor <= wanted.tolerance:
-        step *= growth ** (-1.0 / p)
-    else:  # shorter steps would not help
-        expected *= growth
-    accuracy = wanted.accuracy(expected, floor, search.record, rate)
+    floor = rounding_floor(wanted.turns, step / time)
+    accuracy = wanted.accuracy(expected, floor, search.record)
     faster = first / step
     if faster > FASTER and not wanted.watched:
         turns, steps = faster * wanted.turns, abs(motion.span) / step
@@ -248,40 +236,6 @@ def _step(wanted: Wanted, method: Method) -> Setting:
     large = motion.problem.rows >= LARGE and not wanted.watched  # watchers take steps of their own
     shorten = large and iteration == "fixed-point"
     return wanted.setting(own, step, accuracy, given=method, turning=not shorten)
-
-
-def _rate(wanted: Wanted, method: Method, step: float, search: Search) -> float:
-    """Return at which rate errors grow exponentially, as far as a scout sees; 0 if they do not.
-
-    Chaos is not seen before some Lyapunov times have passed. A scout is a long stretch of runs that
-    cost little: longer steps, and an iteration that stops early. Only how their errors grow counts.
-    Where there is an exact motion, on a torus, nothing grows so for long: what a scout would see is a
-    passage near a separatrix.
-    """
-    if wanted.turns < SCOUT_LEAST or wanted.motion.problem.make_exact is not None:
-        return 0.0
-    motion, p, span = wanted.motion, method.order, abs(wanted.motion.span)
-    most = search.largest
-    if search.implicit:
-        most = SCOUT_LONGER * step
-    if "iteration_tolerance" in method.options:
-        method = varied(method, "iteration_tolerance", SCOUT_ITERATION)
-    error = wanted.goal * wanted.length(SCOUT_TURNS, SCOUT_PART) / span
-    longer = min(max((SCOUT_ERROR / error) ** (1.0 / p), 1.0) * step, most)
-    # Where much longer steps than the characteristic time serve, the motion is so much slower.
-    turns = SCOUT_TURNS * max(longer / (IMPLICIT * wanted.time), 1.0)
-    length = wanted.length(turns, SCOUT_PART)
-    scout, rate = wanted.stepper(method, longer), math.inf
-    for reach in (length, min(2.0 * length, span)):  # what a passing burst has made does not go on
-        again = None
-        while again is None and reach > SCOUT_SHORTEST * longer:
-            found = stretch(scout, motion, p, longer, reach, math.inf)
-            again = None if found is None else exponential_rate(found.times, found.errors)
-            reach *= 0.25  # errors were as large as the motion before they told anything
-        rate = min(rate, again or 0.0)
-        if rate == 0.0:
-            break
-    return rate
 
 
 def _local_tolerance(wanted: Wanted, method: Adaptive) -> Setting:
