@@ -350,7 +350,7 @@ def test_states_between_long_steps_and_events() -> None:
     nodes = gi.solve(of, y, t_end=30 * h, step=h, save_every=1, progress=False)
     for t, state in zip(wanted, run.y, strict=True):
         k = int(t / h)
-        part = gi.Integrator(of, nodes.y[k], gi.Gauss(8))
+        part = gi.Integrator(of, nodes.y[k], gi.Gauss(8), step=h)
         part.propagate_for(t - k * h)
         np.testing.assert_allclose(state, part.state, atol=1e-9)
     met = run.events["low"]

@@ -27,7 +27,7 @@ from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
 from geomint.run.accuracy.choose import LARGE
-from geomint.run.accuracy.growth import amplified, exponential_rate, extrapolated
+from geomint.run.accuracy.growth import extrapolated
 from geomint.run.accuracy.search import MOST, Search, Trial
 from geomint.run.accuracy.stretch import Motion, Stretch, stretch
 from geomint.run.integrator import Integrator
@@ -269,17 +269,17 @@ def bump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
     out[1] = -(1.0 + 20.0 / (1.0 + s * s)) * y[0]
 
 
-def test_a_tolerance_that_a_finer_run_finds_missed_is_said() -> None:
-    """Where the error is estimated it is compared with what was asked for, at the end."""
+def test_an_estimated_error_is_no_second_reason_to_warn() -> None:
+    """Nor is an error of a piece that turns around measured by what it is there."""
     given: dict[str, Any] = {"tolerance": 1e-6, "estimate_error": True, "progress": False}
-    p = gi.Problem("bump", (("q", 1), ("p", 1)), field=bump)
-    with pytest.warns(gi.GeomintWarning, match="was not met: by a run with finer steps") as told:
-        sol = gi.solve(p, [0.7, 0.3], t_end=250.0, method="auto", **given)
+    p = gi.Problem("lorenz", (("x", 1), ("y", 1), ("z", 1)), params=[8.0 / 3.0], field=lorenz)
+    with pytest.warns(gi.GeomintWarning, match="by a second run the end errs by about") as told:
+        sol = gi.solve(p, [-5.0, -6.0, 22.0], t_end=60.0, **given)
     assert len(told) == 1
     assert sol.error_estimate is not None
     assert np.abs(sol.error_estimate[-1]).max() > 1e-5
     steady = gi.Problem("steady", (("x", 1), ("v", 1)), params=[1.0], field=quickening)
-    for end in (100.0, 32 * math.pi):  # where v is 0, an error of it is not measured by that
+    for end in (100.0, 32 * math.pi):
         gi.solve(steady, [1.0, 0.0], t_end=end, method="rk-4", **given)
 
 
@@ -357,12 +357,13 @@ def lorenz(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
 
 @pytest.mark.parametrize("end", [40.0, 120.0, 400.0])
 def test_fast_chaos_is_said_however_long_the_run(end: float) -> None:
-    """Errors are as large as the motion after a small part of what a long run is scouted by."""
+    """Errors are as large as the motion after a small part of a long run."""
     p = gi.Problem("lorenz", (("x", 1), ("y", 1), ("z", 1)), params=[8.0 / 3.0], field=lorenz)
-    with pytest.warns(gi.GeomintWarning, match="errors grow by a factor of e in every"):
+    with pytest.warns(gi.GeomintWarning, match="errors of steps grow .* times on the way"):
         sol = gi.solve(p, [-5.0, -6.0, 22.0], t_end=end, tolerance=1e-9, progress=False)
-    assert sol.accuracy is not None
-    assert 0.3 < sol.accuracy.rate < 2.0  # 0.906 in the mean of long runs
+    assert sol.end_error is not None
+    assert sol.end_error.error > 1e-2
+    assert 0.0 < sol.end_error.until < 30.0  # errors grow e-fold in 1.1 of time
 
 
 def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
@@ -373,13 +374,13 @@ def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
     wild, tame = (np.array([0.0, y, 0.0, 0.0]) for y in (-0.15, 0.55))
     for y0 in (wild, tame):
         y0[2] = math.sqrt(2.0 * (0.125 - 0.5 * y0[1] ** 2 + y0[1] ** 3 / 3.0))
-    with pytest.warns(gi.GeomintWarning, match="errors grow by a factor of e in every"):
+    with pytest.warns(gi.GeomintWarning, match="errors of steps grow .* times on the way"):
         sol = gi.solve(p, wild, **given, progress=False)
-    assert sol.accuracy is not None
-    assert sol.accuracy.rate > 0.01
+    assert sol.end_error is not None
+    assert sol.end_error.grown > 1e6
     sol = gi.solve(p, tame, **given, progress=False)
-    assert sol.accuracy is not None
-    assert sol.accuracy.rate == 0.0
+    assert sol.end_error is not None
+    assert sol.end_error.grown == 1.0
 
 
 def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:
@@ -563,14 +564,3 @@ def test_how_errors_grow() -> None:
     assert extrapolated(t, 1e-9 * t * t, 20.0, False) == pytest.approx(1e-9 * 300.0, rel=0.3)
     assert extrapolated(t[:1], 3e-9 * t[:1], 10.0, False) == pytest.approx(3e-8)
     assert extrapolated(t, 0.0 * t, 10.0, False) == 0.0
-    for power in (0.0, 0.5, 1.0, 2.0):
-        assert exponential_rate(t, 1e-9 * t**power) == 0.0
-    assert exponential_rate(t, 1e-12 * np.exp(0.5 * t)) == pytest.approx(0.5, rel=0.2)
-    assert exponential_rate(t, np.minimum(1e-6 * np.exp(t), 1.0)) == pytest.approx(1.0, rel=0.3)
-    assert exponential_rate(t, 0.0 * t) == 0.0
-    assert exponential_rate(t[:2], 1e-9 * t[:2]) == 0.0
-    assert exponential_rate(t, np.minimum(np.exp(20.0 * t), 1.0)) is None
-    assert amplified(0.0, 100.0) == 1.0
-    assert amplified(1e-9, 1.0) == pytest.approx(1.0)
-    assert amplified(0.1, 100.0) == pytest.approx(math.expm1(10.0) / 10.0)
-    assert math.isfinite(amplified(1.0, 1e9))

@@ -89,15 +89,17 @@ def _confirmed(
     if len(states) == 0 and isinstance(found.ranked, Ranked) and not once:
         shorter = chosen.shorter(found, most)
         if shorter is not None:  # longer steps fail
-            states, before = (found.y[-1],), found.step
+            states, step = (found.y[-1],), found.step
             found, chosen = solved(**named, **shorter.asked), shorter
-            ratio = (before / found.step) ** found.method.order
+            ratio = (step / found.step) ** found.method.order
     if len(states) == 0 or not found.success:
         return found, chosen
-    sizes = sizes_of(found, *states)
+    sizes, before = sizes_of(found, *states), None
     found.end_error = end_error(found, states[-1], wanted, sizes, begin, ratio)
     for k in range(0 if once else ATTEMPTS):
-        if (met(found, wanted) and chosen.kept(found)) or hopeless(found, wanted):
+        if met(found, wanted) and chosen.kept(found):
+            break
+        if hopeless(found, wanted, before):
             break
         uneven = isinstance(found.ranked, Ranked) and found.ranked.concentrated
         shorter = chosen.variable(found) if k >= MISSED and uneven else None
@@ -109,7 +111,7 @@ def _confirmed(
             return again, shorter
         ratio = (found.step / again.step) ** again.method.order if shorter.step else 1.0 / STRICTER
         again.end_error = end_error(again, found.y[-1], wanted, sizes, begin, ratio)
-        found, chosen = again, shorter
+        before, found, chosen = found, again, shorter
     return found, chosen
 
 

@@ -28,6 +28,7 @@ GROWN = 5.0  # powers of e by which errors must grow to be looked at
 BIAS = 0.1  # of what iterations may leave: what a step is off by, on the same side
 REGULAR = 30.0  # times the sum of local errors that a regular motion makes of them
 TRUSTED = 100.0  # times less than what two runs differ by one errs, at most, if it is regular
+SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
 SHORT = 6  # steps, which tell little
 ROUNDING = 2.0**-53  # of each step, at least
 
@@ -52,8 +53,9 @@ def second_end(found: Solution) -> Array | None:
     y, clock = state[: problem.rows], problem.clock  # at the same time of the clock
     assert clock is not None
     late = float(found.t[-1]) - state[-1]
-    pace = value_of(problem, clock, y, ranked.compiled)(y, 0.0)
-    return np.asarray(y + late / pace * rates_of(problem, y, ranked.compiled)(problem, y, 0.0))
+    known = ranked.places[0][1]
+    pace = value_of(problem, clock, known, ranked.compiled)(y, 0.0)
+    return np.asarray(y + late / pace * rates_of(problem, known, ranked.compiled)(problem, y, 0.0))
 
 
 def sizes_of(found: Solution, *more: Array) -> Array:
@@ -93,16 +95,52 @@ def end_error(
     return EndError(error, begin + min(part, 1.0) * (end - begin), more)
 
 
+def before_saturation(found: Solution, wanted: float, begin: float) -> EndError | None:
+    """Return the error at the end with the time up to which it is less than `wanted`.
+
+    Where it is as large as the motion, nothing of it tells when it became so: both runs are done to
+    a quarter of the time, and a quarter of that, until they are near each other.
+    """
+    error, ranked = found.end_error, found.ranked
+    if error is None or not isinstance(ranked, Ranked) or ranked.second is None:
+        return error
+    start, part, off = ranked.places[0][0], 1.0, error.error
+    sizes, local = sizes_of(found), _local(found)
+    while off > SATURATED and part > LEAST:
+        part *= 0.25
+        one, other = ranked.second.both(start + part * (ranked.end - start))
+        if one is None or other is None:
+            return error
+        off = float(np.max(np.abs(one - other)[: len(sizes)] / sizes))
+    rate = math.log(max(off / (part * local), math.e)) / part
+    until = begin + min(math.log(max(wanted / local, 1.0)) / rate, 1.0) * (
+        float(label(found)[1][-1]) - begin
+    )
+    return error._replace(until=until)
+
+
 def met(found: Solution, wanted: float) -> bool:
     """Tell whether the end errs by what is wanted, as far as a second run says anything."""
     error = found.end_error
     return error is None or error.error <= ENOUGH * wanted
 
 
-def hopeless(found: Solution, wanted: float) -> bool:
-    """Tell whether roundings grow to more than what is wanted, so that shorter steps would not help."""
+def hopeless(found: Solution, wanted: float, before: Solution | None) -> bool:
+    """Tell whether shorter steps would not help: roundings grow to more than what is wanted.
+
+    So they do if nothing else was left in the run `before`, and both ends are too far apart.
+    """
     error = found.end_error
-    return error is not None and error.grown * ROUNDING * math.sqrt(found.steps) > wanted
+    if error is None:
+        return False
+    grown = error.grown * ROUNDING * math.sqrt(found.steps)
+    return grown > wanted or (before is not None and all(map(_rounded, (before, found))))
+
+
+def _rounded(found: Solution) -> bool:
+    """Tell whether local errors are roundings, as far as they add up."""
+    error = rough_error(found)
+    return error is not None and error.total <= ROUNDING * found.steps
 
 
 def _local(found: Solution) -> float:
@@ -113,9 +151,9 @@ def _local(found: Solution) -> float:
     return (0.0 if error is None else error.total) + ROUNDING * found.steps
 
 
-def tell_end_error(found: Solution, wanted: float) -> None:
+def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
     """Warn where the end errs by more than is wanted, and shorter steps do not help."""
-    error = found.end_error
+    error = found.end_error = before_saturation(found, wanted, begin)
     if error is not None:
         accuracy, name = found.accuracy, label(found)[0]
         asked = "the end may err by more" if accuracy is None else accuracy.doubt

@@ -58,19 +58,26 @@ class Second:
         """Let it end as soon as it can: nobody asks for it."""
         self._given_up = True
 
+    def both(self, end: float) -> tuple[Array | None, Array | None]:
+        """Return the states of both runs at another time; None where one fails."""
+        return self._state(end, self._h / LONGER), self._state(end, self._h)
+
     def _run(self, end: float) -> None:
+        self._found = self._state(end, self._h)
+
+    def _state(self, end: float, h: float) -> Array | None:
         y, begin = self._from
-        whole = int((end - begin) / self._h)
-        stepper, done = self._integrator.stepper.renewed(y, begin, self._h), 0
-        self._found = None
+        whole = int((end - begin) / h)
+        stepper, done = self._integrator.stepper.renewed(y, begin, h), 0
+        stepper.otherwise = None  # Newton's method is compiled for the run alone
         while done < whole and not self._given_up:
             count = min(PIECE, whole - done)
             if stepper.advance(done, count, whole + 1, NOTHING).status != OK:
-                return
+                return None
             done += count
-        rest = end - (begin + whole * self._h)
+        rest = end - (begin + whole * h)
         if abs(rest) > rounding(end):
             stepper.begin(stepper.state.copy(), end - rest, rest)
             if stepper.advance(0, 1, 2, NOTHING).status != OK:
-                return
-        self._found = stepper.state.copy()
+                return None
+        return stepper.state.copy()

@@ -183,12 +183,12 @@ def solve(
     kept, accuracy = chosen.kept(solution), chosen.accuracy
     if accuracy is not None:
         known = rough_error(solution) if kept else solution.local_error
-        solution.accuracy = accuracy._replace(steps=known)
-    if chosen.wanted is not None and solution.end_error is not None:
-        if not met(solution, chosen.wanted):
-            tell_end_error(solution, chosen.wanted)
-    elif solution.accuracy is not None:
-        solution.accuracy.tell(error_at_end(solution))
+        accuracy = solution.accuracy = accuracy._replace(steps=known)
+    estimated = error_at_end(solution)
+    if chosen.wanted is not None and not met(solution, chosen.wanted):
+        tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
+    elif accuracy is not None and (solution.end_error is None or estimated is not None):
+        accuracy.tell(estimated)
     elif not kept:
         tell_errors(solution)
     return solution

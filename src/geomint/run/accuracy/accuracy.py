@@ -78,11 +78,12 @@ class Accuracy(NamedTuple):
         `measured` is the error at the end by that run, relative as the tolerance is.
         """
         asked = f"tolerance = {self.tolerance:g}"
-        if measured is not None and measured > MISSED * self.tolerance:
+        if measured is not None:
             because = f"; {self.note}" if self.note else ""
-            warn(
-                f"{asked} was not met: by a run with finer steps the error at the end is about "
-                f"{measured:.1g}{because}"
-            )
+            if measured > MISSED * self.tolerance:
+                warn(
+                    f"{asked} was not met: by a run with finer steps the error at the end is about "
+                    f"{measured:.1g}{because}"
+                )
         elif self.note:
             warn(f"{self.doubt}: {self.note}")
