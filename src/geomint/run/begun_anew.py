@@ -11,7 +11,7 @@ from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
 from .error_estimate import label
-from .growth import end_error, hopeless, may_grow, met, second_end, sizes_of
+from .growth import end_error, hopeless, may_grow, met, second_end, sizes_of, worse
 from .local_error import Ranked
 from .promise import FEW_STEPS, MOST_STEPS, STRICTER, Setting
 from .second import LONGER
@@ -19,9 +19,10 @@ from .solution import Solution
 
 __all__ = ["begun_anew"]
 
-ATTEMPTS, FAILURES = 14, 8  # runs with shorter steps, and those that may fail
+ATTEMPTS, FAILURES = 14, 9  # runs with shorter steps, and those that may fail
 MISSED = 3  # runs whose steps erred too much: variable ones are taken then, if they may be
 GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
+MOST_LONGER = 1e3  # times: what is more says no more
 LOOKS = 17  # states of a second run, by which pieces are as large as they become
 QUIET: dict[str, Any] = {
     **{
@@ -44,75 +45,76 @@ def begun_anew(
 ) -> tuple[Solution, Setting]:
     """Return what `solved` does with a step, or shorter ones, until errors are what they shall be.
 
-    A callback sees one run.
+    Each step's, as far as they are promised, and that at the end, as a second run tells. A callback
+    sees one run.
     """
-    failures, missed, most = 0, 0, MOST_STEPS if named["compiled"] else FEW_STEPS
-    for left in reversed(range(ATTEMPTS)):
-        one = named["callback"] is not None or not left
-        by = chosen.asked
-        if one or failures > GUESSED:
-            by["turning"] = True
-        try:
-            solution = solved(**named, **by)
-        except TOO_LONG as error:
-            failures += 1
-            shorter = error.partial and chosen.shorter(error.partial, most)
-            if one or shorter is None or failures > FAILURES:
-                raise
-        else:
-            if one or not solution.success or chosen.kept(solution):
-                break
-            missed += 1
-            shorter = chosen.variable(solution) if missed >= MISSED else None
-            shorter = shorter or chosen.shorter(solution, most)
-            if shorter is None:
-                break
-        chosen = shorter
-    return _confirmed(solution, solved, chosen, named, most)
-
-
-def _confirmed(
-    found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], most: float
-) -> tuple[Solution, Setting]:
-    """Return a run whose error at the end is what is wanted, as a second one confirms, or the last."""
-    wanted = chosen.wanted
-    if wanted is None or not found.success or found.steps == 0:
+    once, most = named["callback"] is not None, MOST_STEPS if named["compiled"] else FEW_STEPS
+    found, chosen = _succeeded(solved, chosen, named, most, once)
+    wanted, begin = chosen.wanted, named["t0"] if label(found)[0] == "t" else 0.0
+    if not found.success or found.steps == 0:
         return found, chosen
-    begin = named["t0"] if label(found)[0] == "t" else 0.0
-    if isinstance(found.method, Adaptive):
-        states = _looser(found, solved, chosen, named, begin)
-        ratio = 1.0 / STRICTER
-    else:
-        end = second_end(found)
-        states, ratio = () if end is None else (end,), LONGER**found.method.order
-    once = named["callback"] is not None
-    if len(states) == 0 and isinstance(found.ranked, Ranked) and not once:
-        shorter = chosen.shorter(found, most)
-        if shorter is not None:  # longer steps fail
-            states, step = (found.y[-1],), found.step
-            found, chosen = solved(**named, **shorter.asked), shorter
-            ratio = (step / found.step) ** found.method.order
-    if len(states) == 0 or not found.success:
-        return found, chosen
-    sizes, before = sizes_of(found, *states), None
-    found.end_error = end_error(found, states[-1], wanted, sizes, begin, ratio)
+    sizes, before = np.zeros(0), None
+    if wanted is not None:
+        states, ratio = _second(found, solved, chosen, named, begin)
+        if len(states):
+            sizes = sizes_of(found, *states[: 0 if isinstance(found.ranked, Ranked) else None])
+            found.end_error = end_error(found, states[-1], wanted, sizes, begin, ratio)
     for k in range(0 if once else ATTEMPTS):
-        if met(found, wanted) and chosen.kept(found):
+        unknown = wanted is not None and found.end_error is None and found.ranked is not None
+        if not unknown and chosen.kept(found) and (wanted is None or met(found, wanted)):
             break
-        if hopeless(found, wanted, before):
+        if wanted is not None and hopeless(found, wanted, before):
             break
-        uneven = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-        shorter = chosen.variable(found) if k >= MISSED and uneven else None
+        shorter = chosen.variable(found) if k >= MISSED and _uneven(found) else None
         shorter = shorter or chosen.shorter(found, most)
         if shorter is None:
             break
-        again = solved(**named, **{**shorter.asked, "confirmed": False})
-        if not again.success:
-            return again, shorter
-        ratio = (found.step / again.step) ** again.method.order if shorter.step else 1.0 / STRICTER
-        again.end_error = end_error(again, found.y[-1], wanted, sizes, begin, ratio)
-        before, found, chosen = found, again, shorter
+        before, former = found, chosen
+        found, chosen = _succeeded(solved, shorter, {**named, "confirmed": False}, most, once)
+        if not found.success:
+            break
+        if wanted is not None:
+            if isinstance(found.ranked, Ranked) or not len(sizes):
+                sizes = sizes_of(found)
+            p, longer = found.method.order, before.step / found.step
+            ratio = min(longer, MOST_LONGER) ** p if chosen.step else 1.0 / STRICTER
+            found.end_error = end_error(found, before.y[-1], wanted, sizes, begin, ratio)
+            if not chosen.step and worse(found, before):  # variable steps, which have not helped
+                return before, former
     return found, chosen
+
+
+def _succeeded(
+    solved: Solved, chosen: Setting, named: Mapping[str, Any], most: float, once: bool
+) -> tuple[Solution, Setting]:
+    """Return what `solved` does with a step, or with the first shorter one that does not fail."""
+    for failures in range(1 if once else FAILURES):
+        by = chosen.asked
+        if once or failures > GUESSED:
+            by["turning"] = True
+        try:
+            return solved(**{**by, **named}), chosen
+        except TOO_LONG as error:
+            shorter = error.partial and chosen.shorter(error.partial, most)
+            if once or not shorter or failures + 1 == FAILURES:
+                raise
+            chosen = shorter
+    raise AssertionError("no run")
+
+
+def _uneven(found: Solution) -> bool:
+    """Tell whether few steps make most of the errors."""
+    return isinstance(found.ranked, Ranked) and found.ranked.concentrated
+
+
+def _second(
+    found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
+) -> tuple[Any, float]:
+    """Return states of a second run, the last one at the end, and how many times as much it errs."""
+    if isinstance(found.method, Adaptive):
+        return _looser(found, solved, chosen, named, begin), 1.0 / STRICTER
+    end = second_end(found)
+    return () if end is None else (end,), LONGER**found.method.order
 
 
 def _looser(

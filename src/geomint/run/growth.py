@@ -21,7 +21,16 @@ from .local_error import EndError, Ranked
 from .promise import rough_error
 from .solution import Solution
 
-__all__ = ["end_error", "hopeless", "may_grow", "met", "second_end", "sizes_of", "tell_end_error"]
+__all__ = [
+    "end_error",
+    "hopeless",
+    "may_grow",
+    "met",
+    "second_end",
+    "sizes_of",
+    "tell_end_error",
+    "worse",
+]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
@@ -85,7 +94,8 @@ def end_error(
     left = BIAS * found.method.options.get("iteration_tolerance", 0.0) * found.steps
     left += ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-    if not few and more < REGULAR and left * more < wanted:
+    sure = found.steps > SHORT and not few and more < REGULAR
+    if sure and left * more < wanted:
         error /= min(max(ratio - 1.0, 1.0), TRUSTED)
     if isinstance(found.ranked, Ranked):
         error = max(error, local)
@@ -123,6 +133,12 @@ def met(found: Solution, wanted: float) -> bool:
     """Tell whether the end errs by what is wanted, as far as a second run says anything."""
     error = found.end_error
     return error is None or error.error <= ENOUGH * wanted
+
+
+def worse(found: Solution, before: Solution) -> bool:
+    """Tell whether a run errs more at the end than the one before."""
+    now, then = found.end_error, before.end_error
+    return now is not None and then is not None and now.error > then.error
 
 
 def hopeless(found: Solution, wanted: float, before: Solution | None) -> bool:

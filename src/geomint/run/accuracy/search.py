@@ -83,7 +83,7 @@ class Search:
             work = trial.stretch.work
             if self.implicit and setting > cost[0] and work > WORTH * cost[1]:
                 break  # a longer step saves nothing
-            cost, error = (setting, work), max(trial.error, 1e-300)
+            cost, error = (setting, work), max(trial.error, 1e-30 * self.goal)
             seen = max(float(trial.stretch.errors[-1]), NOISE)
             factor = (self.goal / error) ** (1.0 / power)
             if seen < SEEN:  # by rounding, perhaps: what follows from more error is better
