@@ -1,7 +1,7 @@
 """How often a run is silently wrong: motions that mislead a step chosen from one look at the start.
 
-    python benchmarks/traps.py --seed 1 [--count 3000] [--family NAME …] [--workers 2] [--out DIR]
-    python benchmarks/traps.py --seed 1 --only 1234       # one motion again, with what it was told
+    python benchmarks/traps.py --seeds 21 22 23 [--count 3024] [--family NAME …] [--workers 2]
+    python benchmarks/traps.py --seeds 21 --only 1234     # one motion again, with what it was told
 
 Every motion is drawn by seed and number from a family of `trap_families.py`, with what is asked of it:
 nothing (promise: 1e-9 at the end), a method (what a step may err by, `docs/how-accurate.md`), or a
@@ -11,7 +11,8 @@ jumps, and how well it is known its difference from the same at 1e-12.
 A run is *wrong* if its error is more than 30 times the promise, and what the truth is not known to
 besides; *silent* if it then gave no warning; *warned though right* if it warned and erred less than
 three times the promise; *refused* if it raised a typed error. What cannot be told is *unknown*. Pulses
-much shorter than a step (`narrow-pulse`) are reported apart.
+much shorter than a step (`narrow-pulse`) are reported apart. Writes
+``results/traps.json`` and a picture.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ import argparse
 import itertools
 import json
 import sys
-import time
 import warnings
 from collections import Counter, defaultdict
 from collections.abc import Iterator
@@ -162,7 +162,9 @@ def judged(seed: int, number: int, only: tuple[str, ...]) -> Found:
             error = off(problem, sol.y[-1], states[-1], sizes) / promise
             other = flow(motion, y0, t0, end, 1e-12)[-1]
             doubt = off(problem, other, states[-1], sizes) / promise
-        if problem.space is not None:  # roundings of forces, in a piece that is small beside the others
+        if (
+            problem.space is not None
+        ):  # roundings of forces, in a piece that is small beside the others
             doubt += 3e-15 * sizes.max() / sizes.min() / promise
     except RuntimeError as failure:
         return Found(number, family, text, "unknown", told=str(failure))
@@ -190,60 +192,73 @@ def many(seed: int, numbers: list[int], only: tuple[str, ...], workers: int) -> 
 def picture(found: list[Found], path: Path) -> None:
     """Draw error over promise of every motion, by family: what was told, and what was not."""
     rows = {name: k for k, name in enumerate(FAMILIES)}
-    colours = {"right": 0, "warned": 1, "told": 2, "silent": 3}
-    for outcome, colour in colours.items():
-        some = [f for f in found if f.outcome == outcome]
-        x = np.clip([f.ratio for f in some], 1e-8, 1e12)
-        y = [rows[f.family] + 0.5 * ((f.number * 0.618) % 1 - 0.5) for f in some]
-        label = f"{outcome} ({len(some)})"
-        axes.plot(x, y, ".", ms=3, color=COLOURS[colour], label=label)
-    axes.axvline(WRONG, color="0.5", lw=0.8)
-    axes.set(xscale="log", xlabel="error over promise", yticks=list(rows.values()))
-    axes.set_yticklabels([name.replace("-", " ") for name in rows], fontsize=7)
-    axes.legend(loc="upper right", fontsize=7)
-    figure.savefig(path, dpi=150)
+    with new_figure(1.3 * WIDTH, 0.155 * len(rows) + 1.0, layout="constrained") as figure:
+        axes = figure.subplots()
+        for outcome, colour in (("right", 0), ("warned", 4), ("told", 2), ("silent", 3)):
+            some = [f for f in found if f.outcome == outcome]
+            x = np.clip([f.ratio for f in some], 1e-8, 1e10)
+            y = [rows[f.family] + 0.6 * ((f.number * 0.618) % 1.0 - 0.5) for f in some]
+            size = 2.5 if outcome == "right" else 5.0
+            label = {"warned": "right, but warned", "told": "wrong, and told"}.get(outcome, outcome)
+            axes.plot(x, y, ".", ms=size, color=COLOURS[colour], label=f"{label} ({len(some)})")
+        axes.axvline(WRONG, color="0.4", lw=0.8)
+        axes.set(xscale="log", xlabel="error over promise", ylim=(len(rows), -1))
+        axes.set_yticks(list(rows.values()), [name.replace("-", " ") for name in rows])
+        axes.tick_params(axis="y", labelsize=6)
+        figure.legend(loc="outside upper center", ncols=4, fontsize=7)
+        figure.savefig(path)
+
+
+def shares(found: list[Found]) -> dict[str, Any]:
+    """Return how many motions ended how, of all families but those apart."""
+    some = [f for f in found if f.family not in APART]
+    counts = Counter(f.outcome for f in some)
+    part = {k: counts[k] / max(len(some), 1) for k in ("silent", "warned", "refused")}
+    return {"motions": len(some), **dict(counts), "shares": part}
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--count", type=int, default=3000)
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1])
+    parser.add_argument("--count", type=int, default=3024)
     parser.add_argument("--family", nargs="+", default=list(FAMILIES))
     parser.add_argument("--only", type=int)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--out", type=Path)
+    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results")
+    images = Path(__file__).parents[1] / "docs" / "images"
+    parser.add_argument("--images", type=Path, default=images)
     given = parser.parse_args()
     only = tuple(given.family)
     if given.only is not None:
-        print(json.dumps(judged(given.seed, given.only, only)._asdict(), indent=1))
+        print(json.dumps(judged(given.seeds[0], given.only, only)._asdict(), indent=1))
         return 0
-    begun = time.monotonic()
-    found = list(many(given.seed, list(range(given.count)), only, given.workers))
-    main_ones = [f for f in found if f.family not in APART]
-    by_family: dict[str, Counter[str]] = defaultdict(Counter)
-    for one in found:
-        by_family[one.family][one.outcome] += 1
-    for name, counts in by_family.items():
+    every: list[Found] = []
+    by_seed = {}
+    for seed in given.seeds:
+        found = list(many(seed, list(range(given.count)), only, given.workers))
+        every += found
+        by_seed[str(seed)] = shares(found)
+        print(seed, by_seed[str(seed)])
+        for one in found:
+            if one.outcome in ("silent", "refused", "warned"):
+                told = f"{one.ratio:.3g} {one.told[:150]}"
+                print(one.outcome, one.number, one.family, one.asked, told)
+    families: dict[str, Counter[str]] = defaultdict(Counter)
+    for one in every:
+        families[one.family][one.outcome] += 1
+    for name, counts in families.items():
         print(f"{name:26}", *(f"{outcome} {n}" for outcome, n in counts.most_common()))
-    for one in found:
-        if one.outcome in ("silent", "refused", "warned"):
-            print(one.outcome, one.number, one.family, one.asked, f"{one.ratio:.3g}", one.told[:150])
-    total = Counter(f.outcome for f in main_ones)
-    shares = {k: total[k] / max(len(main_ones), 1) for k in ("silent", "warned", "refused")}
-    print(dict(total), {k: f"{100 * v:.2f} %" for k, v in shares.items()})
-    print(f"{time.monotonic() - begun:.0f} s")
-    if given.out is not None:
-        given.out.mkdir(parents=True, exist_ok=True)
+    print(shares(every))
+    if only == tuple(FAMILIES):
         data = {
             "machine": describe(["geomint", "numpy", "scipy", "numba"]),
-            "seed": given.seed,
-            "count": given.count,
-            "total": dict(total),
-            "families": {k: dict(v) for k, v in by_family.items()},
-            "not right": [f._asdict() for f in found if f.outcome != "right"],
+            "seeds": by_seed,
+            "all": shares(every),
+            "families": {k: dict(v) for k, v in families.items()},
+            "silent": [f._asdict() for f in every if f.outcome == "silent"],
         }
         (given.out / "traps.json").write_text(json.dumps(data, indent=1) + "\n")
-        picture(found, given.out / "traps.png")
+        picture(every, given.images / "traps.png")
     return 0
 
 

@@ -418,6 +418,18 @@ def tolerance_words() -> dict[str, str]:
     }
 
 
+def traps_words() -> dict[str, str]:
+    """Return how often a run is wrong and gives no warning."""
+    record = result("traps")
+    rows = []
+    for seed, one in {**record["seeds"], "all": record["all"]}.items():
+        shares = [f"{100.0 * one['shares'][key]:.2f} %" for key in ("silent", "warned", "refused")]
+        counts = [str(one.get(key, 0)) for key in ("motions", "told", "unknown")]
+        rows.append([seed, *counts, *shares])
+    heads = ["seed", "motions", "wrong, and told", "truth not known", "wrong in silence"]
+    return {"traps_table": _table([*heads, "warned though right", "refused"], rows)}
+
+
 def uneven_words() -> dict[str, str]:
     """Return evaluations and drifts of uneven steps on ellipsoids."""
     record = result("uneven")
@@ -734,6 +746,7 @@ def substitutions() -> dict[str, str]:
         **sections_words(),
         **error_words(),
         **tolerance_words(),
+        **traps_words(),
         **frequency_words(),
         **uneven_words(),
         **lyapunov_words(),

@@ -11,7 +11,7 @@ from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
 from .error_estimate import label
-from .growth import end_error, hopeless, may_grow, met, second_end, sizes_of, worse
+from .growth import end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of, worse
 from .local_error import Ranked
 from .promise import FEW_STEPS, MOST_STEPS, STRICTER, Setting
 from .second import LONGER
@@ -78,7 +78,7 @@ def begun_anew(
                 sizes = sizes_of(found)
             p, longer = found.method.order, before.step / found.step
             ratio = min(longer, MOST_LONGER) ** p if chosen.step else 1.0 / STRICTER
-            found.end_error = end_error(found, before.y[-1], wanted, sizes, begin, ratio)
+            found.end_error = end_error(found, final(before), wanted, sizes, begin, ratio)
             if not chosen.step and worse(found, before):  # variable steps, which have not helped
                 return before, former
     return found, chosen
@@ -121,12 +121,11 @@ def _looser(
     found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
 ) -> Any:
     """Return states of a run with larger local tolerances, the last one at the end; or none."""
-    accuracy, (name, times) = chosen.accuracy, label(found)
+    accuracy, name, end = chosen.accuracy, label(found)[0], end_time(found)
     doubted = accuracy is None or accuracy.note != ""
     own = named["t0"] if found.problem.time == "t" else 0.0
     if chosen.state is None or not (doubted or may_grow(found, chosen.state, own)):
         return ()
-    end = float(times[-1])
     given = {f"{name}_end": end, f"{name}_eval": np.linspace(begin, end, LOOKS)[1:]}
     try:
         return solved(**{**named, **QUIET, **given, **chosen.looser()}).y

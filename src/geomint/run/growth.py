@@ -23,6 +23,7 @@ from .solution import Solution
 
 __all__ = [
     "end_error",
+    "end_time",
     "hopeless",
     "may_grow",
     "met",
@@ -44,9 +45,9 @@ ROUNDING = 2.0**-53  # of each step, at least
 
 def may_grow(found: Solution, start: Array, time: float) -> bool:
     """Tell whether errors may grow, by eigenvalues of the linearised motion at both ends of a run."""
-    problem, end = found.problem, float(found.tau[-1])
+    problem, end = found.problem, end_time(found)
     rate_at = rates_of(problem, start)
-    known = ((start, time), (found.y[-1], end))
+    known = ((start, time), (final(found), end))
     rates = (end - time) * np.array([jacobian(problem, y, t, rate_at) for y, t in known])
     return bool(np.isfinite(rates).all() and np.linalg.eigvals(rates).real.max() > GROWN)
 
@@ -61,10 +62,33 @@ def second_end(found: Solution) -> Array | None:
         return None if state is None else state[: problem.rows]
     y, clock = state[: problem.rows], problem.clock  # at the same time of the clock
     assert clock is not None
-    late = float(found.t[-1]) - state[-1]
+    late = ranked.final[problem.rows] - state[problem.rows]
     known = ranked.places[0][1]
     pace = value_of(problem, clock, known, ranked.compiled)(y, 0.0)
     return np.asarray(y + late / pace * rates_of(problem, known, ranked.compiled)(problem, y, 0.0))
+
+
+def final(found: Solution) -> Array:
+    """Return the state at the end of a run, which may not be saved."""
+    return _last(found)[: found.problem.rows]
+
+
+def _last(found: Solution) -> Array:
+    """Return it with the clock, where there is one; variable steps end there, with their time."""
+    ranked, restart = found.ranked, found.restart
+    if isinstance(ranked, Ranked):
+        return ranked.final
+    assert restart is not None
+    return restart.memory
+
+
+def end_time(found: Solution) -> float:
+    """Return the time of that state, as the end is given."""
+    ranked, rows = found.ranked, found.problem.rows
+    if label(found)[0] == "t" and found.problem.time == "tau":
+        return float(_last(found)[rows])
+    clock = found.restart is not None and found.restart.clock
+    return ranked.end if isinstance(ranked, Ranked) else float(_last(found)[rows + clock])
 
 
 def sizes_of(found: Solution, *more: Array) -> Array:
@@ -86,7 +110,7 @@ def end_error(
 
     `begin` is where the run began, in the time that its end is given in.
     """
-    error, end = float(np.max(np.abs(found.y[-1] - other) / sizes)), float(label(found)[1][-1])
+    error, end = float(np.max(np.abs(final(found) - other) / sizes)), end_time(found)
     if error <= wanted and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
@@ -123,9 +147,7 @@ def before_saturation(found: Solution, wanted: float, begin: float) -> EndError 
             return error
         off = float(np.max(np.abs(one - other)[: len(sizes)] / sizes))
     rate = math.log(max(off / (part * local), math.e)) / part
-    until = begin + min(math.log(max(wanted / local, 1.0)) / rate, 1.0) * (
-        float(label(found)[1][-1]) - begin
-    )
+    until = begin + min(math.log(max(wanted / local, 1.0)) / rate, 1.0) * (end_time(found) - begin)
     return error._replace(until=until)
 
 

@@ -81,7 +81,7 @@ class Ranked:
         self._integrator, self._start, self._first = integrator, state, integrator.done
         self.second: Second | None = None
         self.compiled = stepper.compiled
-        self.end = integrator.time
+        self.end, self.final = integrator.time, stepper.state  # with the clock, where there is one
         self.window = 2 if stepper.ranked else min(integrator.method.order + 1, LONGEST)
         self.power = 2.0 if stepper.ranked else 1.0
         template, self._places = _template(self.window, self.power, stepper.rows)
@@ -115,7 +115,7 @@ class Ranked:
             (stepper.time_after(int(ats[k]) - self.window), marks[k, :size].copy())
             for k in range(count)
         ]
-        return [*found, (self._integrator.time, self._integrator.state)]
+        return [*found, (self.end, self.final[:size])]
 
     @property
     def concentrated(self) -> bool:

@@ -22,7 +22,7 @@ __all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "Setting", "rough_error
 
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
-DOUBT = 6.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
+DOUBT = 12.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
 ENOUGH = 3.0  # times what is wanted of the end, where sums of local errors are better known
 SURE = 0.1  # of a limit: what one measurement shows is known to be less
 AIM = 0.3  # of what is promised

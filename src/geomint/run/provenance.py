@@ -53,7 +53,7 @@ def run_provenance(solution: Result) -> dict[str, Any]:
 
 def run_record(solution: Result) -> dict[str, Any]:
     """Return what was integrated, how, and at what cost."""
-    problem, error = solution.problem, solution.local_error
+    problem, error, end = solution.problem, solution.local_error, solution.end_error
     return {
         "problem": problem.name,
         "pieces": [[name, rows] for name, rows in problem.pieces],
@@ -65,6 +65,7 @@ def run_record(solution: Result) -> dict[str, Any]:
         "route": solution.route,
         "accuracy": None if solution.accuracy is None else finite_json(solution.accuracy._asdict()),
         "local_error": None if error is None else finite_json(error._asdict()),
+        "end_error": None if end is None else finite_json(end._asdict()),
         "step": solution.step,
         "step_sizes": solution.step_sizes._asdict(),
         "steps": solution.steps,

@@ -297,7 +297,7 @@ class Recorder:
             status, message = NOT_FINITE, bad
         restart, met = self._integrator.restart, {}
         if self._ranked is not None:
-            self._ranked.end = self._before[0]
+            self._ranked.end, self._ranked.final = self._before
         if self._crossings is not None:
             restart = self._crossings.left_behind(restart, self._before[0], span)
             met = self._crossings.met(self._clock, self._before[0])

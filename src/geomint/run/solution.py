@@ -71,6 +71,9 @@ class Solution(Shown, Pictures, Result):
     local_error : LocalError or None
         What steps err by (`geomint.run.local_error`): the worst, where, and the sum; measured when it
         is asked for. None of adaptive methods, and of the exact flow.
+    end_error : EndError or None
+        Where something is promised of the end, what a second run says of it
+        (`geomint.run.second`): with a tolerance, and with neither method nor step.
     ranked : Ranked or LocalError or None
         What it is measured by, or the same.
     accuracy : Accuracy or None
