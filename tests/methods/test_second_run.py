@@ -1,0 +1,138 @@
+"""What is promised of the end holds, as a second run tells, or a warning comes."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import geomint as gi
+from geomint.problems.testproblems import henon_heiles
+from geomint.run.growth import end_error, hopeless
+from geomint.run.second import LONGER, Second
+
+
+@gi.field
+def saddle(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = params[0] * y[0] - y[0] * y[0] * y[0]
+
+
+@gi.field
+def pole(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = params[0] * y[0] * y[0]
+    out[1] = 0.0 * y[1]
+
+
+@gi.field
+def chirp(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    w = 1.0 + params[0] * t
+    out[0] = y[1]
+    out[1] = -w * w * y[0]
+
+
+@gi.field
+def switched(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = y[1]
+    out[1] = -y[0] + gi.select(t > params[0], 0.01, 0.0)
+
+
+MOTIONS: dict[str, tuple[Any, float, list[float], float]] = {
+    "out of a saddle": (saddle, 1.0, [1e-4, 0.0], 24.0),
+    "over a saddle and back": (saddle, 1.0, [0.9, 0.4], -40.0),
+    "up to a pole": (pole, 1.0, [2.0, 1.0], 0.499),
+    "faster and faster": (chirp, 1.3, [0.7, 0.3], 20.0),
+    "a force that switches": (switched, 7.3, [0.7, 0.3], 15.0),
+    "at rest": (saddle, -1.0, [0.0, 0.0], 30.0),
+}
+
+
+def right(field: Any, param: float, y0: list[float], end: float) -> tuple[Any, float]:
+    """Return the state at the end by SciPy, begun anew where the force switches, and the largest number."""
+    work, y, t, largest = [0.0], np.array(y0), 0.0, 1e-9
+
+    def rates(t: float, y: Any, after: float) -> list[float]:
+        out = [0.0, 0.0]
+        field.function([param], max(t, after) if end > 0.0 else t, y, out, work)
+        return out
+
+    for stop in (param, end) if field is switched else (end,):
+        late = math.nextafter(t, math.inf) if t else 0.0
+        found = solve_ivp(
+            rates, (t, stop), y, args=(late,), method="DOP853", rtol=3e-14, atol=1e-22
+        )
+        y, t, largest = found.y[:, -1], stop, max(np.abs(found.y).max(), largest)
+    return y, largest
+
+
+@pytest.mark.parametrize("asked", [{}, {"tolerance": 1e-7, "method": "auto"}], ids=["none", "auto"])
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_end_is_as_promised_or_said_not_to_be(motion: str, asked: dict[str, Any]) -> None:
+    field, param, y0, end = MOTIONS[motion]
+    problem = gi.Problem(motion.replace(" ", "-"), (("y", 2),), params=[param], field=field)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        sol = gi.solve(problem, y0, t_end=end, progress=False, **asked)
+    truth, largest = right(field, param, y0, end)
+    error = np.abs(sol.y[-1] - truth).max() / largest
+    assert error < 30.0 * asked.get("tolerance", 1e-9)
+    assert not told
+
+
+@pytest.mark.parametrize("end", [5.0, 400.0])  # at once, and in another thread
+def test_the_second_run_is_that_of_longer_steps(end: float) -> None:
+    problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
+    integrator = gi.Integrator(problem, y0, step=0.1)
+    second = Second(integrator)
+    second.begin(end)
+    plain = gi.Integrator(problem, y0, step=LONGER * integrator.h)
+    plain.propagate_until(end)
+    np.testing.assert_allclose(second.state(end), plain.state, atol=1e-12)
+    plain.reset()
+    plain.propagate_until(0.7 * end)  # where an event has ended the run
+    np.testing.assert_allclose(second.state(0.7 * end), plain.state, atol=1e-12)
+
+
+def test_what_ends_tell() -> None:
+    """A difference of r^p − 1 errors where few enough are left; the error itself where errors grow."""
+    problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
+    sol = gi.solve(problem, y0, t_end=40.0, step=0.8, progress=False)
+    local, ones = sol.local_error, np.ones(4)
+    assert local is not None
+
+    def found(apart: float, ratio: float = 50.0) -> Any:
+        return end_error(sol, sol.y[-1] + apart, 1e-16, ones, 0.0, ratio)
+
+    assert found(1e-17).error <= max(local.total, 1e-17) * 1.1
+    regular = 20.0 * local.total
+    assert found(regular).error == pytest.approx(max(regular / 49.0, local.total), rel=0.3)
+    grown = found(1e4 * 50.0 * local.total)
+    assert grown.error == pytest.approx(5e5 * local.total, rel=0.3)
+    assert grown.grown == pytest.approx(1e4, rel=0.5)
+    assert 0.0 <= grown.until < 40.0
+    sol.end_error = grown
+    assert hopeless(sol, 1e-16, None)
+    assert not hopeless(sol, 1e-6, None)
+
+
+def test_it_is_of_the_end_whatever_is_saved() -> None:
+    problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
+    whole = gi.solve(problem, y0, t_end=50.0, progress=False)
+    some = gi.solve(problem, y0, t_end=50.0, t_eval=[3.0], progress=False)
+    assert whole.end_error is not None and some.end_error is not None
+    assert whole.end_error[1:] == some.end_error[1:]
+    assert some.end_error.error < 1e-13
+    assert gi.solve(problem, y0, t_end=50.0, method="gauss-8", progress=False).end_error is None
+
+
+def test_saddles_are_passed_by_variable_steps_too() -> None:
+    problem = gi.Problem("saddle", (("y", 2),), params=[1.0], field=saddle)
+    given: dict[str, Any] = {"method": "dop853-adaptive", "tolerance": 1e-8, "progress": False}
+    sol = gi.solve(problem, [1e-4, 0.0], t_end=24.0, **given)
+    assert sol.end_error is not None
+    truth, _ = right(saddle, 1.0, [1e-4, 0.0], 24.0)
+    assert np.abs(sol.y[-1] - truth).max() < 3e-7
