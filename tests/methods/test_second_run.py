@@ -52,7 +52,7 @@ MOTIONS: dict[str, tuple[Any, float, list[float], float]] = {
 
 
 def right(field: Any, param: float, y0: list[float], end: float) -> tuple[Any, float]:
-    """Return the state at the end by SciPy, begun anew where the force switches, and the largest number."""
+    """Return the state at the end by SciPy, begun anew at a switch, and the largest number."""
     work, y, t, largest = [0.0], np.array(y0), 0.0, 1e-9
 
     def rates(t: float, y: Any, after: float) -> list[float]:
@@ -123,7 +123,8 @@ def test_it_is_of_the_end_whatever_is_saved() -> None:
     problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
     whole = gi.solve(problem, y0, t_end=50.0, progress=False)
     some = gi.solve(problem, y0, t_end=50.0, t_eval=[3.0], progress=False)
-    assert whole.end_error is not None and some.end_error is not None
+    assert whole.end_error is not None
+    assert some.end_error is not None
     assert whole.end_error[1:] == some.end_error[1:]
     assert some.end_error.error < 1e-13
     assert gi.solve(problem, y0, t_end=50.0, method="gauss-8", progress=False).end_error is None

@@ -21,13 +21,11 @@ from ..arguments import Array
 from ..errors import DomainError, GeomintWarning, StepError
 from ..methods.adaptive import LEAST_RTOL, Adaptive
 from ..methods.method import Method
-from ..problems.evaluate import derivative
 from ..problems.spaces.repair import warn
-from ..problems.time_scale import characteristic_time
 from .restart import Restart
 from .solution import Solution
 
-__all__ = ["check_estimate", "error_at_end", "error_estimate"]
+__all__ = ["check_estimate", "error_estimate"]
 
 FINER = 16.0  # times smaller tolerances
 
@@ -109,22 +107,3 @@ def finer(method: Method, step: float) -> tuple[dict[str, Any], float]:
         chosen = dataclasses.replace(method, rtol=rtol, atol=method.atol / FINER)
         return {"method": chosen}, 1.0 / (1.0 - 1.0 / FINER)
     return {"method": method, "step": 0.5 * abs(step)}, 1.0 / (1.0 - 0.5**method.order)
-
-
-def error_at_end(solution: Solution) -> float | None:
-    """Return the estimated error of the last state, relative to the largest number of each piece.
-
-    Or to what that becomes in a characteristic time, where the piece turns around. None without an
-    estimate.
-    """
-    if solution.error_estimate is None or not len(solution.y):
-        return None
-    problem, y, t = solution.problem, solution.y[-1], float(solution.tau[-1])
-    try:
-        moved = characteristic_time(problem, y, solution.step, t) * derivative(problem, y, t)
-    except DomainError:  # there is none
-        moved = np.zeros_like(y)
-    sizes, error = np.maximum(np.abs(y), np.abs(moved)), np.abs(solution.error_estimate[-1])
-    whole = float(sizes.max()) or 1.0
-    pieces = problem.slices.values()
-    return max(float(error[p].max()) / (float(sizes[p].max()) or whole) for p in pieces)

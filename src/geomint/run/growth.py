@@ -24,6 +24,7 @@ from .solution import Solution
 __all__ = [
     "end_error",
     "end_time",
+    "estimated",
     "hopeless",
     "may_grow",
     "met",
@@ -41,6 +42,7 @@ TRUSTED = 100.0  # times less than what two runs differ by one errs, at most, if
 SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
 SHORT = 6  # steps, which tell little
 ROUNDING = 2.0**-53  # of each step, at least
+CLEAR = 0.1  # of roundings: local errors that are nothing beside them
 
 
 def may_grow(found: Solution, start: Array, time: float) -> bool:
@@ -101,6 +103,14 @@ def sizes_of(found: Solution, *more: Array) -> Array:
     for rows in found.problem.slices.values():
         sizes[rows] = sizes[rows].max() or whole
     return np.asarray(sizes)
+
+
+def estimated(found: Solution) -> float | None:
+    """Return the estimated error of the last saved state, as `end_error`; None without an estimate."""
+    error = found.error_estimate
+    if error is None or not len(error):
+        return None
+    return float(np.max(np.abs(error[-1]) / sizes_of(found)))
 
 
 def end_error(
@@ -178,7 +188,7 @@ def hopeless(found: Solution, wanted: float, before: Solution | None) -> bool:
 def _rounded(found: Solution) -> bool:
     """Tell whether local errors are roundings, as far as they add up."""
     error = rough_error(found)
-    return error is not None and error.total <= ROUNDING * found.steps
+    return error is not None and error.total <= CLEAR * ROUNDING * found.steps
 
 
 def _local(found: Solution) -> float:

@@ -26,10 +26,10 @@ from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
 from .crossings import Crossings
 from .driver import Account, drive
-from .error_estimate import check_estimate, error_at_end, error_estimate, label
+from .error_estimate import check_estimate, error_estimate, label
 from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
-from .growth import met, tell_end_error
+from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
 from .progress import Progress
 from .promise import Setting, rough_error
@@ -184,11 +184,11 @@ def solve(
     if accuracy is not None:
         known = rough_error(solution) if kept else solution.local_error
         accuracy = solution.accuracy = accuracy._replace(steps=known)
-    estimated = error_at_end(solution)
+    measured = estimated(solution)
     if chosen.wanted is not None and not met(solution, chosen.wanted):
         tell_end_error(solution, chosen.wanted, t0 if label(solution)[0] == "t" else 0.0)
-    elif accuracy is not None and (solution.end_error is None or estimated is not None):
-        accuracy.tell(estimated)
+    elif accuracy is not None and (solution.end_error is None or measured is not None):
+        accuracy.tell(measured)
     elif not kept:
         tell_errors(solution)
     return solution

@@ -9,10 +9,9 @@ from ..arguments import Array
 from ..errors import DomainError
 from ..methods import Method, Start
 from ..methods.adaptive import Adaptive
-from ..problems.evaluate import rates_of, scales_of, states_around, value_of
+from ..problems.evaluate import scales_of, states_around, value_of
 from ..problems.problem import Problem
 from ..problems.spaces.repair import warn
-from ..problems.time_scale import characteristic_time
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
 from .local_error import Ranked
@@ -25,8 +24,8 @@ __all__ = ["tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_ru
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
 LOST = 1e-2  # of the scale of an integral: what is off by more at the end is not the motion
-KEPT = 1e-6  # likewise, where a step is longer than a turn
-TURN = 2.0 * math.pi  # characteristic times: that of a rotation by once around
+KEPT = 1e-6  # likewise, where steps err by more than `ROUGH` of a piece
+ROUGH = 0.1
 FEW = 60  # numbers of a state whose integrals plain Python evaluates in a moment
 
 
@@ -68,9 +67,8 @@ def tell_coarse_steps(
 ) -> None:
     """Warn of given steps that cannot follow the motion, as far as its end shows it.
 
-    An integral of the motion is off there by more than `LOST`; or a step is longer than a turn at the
-    characteristic rate of the beginning, and no integral is kept. Methods that keep their integrals at
-    such steps, as group methods do in a steady rotation, are right.
+    An integral of the motion is off there by more than `LOST`; or a step errs by more than `ROUGH` of a
+    piece, and no integral is kept.
     """
     problem, ranked = start.problem, solution.ranked
     if isinstance(ranked, Ranked) and 0.0 < ranked.number("total") < QUIET:
@@ -80,11 +78,12 @@ def tell_coarse_steps(
     off = _integrals_off(solution, recorder, start, watched)
     if problem.invariants and not off:
         return
-    turning = _turns(start) > TURN
+    error = ranked.error.largest if isinstance(ranked, Ranked) else 0.0
+    turning = error > ROUGH
     lost = [name for name, part in off.items() if part > (KEPT if turning else LOST)][:1]
     told = [f"{name} is off by {off[name]:.2g} of its size at the end" for name in lost]
     if turning and (lost or not problem.invariants):
-        told.append("the motion turns around within one")
+        told.append(f"one errs by {error:.2g} of a piece of the state")
     if told:
         warn(
             f"steps of {abs(start.h):.3g} are so long that {' and '.join(told)}: give a "
@@ -120,21 +119,3 @@ def _integrals_off(
         if change > KEPT * max(scale, abs(before)):
             found[name] = change / max(scale, abs(before))
     return found
-
-
-def _turns(start: Start) -> float:
-    """Return how many characteristic times a step is."""
-    problem, state, h, t0 = start.problem, start.y0, start.h, start.t0
-    rate_at = rates_of(problem, state, start.compiled)
-    rates, numbers = rate_at(problem, state, t0).tolist(), state.tolist()
-
-    def largest(of: list[float], piece: slice) -> float:
-        return max(map(abs, of[piece]))
-
-    pieces = problem.slices.values()
-    if not any(abs(h) * largest(rates, p) > TURN * largest(numbers, p) for p in pieces):
-        return 0.0  # at no cost
-    try:
-        return abs(h) / characteristic_time(problem, state, h, t0, rate_at)
-    except DomainError:  # there is none, as there is no derivative
-        return 0.0

@@ -18,13 +18,13 @@ __all__ = ["PARTING", "TRIAL"]
 
 @helper
 def parting(
-    coarse: Any, fine: Any, rows: int, count: int, factor: float, moved: Any, y0: Any, ends: Any,
+    coarse: Any, fine: Any, rows: int, count: int, factor: float, y0: Any, ends: Any,
     sizes: Any, errors: Any,
 ) -> None:  # fmt: skip
     """Write for each of `count` states the largest deviation, relative to the size of its piece.
 
     States have `rows` numbers, the first of which are those of y0. Deviations are differences over
-    `factor`, less `moved` unless that is empty. Pieces end at `ends`; the size of one is its largest
+    `factor`. Pieces end at `ends`; the size of one is its largest
     number in y0 or along `fine`, or that of all where it is 0.
     """
     whole = 0.0
@@ -47,8 +47,6 @@ def parting(
         errors[k] = 0.0
         for r in range(len(y0)):
             off = (coarse[k * rows + r] - fine[k * rows + r]) / factor
-            if len(moved) > 0:
-                off -= moved[k * len(y0) + r]
             error = abs(off) / sizes[r]
             if error > errors[k] or error != error:  # which stays
                 errors[k] = error
@@ -58,7 +56,7 @@ def parting(
 def trial(
     advance: Any, functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any,
     work: Any, rows: int, t: float, h: float, shorter: float, coarse: int, fine: int, out: Any,
-    count: int, factor: float, moved: Any, y0: Any, ends: Any, sizes: Any, errors: Any,
+    count: int, factor: float, y0: Any, ends: Any, sizes: Any, errors: Any,
 ) -> tuple[int, int, int, float]:  # fmt: skip
     """Write `count` states of a run by steps `h`, and of one by `shorter` ones, and how they part.
 
@@ -87,11 +85,11 @@ def trial(
         if k == 0:
             first = iterations
     both = part(out, 0, size), part(out, size, size)
-    parting(both[0], both[1], rows, count, factor, moved, y0, ends, sizes, errors)
+    parting(both[0], both[1], rows, count, factor, y0, ends, sizes, errors)
     return OK, 2, first, 0.0
 
 
-_BLOCKS: dict[str, Kind] = dict.fromkeys(("moved", "y0", "ends", "sizes", "errors"), BLOCK)
+_BLOCKS: dict[str, Kind] = dict.fromkeys(("y0", "ends", "sizes", "errors"), BLOCK)
 _PARTED: dict[str, Kind] = {"count": WHOLE, "factor": REAL, **_BLOCKS}
 PARTING = Bound(parting, takes(coarse=BLOCK, fine=BLOCK, rows=WHOLE, **_PARTED))
 _RUNS: dict[str, Kind] = {"t": REAL, "h": REAL, "shorter": REAL, "coarse": WHOLE, "fine": WHOLE}

@@ -216,17 +216,13 @@ def _step(wanted: Wanted, method: Method) -> Setting:
     less = min(1.0, math.sqrt(LARGE / motion.problem.rows))
     turns = TURNS + (MORE_TURNS * p if method.symmetric else 0.0)
     turns = max(less * TURNS, min(turns, less * SHORT_PART * wanted.turns))
-    short, long = wanted.length(turns, PART), wanted.length(LONG_TURNS, LONG_PART)
-    other = options.get("iteration") == "auto"
+    short, other = wanted.length(turns, PART), options.get("iteration") == "auto"
     for iteration in ("fixed-point", "auto") if other else ("",):
         tried = trials(varied(own, "iteration", iteration) if iteration else own)
         search = Search(functools.partial(tried, short), wanted.goal, p, most, implicit)
         step, expected = search.run(first)
         if not search.stiff(step, expected):
             break
-    grows = not method.symmetric or first > FASTER * step  # or of a time that says little
-    if grows and long > short and math.isfinite(expected):
-        step, expected = search.corrected(step, expected, functools.partial(tried, long))
     floor = rounding_floor(wanted.turns, step / time)
     accuracy = wanted.accuracy(expected, floor, search.record)
     faster = first / step

@@ -17,12 +17,11 @@ import numpy as np
 
 from ...arguments import Array
 from ...kernels.compiling.call import Call
-from ...kernels.numbers.blocks import Block, scalar_block
+from ...kernels.numbers.blocks import Block
 from ...kernels.solve.status import NOT_CONVERGED, OK
 from ...kernels.solve.trial import PARTING, TRIAL
 from ...methods.partial import driven, own_blocks
 from ...methods.stepper import Stepper
-from ...problems.evaluate import rates_of, value_of
 from ...problems.problem import Problem
 from ..local_error import COARSE, FINE
 
@@ -110,9 +109,6 @@ def stretch(
         return None
     runs, sizes, errors, work = found
     times = COARSE * each * step * np.arange(1.0, len(errors) + 1.0)
-    if motion.physical is not None:
-        factor = 1.0 - (COARSE / FINE) ** order
-        return compared(motion, times, runs, factor, step, each, work, most)
     return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), runs[1], most)
 
 
@@ -150,7 +146,7 @@ def _trial(stepper: Stepper, motion: Motion) -> Call:
     known = {**driven(stepper), **own_blocks(stepper), "ends": _ends(motion)}
     unused = ("write", "table", "begun", "whole")
     given = {key: value for key, value in known.items() if key not in unused}
-    return TRIAL.call(stepper.compiled, **given, moved=scalar_block(0))
+    return TRIAL.call(stepper.compiled, **given)
 
 
 def _ends(motion: Motion) -> Block:
@@ -183,27 +179,11 @@ def compared(
 
     None where one of them is not finite, or they part by `most`.
     """
-    (coarse, fine), rows, moved = runs, len(motion.y0), np.zeros(0)
-    if motion.physical is not None:
-        late = (coarse[:, rows] - fine[:, rows]) / factor
-        moved = _moved(motion, fine, late, times)
-    sizes, errors = np.empty(rows), np.empty(len(times))
-    arrays = {"coarse": coarse, "fine": fine, "moved": moved, "y0": motion.y0}
+    coarse, fine = runs
+    sizes, errors = np.empty(len(motion.y0)), np.empty(len(times))
+    arrays = {"coarse": coarse, "fine": fine, "y0": motion.y0}
     call = PARTING.call(motion.compiled, ends=_ends(motion))
     call.set(**{name: Block(np.ascontiguousarray(a).reshape(-1)) for name, a in arrays.items()})
     call.set(sizes=Block(sizes), errors=Block(errors))
     call(rows=coarse.shape[1], count=len(times), factor=factor)
     return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), fine, most)
-
-
-def _moved(motion: Motion, states: Array, late: Array, times: Array) -> Array:
-    """Return how much states move in the physical time by which they are late."""
-    problem, clock = motion.problem, motion.problem.clock
-    assert clock is not None
-    moved = np.zeros((len(states), problem.rows))
-    rate_at = rates_of(problem, motion.y0, motion.compiled)
-    pace_at = value_of(problem, clock, motion.y0, motion.compiled)
-    for i, (y, time) in enumerate(zip(states[:, : problem.rows], times, strict=True)):
-        rates = rate_at(problem, y, motion.begin + math.copysign(time, motion.span))
-        moved[i] = rates / pace_at(y, 0.0) * late[i]
-    return moved
