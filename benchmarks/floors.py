@@ -26,10 +26,11 @@ import subprocess
 import sys
 import tarfile
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import platformdirs
 
@@ -186,6 +187,27 @@ def kept_runs() -> Found:
     return Found(float(run.returncode), last)
 
 
+@functools.cache
+def traps() -> dict[str, Any]:
+    """Return how often motions that mislead were wrong in silence, by seeds of the clock."""
+    seeds = [str(int(time.time()) % 1_000_000 + k) for k in range(3)]
+    with tempfile.TemporaryDirectory() as folder:
+        script = [sys.executable, str(Path(__file__).with_name("traps.py")), "--seeds", *seeds]
+        command = [*script, "--count", "1008", "--out", folder, "--images", folder]
+        subprocess.run(
+            command, check=True, capture_output=True, env=environment(ROOT, CACHE / "traps")
+        )
+        found: dict[str, Any] = json.loads((Path(folder) / "traps.json").read_text())["all"]
+    return {**found, "seeds": ", ".join(seeds)}
+
+
+def trapped(what: str) -> Found:
+    """Return the share of motions that ended so."""
+    found = traps()
+    note = f"{found.get(what, 0)} of {found['motions']}, seeds {found['seeds']}"
+    return Found(found["shares"][what], note)
+
+
 FLOORS: dict[str, dict[str, Floor]] = {
     "ground": {
         "solve": Floor(0.5, lambda: call("solve")),
@@ -194,6 +216,16 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "cold-drift": Floor(1.0, cold_drift),
         "lines": Floor(45_100, lambda: weight("src", "lines")),
         "tokens": Floor(452_000, lambda: weight("src", "tokens")),
+        "kept": Floor(0, kept_runs),
+    },
+    "watched": {
+        "silent": Floor(0.001, lambda: trapped("silent")),
+        "warned": Floor(0.02, lambda: trapped("warned")),
+        "refused": Floor(0.02, lambda: trapped("refused")),
+        "regular": Floor(1.2, lambda: call("promised")),
+        "cold-drift": Floor(1.05, cold_drift),
+        "lines": Floor(45_077, lambda: weight("src", "lines")),
+        "tokens": Floor(451_955, lambda: weight("src", "tokens")),
         "kept": Floor(0, kept_runs),
     },
     "calls": {

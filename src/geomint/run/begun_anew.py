@@ -7,36 +7,29 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import Array
 from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
 from .error_estimate import label
-from .growth import end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of, worse
+from .growth import end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of
 from .local_error import Ranked
-from .promise import FEW_STEPS, MOST_STEPS, STRICTER, Setting
+from .promise import FEW_STEPS, MOST_STEPS, STRICTER, UNEVEN, Setting
 from .second import LONGER
 from .solution import Solution
 
 __all__ = ["begun_anew"]
 
+LONGEST = 4  # times as many steps as the first run had, or `MOST_STEPS`
 ATTEMPTS, FAILURES = 14, 9  # runs with shorter steps, and those that may fail
 MISSED = 3  # runs whose steps erred too much: variable ones are taken then, if they may be
 GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
 MOST_LONGER = 1e3  # times: what is more says no more
 LOOKS = 17  # states of a second run, by which pieces are as large as they become
 QUIET: dict[str, Any] = {
-    **{
-        "t_end": None,
-        "tau_end": None,
-        "t_eval": None,
-        "tau_eval": None,
-        "dense": False,
-        "events": None,
-        "save_every": None,
-    },
-    **{"observe": (), "callback": None, "estimate_error": False, "progress": False},
+    **dict.fromkeys(("t_end", "tau_end", "t_eval", "tau_eval", "events", "save_every", "callback")),
+    **{"observe": (), "dense": False, "estimate_error": False, "progress": False},
 }
-
 Solved = Callable[..., Solution]
 
 
@@ -53,33 +46,45 @@ def begun_anew(
     wanted, begin = chosen.wanted, named["t0"] if label(found)[0] == "t" else 0.0
     if not found.success or found.steps == 0:
         return found, chosen
-    sizes, before = np.zeros(0), None
+    before, most = None, max(most, LONGEST * found.steps)
     if wanted is not None:
-        states, ratio = _second(found, solved, chosen, named, begin)
-        if len(states):
-            sizes = sizes_of(found, *states[: 0 if isinstance(found.ranked, Ranked) else None])
-            found.end_error = end_error(found, states[-1], wanted, sizes, begin, ratio)
+        sizes, other, ratio = np.zeros(0), second_end(found), LONGER**found.method.order
+        if isinstance(found.method, Adaptive):
+            sizes, other, ratio = _looser(found, solved, chosen, named, begin)
+        if other is not None:
+            sizes = sizes if len(sizes) else sizes_of(found)
+            found.end_error = end_error(found, other, wanted, sizes, begin, ratio)
     for k in range(0 if once else ATTEMPTS):
         unknown = wanted is not None and found.end_error is None and found.ranked is not None
         if not unknown and chosen.kept(found) and (wanted is None or met(found, wanted)):
             break
         if wanted is not None and hopeless(found, wanted, before):
             break
-        shorter = chosen.variable(found) if k >= MISSED and _uneven(found) else None
+        uneven = isinstance(found.ranked, Ranked) and found.ranked.concentrated
+        shorter = chosen.variable(found) if k >= MISSED and uneven else None
         shorter = shorter or chosen.shorter(found, most)
         if shorter is None:
             break
         before, former = found, chosen
-        found, chosen = _succeeded(solved, shorter, {**named, "confirmed": False}, most, once)
+        try:
+            found, chosen = _succeeded(solved, shorter, {**named, "confirmed": False}, most, once)
+        except StepError:  # of the shorter one alone
+            break
         if not found.success:
             break
         if wanted is not None:
-            if isinstance(found.ranked, Ranked) or not len(sizes):
+            other, longer = final(before), before.step / found.step
+            ratio = min(longer, MOST_LONGER) ** found.method.order
+            if isinstance(found.ranked, Ranked):
                 sizes = sizes_of(found)
-            p, longer = found.method.order, before.step / found.step
-            ratio = min(longer, MOST_LONGER) ** p if chosen.step else 1.0 / STRICTER
-            found.end_error = end_error(found, final(before), wanted, sizes, begin, ratio)
-            if not chosen.step and worse(found, before):  # variable steps, which have not helped
+            elif isinstance(before.ranked, Ranked):
+                sizes, other, ratio = _looser(found, solved, chosen, named, begin)
+            else:
+                ratio = 1.0 / STRICTER
+            if other is not None:
+                found.end_error = end_error(found, other, wanted, sizes, begin, ratio)
+            now, then = found.end_error, before.end_error
+            if now and then and not chosen.step and now.error > then.error:  # varied in vain
                 return before, former
     return found, chosen
 
@@ -102,32 +107,21 @@ def _succeeded(
     raise AssertionError("no run")
 
 
-def _uneven(found: Solution) -> bool:
-    """Tell whether few steps make most of the errors."""
-    return isinstance(found.ranked, Ranked) and found.ranked.concentrated
-
-
-def _second(
-    found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
-) -> tuple[Any, float]:
-    """Return states of a second run, the last one at the end, and how many times as much it errs."""
-    if isinstance(found.method, Adaptive):
-        return _looser(found, solved, chosen, named, begin), 1.0 / STRICTER
-    end = second_end(found)
-    return () if end is None else (end,), LONGER**found.method.order
-
-
 def _looser(
     found: Solution, solved: Solved, chosen: Setting, named: Mapping[str, Any], begin: float
-) -> Any:
-    """Return states of a run with larger local tolerances, the last one at the end; or none."""
+) -> tuple[Array, Array | None, float]:
+    """Return sizes of pieces, and the end of a run with larger local tolerances, that errs more.
+
+    None where nothing says that the run errs.
+    """
     accuracy, name, end = chosen.accuracy, label(found)[0], end_time(found)
-    doubted = accuracy is None or accuracy.note != ""
-    own = named["t0"] if found.problem.time == "t" else 0.0
+    doubted = accuracy is None or accuracy.note != "" or accuracy.reason == UNEVEN
+    own, none = named["t0"] if found.problem.time == "t" else 0.0, (np.zeros(0), None, 1.0)
     if chosen.state is None or not (doubted or may_grow(found, chosen.state, own)):
-        return ()
+        return none
     given = {f"{name}_end": end, f"{name}_eval": np.linspace(begin, end, LOOKS)[1:]}
     try:
-        return solved(**{**named, **QUIET, **given, **chosen.looser()}).y
+        states = solved(**{**named, **QUIET, **given, **chosen.looser()}).y
     except StepError:
-        return ()
+        return none
+    return sizes_of(found, *states), states[-1], 1.0 / STRICTER

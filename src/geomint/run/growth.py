@@ -31,7 +31,6 @@ __all__ = [
     "second_end",
     "sizes_of",
     "tell_end_error",
-    "worse",
 ]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
@@ -49,7 +48,7 @@ def may_grow(found: Solution, start: Array, time: float) -> bool:
     """Tell whether errors may grow, by eigenvalues of the linearised motion at both ends of a run."""
     problem, end = found.problem, end_time(found)
     rate_at = rates_of(problem, start)
-    known = ((start, time), (final(found), end))
+    known = ((start, time), (final(found)[: problem.rows], end))
     rates = (end - time) * np.array([jacobian(problem, y, t, rate_at) for y, t in known])
     return bool(np.isfinite(rates).all() and np.linalg.eigvals(rates).real.max() > GROWN)
 
@@ -71,16 +70,11 @@ def second_end(found: Solution) -> Array | None:
 
 
 def final(found: Solution) -> Array:
-    """Return the state at the end of a run, which may not be saved."""
-    return _last(found)[: found.problem.rows]
-
-
-def _last(found: Solution) -> Array:
-    """Return it with the clock, where there is one; variable steps end there, with their time."""
+    """Return the end of a run, saved or not: the state, the clock where there is one, and more."""
     ranked, restart = found.ranked, found.restart
     if isinstance(ranked, Ranked):
         return ranked.final
-    assert restart is not None
+    assert restart is not None  # variable steps end there
     return restart.memory
 
 
@@ -88,9 +82,9 @@ def end_time(found: Solution) -> float:
     """Return the time of that state, as the end is given."""
     ranked, rows = found.ranked, found.problem.rows
     if label(found)[0] == "t" and found.problem.time == "tau":
-        return float(_last(found)[rows])
+        return float(final(found)[rows])
     clock = found.restart is not None and found.restart.clock
-    return ranked.end if isinstance(ranked, Ranked) else float(_last(found)[rows + clock])
+    return ranked.end if isinstance(ranked, Ranked) else float(final(found)[rows + clock])
 
 
 def sizes_of(found: Solution, *more: Array) -> Array:
@@ -120,7 +114,8 @@ def end_error(
 
     `begin` is where the run began, in the time that its end is given in.
     """
-    error, end = float(np.max(np.abs(final(found) - other) / sizes)), end_time(found)
+    rows, end = len(sizes), end_time(found)
+    error = float(np.max(np.abs(final(found)[:rows] - other[:rows]) / sizes))
     if error <= wanted and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
@@ -167,12 +162,6 @@ def met(found: Solution, wanted: float) -> bool:
     return error is None or error.error <= ENOUGH * wanted
 
 
-def worse(found: Solution, before: Solution) -> bool:
-    """Tell whether a run errs more at the end than the one before."""
-    now, then = found.end_error, before.end_error
-    return now is not None and then is not None and now.error > then.error
-
-
 def hopeless(found: Solution, wanted: float, before: Solution | None) -> bool:
     """Tell whether shorter steps would not help: roundings grow to more than what is wanted.
 
@@ -204,7 +193,9 @@ def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
     error = found.end_error = before_saturation(found, wanted, begin)
     if error is not None:
         accuracy, name = found.accuracy, label(found)[0]
-        asked = "the end may err by more" if accuracy is None else accuracy.doubt
+        asked = "the end may err by more"
+        if accuracy is not None:
+            asked = f"tolerance = {accuracy.tolerance:g} may not be met"
         because = accuracy.note if accuracy is not None else ""
         grow = f"errors of steps grow {error.grown:.2g} times on the way"
         warn(

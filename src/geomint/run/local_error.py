@@ -2,9 +2,10 @@
 
 Kernels rank steps (`geomint.kernels.solve.ranks`); errors are measured where a step is the worst so
 far. From the state there the stretch of the window is run again, in the run's steps and in shorter
-ones, 3 for every 2 of them: with order p these err (2/3)^p times as much, and the difference is
-1 − (2/3)^p of what the run's own err by (L. F. Richardson). That is no half of the step: what repeats
-itself from step to step would look the same. Errors of other steps follow from their numbers.
+ones, which by their order err a known part as much (L. F. Richardson): 3 for every 2 of them, behind a
+first one that is shorter still. Halves would see what repeats itself from step to step as the run's own
+steps do, and those of 2/3 alone a jump behind a common time: both err by it alike. Errors of other steps
+follow from their numbers.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ from .second import Second
 __all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
 
 COARSE, FINE = 2, 3  # steps of both runs from one meeting to the next
+FIRST = 0.283  # of a step: the first of the shorter ones, so that none are alike about a jump
 LONGEST = 9  # order of differences
-FEW, MANY = 0.5, 6  # of all numbers in one step, of more than so many steps;
-LEAST, PEAK, TINY = 0.1, 300.0, 1e-300  # or a tenth, and so many times the mean
+FEW, MANY, LEAST, PEAK = 0.5, 6, 0.1, 300.0  # parts of all numbers in one step: see `concentrated`
 FAR = 0.3  # of the largest number: steps that have less tell nothing of the worst
 
 
@@ -119,8 +120,8 @@ class Ranked:
 
     @property
     def concentrated(self) -> bool:
-        """Whether few steps make most of the errors."""
-        part = self.number("largest") ** self.power / max(self.number("total"), TINY)
+        """Whether few steps make most of the errors: one half of them, or a tenth, and 300 times the mean."""
+        part = self.number("largest") ** self.power / max(self.number("total"), 1e-300)
         done = self._integrator.done
         return done > MANY and (part > FEW or part > max(LEAST, PEAK / done))
 
@@ -164,7 +165,7 @@ class Ranked:
         rest = self.end - begin
         if not rounding(self.end) < math.copysign(rest, self._integrator.h * rest):
             return 0.0, begin
-        return self._parted(state, begin, (abs(rest), 1), (0.5 * abs(rest), 2)), begin
+        return self._error(state, begin, abs(rest), 1), begin
 
     @functools.cached_property
     def error(self) -> LocalError:
@@ -191,25 +192,25 @@ class Ranked:
         return LocalError(error / math.sqrt(taken), begin, error, step)
 
     def _error(self, y: Array, t: float, h: float, steps: int) -> float:
-        """Return what so many steps from a state err by, relative to the sizes of pieces."""
-        return self._parted(y, t, (h, steps), (h * COARSE / FINE, steps // COARSE * FINE))
-
-    def _parted(
-        self, y: Array, t: float, one: tuple[float, int], other: tuple[float, int]
-    ) -> float:
-        """Return what so many steps of a length err by, as far as shorter ones over it tell."""
-        made, ends = self._integrator, list[Array]()
-        single = made.stepper.aside
-        for length, count in (one, other):
-            single.begin(y, t, math.copysign(length, made.h))
-            if single.advance(0, count, count + 1, NOTHING).status != OK:
-                return math.inf
-            ends.append(single.state[: len(y)].copy())
+        """Return what so many steps from a state err by, as far as shorter ones over the time tell."""
+        made, many, ends = self._integrator, max(steps * FINE // COARSE, 1), list[Array]()
+        single, shorter = made.stepper.aside, (steps - FIRST) * h / many
+        for parts in (((h, steps),), ((FIRST * h, 1), (shorter, many))):
+            state, begin = y, t
+            for length, count in parts:
+                length = math.copysign(length, made.h)
+                single.begin(state, begin, length)
+                if single.advance(0, count, count + 1, NOTHING).status != OK:
+                    return math.inf
+                state, begin = single.state[: len(y)].copy(), begin + count * length
+            ends.append(state)
+        power = made.method.order + 1
+        left = (FIRST**power + many * (shorter / h) ** power) / steps
         largest, error = np.maximum(abs(y), abs(ends[1])), abs(ends[0] - ends[1])
         whole = float(largest.max()) or 1.0
         pieces = made.problem.slices.values()
         worst = max(float(error[p].max() / (largest[p].max() or whole)) for p in pieces)
-        worst /= 1.0 - (other[0] / one[0]) ** made.method.order
+        worst /= 1.0 - left
         return worst if math.isfinite(worst) else math.inf
 
 

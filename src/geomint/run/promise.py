@@ -18,7 +18,7 @@ from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import LocalError, Ranked
 from .solution import Solution
 
-__all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "Setting", "rough_error"]
+__all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "rough_error"]
 
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
@@ -32,7 +32,7 @@ STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one th
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
 TINY = 1e-300
 UNEVEN = "steps of one length erred too much, so that these vary"
-MOST_STEPS, FEW_STEPS = 2.0**24, 2.0**12  # that a run is begun anew with; in plain Python
+MOST_STEPS, FEW_STEPS = 2.0**20, 2.0**12  # that a run is begun anew with; in plain Python
 
 
 def shortened(factor: float, power: int) -> float:

@@ -156,21 +156,9 @@ def adaptive_stepper(attempt: Recorded) -> Recorded:
     step = _step(attempt)
 
     def advance(
-        functions: Any,
-        params: Any,
-        coefficients: Any,
-        fractions: Any,
-        memory: Any,
-        work: Any,
-        rows: int,
-        t0: float,
-        h: float,
-        first: int,
-        count: int,
-        every: int,
-        out: Any,
-        ranks: Any,
-    ) -> tuple[int, int, int, float]:
+        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
+        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
+    ) -> tuple[int, int, int, float]:  # fmt: skip
         """Take up to `count` steps, none beyond the end; write every `every`-th state and the end's.
 
         Arguments and results are those of `geomint.kernels.solve.advance`, but that time and step

@@ -29,21 +29,9 @@ def stepper(step: Recorded) -> Recorded:
     # A dispatcher that is handed on as an argument is an address in the machine code, which no
     # other process can use; one that is a closure value is code.
     def advance(
-        functions: Any,
-        params: Any,
-        coefficients: Any,
-        fractions: Any,
-        memory: Any,
-        work: Any,
-        rows: int,
-        t0: float,
-        h: float,
-        first: int,
-        count: int,
-        every: int,
-        out: Any,
-        ranks: Any,
-    ) -> tuple[int, int, int, float]:
+        functions: Any, params: Any, coefficients: Any, fractions: Any, memory: Any, work: Any,
+        rows: int, t0: float, h: float, first: int, count: int, every: int, out: Any, ranks: Any,
+    ) -> tuple[int, int, int, float]:  # fmt: skip
         """Take `count` steps and write every `every`-th state into `out`.
 
         Parameters
@@ -69,15 +57,9 @@ def stepper(step: Recorded) -> Recorded:
             t = t0 + (first + k) * h
             for j in range(substeps):
                 status, used, residual = step(
-                    functions,
-                    params,
-                    coefficients,
-                    j,
-                    memory,
-                    work,
-                    t + fractions[substeps + j] * h,
-                    fractions[j] * h,
-                )
+                    functions, params, coefficients, j, memory, work,
+                    t + fractions[substeps + j] * h, fractions[j] * h,
+                )  # fmt: skip
                 iterations += used
                 if status != OK:
                     return status, k, iterations, residual

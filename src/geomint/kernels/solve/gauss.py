@@ -193,17 +193,9 @@ inverse_scales = scales_by(magnitude)
 
 @inlined
 def gauss_step(
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    substep: int,
-    memory: Any,
-    work: Any,
-    t: float,
-    h: float,
-    groups: int,
-    rows: int,
-) -> tuple[int, int, float]:
+    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any, t: float,
+    h: float, groups: int, rows: int,
+) -> tuple[int, int, float]:  # fmt: skip
     """Solve for the stages by fixed-point iteration and add the update.
 
     Where what is extrapolated from the last step is no state of the field's, the iteration begins anew

@@ -57,21 +57,9 @@ def whole_step(
     for r in range(rows):
         memory[r] = states[at + r]
     status, _, _, _ = advance(
-        functions,
-        params,
-        coefficients,
-        fractions,
-        memory,
-        work,
-        rows,
-        t,
-        h,
-        0,
-        1,
-        2,
-        work,
+        functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, work,
         part(fractions, 0, 0),
-    )
+    )  # fmt: skip
     if status != OK:
         for r in range(len(memory)):
             memory[r] = 0.0
@@ -92,21 +80,9 @@ def one_step(
         memory[r] = whole[r]
     write(coefficients, table, theta)
     status, _, iterations, residual = advance(
-        functions,
-        params,
-        coefficients,
-        fractions,
-        memory,
-        work,
-        rows,
-        t,
-        h,
-        0,
-        1,
-        2,
-        work,
+        functions, params, coefficients, fractions, memory, work, rows, t, h, 0, 1, 2, work,
         part(fractions, 0, 0),
-    )
+    )  # fmt: skip
     return status, iterations, residual
 
 

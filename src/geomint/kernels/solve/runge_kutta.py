@@ -74,17 +74,9 @@ def largest(block: Any, rows: int) -> Any:
 
 @inlined
 def runge_kutta_stages(
-    field: Any,
-    params: Any,
-    table: Any,
-    y: Any,
-    carry: Any,
-    own: Work,
-    t: float,
-    h: float,
-    known: int,
-    rows: int,
-) -> None:
+    field: Any, params: Any, table: Any, y: Any, carry: Any, own: Work, t: float, h: float,
+    known: int, rows: int,
+) -> None:  # fmt: skip
     """Write ``k_i = f(t + c_i h, y + h Σ_j a_ij k_j)``; the first `known` of them are there already.
 
     y and its carry are an unevaluated sum; `table` and `own` are the parts of coefficients and scratch.

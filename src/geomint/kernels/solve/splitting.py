@@ -36,15 +36,9 @@ def splitting_work(rows: int, scratch: int) -> Work:
 
 @helper
 def splitting_step(
-    functions: Any,
-    params: Any,
-    coefficients: Any,
-    substep: int,
-    memory: Any,
-    work: Any,
-    t: float,
+    functions: Any, params: Any, coefficients: Any, substep: int, memory: Any, work: Any, t: float,
     h: float,
-) -> tuple[int, int, float]:
+) -> tuple[int, int, float]:  # fmt: skip
     """Compose ``φ_0(h/2) … φ_(m−2)(h/2) φ_(m−1)(h) φ_(m−2)(h/2) … φ_0(h/2)``.
 
     All flows get the middle of the step as their time. Of a composition the half flows of part 0 at

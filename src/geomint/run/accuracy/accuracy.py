@@ -67,11 +67,6 @@ class Accuracy(NamedTuple):
         known = f"an error of {self.expected:.1g}" if math.isfinite(self.expected) else "no end"
         return f"{len(self.trials)} trials let expect {known}"
 
-    @property
-    def doubt(self) -> str:
-        """What is said where the tolerance is not expected to be met."""
-        return f"tolerance = {self.tolerance:g} may not be met"
-
     def tell(self, measured: float | None = None) -> None:
         """Warn where the tolerance is not expected to be met, or was not, as a finer run says.
 
@@ -86,4 +81,4 @@ class Accuracy(NamedTuple):
                     f"{measured:.1g}{because}"
                 )
         elif self.note:
-            warn(f"{self.doubt}: {self.note}")
+            warn(f"{asked} may not be met: {self.note}")
