@@ -279,11 +279,10 @@ def test_evaluations_are_counted(name: str, problem: str, stages: int) -> None:
     assert sol.steps == 10
     assert sol.evaluations == sol.iterations * stages
     # A Gauss method evaluates all its stages in one call, in lanes; and tries once if it can. One call
-    # more finds out whether the field fits its declaration, and one, of steps that are not surely short
-    # enough, whether they can follow it.
+    # more finds out whether the field fits its declaration.
     gauss = name.startswith("gauss")
     told = counter.calls - (sol.iterations + 1 if gauss else sol.evaluations)
-    assert told == (2 if name == "rk-4" else 1)
+    assert told == 1
 
 
 @pytest.mark.nojit

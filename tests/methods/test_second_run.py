@@ -115,8 +115,8 @@ def test_what_ends_tell() -> None:
     assert grown.grown == pytest.approx(1e4, rel=0.5)
     assert 0.0 <= grown.until < 40.0
     sol.end_error = grown
-    assert hopeless(sol, 1e-16, None)
-    assert not hopeless(sol, 1e-6, None)
+    assert hopeless(sol, 1e-16, sol)
+    assert not hopeless(sol, 1e-6, sol)
 
 
 def test_it_is_of_the_end_whatever_is_saved() -> None:

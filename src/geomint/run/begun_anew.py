@@ -85,7 +85,7 @@ def begun_anew(
                 found.end_error = end_error(found, other, wanted, sizes, begin, ratio)
             now, then = found.end_error, before.end_error
             if now and then and not chosen.step and now.error > then.error:  # varied in vain
-                return before, former
+                found, chosen = before, former._replace(free=False)
     return found, chosen
 
 

@@ -88,13 +88,18 @@ def end_time(found: Solution) -> float:
 
 
 def sizes_of(found: Solution, *more: Array) -> Array:
-    """Return for each number the largest of its piece, at some places of the run and in `more`."""
-    states = [*found.y, *more]
-    if isinstance(found.ranked, Ranked):
-        states += [y for _, y in found.ranked.places]
+    """Return for each number the largest of its piece, at some places of the run and in `more`.
+
+    Or what it becomes in a characteristic time, as that of a piece that turns around.
+    """
+    problem, ranked, states = found.problem, found.ranked, [*found.y, *more]
+    if isinstance(ranked, Ranked):
+        (_, begin), *_, (time, end) = known = ranked.places
+        rates = rates_of(problem, begin, ranked.compiled)(problem, end, time)
+        states += [y for _, y in known] + [rates * found.step / found.method.step_fraction]
     sizes = np.abs(states).max(axis=0)
     whole = float(sizes.max()) or 1.0
-    for rows in found.problem.slices.values():
+    for rows in problem.slices.values():
         sizes[rows] = sizes[rows].max() or whole
     return np.asarray(sizes)
 
@@ -143,14 +148,23 @@ def before_saturation(found: Solution, wanted: float, begin: float) -> EndError 
     error, ranked = found.end_error, found.ranked
     if error is None or not isinstance(ranked, Ranked) or ranked.second is None:
         return error
-    start, part, off = ranked.places[0][0], 1.0, error.error
+    start, second, off = ranked.places[0][0], ranked.second, error.error
     sizes, local = sizes_of(found), _local(found)
+
+    def apart(part: float) -> float:
+        ends = second.both(start + part * (ranked.end - start))
+        if ends[0] is None or ends[1] is None:
+            return math.inf
+        return float(np.max(np.abs(ends[0] - ends[1])[: len(sizes)] / sizes))
+
+    part, high = 1.0, 1.0
     while off > SATURATED and part > LEAST:
-        part *= 0.25
-        one, other = ranked.second.both(start + part * (ranked.end - start))
-        if one is None or other is None:
-            return error
-        off = float(np.max(np.abs(one - other)[: len(sizes)] / sizes))
+        high, part = part, 0.25 * part
+        off = apart(part)
+    for _ in range(3 if high > part else 0):
+        middle = math.sqrt(part * high)
+        now = apart(middle)
+        part, high, off = (part, middle, off) if now > SATURATED else (middle, high, now)
     rate = math.log(max(off / (part * local), math.e)) / part
     until = begin + min(math.log(max(wanted / local, 1.0)) / rate, 1.0) * (end_time(found) - begin)
     return error._replace(until=until)
@@ -171,7 +185,9 @@ def hopeless(found: Solution, wanted: float, before: Solution | None) -> bool:
     if error is None:
         return False
     grown = error.grown * ROUNDING * math.sqrt(found.steps)
-    return grown > wanted or (before is not None and all(map(_rounded, (before, found))))
+    if before is None:  # a run in longer steps tells it only if it has no part of the motion left
+        return grown > wanted and error.error > SATURATED
+    return grown > wanted or all(map(_rounded, (before, found)))
 
 
 def _rounded(found: Solution) -> bool:

@@ -4,8 +4,8 @@ Kernels rank steps (`geomint.kernels.solve.ranks`); errors are measured where a 
 far. From the state there the stretch of the window is run again, in the run's steps and in shorter
 ones, which by their order err a known part as much (L. F. Richardson): 3 for every 2 of them, behind a
 first one that is shorter still. Halves would see what repeats itself from step to step as the run's own
-steps do, and those of 2/3 alone a jump behind a common time: both err by it alike. Errors of other steps
-follow from their numbers.
+steps do, and those of 2/3 alone a jump behind a common time: both err by it alike. Errors of other
+steps follow from their numbers.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ class Ranked:
 
     @property
     def concentrated(self) -> bool:
-        """Whether few steps make most of the errors: one half of them, or a tenth, and 300 times the mean."""
+        """Whether few steps make most of the errors: one a half, or a tenth and 300 times the mean."""
         part = self.number("largest") ** self.power / max(self.number("total"), 1e-300)
         done = self._integrator.done
         return done > MANY and (part > FEW or part > max(LEAST, PEAK / done))

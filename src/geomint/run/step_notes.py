@@ -24,8 +24,6 @@ __all__ = ["tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_ru
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
 LOST = 1e-2  # of the scale of an integral: what is off by more at the end is not the motion
-KEPT = 1e-6  # likewise, where steps err by more than `ROUGH` of a piece
-ROUGH = 0.1
 FEW = 60  # numbers of a state whose integrals plain Python evaluates in a moment
 
 
@@ -65,36 +63,24 @@ def tell_errors(solution: Solution) -> None:
 def tell_coarse_steps(
     solution: Solution, recorder: Recorder, start: Start, watched: Mapping[str, Watcher]
 ) -> None:
-    """Warn of given steps that cannot follow the motion, as far as its end shows it.
-
-    An integral of the motion is off there by more than `LOST`; or a step errs by more than `ROUGH` of a
-    piece, and no integral is kept.
-    """
+    """Warn of given steps with which an integral is off by more than `LOST` at the end."""
     problem, ranked = start.problem, solution.ranked
     if isinstance(ranked, Ranked) and 0.0 < ranked.number("total") < QUIET:
         return
     if isinstance(solution.method, Adaptive) or not len(solution.y) or problem.rows > FEW:
         return
     off = _integrals_off(solution, recorder, start, watched)
-    if problem.invariants and not off:
-        return
-    error = ranked.error.largest if isinstance(ranked, Ranked) else 0.0
-    turning = error > ROUGH
-    lost = [name for name, part in off.items() if part > (KEPT if turning else LOST)][:1]
-    told = [f"{name} is off by {off[name]:.2g} of its size at the end" for name in lost]
-    if turning and (lost or not problem.invariants):
-        told.append(f"one errs by {error:.2g} of a piece of the state")
-    if told:
+    for name, part in [*off.items()][:1]:
         warn(
-            f"steps of {abs(start.h):.3g} are so long that {' and '.join(told)}: give a "
-            "shorter step, or a tolerance in its place"
+            f"steps of {abs(start.h):.3g} are so long that {name} is off by {part:.2g} of its size at "
+            "the end: give a shorter step, or a tolerance in its place"
         )
 
 
 def _integrals_off(
     solution: Solution, recorder: Recorder, start: Start, watched: Mapping[str, Watcher]
 ) -> dict[str, float]:
-    """Return integrals that are off at the end by more than `KEPT` of their scale, and by how much.
+    """Return integrals that are off at the end by more than `LOST` of their scale, and by how much.
 
     The energy is looked at, where there is one, and else all. The scale is `rounding_scale` where the
     run began, or the value there where that overflows.
@@ -111,11 +97,11 @@ def _integrals_off(
                 number = value_of(problem, known[name], state, start.compiled)
                 before = number(state, start.t0)
                 change = abs(number(end, time) - before)
-                if change > KEPT * abs(before):
+                if change > LOST * abs(before):
                     around = [number(y, start.t0) for y in states_around(state)]
                     scale = scales_of([around], state)[0]
         except ArithmeticError:  # of a function in plain Python
             continue
-        if change > KEPT * max(scale, abs(before)):
+        if change > LOST * max(scale, abs(before)):
             found[name] = change / max(scale, abs(before))
     return found
