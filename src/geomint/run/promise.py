@@ -30,7 +30,6 @@ FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one th
 SHORTEST, LONGEST = 0.1, 0.8  # of a step that is too long
 STRICTER = 0.03  # times rtol, at most so far at a time; a second run has one that is as much larger
 VARIABLE = 0.03  # of what is wanted of the end: rtol of variable steps
-TINY = 1e-300
 UNEVEN = "steps of one length erred too much, so that these vary"
 MOST_STEPS, FEW_STEPS = 2.0**20, 2.0**12  # that a run is begun anew with; in plain Python
 
@@ -126,10 +125,10 @@ class Setting(NamedTuple):
         if error is not None and found.local_error is not None:
             factor, step = LONGEST, min(step, found.local_error.step)
             if self.each:
-                part = AIM * allowed(found) / max(found.local_error.largest, TINY)
+                part = AIM * allowed(found) / max(found.local_error.largest, 1e-300)
                 factor = min(factor, shortened(part, p + 1))
             if self.wanted is not None:
-                factor = min(factor, shortened(AIM * self.wanted / max(error, TINY), p))
+                factor = min(factor, shortened(AIM * self.wanted / max(error, 1e-300), p))
             method = method if found.end_error is None or self.given is None else self.given
         if found.steps > factor * most or not factor * step > 0.0:
             return None
@@ -143,7 +142,7 @@ class Setting(NamedTuple):
         if error is None or self.wanted is None:
             return None
         power = method.order / (method.base.estimate_order or method.order)
-        part = (AIM * self.wanted / max(error, TINY)) ** power
+        part = (AIM * self.wanted / max(error, 1e-300)) ** power
         stricter = at_tolerance(method, method.rtol * max(part, STRICTER))
         if stricter == method:
             return None
