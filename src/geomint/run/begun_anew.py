@@ -104,7 +104,7 @@ def _succeeded(
             if once or not shorter or failures + 1 == FAILURES:
                 raise
             chosen = shorter
-    raise AssertionError("no run")
+    raise AssertionError
 
 
 def _looser(

@@ -7,10 +7,10 @@ errs r^p times as much, so that the difference of both ends is r^p − 1 times t
 
 from __future__ import annotations
 
-import os
 import threading
 
 from ..arguments import Array
+from ..kernels.compiling.cores import cores
 from ..kernels.solve.status import OK
 from ..methods.partial import rounding
 from ..methods.stepper import NOTHING
@@ -37,7 +37,7 @@ class Second:
     def begin(self, end: float) -> None:
         """Let it go on beside the run, to its end, where that is long and a core is free."""
         steps = abs((end - self._from[1]) / self._h)
-        alone = threading.active_count() == 1 and len(os.sched_getaffinity(0)) > 1
+        alone = threading.active_count() == 1 and cores() > 1
         if steps > LONG and alone and self._integrator.stepper.compiled:
             self._end = end
             self._thread = threading.Thread(target=self._run, args=(end,), daemon=True)
