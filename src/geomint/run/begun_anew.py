@@ -48,9 +48,12 @@ def begun_anew(
         return found, chosen
     before, most = None, max(most, LONGEST * found.steps)
     if wanted is not None:
-        sizes, other, ratio = np.zeros(0), second_end(found), LONGER**found.method.order
-        if isinstance(found.method, Adaptive):
-            sizes, other, ratio = _looser(found, solved, chosen, named, begin)
+        try:
+            sizes, other, ratio = np.zeros(0), second_end(found), LONGER**found.method.order
+            if isinstance(found.method, Adaptive):
+                sizes, other, ratio = _looser(found, solved, chosen, named, begin)
+        except KeyboardInterrupt:  # of a run that is done
+            return found, chosen
         if other is not None:
             sizes = sizes if len(sizes) else sizes_of(found)
             found.end_error = end_error(found, other, wanted, sizes, begin, ratio)
@@ -60,8 +63,7 @@ def begun_anew(
             break
         if wanted is not None and hopeless(found, wanted, before):
             break
-        uneven = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-        shorter = chosen.variable(found) if k >= MISSED and uneven else None
+        shorter = chosen.variable(found) if k >= MISSED else None
         shorter = shorter or chosen.shorter(found, most)
         if shorter is None:
             break

@@ -22,15 +22,8 @@ from .promise import rough_error
 from .solution import Solution
 
 __all__ = [
-    "end_error",
-    "end_time",
-    "estimated",
-    "hopeless",
-    "may_grow",
-    "met",
-    "second_end",
-    "sizes_of",
-    "tell_end_error",
+    *("end_error", "end_time", "estimated", "final", "hopeless", "may_grow", "met", "second_end"),
+    *("sizes_of", "tell_end_error"),
 ]
 
 ENOUGH = 3.0  # times what is wanted is met: the error is known to that
@@ -96,12 +89,19 @@ def sizes_of(found: Solution, *more: Array) -> Array:
     if isinstance(ranked, Ranked):
         (_, begin), *_, (time, end) = known = ranked.places
         rates = rates_of(problem, begin, ranked.compiled)(problem, end, time)
+        rates = np.where(np.isfinite(rates), rates, 0.0)
         states += [y for _, y in known] + [rates * found.step / found.method.step_fraction]
     sizes = np.abs(states).max(axis=0)
     whole = float(sizes.max()) or 1.0
     for rows in problem.slices.values():
         sizes[rows] = sizes[rows].max() or whole
     return np.asarray(sizes)
+
+
+def apart(one: Array, other: Array, sizes: Array) -> float:
+    """Return how far two states are apart, in parts of the sizes; infinity for what is no number."""
+    off = float(np.max(np.abs(one[: len(sizes)] - other[: len(sizes)]) / sizes))
+    return off if off < math.inf else math.inf
 
 
 def estimated(found: Solution) -> float | None:
@@ -119,8 +119,7 @@ def end_error(
 
     `begin` is where the run began, in the time that its end is given in.
     """
-    rows, end = len(sizes), end_time(found)
-    error = float(np.max(np.abs(final(found)[:rows] - other[:rows]) / sizes))
+    error, end = apart(final(found), other, sizes), end_time(found)
     if error <= wanted and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
@@ -135,8 +134,10 @@ def end_error(
         error = max(error, local)
     if error <= wanted:
         return EndError(error, end, 1.0)
-    part = math.log(max(wanted / local, 1.0)) / max(math.log(max(error / local, 1.0)), 1.0)
-    return EndError(error, begin + min(part, 1.0) * (end - begin), more)
+    part = 0.0
+    if local < wanted:
+        part = min(math.log(wanted / local) / max(math.log(error / local), 1.0), 1.0)
+    return EndError(error, begin + part * (end - begin), more)
 
 
 def before_saturation(found: Solution, wanted: float, begin: float) -> EndError | None:
@@ -151,19 +152,17 @@ def before_saturation(found: Solution, wanted: float, begin: float) -> EndError 
     start, second, off = ranked.places[0][0], ranked.second, error.error
     sizes, local = sizes_of(found), _local(found)
 
-    def apart(part: float) -> float:
-        ends = second.both(start + part * (ranked.end - start))
-        if ends[0] is None or ends[1] is None:
-            return math.inf
-        return float(np.max(np.abs(ends[0] - ends[1])[: len(sizes)] / sizes))
+    def apart_at(part: float) -> float:
+        one, other = second.both(start + part * (ranked.end - start))
+        return math.inf if one is None or other is None else apart(one, other, sizes)
 
     part, high = 1.0, 1.0
     while off > SATURATED and part > LEAST:
         high, part = part, 0.25 * part
-        off = apart(part)
+        off = apart_at(part)
     for _ in range(3 if high > part else 0):
         middle = math.sqrt(part * high)
-        now = apart(middle)
+        now = apart_at(middle)
         part, high, off = (part, middle, off) if now > SATURATED else (middle, high, now)
     rate = math.log(max(off / (part * local), math.e)) / part
     until = begin + min(math.log(max(wanted / local, 1.0)) / rate, 1.0) * (end_time(found) - begin)
@@ -208,13 +207,12 @@ def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
     """Warn where the end errs by more than is wanted, and shorter steps do not help."""
     error = found.end_error = before_saturation(found, wanted, begin)
     if error is not None:
-        accuracy, name = found.accuracy, label(found)[0]
-        asked = "the end may err by more"
+        accuracy, name, asked = found.accuracy, label(found)[0], "the end may err by more"
+        because = f"errors of steps grow {error.grown:.2g} times on the way"
         if accuracy is not None:
             asked = f"tolerance = {accuracy.tolerance:g} may not be met"
-        because = accuracy.note if accuracy is not None else ""
-        grow = f"errors of steps grow {error.grown:.2g} times on the way"
+            because = accuracy.note or because
         warn(
-            f"{asked}: {because or grow}; by a second run the end errs by about {error.error:.1g}, and "
-            f"the motion by less than {wanted:.1g} up to {name} = {error.until:.6g}"
+            f"{asked}: {because}; by a second run the end errs by about {error.error:.1g}, and the "
+            f"motion by less than {wanted:.1g} up to {name} = {error.until:.6g}"
         )

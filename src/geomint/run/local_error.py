@@ -123,7 +123,7 @@ class Ranked:
         """Whether few steps make most of the errors: one a half, or a tenth and 300 times the mean."""
         part = self.number("largest") ** self.power / max(self.number("total"), 1e-300)
         done = self._integrator.done
-        return done > MANY and (part > FEW or part > max(LEAST, PEAK / done))
+        return done > MANY and part > min(FEW, max(LEAST, PEAK / done))
 
     def measured(self, most: int = MARKS) -> LocalError:
         """Return the errors, measured at so many of the last records."""
@@ -135,9 +135,7 @@ class Ranked:
         looks = [k % MARKS for k in range(max(count - min(most, MARKS), 0), count)]
         found = [(float(numbers[k]), int(ats[k]), marks.reshape(MARKS, -1)[k]) for k in looks]
         own = self.number("own")
-        if (
-            self.power > 1.0 and own >= SATURATED
-        ):  # where numbers rank no more: the motion gets faster
+        if self.power > 1.0 and own >= SATURATED:  # numbers rank no more: it may get faster
             oldest = (int(self.number("slot")) + 1) % (self.window + 1)
             ring = self.part("ring").reshape(self.window + 1, -1)[oldest]
             found.append((max(2.0 * own, FAR * largest), self._integrator.done, ring))
@@ -181,15 +179,12 @@ class Ranked:
         return LocalError, tuple(self.error)
 
     def _whole(self) -> LocalError:
-        """Return the errors of a run of fewer steps than a window has, by steps half as long."""
-        begin, end = self._integrator.stepper.time_after(self._first), self.end
-        step = min(abs(self._integrator.h), abs(end - begin))
-        if 0.5 * step == 0.0:
-            return LocalError(0.0, begin, 0.0, step)
-        taken = abs(end - begin) / step
-        half = self._error(self._start, begin, 0.5 * step, 2 * max(1, round(taken)))
-        error = half * 2.0**self._integrator.method.order
-        return LocalError(error / math.sqrt(taken), begin, error, step)
+        """Return the errors of a run of fewer steps than a window has."""
+        begin = self._integrator.stepper.time_after(self._first)
+        span = abs(self.end - begin)
+        count = max(1, round(span / abs(self._integrator.h)))
+        error = self._error(self._start, begin, span / count, count) if span else 0.0
+        return LocalError(error / math.sqrt(count), begin, error, span / count)
 
     def _error(self, y: Array, t: float, h: float, steps: int) -> float:
         """Return what so many steps from a state err by, as far as shorter ones over the time tell."""

@@ -117,19 +117,21 @@ class Setting(NamedTuple):
 
     def shorter(self, found: Solution, most: float) -> Setting | None:
         """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
-        error, p = end_of(found) if found.success else None, found.method.order
+        error, p, end, local = None, found.method.order, found.end_error, found.local_error
+        if found.success:
+            error = end.error if end else local.total if local else 0.0
         if isinstance(found.method, Adaptive):
             return self._stricter(found.method, error)
         step, method = self.step or abs(found.step), self.method
         factor = SHORTER if self.accuracy else FAILED
-        if error is not None and found.local_error is not None:
-            factor, step = LONGEST, min(step, found.local_error.step)
+        if error is not None and local:
+            factor, step = LONGEST, min(step, local.step)
             if self.each:
-                part = AIM * allowed(found) / max(found.local_error.largest, 1e-300)
+                part = AIM * allowed(found) / max(local.largest, 1e-300)
                 factor = min(factor, shortened(part, p + 1))
             if self.wanted is not None:
                 factor = min(factor, shortened(AIM * self.wanted / max(error, 1e-300), p))
-            method = method if found.end_error is None or self.given is None else self.given
+            method = self.given if end and self.given else method
         if found.steps > factor * most or not factor * step > 0.0:
             return None
         accuracy, turning = self._tried(step, error), self.turning or self.accuracy is not None
@@ -149,9 +151,11 @@ class Setting(NamedTuple):
         return self._replace(method=stricter, accuracy=self._tried(method.rtol, error))
 
     def variable(self, found: Solution) -> Setting | None:
-        """Return variable steps in place of those of a run, if another method may be taken."""
+        """Return variable steps where few decide, if another method may be taken."""
         fits, ranked = "field" in found.problem.forms, found.ranked
         if not (self.free and self.wanted and fits and isinstance(ranked, Ranked)):
+            return None
+        if not ranked.concentrated:
             return None
         rtol, state = VARIABLE * self.wanted, ranked.places[0][1]
         adaptive = find_method("dop853-adaptive")
@@ -166,13 +170,6 @@ class Setting(NamedTuple):
         """Return what is expected, with one more trial."""
         known = self.accuracy
         return known and known._replace(trials=(*known.trials, (setting, error)))
-
-
-def end_of(found: Solution) -> float:
-    """Return what the end errs by: as a second run says, or the sum of what steps do."""
-    if found.end_error is not None:
-        return found.end_error.error
-    return 0.0 if found.local_error is None else found.local_error.total
 
 
 def rough_error(found: Solution) -> LocalError | None:

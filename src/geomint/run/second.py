@@ -13,7 +13,7 @@ from ..arguments import Array
 from ..kernels.compiling.cores import cores
 from ..kernels.solve.status import OK
 from ..methods.partial import rounding
-from ..methods.stepper import NOTHING
+from ..methods.stepper import NOTHING, Stepper
 from .integrator import Integrator
 
 __all__ = ["LONGER", "Second"]
@@ -40,7 +40,8 @@ class Second:
         alone = threading.active_count() == 1 and cores() > 1
         if steps > LONG and alone and self._integrator.stepper.compiled:
             self._end = end
-            self._thread = threading.Thread(target=self._run, args=(end,), daemon=True)
+            given = self._new(), end  # before the run may change its stepper
+            self._thread = threading.Thread(target=self._run, args=given, daemon=True)
             self._thread.start()
 
     def state(self, end: float) -> Array | None:
@@ -51,7 +52,7 @@ class Second:
             self._thread = None
         if end != self._end or self._given_up:
             self._given_up, self._end = False, end
-            self._run(end)
+            self._run(self._new(), end)
         return self._found
 
     def give_up(self) -> None:
@@ -60,16 +61,21 @@ class Second:
 
     def both(self, end: float) -> tuple[Array | None, Array | None]:
         """Return the states of both runs at another time; None where one fails."""
-        return self._state(end, self._h / LONGER), self._state(end, self._h)
+        stepper = self._new()
+        return self._state(stepper, end, self._h / LONGER), self._state(stepper, end, self._h)
 
-    def _run(self, end: float) -> None:
-        self._found = self._state(end, self._h)
-
-    def _state(self, end: float, h: float) -> Array | None:
-        y, begin = self._from
-        whole = int((end - begin) / h)
-        stepper, done = self._integrator.stepper.renewed(y, begin, h), 0
+    def _new(self) -> Stepper:
+        stepper = self._integrator.stepper.renewed(*self._from, self._h)
         stepper.otherwise = None  # Newton's method is compiled for the run alone
+        return stepper
+
+    def _run(self, stepper: Stepper, end: float) -> None:
+        self._found = self._state(stepper, end, self._h)
+
+    def _state(self, stepper: Stepper, end: float, h: float) -> Array | None:
+        (y, begin), done = self._from, 0
+        whole = int((end - begin) / h)
+        stepper.begin(y, begin, h)
         while done < whole and not self._given_up:
             count = min(PIECE, whole - done)
             if stepper.advance(done, count, whole + 1, NOTHING).status != OK:

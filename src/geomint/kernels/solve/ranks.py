@@ -64,8 +64,8 @@ def keep(ranks: Any, memory: Any, own: float) -> None:
 def rank(ranks: Any, done: int) -> None:
     """Rank the last step, which is the one before `done`.
 
-    Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Own numbers of 1
-    or more, as those of steps by Newton's method, count as often as the states differ.
+    Not at once after `keep`: what was stored in numbers waits to be loaded in lanes. Own numbers of
+    `SATURATED` or more are multiplied by how much the states differ.
     """
     window, rows = int(ranks[0]), int(ranks[1])
     groups = (rows + 7) // 8
