@@ -24,7 +24,6 @@ LONGEST = 4  # times as many steps as the first run had, or `MOST_STEPS`
 ATTEMPTS, FAILURES = 14, 9  # runs with shorter steps, and those that may fail
 MISSED = 3  # runs whose steps erred too much: variable ones are taken then, if they may be
 GUESSED = 2  # failures that are said to be those of a guess: Newton's method takes no step before
-MOST_LONGER = 1e3  # times: what is more says no more
 LOOKS = 17  # states of a second run, by which pieces are as large as they become
 QUIET: dict[str, Any] = {
     **dict.fromkeys(("t_end", "tau_end", "t_eval", "tau_eval", "events", "save_every", "callback")),
@@ -76,7 +75,7 @@ def begun_anew(
             break
         if wanted is not None:
             other, longer = final(before), before.step / found.step
-            ratio = min(longer, MOST_LONGER) ** found.method.order
+            ratio = min(longer, 1e3) ** found.method.order
             if isinstance(found.ranked, Ranked):
                 sizes = sizes_of(found)
             elif isinstance(before.ranked, Ranked):

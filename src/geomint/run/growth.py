@@ -39,8 +39,7 @@ CLEAR = 0.1  # of roundings: local errors that are nothing beside them
 
 def may_grow(found: Solution, start: Array, time: float) -> bool:
     """Tell whether errors may grow, by eigenvalues of the linearised motion at both ends of a run."""
-    problem, end = found.problem, end_time(found)
-    rate_at = rates_of(problem, start)
+    problem, end, rate_at = found.problem, end_time(found), rates_of(found.problem, start)
     known = ((start, time), (final(found)[: problem.rows], end))
     rates = (end - time) * np.array([jacobian(problem, y, t, rate_at) for y, t in known])
     return bool(np.isfinite(rates).all() and np.linalg.eigvals(rates).real.max() > GROWN)
@@ -91,11 +90,11 @@ def sizes_of(found: Solution, *more: Array) -> Array:
         rates = rates_of(problem, begin, ranked.compiled)(problem, end, time)
         rates = np.where(np.isfinite(rates), rates, 0.0)
         states += [y for _, y in known] + [rates * found.step / found.method.step_fraction]
-    sizes = np.abs(states).max(axis=0)
+    sizes: Array = np.abs(states).max(axis=0)
     whole = float(sizes.max()) or 1.0
     for rows in problem.slices.values():
         sizes[rows] = sizes[rows].max() or whole
-    return np.asarray(sizes)
+    return sizes
 
 
 def apart(one: Array, other: Array, sizes: Array) -> float:
@@ -207,12 +206,12 @@ def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
     """Warn where the end errs by more than is wanted, and shorter steps do not help."""
     error = found.end_error = before_saturation(found, wanted, begin)
     if error is not None:
-        accuracy, name, asked = found.accuracy, label(found)[0], "the end may err by more"
+        accuracy, asked = found.accuracy, "the end may err by more"
         because = f"errors of steps grow {error.grown:.2g} times on the way"
         if accuracy is not None:
             asked = f"tolerance = {accuracy.tolerance:g} may not be met"
             because = accuracy.note or because
         warn(
             f"{asked}: {because}; by a second run the end errs by about {error.error:.1g}, and the "
-            f"motion by less than {wanted:.1g} up to {name} = {error.until:.6g}"
+            f"motion by less than {wanted:.1g} up to {label(found)[0]} = {error.until:.6g}"
         )

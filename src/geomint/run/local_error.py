@@ -135,7 +135,7 @@ class Ranked:
         looks = [k % MARKS for k in range(max(count - min(most, MARKS), 0), count)]
         found = [(float(numbers[k]), int(ats[k]), marks.reshape(MARKS, -1)[k]) for k in looks]
         own = self.number("own")
-        if self.power > 1.0 and own >= SATURATED:  # numbers rank no more: it may get faster
+        if own >= SATURATED and self.power > 1.0:  # numbers rank no more: it may get faster
             oldest = (int(self.number("slot")) + 1) % (self.window + 1)
             ring = self.part("ring").reshape(self.window + 1, -1)[oldest]
             found.append((max(2.0 * own, FAR * largest), self._integrator.done, ring))
@@ -203,10 +203,12 @@ class Ranked:
         left = (FIRST**power + many * (shorter / h) ** power) / steps
         largest, error = np.maximum(abs(y), abs(ends[1])), abs(ends[0] - ends[1])
         whole = float(largest.max()) or 1.0
-        pieces = made.problem.slices.values()
-        worst = max(float(error[p].max() / (largest[p].max() or whole)) for p in pieces)
+        worst = max(
+            float(error[p].max() / (largest[p].max() or whole))
+            for p in made.problem.slices.values()
+        )
         worst /= 1.0 - left
-        return worst if math.isfinite(worst) else math.inf
+        return worst if worst < math.inf else math.inf
 
 
 @functools.cache

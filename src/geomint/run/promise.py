@@ -76,9 +76,9 @@ class Setting(NamedTuple):
     @classmethod
     def default(cls, method: str | Method | None) -> Setting:
         """Return the default step of a method, or of none that is named."""
-        none = method is None
-        wanted = AT_END if none else None
-        return cls(find_solver(method), wanted=wanted, each=not none, free=none)
+        if method is None:
+            return cls(find_solver(None), wanted=AT_END, each=False, free=True)
+        return cls(find_solver(method))
 
     @property
     def asked(self) -> dict[str, Any]:

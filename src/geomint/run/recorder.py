@@ -204,8 +204,8 @@ class Recorder:
         """Return a second run, kept with the ranks of steps; None of variable steps."""
         if self._ranked is None:
             return None
-        self._ranked.second = Second(self._integrator)
-        return self._ranked.second
+        second = self._ranked.second = Second(self._integrator)
+        return second
 
     def finish(self, time: float, state: Array) -> None:
         """Take the state of a last partial step."""

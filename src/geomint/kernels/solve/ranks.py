@@ -14,7 +14,7 @@ from ..compiling.recorded import inlined
 from ..numbers.arithmetic import fma, maximum, top
 from ..numbers.blocks import as_lanes, sections
 
-__all__ = ["MARKS", "SATURATED", "Ranks", "keep", "rank", "ranks_layout"]
+__all__ = ["MARKS", "SATURATED", "keep", "rank", "ranks_layout"]
 
 Ranks = namedtuple(
     "Ranks",
