@@ -137,3 +137,38 @@ def test_saddles_are_passed_by_variable_steps_too() -> None:
     assert sol.end_error is not None
     truth, _ = right(saddle, 1.0, [1e-4, 0.0], 24.0)
     assert np.abs(sol.y[-1] - truth).max() < 3e-7
+
+
+@pytest.mark.parametrize("behind", [0.0146, 1.0146])  # before the first node of a step: both err alike
+def test_a_jump_behind_the_middle_of_a_window_is_measured(behind: float) -> None:
+    problem = gi.Problem("s", (("y", 2),), params=[(10.0 + behind) * 0.1], field=switched)
+    sol = gi.solve(problem, [0.7, 0.3], t_end=2.0, method="gauss-6", step=0.1, progress=False)
+    assert sol.local_error is not None
+    size = np.abs(sol.y[-1]).max()
+    assert 0.3 < sol.local_error.largest * size / (0.01 * 0.0146 * 0.1) < 3.0
+    assert abs(sol.local_error.time - 1.0 - 0.1 * behind) < 0.21
+
+
+def test_ctrl_c_while_a_run_is_confirmed_leaves_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(self: Second, end: float) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Second, "state", pressed)
+    sol = gi.solve(henon_heiles.problem(), henon_heiles.INITIAL, t_end=20.0, progress=False)
+    assert sol.success
+    assert sol.end_error is None
+
+
+@gi.field
+def edge(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 1.0 / gi.sqrt(params[0] - t) + 0.0 * y[0]
+
+
+@pytest.mark.parametrize("asked", [{}, {"tolerance": 1e-9, "method": "auto"}], ids=["none", "auto"])
+def test_a_rate_that_is_infinite_at_the_end_hides_no_error(asked: dict[str, Any]) -> None:
+    problem = gi.Problem("edge", (("y", 1),), params=[3.0], field=edge)
+    with pytest.warns(gi.GeomintWarning, match="end"):
+        sol = gi.solve(problem, [0.0], t_end=3.0, progress=False, **asked)
+    assert sol.end_error is not None
+    assert sol.end_error.error > 1e-4
+    assert sol.end_error.until == 0.0
