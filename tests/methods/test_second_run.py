@@ -172,3 +172,23 @@ def test_a_rate_that_is_infinite_at_the_end_hides_no_error(asked: dict[str, Any]
     assert sol.end_error is not None
     assert sol.end_error.error > 1e-4
     assert sol.end_error.until == 0.0
+
+
+@gi.field
+def hump(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    """A rotation that is fast about time 10: Newton's method finds its steps there."""
+    z = (t - 10.0) / params[0]
+    w = 1.0 + params[1] / (1.0 + z * z)
+    out[0] = w * y[1]
+    out[1] = -w * y[0]
+
+
+@pytest.mark.parametrize(("width", "step"), [(1.0, 0.25), (2.0, 0.25), (2.0, 0.35)])
+def test_the_worst_of_steps_by_newtons_method_is_found(width: float, step: float) -> None:
+    problem = gi.Problem("hump", (("y", 2),), params=[width, 20.0], field=hump)
+    sol = gi.solve(problem, [1.0, 0.0], t_end=20.0, method="gauss-8", step=step, progress=False)
+    angle = 20.0 + 40.0 * width * math.atan(10.0 / width)
+    off = np.abs(sol.y[-1] - [math.cos(angle), -math.sin(angle)]).max()
+    assert sol.local_error is not None
+    assert abs(sol.local_error.time - 10.0) < 1.0
+    assert 0.05 < sol.local_error.total / off < 20.0
