@@ -139,7 +139,9 @@ def test_saddles_are_passed_by_variable_steps_too() -> None:
     assert np.abs(sol.y[-1] - truth).max() < 3e-7
 
 
-@pytest.mark.parametrize("behind", [0.0146, 1.0146])  # before the first node of a step: both err alike
+@pytest.mark.parametrize(
+    "behind", [0.0146, 1.0146]
+)  # before the first node of a step: both err alike
 def test_a_jump_behind_the_middle_of_a_window_is_measured(behind: float) -> None:
     problem = gi.Problem("s", (("y", 2),), params=[(10.0 + behind) * 0.1], field=switched)
     sol = gi.solve(problem, [0.7, 0.3], t_end=2.0, method="gauss-6", step=0.1, progress=False)
