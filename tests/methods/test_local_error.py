@@ -209,9 +209,10 @@ def test_a_tolerance_holds_where_something_comes_later(method: str, width: float
     right = solve_ivp(rates, (0.0, 100.0), y0, **given).y[:, -1]
     assert np.abs(sol.y[-1] - right).max() < 1e-5 * np.abs(right).max()
     assert sol.accuracy is not None
-    if method == "auto" and width == 0.1:  # steps of one length would have to be short everywhere
-        assert sol.method.name == "dop853-adaptive"
+    if "adaptive" in sol.method.name:  # steps of one length would have to be short everywhere
+        assert method == "auto"
         assert "these vary" in sol.accuracy.reason
     else:
+        assert (method, width) != ("auto", 0.1)
         assert sol.accuracy.steps is not None
         assert sol.accuracy.steps.total < 3e-6

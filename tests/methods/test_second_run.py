@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import geomint as gi
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.growth import end_error, hopeless
-from geomint.run.second import LONGER, Second
+from geomint.run.second import Second, longer
 
 
 @gi.field
@@ -89,7 +89,7 @@ def test_the_second_run_is_that_of_longer_steps(end: float) -> None:
     integrator = gi.Integrator(problem, y0, step=0.1)
     second = Second(integrator)
     second.begin(end)
-    plain = gi.Integrator(problem, y0, step=LONGER * integrator.h)
+    plain = gi.Integrator(problem, y0, step=longer(integrator.method.order) * integrator.h)
     plain.propagate_until(end)
     np.testing.assert_allclose(second.state(end), plain.state, atol=1e-12)
     plain.reset()
@@ -98,19 +98,23 @@ def test_the_second_run_is_that_of_longer_steps(end: float) -> None:
 
 
 def test_what_ends_tell() -> None:
-    """A difference of r^p − 1 errors where few enough are left; the error itself where errors grow."""
+    """√(r^p − 1) errors where few enough are left, or three runs agree; one where errors grow."""
     problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
     sol = gi.solve(problem, y0, t_end=40.0, step=0.8, progress=False)
-    local, ones = sol.local_error, np.ones(4)
+    local = sol.local_error
     assert local is not None
 
-    def found(apart: float, ratio: float = 50.0) -> Any:
-        return end_error(sol, sol.y[-1] + apart, 1e-16, ones, 0.0, ratio)
+    def found(apart: float, wanted: float = 1e-16, other: float = 0.0) -> Any:
+        return end_error(sol, apart, wanted, 0.0, 50.0, other)
 
     assert found(1e-17).error <= max(local.total, 1e-17) * 1.1
     regular = 20.0 * local.total
-    assert found(regular).error == pytest.approx(max(regular / 49.0, local.total), rel=0.3)
+    assert found(regular).error == pytest.approx(max(regular / 7.0, local.total), rel=0.3)
     grown = found(1e4 * 50.0 * local.total)
+    more = 2500.0 * local.total  # errors grow 50 times, so that the order alone is not trusted
+    for expected, part in ((0.0, 1.0), (0.1, 1.0), (1.5, 1 / 7), (4.0, 1.0)):
+        agreed = found(more, 0.1 * more, expected * more)
+        assert agreed.error == pytest.approx(part * more, rel=0.3)
     assert grown.error == pytest.approx(5e5 * local.total, rel=0.3)
     assert grown.grown == pytest.approx(1e4, rel=0.5)
     assert 0.0 <= grown.until < 40.0

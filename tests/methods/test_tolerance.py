@@ -380,7 +380,7 @@ def test_chaos_is_said_and_regular_motions_are_not_called_so() -> None:
     assert sol.end_error.grown > 1e6
     sol = gi.solve(p, tame, **given, progress=False)
     assert sol.end_error is not None
-    assert sol.end_error.grown == 1.0
+    assert sol.end_error.grown < 10.0
 
 
 def test_it_is_in_files_and_in_the_provenance(tmp_path: Path) -> None:

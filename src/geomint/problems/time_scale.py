@@ -90,19 +90,21 @@ def state_time(problem: Problem, y0: Array, rates: Array, start: float, rate_at:
     nearly = len(times) > 1 and times[0] < RESTING * times[1]
     if times and not nearly:
 
-        def stays(time: float) -> bool:
+        def stays(time: float, most: float = 0.5) -> bool:
             """Tell whether the rates are much the same after a time on the line of the first ones.
 
-            No piece's rate has changed by half of its size or, where that is more, of the piece's own
-            size over the time: the rate of a piece that turns is 0.
+            No piece's rate has changed by more than that part of its size or, where that is more, of
+            the piece's own size over the time: the rate of a piece that turns is 0.
             """
             if math.isinf(time):
                 return True
             change = rate_at(problem, y0 + time * rates, start) - rates
             changes = [(math.hypot(*change[p].tolist()), size, rate) for p, size, rate in pieces]
-            return all(now <= 0.5 * max(rate, size / time) for now, size, rate in changes)
+            return all(now <= most * max(rate, size / time) for now, size, rate in changes)
 
         steady = steady_time(stays, times[0])
+        if steady == 0.0 and not stays(times[0], 1.0 / RESTING):  # beside an equilibrium
+            return min(times[0], linearised_time(problem, y0, rates, start, rate_at))
         if steady > times[0] / RESTING:
             return finite_time(min(steady, linearised_time(problem, y0, rates, start, rate_at)))
         if not from_rest:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -12,10 +13,10 @@ from ..errors import StepError
 from ..methods.adaptive import Adaptive
 from .accuracy.asked import TOO_LONG
 from .error_estimate import label
-from .growth import end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of
+from .growth import apart, end_error, end_time, final, hopeless, may_grow, met, second_end, sizes_of
 from .local_error import Ranked
 from .promise import FEW_STEPS, MOST_STEPS, STRICTER, UNEVEN, Setting
-from .second import LONGER
+from .second import longer
 from .solution import Solution
 
 __all__ = ["begun_anew"]
@@ -45,17 +46,19 @@ def begun_anew(
     wanted, begin = chosen.wanted, named["t0"] if label(found)[0] == "t" else 0.0
     if not found.success or found.steps == 0:
         return found, chosen
-    before, most = None, max(most, LONGEST * found.steps)
+    before, expected, most = None, math.inf, max(most, LONGEST * found.steps)
     if wanted is not None:
         try:
-            sizes, other, ratio = np.zeros(0), second_end(found), LONGER**found.method.order
+            p = found.method.order
+            sizes, other, ratio = np.zeros(0), second_end(found), longer(p) ** p
             if isinstance(found.method, Adaptive):
                 sizes, other, ratio = _looser(found, solved, chosen, named, begin)
         except KeyboardInterrupt:  # of a run that is done
             return found, chosen
         if other is not None:
-            sizes = sizes if len(sizes) else sizes_of(found)
-            found.end_error = end_error(found, other, wanted, sizes, begin, ratio)
+            off = apart(final(found), other, sizes if len(sizes) else sizes_of(found))
+            found.end_error = end_error(found, off, wanted, begin, ratio, 0.0)
+            expected = off / max(ratio - 1.0, 1.0)
     for k in range(0 if once else ATTEMPTS):
         unknown = wanted is not None and found.end_error is None and found.ranked is not None
         if not unknown and chosen.kept(found) and (wanted is None or met(found, wanted)):
@@ -63,7 +66,7 @@ def begun_anew(
         if wanted is not None and hopeless(found, wanted, before):
             break
         shorter = chosen.variable(found) if k >= MISSED else None
-        shorter = shorter or chosen.shorter(found, most)
+        shorter = shorter or chosen.shorter(found, most, expected)
         if shorter is None:
             break
         before, former = found, chosen
@@ -74,8 +77,7 @@ def begun_anew(
         if not found.success:
             break
         if wanted is not None:
-            other, longer = final(before), before.step / found.step
-            ratio = min(longer, 1e3) ** found.method.order
+            other, ratio = final(before), min(before.step / found.step, 1e3) ** found.method.order
             if isinstance(found.ranked, Ranked):
                 sizes = sizes_of(found)
             elif isinstance(before.ranked, Ranked):
@@ -83,7 +85,9 @@ def begun_anew(
             else:
                 ratio = 1.0 / STRICTER
             if other is not None:
-                found.end_error = end_error(found, other, wanted, sizes, begin, ratio)
+                off = apart(final(found), other, sizes)
+                found.end_error = end_error(found, off, wanted, begin, ratio, expected)
+                expected = off / max(ratio - 1.0, 1.0)
             now, then = found.end_error, before.end_error
             if now and then and not chosen.step and now.error > then.error:  # varied in vain
                 found, chosen = before, former._replace(free=False)

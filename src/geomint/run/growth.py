@@ -2,7 +2,8 @@
 
 What both end in tells what the first errs by. Where few steps decide, as at jumps and pulses, or where
 what is left of iterations and roundings may have grown to what is wanted, both may err alike: then
-their difference is taken for the error.
+their difference is taken for the error. Else the error is a √(r^p − 1)th of it, with steps r times as
+long, and not an (r^p − 1)th: steps that meet a tolerance are often too long to err as their order says.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ ENOUGH = 3.0  # times what is wanted is met: the error is known to that
 GROWN = 5.0  # powers of e by which errors must grow to be looked at
 BIAS = 0.1  # of what iterations may leave: what a step is off by, on the same side
 REGULAR = 30.0  # times the sum of local errors that a regular motion makes of them
-TRUSTED = 100.0  # times less than what two runs differ by one errs, at most, if it is regular
+AGREE = 0.3, 3.0  # times what was expected: three runs err as their order says
+TRUSTED = 30.0  # times less than what two runs differ by one errs, at most, if it is regular
 SATURATED, LEAST = 0.03, 1e-4  # relative errors that grow less; part of the time
 SHORT = 6  # steps, which tell little
 ROUNDING = 2.0**-53  # of each step, at least
@@ -112,13 +114,14 @@ def estimated(found: Solution) -> float | None:
 
 
 def end_error(
-    found: Solution, other: Array, wanted: float, sizes: Array, begin: float, ratio: float
+    found: Solution, error: float, wanted: float, begin: float, ratio: float, other: float
 ) -> EndError:
-    """Return what a run errs by at the end, by the state of another, which errs `ratio` times as much.
+    """Return what a run errs by that is `error` apart from another, which errs `ratio` times as much.
 
-    `begin` is where the run began, in the time that its end is given in.
+    `begin` is where the run began, in the time that its end is given in; `other` is what the other run
+    errs by, as its order and one before it tell, or 0.
     """
-    error, end = apart(final(found), other, sizes), end_time(found)
+    end = end_time(found)
     if error <= wanted and found.steps > SHORT:
         return EndError(error, end, 1.0)
     local = _local(found)
@@ -126,9 +129,9 @@ def end_error(
     left = BIAS * found.method.options.get("iteration_tolerance", 0.0) * found.steps
     left += ROUNDING * math.sqrt(found.steps)
     few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
-    sure = found.steps > SHORT and not few and more < REGULAR
-    if sure and left * more < wanted:
-        error /= min(max(ratio - 1.0, 1.0), TRUSTED)
+    known = more < REGULAR or AGREE[0] * other < error < AGREE[1] * other
+    if known and found.steps > SHORT and not few and left * more < wanted:
+        error /= min(math.sqrt(max(ratio - 1.0, 1.0)), TRUSTED)
     if isinstance(found.ranked, Ranked):
         error = max(error, local)
     if error <= wanted:

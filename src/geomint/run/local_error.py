@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -127,7 +128,7 @@ class Ranked:
 
     def measured(self, most: int = MARKS) -> LocalError:
         """Return the errors, measured at so many of the last records."""
-        count, largest = int(self.number("records")), self.number("largest")
+        made, count, largest = self._integrator, int(self.number("records")), self.number("largest")
         if count == 0:
             return self._whole()
         numbers, ats, marks = self.part("numbers"), self.part("ats"), self.part("marks")
@@ -138,23 +139,30 @@ class Ranked:
         if own >= SATURATED and self.power > 1.0:  # numbers rank no more: it may get faster
             oldest = (int(self.number("slot")) + 1) % (self.window + 1)
             ring = self.part("ring").reshape(self.window + 1, -1)[oldest]
-            found.append((max(2.0 * own, FAR * largest), self._integrator.done, ring))
-        worst, factor, time = 0.0, 0.0, 0.0
+            found.append((max(2.0 * own, FAR * largest), made.done, ring))
+        worst, factor, first, time = 0.0, 0.0, 0.0, 0.0
         for number, at, state in reversed(found):
             if number < FAR * largest:
                 break
-            begin = self._integrator.stepper.time_after(at - self.window)
-            error = self._error(state[: len(self._start)], begin, abs(self._integrator.h), window)
+            begin = made.stepper.time_after(at - self.window)
+            y, count = state[: len(self._start)], window // COARSE if most > 1 else 1
+            of_one, error = self._errors(y, begin, made.h, window)
+            on_the_way = self._states(y, begin, count * [made.h], count * [COARSE]) or ()
+            for k, y in enumerate(on_the_way[:-1], 1):  # it may be less again at the window's end
+                of_one = max(
+                    of_one, self._errors(y, begin + COARSE * k * made.h, made.h, COARSE)[0]
+                )
+            error, first = max(error, of_one), max(first, of_one)
             factor = max(factor, error / number**self.power)
             if error >= worst:
                 worst, time = error, begin
         # Of one step, which may err as much as all in its window, or as every one of them.
-        most_of_one = factor * largest**self.power / math.sqrt(window)
+        most_of_one = max(factor * largest**self.power / math.sqrt(window), first)
         last, begin = self._last
         if last > most_of_one:
             most_of_one, time = last, begin
         total = factor * self.number("total") / window + last
-        return LocalError(most_of_one, time, total, abs(self._integrator.h))
+        return LocalError(most_of_one, time, total, abs(made.h))
 
     @functools.cached_property
     def _last(self) -> tuple[float, float]:
@@ -163,7 +171,7 @@ class Ranked:
         rest = self.end - begin
         if not rounding(self.end) < math.copysign(rest, self._integrator.h * rest):
             return 0.0, begin
-        return self._error(state, begin, abs(rest), 1), begin
+        return self._errors(state, begin, abs(rest), 1)[0], begin
 
     @functools.cached_property
     def error(self) -> LocalError:
@@ -183,31 +191,48 @@ class Ranked:
         begin = self._integrator.stepper.time_after(self._first)
         span = abs(self.end - begin)
         count = max(1, round(span / abs(self._integrator.h)))
-        error = self._error(self._start, begin, span / count, count) if span else 0.0
-        return LocalError(error / math.sqrt(count), begin, error, span / count)
+        one, error = self._errors(self._start, begin, span / count, count) if span else (0.0, 0.0)
+        return LocalError(max(error / math.sqrt(count), one), begin, error, span / count)
 
-    def _error(self, y: Array, t: float, h: float, steps: int) -> float:
-        """Return what so many steps from a state err by, as far as shorter ones over the time tell."""
-        made, many, ends = self._integrator, max(steps * FINE // COARSE, 1), list[Array]()
-        single, shorter = made.stepper.aside, (steps - FIRST) * h / many
-        for parts in (((h, steps),), ((FIRST * h, 1), (shorter, many))):
-            state, begin = y, t
-            for length, count in parts:
-                length = math.copysign(length, made.h)
-                single.begin(state, begin, length)
+    def _errors(self, y: Array, t: float, h: float, steps: int) -> tuple[float, float]:
+        """Return what a step from a state errs by, and so many, as far as shorter ones tell.
+
+        What the first ones err by may have become small at the end of all.
+        """
+        near, power = min(COARSE, steps), self._integrator.method.order + 1
+        rest, few = steps - near, max(near * FINE // COARSE, 1)
+        many = max(rest * FINE // COARSE, 1)
+        lengths, counts = (FIRST, (near - FIRST) / few, rest / many), (1, few, many if rest else 0)
+        coarse = self._states(y, t, (h, h), (near, rest))
+        fine = self._states(y, t, [h * length for length in lengths], counts)
+        if coarse is None or fine is None:
+            return math.inf, math.inf
+        left = [n * length**power for n, length in zip(counts, lengths, strict=True)]
+        one = self._apart(y, coarse[0], fine[1]) / (1.0 - sum(left[:2]) / near)
+        every = self._apart(y, coarse[1], fine[2]) / (1.0 - sum(left) / steps)
+        return one / math.sqrt(near), every
+
+    def _states(
+        self, y: Array, t: float, lengths: Sequence[float], counts: Sequence[int]
+    ) -> list[Array] | None:
+        """Return the states after so many steps of each length; None where one fails."""
+        single, found = self._integrator.stepper.aside, list[Array]()
+        for length, count in zip(lengths, counts, strict=True):
+            if count:
+                length = math.copysign(length, self._integrator.h)
+                single.begin(y, t, length)
                 if single.advance(0, count, count + 1, NOTHING).status != OK:
-                    return math.inf
-                state, begin = single.state[: len(y)].copy(), begin + count * length
-            ends.append(state)
-        power = made.method.order + 1
-        left = (FIRST**power + many * (shorter / h) ** power) / steps
-        largest, error = np.maximum(abs(y), abs(ends[1])), abs(ends[0] - ends[1])
+                    return None
+                y, t = single.state[: len(self._start)].copy(), t + count * length
+            found.append(y)
+        return found
+
+    def _apart(self, y: Array, one: Array, other: Array) -> float:
+        """Return how far two states are apart, relative to the largest numbers of pieces there."""
+        largest, error = np.maximum(abs(y), abs(other)), abs(one - other)
         whole = float(largest.max()) or 1.0
-        worst = max(
-            float(error[p].max() / (largest[p].max() or whole))
-            for p in made.problem.slices.values()
-        )
-        worst /= 1.0 - left
+        pieces = self._integrator.problem.slices.values()
+        worst = max(float(error[p].max() / (largest[p].max() or whole)) for p in pieces)
         return worst if worst < math.inf else math.inf
 
 

@@ -8,6 +8,7 @@ at its beginning, the run begins anew with a shorter step.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from ..arguments import Array
@@ -16,6 +17,7 @@ from ..methods.adaptive import Adaptive
 from .accuracy.accuracy import Accuracy
 from .accuracy.adaptive_stretch import at_tolerance
 from .local_error import LocalError, Ranked
+from .second import longer
 from .solution import Solution
 
 __all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "rough_error"]
@@ -23,7 +25,9 @@ __all__ = ["AIM", "FEW_STEPS", "MOST_STEPS", "STRICTER", "UNEVEN", "Setting", "r
 PROMISED = ((7, 1e-9), (4, 1e-7), (2, 1e-3), (1, 1e-2))  # of methods of that order, and higher ones
 AT_END = 1e-9
 DOUBT = 12.0  # times as much is no reason to begin anew: local errors are known to a factor of ten
-ENOUGH = 3.0  # times what is wanted of the end, where sums of local errors are better known
+ENOUGH = (
+    3.0  # times: of the end, as sums are better known, and where few steps err, as they are worse
+)
 SURE = 0.1  # of a limit: what one measurement shows is known to be less
 AIM = 0.3  # of what is promised
 FAILED, SHORTER = 0.3, 0.6  # of a step that failed: of a default one, of one that was tried
@@ -36,7 +40,7 @@ MOST_STEPS, FEW_STEPS = 2.0**20, 2.0**12  # that a run is begun anew with; in pl
 
 def shortened(factor: float, power: int) -> float:
     """Return by what a step is multiplied so that an error is, as far as one goes at a time."""
-    return float(min(max(factor ** (1.0 / power), SHORTEST), LONGEST))
+    return min(max(float(factor ** (1.0 / power)), SHORTEST), max(LONGEST, 1.0 / longer(power)))
 
 
 class Setting(NamedTuple):
@@ -108,24 +112,30 @@ class Setting(NamedTuple):
     def _part(self, found: Solution, error: LocalError) -> float:
         """Return what part errors are of those with which a run is as it is."""
         at_end = 0.0 if self.wanted is None else error.total / (ENOUGH * self.wanted)
-        return max(at_end, error.largest / (DOUBT * allowed(found))) if self.each else at_end
+        few = isinstance(found.ranked, Ranked) and found.ranked.concentrated
+        most = (ENOUGH if few else DOUBT) * allowed(found)
+        return max(at_end, error.largest / most) if self.each else at_end
 
     def looser(self) -> dict[str, Any]:
         """Return what is asked of a second run of variable steps, which errs more."""
         assert isinstance(self.method, Adaptive)
         return {**self.asked, "method": at_tolerance(self.method, self.method.rtol / STRICTER)}
 
-    def shorter(self, found: Solution, most: float) -> Setting | None:
-        """Return what is tried after a run that errs too much, or failed: in `most` steps at most."""
+    def shorter(self, found: Solution, most: float, expected: float = math.inf) -> Setting | None:
+        """Return what is tried after a run that errs too much, or failed: in `most` steps at most.
+
+        `expected` is what the end errs by if it does so as the order says.
+        """
         error, p, end, local = None, found.method.order, found.end_error, found.local_error
         if found.success:
             error = end.error if end else local.total if local else 0.0
+            error = min(error, math.sqrt(error * expected))
         if isinstance(found.method, Adaptive):
             return self._stricter(found.method, error)
         step, method = self.step or abs(found.step), self.method
         factor = SHORTER if self.accuracy else FAILED
         if error is not None and local:
-            factor, step = LONGEST, min(step, local.step)
+            factor, step = max(LONGEST, 1.0 / longer(p)), min(step, local.step)
             if self.each:
                 part = AIM * allowed(found) / max(local.largest, 1e-300)
                 factor = min(factor, shortened(part, p + 1))

@@ -16,11 +16,16 @@ from ..methods.partial import rounding
 from ..methods.stepper import NOTHING, Stepper
 from .integrator import Integrator
 
-__all__ = ["LONGER", "Second"]
+__all__ = ["Second", "longer"]
 
-LONGER = 1.37  # times the step: both runs meet at their ends only
+LONGER, MORE = 1.37, 10.0  # times the step, at most: both meet at their ends only; times the error
 LONG = 300  # steps from which on another core is worth while
 PIECE = 1 << 14  # steps after which it is seen that nobody waits
+
+
+def longer(order: int) -> float:
+    """Return how many times as long steps of a second run are: those of high orders err soon."""
+    return float(min(LONGER, MORE ** (1.0 / order)))
 
 
 class Second:
@@ -28,7 +33,8 @@ class Second:
 
     def __init__(self, integrator: Integrator) -> None:
         self._from = integrator.stepper.state.copy(), integrator.time
-        self._h, self._integrator = LONGER * integrator.h, integrator
+        self.longer = longer(integrator.method.order)
+        self._h, self._integrator = self.longer * integrator.h, integrator
         self._end: float | None = None
         self._found: Array | None = None
         self._thread: threading.Thread | None = None
@@ -62,7 +68,7 @@ class Second:
     def both(self, end: float) -> tuple[Array | None, Array | None]:
         """Return the states of both runs at another time; None where one fails."""
         stepper = self._new()
-        return self._state(stepper, end, self._h / LONGER), self._state(stepper, end, self._h)
+        return self._state(stepper, end, self._h / self.longer), self._state(stepper, end, self._h)
 
     def _new(self) -> Stepper:
         stepper = self._integrator.stepper.renewed(*self._from, self._h)

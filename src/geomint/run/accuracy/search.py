@@ -94,7 +94,7 @@ class Search:
                 factor = (self.goal / error) ** (1.0 / power)
             wanted = min(min(max(factor, 1.0 / most), most) * setting, self.largest)
             wanted = wanted if wanted < failed else math.sqrt(setting * failed)
-            near = 1.0 / reach <= error / self.goal <= reach or abs(wanted / setting - 1.0) < 0.03
+            near = 0.2 <= error / self.goal <= reach or abs(wanted / setting - 1.0) < 0.03
             chosen = wanted
             if self.implicit and wanted > setting:
                 chosen = setting * min((wanted / setting) ** CAUTION, BEYOND)

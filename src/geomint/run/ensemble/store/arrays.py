@@ -59,7 +59,8 @@ class Arrays:
         self._root = root
         mode = "r+" if writing else "r"
         self._known: dict[tuple[str, str, str], Any] = {}
-        with readable(root):
+        with readable(root), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about what a killed process has left in the folder
             self.group = self._zarr.open_group(os.fspath(root), mode=mode, use_consolidated=False)
             self.about: dict[str, Any] = dict(self.group.attrs)
             for _, array in self.group.arrays():
