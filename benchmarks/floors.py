@@ -117,8 +117,8 @@ def children() -> tuple[Child, Child]:
 
 
 @functools.cache
-def call(row: str) -> Found:
-    """Return the time of a call, new over old."""
+def timed(row: str) -> tuple[list[float], list[float]]:
+    """Return the times of a call from many states, old and new."""
     both = children()
     for child in both:
         child.times(row, 1)
@@ -127,10 +127,20 @@ def call(row: str) -> Found:
         [statistics.median(times) for times in zip(*each, strict=True)]
         for each in zip(*rounds, strict=True)
     )
-    ratios = [b / a for a, b in zip(old, new, strict=True)]
-    medians = [1e6 * statistics.median(each) for each in (old, new)]
-    note = f"worst {max(ratios):.3f}; {medians[0]:.4g} to {medians[1]:.4g} µs"
-    return Found(statistics.geometric_mean(ratios), note)
+    return old, new
+
+
+def ratios(row: str) -> list[float]:
+    """Return the times of a call, new over old, for each state."""
+    return [b / a for a, b in zip(*timed(row), strict=True)]
+
+
+def call(row: str) -> Found:
+    """Return the time of a call, new over old."""
+    found = ratios(row)
+    medians = [1e6 * statistics.median(each) for each in timed(row)]
+    note = f"worst {max(found):.3f}; {medians[0]:.4g} to {medians[1]:.4g} µs"
+    return Found(statistics.geometric_mean(found), note)
 
 
 @functools.cache
@@ -187,25 +197,56 @@ def kept_runs() -> Found:
     return Found(float(run.returncode), last)
 
 
+SEEDS = [str(int(time.time()) % 1_000_000 + k) for k in range(3)]  # not used before
+TRAPS = ("traps.py", "--seeds", *SEEDS)
+
+
 @functools.cache
-def traps() -> dict[str, Any]:
-    """Return how often motions that mislead were wrong in silence, by seeds of the clock."""
-    seeds = [str(int(time.time()) % 1_000_000 + k) for k in range(3)]
+def results(script: str, *given: str) -> dict[str, Any]:
+    """Return what a benchmark writes."""
     with tempfile.TemporaryDirectory() as folder:
-        script = [sys.executable, str(Path(__file__).with_name("traps.py")), "--seeds", *seeds]
-        command = [*script, "--count", "1008", "--out", folder, "--images", folder]
-        subprocess.run(
-            command, check=True, capture_output=True, env=environment(ROOT, CACHE / "traps")
-        )
-        found: dict[str, Any] = json.loads((Path(folder) / "traps.json").read_text())["all"]
-    return {**found, "seeds": ", ".join(seeds)}
+        path = Path(__file__).with_name(script)
+        command = [sys.executable, str(path), *given, "--out", folder, "--images", folder]
+        known = environment(ROOT, CACHE / path.stem)
+        subprocess.run(command, check=True, capture_output=True, env=known)
+        found: dict[str, Any] = json.loads((Path(folder) / f"{path.stem}.json").read_text())
+    return found
 
 
 def trapped(what: str) -> Found:
     """Return the share of motions that ended so."""
-    found = traps()
-    note = f"{found.get(what, 0)} of {found['motions']}, seeds {found['seeds']}"
+    found = results(*TRAPS)["all"]
+    note = f"{found.get(what, 0)} of {found['motions']}, seeds {', '.join(SEEDS)}"
     return Found(found["shares"][what], note)
+
+
+def worst_family() -> Found:
+    """Return the largest share of a family of motions that were wrong in silence."""
+    found = results(*TRAPS)["families"]  # pulses that no step meets are apart
+    shares = {
+        k: v.get("silent", 0) / sum(v.values()) for k, v in found.items() if k != "narrow-pulse"
+    }
+    worst = max(shares, key=lambda name: shares[name])
+    return Found(shares[worst], worst)
+
+
+def missed() -> Found:
+    """Return the share of runs by a tolerance whose error is not 0.01 … 10 times as much."""
+    found = results("tolerance.py")
+    rows = [*found["rows"], *found["rows of methods"]]
+    errors = [row["error_over_tolerance"] for row in rows]
+    off = sum(not 0.01 <= error <= 10.0 for error in errors)
+    return Found(off / len(errors), f"{off} of {len(errors)}, largest {max(errors)}")
+
+
+def local(what: str) -> Found:
+    """Return how good local errors are: of medians the one that is farthest from 1."""
+    found = results("local_errors.py", "--seed", SEEDS[0])["summary"]
+    if what != "median":
+        return Found(found[what], f"{found['motions']} motions, seed {SEEDS[0]}")
+    far = {m: max(r, 1.0 / r) for m, r in found["medians"].items()}
+    worst = max(far, key=lambda name: far[name])
+    return Found(far[worst], f"{worst}: {found['medians'][worst]:.3g}")
 
 
 FLOORS: dict[str, dict[str, Floor]] = {
@@ -222,7 +263,13 @@ FLOORS: dict[str, dict[str, Floor]] = {
         "silent": Floor(0.001, lambda: trapped("silent")),
         "warned": Floor(0.02, lambda: trapped("warned")),
         "refused": Floor(0.02, lambda: trapped("refused")),
+        "families": Floor(0.01, worst_family),
         "regular": Floor(1.2, lambda: call("promised")),
+        "anew": Floor(3.0, lambda: Found(max(ratios("promised")), "largest of `regular`")),
+        "within": Floor(0.03, missed),
+        "local-median": Floor(10.0, lambda: local("median")),
+        "local-small": Floor(0.01, lambda: local("too small by 30")),
+        "local-cost": Floor(1.0, lambda: local("largest cost over what is allowed")),
         "cold-drift": Floor(1.05, cold_drift),
         "lines": Floor(45_077, lambda: weight("src", "lines")),
         "tokens": Floor(451_955, lambda: weight("src", "tokens")),
