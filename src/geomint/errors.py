@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import pickle
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from math import log10
 from typing import Any
@@ -15,21 +15,27 @@ __all__ = [
     "ClockError",
     "ConvergenceError",
     "DeclarationError",
+    "DeclarationWarning",
     "DomainError",
+    "EndWarning",
     "EnsembleError",
     "EventError",
     "FormError",
     "GeomintError",
     "GeomintWarning",
+    "LeftOutWarning",
     "MethodError",
     "MissingCodeError",
     "NonFiniteError",
     "OutputError",
     "SceneError",
     "SendingError",
+    "SpeedWarning",
+    "StateWarning",
     "StepError",
     "StepLimitError",
     "StepSizeError",
+    "StepWarning",
     "UnknownReferenceError",
     "WatcherError",
     "closest",
@@ -115,7 +121,81 @@ def printable(text: str) -> str:
 
 
 class GeomintWarning(UserWarning):
-    """Something was done that the user should know of, such as projecting a state."""
+    """Something that the user should know of; its kinds are its subclasses.
+
+    Runs keep theirs, as `geomint.Solution.warnings`. Those that say the same are equal.
+
+    Parameters
+    ----------
+    text : str
+        What was found, where, and what to do.
+    quantity : str
+        What it is about: ``"end"``, ``"step"``, the name of a piece or of an integral.
+    size : float or None
+        By how much; dimensionless where the text names no unit.
+    time : float or None
+        Where on the way, in the time that the text names.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        quantity: str = "",
+        size: float | None = None,
+        time: float | None = None,
+    ) -> None:
+        size, time = (None if x is None else float(x) for x in (size, time))
+        super().__init__(text, quantity, size, time)
+        self.text, self.quantity, self.size, self.time = text, quantity, size, time
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.args == getattr(other, "args", None)
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.args))
+
+    @property
+    def kind(self) -> str:
+        """The name of its class."""
+        return type(self).__name__
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON has it: kind, text, quantity, size and time."""
+        return {"kind": self.kind, **vars(self)}
+
+    @staticmethod
+    def read(told: Mapping[str, Any]) -> GeomintWarning:
+        """Return what `as_json` has told; of a kind that is not geomint's a plain one."""
+        kinds = {kind.__name__: kind for kind in GeomintWarning.__subclasses__()}
+        given = {name: value for name, value in told.items() if name != "kind"}
+        return kinds.get(told["kind"], GeomintWarning)(**given)
+
+
+class StateWarning(GeomintWarning):
+    """A state is not the one that was given, such as one that was projected."""
+
+
+class DeclarationWarning(GeomintWarning):
+    """What is said of a problem does not fit: its parameters, an invariant, its Hamiltonian form."""
+
+
+class StepWarning(GeomintWarning):
+    """Steps are too long for the motion, or for the run."""
+
+
+class EndWarning(GeomintWarning):
+    """The state at the end may err by more than a tolerance, or than is promised of it."""
+
+
+class LeftOutWarning(GeomintWarning):
+    """Something that was asked for is not in the result, or not all of it."""
+
+
+class SpeedWarning(GeomintWarning):
+    """Something takes longer than it could, or longer than a day."""
 
 
 class DomainError(GeomintError, ValueError):

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import functools
-import warnings
 from importlib.metadata import entry_points
 from typing import Any
 
-from ..errors import GeomintWarning, MethodError, nearest, quoted
+from ..errors import LeftOutWarning, MethodError, nearest, quoted
 from ..tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -15,6 +14,7 @@ from ..tableaux import (
     MAX_LOBATTO_STAGES,
     RUNGE_KUTTA,
 )
+from ..warned import tell
 from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose
@@ -61,7 +61,7 @@ def methods() -> dict[str, Method]:
         except Exception as error:  # a package that is broken must not take the others with it
             said = f"entry point {point.name!r} of the group geomint.methods is left out: expected "
             text = f"{said}a geomint.Method of that name; {type(error).__name__}: {error}"
-            warnings.warn(text, GeomintWarning, stacklevel=2)
+            tell(LeftOutWarning(text, point.name))
     return found
 
 

@@ -13,6 +13,7 @@ from typing import Any
 from ..plan import MethodRun, SeveralRuns
 from ..plots.drift_plots import panel_figure
 from ..plots.style import data_uri
+from ..run.solution import told_errors
 from ..watch.drift import ROUNDOFF
 from ..watch.growth import RULE
 from ..watch.quantities import KINDS
@@ -35,7 +36,9 @@ from .text import (
 __all__ = ["SECTIONS"]
 
 Content = dict[str, Any] | None
-COSTS = ("representation", "step", "steps", "time per step", "run time", "compile time", "status")
+ERRORS = ("local error", "error at the end", "warnings")
+TOOK = ("representation", "step", "steps", "time per step", "run time", "compile time")
+COSTS = (*TOOK, *ERRORS, "status")
 
 
 def head(result: SeveralRuns) -> Content:
@@ -45,6 +48,7 @@ def head(result: SeveralRuns) -> Content:
         "description": " ".join(result.scene.content.description.split()),
         "methods": len(result),
         "failed": [run for run in result if run.status != "success"],
+        "warned": [run for run in result if run.solution and run.solution.warnings],
         "words": outcomes(result),
         "end": _end(result),
     }
@@ -276,6 +280,8 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
         "run time": duration(seconds),
         "watching": duration(solution.watching_seconds),
         "compile time": compiling if solution.compile_seconds > 0.0 else "from the cache",
+        **dict.fromkeys(ERRORS, "–"),
+        **told_errors(solution),
         "status": run.status,
     }
 

@@ -15,6 +15,7 @@ from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
+from ..warned import keeping
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run
@@ -46,6 +47,7 @@ BRIEF = 4096  # numbers of all steps, where only compiled code runs: millisecond
 
 
 @explained
+@keeping
 def solve(
     problem: Problem | Solution,
     y0: Any = None,
