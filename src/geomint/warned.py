@@ -5,27 +5,37 @@ from __future__ import annotations
 import functools
 import sys
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from contextvars import ContextVar
 from importlib.metadata import entry_points
 from typing import Any, ParamSpec, TypeVar
 
 from .errors import GeomintWarning, StepError
 
-__all__ = ["gathered", "keeping", "tell"]
+__all__ = ["Gathered", "keeping", "tell"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
-class _Told(list[GeomintWarning]):
-    """What was told, and whether that is for nobody to see."""
+class Gathered(list[GeomintWarning]):
+    """Warnings that are told within, each once; if `quiet`, nobody else sees them."""
 
-    quiet = False
+    def __init__(self, quiet: bool = False) -> None:
+        super().__init__()
+        self.quiet = quiet
+
+    def __enter__(self) -> Gathered:
+        above = _told.get()
+        self.quiet = self.quiet or (above is not None and above.quiet)
+        self._token = _told.set(self)
+        return self
+
+    def __exit__(self, *of: object) -> None:
+        _told.reset(self._token)
 
 
-_told: ContextVar[_Told | None] = ContextVar("told", default=None)
+_told: ContextVar[Gathered | None] = ContextVar("told", default=None)
 
 
 def tell(warning: GeomintWarning) -> None:
@@ -49,24 +59,12 @@ def _packages() -> set[str]:
     return {"geomint", *(p.module.split(".")[0] for p in entry_points(group="geomint.systems"))}
 
 
-@contextmanager
-def gathered(quiet: bool = False) -> Iterator[list[GeomintWarning]]:
-    """Give the list to which warnings come that are told within; if `quiet`, nobody sees them."""
-    above, told = _told.get(), _Told()
-    told.quiet = quiet or (above is not None and above.quiet)
-    token = _told.set(told)
-    try:
-        yield told
-    finally:
-        _told.reset(token)
-
-
 def keeping(function: Callable[P, R]) -> Callable[P, R]:
     """Return a function whose result, or what an error has of it, keeps its `warnings`."""
 
     @functools.wraps(function)
     def kept(*args: P.args, **named: P.kwargs) -> R:
-        with gathered() as told:
+        with Gathered() as told:
             try:
                 found: Any = function(*args, **named)
             except StepError as error:

@@ -20,7 +20,7 @@ from ..arguments import Array
 from ..errors import DomainError, LeftOutWarning, StepError
 from ..methods.adaptive import LEAST_RTOL, Adaptive
 from ..methods.method import Method
-from ..warned import gathered, tell
+from ..warned import Gathered, tell
 from .restart import Restart
 from .solution import Solution
 
@@ -58,7 +58,7 @@ def error_estimate(
     options, factor = finer(solution.method, solution.step)
     finer_states, reason = solution.y.copy(), ""
     try:
-        with gathered(quiet=True):  # said of the run itself
+        with Gathered(quiet=True):  # said of the run itself
             for rows, step in _parts(solution, begin if solution.problem.time == "t" else 0.0):
                 some, own = times[rows], {} if step is None else {"step": step}
                 ends = {f"{name}_end": some[-1], f"{name}_eval": some}

@@ -213,9 +213,8 @@ def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
         if accuracy is not None:
             asked = f"tolerance = {accuracy.tolerance:g} may not be met"
             because = accuracy.note or because
-        do = "no shorter step does better: end there"
-        if not error.grown * ROUNDING * math.sqrt(found.steps) > wanted:
-            do = advice(found, wanted / error.error)
+        rounded = error.grown * ROUNDING * math.sqrt(found.steps) > wanted
+        do = advice(found, 0.0 if rounded else wanted / error.error)
         text = (
             f"{asked}: {because}; by a second run the end errs by about {error.error:.1g}, and the "
             f"motion by less than {wanted:.1g} up to {label(found)[0]} = {error.until:.6g}; {do}"

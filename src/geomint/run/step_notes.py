@@ -66,12 +66,14 @@ def tell_errors(solution: Solution) -> None:
 
 
 def advice(solution: Solution, part: float) -> str:
-    """Return what to do so that a run errs by such a part of what it errs by."""
+    """Return what to do so that a run errs by such a part of what it errs by; 0: nothing helps."""
     ranked = solution.ranked
     if isinstance(ranked, Ranked) and ranked.concentrated:
         return "if a force switches there, name the time: breaks=[…]"
-    if not part > 0.0 or isinstance(solution.method, Adaptive):
-        return "give shorter steps"
+    if not part > 0.0:
+        return "no shorter step does better: give an earlier end"
+    if isinstance(solution.method, Adaptive):
+        return "give a smaller tolerance"
     step = abs(solution.step) * min(part ** (1.0 / solution.method.order), 0.5)
     return f"give a shorter step: step={step:.2g}"
 

@@ -22,6 +22,7 @@ from ..methods.method import Method
 from ..methods.registry import find_method
 from ..problems.systems import Model, System, find_system, in_time
 from ..run.accuracy.auto import AUTO
+from ..warned import Gathered
 from .entries import check_once, method_and_step
 from .explain import key_of, shown
 from .flaws import Flaws, mended
@@ -182,11 +183,10 @@ def _built(
 def _build(
     system: System, parameters: BaseModel, initial: BaseModel
 ) -> tuple[Model, tuple[GeomintWarning, ...]]:
-    with warnings.catch_warnings(record=True) as caught:
+    with Gathered(quiet=True) as told, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeomintWarning)
         model = system.build(parameters, initial)
-    told = []
-    for warning in caught:
+    for warning in caught:  # of packages that warn by themselves
         if isinstance(warning.message, GeomintWarning):
             told.append(warning.message)
         else:

@@ -15,7 +15,7 @@ from ...errors import DomainError, GeomintError, GeomintWarning, StateWarning
 from ...methods import Exact, Method
 from ...problems.declaration import unshared
 from ...problems.problem import Problem
-from ...warned import gathered, tell
+from ...warned import Gathered, tell
 
 __all__ = ["Asked", "Members", "canonical_members"]
 
@@ -130,7 +130,7 @@ def canonical_members(problems: Any, states: Any) -> Members:
     found = np.broadcast_to(given, (count, rows)).copy()
     told: dict[int, tuple[GeomintWarning, ...]] = {}
     for k in _unsettled(chosen, found):
-        with gathered(quiet=True) as changes:
+        with Gathered(quiet=True) as changes:
             try:
                 found[k] = chosen[k if len(chosen) > 1 else 0].canonical(found[k])
             except GeomintError as error:

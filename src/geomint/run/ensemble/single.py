@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from ...arguments import Array
 from ...errors import GeomintError, StepError
 from ...methods import Exact
-from ...warned import gathered
+from ...warned import Gathered
 from ..callback import Reached
 from ..solution import Solution
 from ..solve import solve
@@ -50,7 +50,7 @@ def run_single(
             return
         solution: Solution | None
         try:
-            with gathered(quiet=True):  # `solve_ensemble` tells of all members
+            with Gathered(quiet=True):  # `solve_ensemble` tells of all members
                 solution = solve(
                     given.problem(k), given.states[k], callback=callback, **asked.arguments()
                 )
