@@ -1,14 +1,22 @@
-"""Typed errors. Every one carries the numbers that it speaks of, and derives from GeomintError."""
+"""Typed errors and warnings: values that carry the numbers that they speak of.
+
+Errors derive from `GeomintError`, warnings from `GeomintWarning`; these are shown at the line of the
+user, and kept by the results of the calls that they are told in.
+"""
 
 from __future__ import annotations
 
+import functools
 import os
 import pickle
+import sys
 import unicodedata
-from collections.abc import Iterable, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from contextvars import ContextVar
 from difflib import get_close_matches
 from math import log10
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 __all__ = [
     "ArgumentError",
@@ -43,6 +51,9 @@ __all__ = [
     "printable",
 ]
 
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 LONGEST = 300  # characters of a value in a message
 LONGEST_MESSAGE = 3000  # characters: even where much is wrong
@@ -196,6 +207,67 @@ class LeftOutWarning(GeomintWarning):
 
 class SpeedWarning(GeomintWarning):
     """Something takes longer than it could, or longer than a day."""
+
+
+class Gathered(list[GeomintWarning]):
+    """Warnings that are told within, each once; if `quiet`, nobody else sees them."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        super().__init__()
+        self.quiet = quiet
+
+    def __enter__(self) -> Gathered:
+        above = _told.get()
+        self.quiet = self.quiet or (above is not None and above.quiet)
+        self._token = _told.set(self)
+        return self
+
+    def __exit__(self, *of: object) -> None:
+        _told.reset(self._token)
+
+
+_told: ContextVar[Gathered | None] = ContextVar("told", default=None)
+
+
+def tell(warning: GeomintWarning) -> None:
+    """Warn at the line of the first caller outside of geomint and systems; once of the same."""
+    told = _told.get()
+    if told is not None:
+        if warning in told:  # of a run that began anew
+            return
+        told.append(warning)
+        if told.quiet:
+            return
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
+        frame, level = frame.f_back, level + 1
+    warnings.warn(warning, stacklevel=level)
+
+
+@functools.cache
+def _packages() -> set[str]:
+    """Return geomint and the packages that register systems: a user did not write their lines."""
+    from importlib.metadata import entry_points
+
+    return {"geomint", *(p.module.split(".")[0] for p in entry_points(group="geomint.systems"))}
+
+
+def keeping(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function whose result, or what an error has of it, keeps its `warnings`."""
+
+    @functools.wraps(function)
+    def kept(*args: P.args, **named: P.kwargs) -> R:
+        with Gathered() as told:
+            try:
+                found: Any = function(*args, **named)
+            except StepError as error:
+                if error.partial is not None:
+                    error.partial.warnings = tuple(told)
+                raise
+        found.warnings = tuple(told)
+        return found  # type: ignore[no-any-return]
+
+    return kept
 
 
 class DomainError(GeomintError, ValueError):

@@ -15,8 +15,8 @@ import pytest
 
 import chaplygin as ch
 import geomint as gi
-from geomint.problems.testproblems import henon_heiles, neumann
 from geomint.plan import plan_scan
+from geomint.problems.testproblems import henon_heiles, neumann
 from geomint.report.scan_page import write_scan_report
 from geomint.report.summary import print_runs
 from geomint.run.provenance import run_record
@@ -172,7 +172,7 @@ def test_a_column_of_ensembles(more: dict[str, Any], tmp_path: Path) -> None:
     assert many.warned.tolist() == ["", "", "StateWarning"]
     assert list(many.warnings) == [2]
     (told,) = many.warnings[2]
-    assert type(told) is gi.StateWarning and told.quantity == "q"
+    assert (type(told), told.quantity) == (gi.StateWarning, "q")
     pytest.importorskip("xarray")
     assert many.to_xarray()["warnings"].values.tolist() == many.warned.tolist()
     pytest.importorskip("zarr")
@@ -212,8 +212,8 @@ def test_reports_carry_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert local in page
     print_runs(runs)
     printed = " ".join(capsys.readouterr().out.split())
-    assert f"local error {local}" in printed
-    assert "warnings 1 StepWarning" in printed
+    assert f"local error: {local}" in printed
+    assert "warnings: 1 StepWarning" in printed
 
 
 def test_scans_have_a_column(tmp_path: Path) -> None:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import printable
-from ..warned import Gathered
+from ..errors import Gathered, printable
 
 if TYPE_CHECKING:
     from ..plan import Estimate, MethodRun

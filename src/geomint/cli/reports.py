@@ -7,7 +7,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ..errors import DomainError, LeftOutWarning
+from ..errors import DomainError, LeftOutWarning, tell
 from ..plan import SeveralRuns, common_notes, plan_chaos, plan_scan, plan_section, run_methods
 from ..report import CHAOS_FILES, DRIFT_FILES, SCAN_FILES, SECTION_FILES
 from ..run.ensemble.result import Ensemble
@@ -15,7 +15,6 @@ from ..run.exponents import Lyapunov
 from ..run.files.outputs import check_folder
 from ..run.section import Section
 from ..scene import Scene, load_scene
-from ..warned import tell
 
 __all__ = ["chaos_report", "drift_report", "scan_report", "section_report"]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import SpeedWarning
+from ..errors import SpeedWarning, tell
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
@@ -19,7 +19,6 @@ from ..kernels.compiling.signatures import FIELD, Signature
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
-from ..warned import tell
 
 __all__ = ["lane_field", "no_clock", "takes_lanes"]
 

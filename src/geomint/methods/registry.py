@@ -6,7 +6,7 @@ import functools
 from importlib.metadata import entry_points
 from typing import Any
 
-from ..errors import LeftOutWarning, MethodError, nearest, quoted
+from ..errors import LeftOutWarning, MethodError, nearest, quoted, tell
 from ..tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -14,7 +14,6 @@ from ..tableaux import (
     MAX_LOBATTO_STAGES,
     RUNGE_KUTTA,
 )
-from ..warned import tell
 from .adaptive import Adaptive
 from .commutator_free import CommutatorFree
 from .composition import Compose

@@ -13,12 +13,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import StepError
+from ..errors import Gathered, StepError
 from ..problems.evaluate import value
 from ..run.progress import HOUR, time_in_words
 from ..run.solution import Solution
 from ..run.solve import solve
-from ..warned import Gathered
 from .plan import Plan
 
 __all__ = ["Estimate", "estimate", "expected_time", "steps_of"]

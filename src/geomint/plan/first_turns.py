@@ -5,14 +5,13 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 
-from ..errors import GeomintError, StepError
+from ..errors import Gathered, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
 from ..run.solution import Solution
 from ..run.solve import solve
 from ..run.stretch import Stretch, stretch_of
-from ..warned import Gathered
 from .plan import Plan
 
 __all__ = ["FirstTurns", "first_turns"]

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
-from ..errors import StepError
+from ..errors import Gathered, StepError
 from ..scene.scene import Scene
-from ..warned import Gathered
 from .first_turns import first_turns
 from .plan import Plan, make_plan
 from .several import expected_plans

@@ -37,8 +37,7 @@ __all__ = ["SECTIONS"]
 
 Content = dict[str, Any] | None
 ERRORS = ("local error", "error at the end", "warnings")
-TOOK = ("representation", "step", "steps", "time per step", "run time", "compile time")
-COSTS = (*TOOK, *ERRORS, "status")
+COSTS = ("representation", "step", "steps", "time per step", "run time", "compile time", "status")
 
 
 def head(result: SeveralRuns) -> Content:
@@ -113,7 +112,7 @@ def costs(result: SeveralRuns) -> Content:
     if len(result) == 1:
         return None
     rows = [(run.label, _facts(result, run)) for run in result]
-    return {"names": COSTS, "rows": rows}
+    return {"tables": (COSTS, ERRORS), "rows": rows}
 
 
 def quantities(result: SeveralRuns) -> Content:
@@ -259,7 +258,7 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
     found["representation"] = run.representation or "none"
     solution = run.solution
     if solution is None:
-        return {**dict.fromkeys(COSTS, "–"), **found, "status": run.status}
+        return {**dict.fromkeys((*COSTS, *ERRORS), "–"), **found, "status": run.status}
     method, problem, seconds = solution.method, solution.problem, solution.run_seconds
     structure = method.structure(problem)
     pieces = ", ".join(f"{name} ({rows})" for name, rows in problem.pieces)

@@ -42,8 +42,8 @@ def print_runs(result: SeveralRuns) -> None:
     for run in result:
         if run.solution is not None:
             console.print(Text(_cost(run.solution)))
-            told = told_errors(run.solution).items()
-            console.print(Text("; ".join(f"{name} {what}" for name, what in told)))
+            for name, what in told_errors(run.solution).items():
+                console.print(Text(f"{name}: {what}"))
             if run.solution.events:
                 console.print(Text(_events(run.solution)))
         if run.status != "success":

@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 
 from ..arguments import Array, positive, whole
-from ..errors import DomainError, StateWarning
+from ..errors import DomainError, StateWarning, tell
 from ..problems.at_states import evaluator
 from ..problems.problem import Problem
-from ..warned import tell
 from .chains import Chains, Target
 from .level import Level, kept_values, on_level, settled_states
 

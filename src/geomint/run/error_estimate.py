@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Array
-from ..errors import DomainError, LeftOutWarning, StepError
+from ..errors import DomainError, Gathered, LeftOutWarning, StepError, tell
 from ..methods.adaptive import LEAST_RTOL, Adaptive
 from ..methods.method import Method
-from ..warned import Gathered, tell
 from .restart import Restart
 from .solution import Solution
 

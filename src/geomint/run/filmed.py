@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arguments import Array, positive, switch
-from ..errors import DomainError, LeftOutWarning
-from ..warned import tell
+from ..errors import DomainError, LeftOutWarning, tell
 from .files.outputs import check_file, whole_file
 from .shown_body import direction_of, has_path, path_along
 from .stretch import Stretch, stretch_of, with_times

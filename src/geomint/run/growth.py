@@ -12,11 +12,10 @@ import math
 import numpy as np
 
 from ..arguments import Array
-from ..errors import EndWarning
+from ..errors import EndWarning, tell
 from ..methods.adaptive import Adaptive
 from ..problems.evaluate import rates_of, value_of
 from ..problems.time_scale import jacobian
-from ..warned import tell
 from .error_estimate import label
 from .local_error import EndError, Ranked
 from .promise import rough_error

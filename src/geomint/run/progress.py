@@ -11,9 +11,8 @@ from html import escape
 from types import FrameType, TracebackType
 from typing import Any
 
-from ..errors import SpeedWarning
+from ..errors import SpeedWarning, tell
 from ..kernels.compiling.clock import running_clock
-from ..warned import tell
 from .compiling_line import CompilingLine
 
 __all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]

@@ -187,9 +187,9 @@ class Solution(Shown, Pictures, Result):
         return f"solution of {self.about.name!r} by {way}", {
             "status": self.status,
             **message,
-            **told_errors(self),
             "steps": f"{self.steps} of {mean}{self.step:.6g}" if self.step else "none",
             "states": f"{count}{end}",
+            **told_errors(self),
             **drifts,
         }
 
@@ -199,7 +199,7 @@ def told_errors(found: Result) -> dict[str, str]:
     local, end, kinds = found.local_error, found.end_error, [w.kind for w in found.warnings]
     told = {}
     if local is not None:
-        told["local error"] = f"{local.largest:.2g}, at {found.about.time} = {local.time:.6g}"
+        told["local error"] = f"{local.largest:.2g}, at {found.about.time} = {local.time:.4g}"
     if end is not None:
         told["error at the end"] = f"about {end.error:.1g}"
     if kinds:

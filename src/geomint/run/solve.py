@@ -9,13 +9,12 @@ from functools import partial
 from typing import Any
 
 from ..arguments import Array, finite
-from ..errors import StepError, WatcherError
+from ..errors import StepError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
-from ..warned import keeping
 from ..watch.functions import Function
 from ..watch.observe import Observers, choose_watchers
 from ..watch.watcher import Run

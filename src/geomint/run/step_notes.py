@@ -6,12 +6,11 @@ import math
 from collections.abc import Mapping
 
 from ..arguments import Array
-from ..errors import DomainError, StepWarning
+from ..errors import DomainError, StepWarning, tell
 from ..methods import Method, Start
 from ..methods.adaptive import Adaptive
 from ..problems.evaluate import scales_of, states_around, value_of
 from ..problems.problem import Problem
-from ..warned import tell
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
 from .local_error import Ranked

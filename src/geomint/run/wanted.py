@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..arguments import Array
-from ..errors import LeftOutWarning
+from ..errors import LeftOutWarning, tell
 from ..methods.partial import Found, Nodes, PartialSteps
-from ..warned import tell
 from .saved import Saved
 
 __all__ = ["Wanted", "tell_missed"]

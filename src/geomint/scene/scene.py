@@ -9,12 +9,12 @@ from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
+from ..errors import tell
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..run.events import Event
-from ..warned import tell
 from .model import Content
 from .raw import drift_changes, in_drift, merged, overridden, places_of, plain
 from .validate import Checked, check_content

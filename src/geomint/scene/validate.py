@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from ..errors import (
     DomainError,
+    Gathered,
     GeomintError,
     GeomintWarning,
     nearest,
@@ -22,7 +23,6 @@ from ..methods.method import Method
 from ..methods.registry import find_method
 from ..problems.systems import Model, System, find_system, in_time
 from ..run.accuracy.auto import AUTO
-from ..warned import Gathered
 from .entries import check_once, method_and_step
 from .explain import key_of, shown
 from .flaws import Flaws, mended

@@ -12,10 +12,9 @@ import numpy as np
 from pydantic.fields import FieldInfo
 
 from ..arguments import Array
-from ..errors import GeomintError, SceneError, nearest, quoted
+from ..errors import Gathered, GeomintError, SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
 from ..problems.systems import Model, find_system
-from ..warned import Gathered
 from .scene import Scene
 
 __all__ = ["Variation", "chosen_variations", "told_values", "varied_models"]

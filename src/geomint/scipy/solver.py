@@ -10,8 +10,7 @@ import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver
 
 from ..arguments import positive
-from ..errors import ConvergenceError, DomainError, SpeedWarning
-from ..warned import tell
+from ..errors import ConvergenceError, DomainError, SpeedWarning, tell
 from .step_choice import chosen_step, tolerances
 from .steps import ITERATIONS, NOT_FINITE, OK, REASONS, added, compiled
 

@@ -12,12 +12,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arguments import Array
-from ..errors import GeomintError
+from ..errors import Gathered, GeomintError
 from ..kernels.numbers.blocks import Block
 from ..problems.deviation import sizes_of
 from ..problems.evaluate import derivative, value, vector
 from ..problems.problem import Problem
-from ..warned import Gathered
 
 __all__ = [
     "Make",

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
 from ..arguments import Array
+from ..errors import Gathered
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..scene.load import load_scene, scene_names
-from ..warned import Gathered
 from .case import StressAxis, StressCase
 
 __all__ = ["QUICK", "STEP", "Examples", "Source", "sources", "steps"]

@@ -7,8 +7,7 @@ import os
 import re
 from typing import Any
 
-from ...errors import DeclarationError, SpeedWarning
-from ...warned import tell
+from ...errors import DeclarationError, SpeedWarning, tell
 from .recorded import Recorded
 
 __all__ = ["compiled", "reason_of"]

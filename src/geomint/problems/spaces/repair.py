@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...arguments import SHORT, Array
-from ...errors import DomainError, GeomintWarning, StateWarning
-from ...warned import tell
+from ...errors import DomainError, GeomintWarning, StateWarning, tell
 
 __all__ = ["PARALLEL", "REPAIRED", "SILENT", "length", "repaired", "warn"]
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Self
 
-from ...errors import EndWarning
-from ...warned import tell
+from ...errors import EndWarning, tell
 from ..local_error import LocalError
 
 __all__ = ["Accuracy"]

@@ -11,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import MOST_NUMBERS, Array, as_array
-from ...errors import DomainError, GeomintError, GeomintWarning, StateWarning
+from ...errors import DomainError, Gathered, GeomintError, GeomintWarning, StateWarning, tell
 from ...methods import Exact, Method
 from ...problems.declaration import unshared
 from ...problems.problem import Problem
-from ...warned import Gathered, tell
 
 __all__ = ["Asked", "Members", "canonical_members"]
 

@@ -6,9 +6,8 @@ import math
 from collections.abc import Iterable
 
 from ...arguments import Array
-from ...errors import GeomintError, StepError
+from ...errors import Gathered, GeomintError, StepError
 from ...methods import Exact
-from ...warned import Gathered
 from ..callback import Reached
 from ..solution import Solution
 from ..solve import solve

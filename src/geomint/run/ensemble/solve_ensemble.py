@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...arguments import finite, whole
-from ...errors import DomainError, EnsembleError, LeftOutWarning, StateWarning
+from ...errors import DomainError, EnsembleError, LeftOutWarning, StateWarning, tell
 from ...methods import Exact, Method, find_solver
-from ...warned import tell
 from ..asked import check_switches
 from ..calls import explained
 from ..progress import Progress
