@@ -118,7 +118,7 @@ def tangent_of_momentum(
         raise gi.DomainError(name, k, f"{expected}{defect:.3g}{FITTING[noun]}")
     if defect > SILENT:
         said = f"|pr {symbol}|/|{symbol}| of {name} is {defect:.3g}, not 0"
-        warn(f"{said}: the state uses {symbol} = gamma∧x")
+        warn(f"{said}: the state uses {symbol} = gamma∧x", name, defect)
     return p
 
 

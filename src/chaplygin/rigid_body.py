@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+import geomint as gi
+
 from .manifold import Array, warn
 
 __all__ = ["warn_of_mass_tensor", "warn_of_moments"]
@@ -29,7 +31,10 @@ def warn_of_moments(moments: Any) -> None:
         warn(
             f"moments: the largest, {unit * largest:.6g}, is more than the sum of the others, "
             f"{unit * others:.6g}, by {unit * excess:.3g}: no rigid body has such moments "
-            "(I_i ≤ I_j + I_k)"
+            "(I_i ≤ I_j + I_k)",
+            "moments",
+            excess,
+            gi.DeclarationWarning,
         )
 
 
@@ -39,7 +44,10 @@ def warn_of_mass_tensor(J: Any) -> None:
     if values[0] < -ROUNDING * values[-1]:
         warn(
             f"J: the principal value {unit * values[0]:.6g} is negative: no rigid body has such a mass "
-            "tensor (J_i ≥ 0)"
+            "tensor (J_i ≥ 0)",
+            "J",
+            -values[0],
+            gi.DeclarationWarning,
         )
 
 

@@ -1,35 +1,49 @@
-"""Typed errors. Every one carries the numbers that it speaks of, and derives from GeomintError."""
+"""Typed errors and warnings: values that carry the numbers that they speak of.
+
+Errors derive from `GeomintError`, warnings from `GeomintWarning`; these are shown at the line of the
+user, and kept by the results of the calls that they are told in.
+"""
 
 from __future__ import annotations
 
+import functools
 import os
 import pickle
+import sys
 import unicodedata
-from collections.abc import Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from contextvars import ContextVar
 from difflib import get_close_matches
 from math import log10
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 __all__ = [
     "ArgumentError",
     "ClockError",
     "ConvergenceError",
     "DeclarationError",
+    "DeclarationWarning",
     "DomainError",
+    "EndWarning",
     "EnsembleError",
     "EventError",
     "FormError",
     "GeomintError",
     "GeomintWarning",
+    "LeftOutWarning",
     "MethodError",
     "MissingCodeError",
     "NonFiniteError",
     "OutputError",
     "SceneError",
     "SendingError",
+    "SpeedWarning",
+    "StateWarning",
     "StepError",
     "StepLimitError",
     "StepSizeError",
+    "StepWarning",
     "UnknownReferenceError",
     "WatcherError",
     "closest",
@@ -37,6 +51,9 @@ __all__ = [
     "printable",
 ]
 
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 LONGEST = 300  # characters of a value in a message
 LONGEST_MESSAGE = 3000  # characters: even where much is wrong
@@ -115,7 +132,142 @@ def printable(text: str) -> str:
 
 
 class GeomintWarning(UserWarning):
-    """Something was done that the user should know of, such as projecting a state."""
+    """Something that the user should know of; its kinds are its subclasses.
+
+    Runs keep theirs, as `geomint.Solution.warnings`. Those that say the same are equal.
+
+    Parameters
+    ----------
+    text : str
+        What was found, where, and what to do.
+    quantity : str
+        What it is about: ``"end"``, ``"step"``, the name of a piece or of an integral.
+    size : float or None
+        By how much; dimensionless where the text names no unit.
+    time : float or None
+        Where on the way, in the time that the text names.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        quantity: str = "",
+        size: float | None = None,
+        time: float | None = None,
+    ) -> None:
+        size, time = (None if x is None else float(x) for x in (size, time))
+        super().__init__(text, quantity, size, time)
+        self.text, self.quantity, self.size, self.time = text, quantity, size, time
+
+    def __str__(self) -> str:
+        return self.text
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.args == getattr(other, "args", None)
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.args))
+
+    @property
+    def kind(self) -> str:
+        """The name of its class."""
+        return type(self).__name__
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON has it: kind, text, quantity, size and time."""
+        return {"kind": self.kind, **vars(self)}
+
+    @staticmethod
+    def read(told: Mapping[str, Any]) -> GeomintWarning:
+        """Return what `as_json` has told; of a kind that is not geomint's a plain one."""
+        kinds = {kind.__name__: kind for kind in GeomintWarning.__subclasses__()}
+        given = {name: value for name, value in told.items() if name != "kind"}
+        return kinds.get(told["kind"], GeomintWarning)(**given)
+
+
+class StateWarning(GeomintWarning):
+    """A state is not the one that was given, such as one that was projected."""
+
+
+class DeclarationWarning(GeomintWarning):
+    """What is said of a problem does not fit: its parameters, an invariant, its Hamiltonian form."""
+
+
+class StepWarning(GeomintWarning):
+    """Steps are too long for the motion, or for the run."""
+
+
+class EndWarning(GeomintWarning):
+    """The state at the end may err by more than a tolerance, or than is promised of it."""
+
+
+class LeftOutWarning(GeomintWarning):
+    """Something that was asked for is not in the result, or not all of it."""
+
+
+class SpeedWarning(GeomintWarning):
+    """Something takes longer than it could, or longer than a day."""
+
+
+class Gathered(list[GeomintWarning]):
+    """Warnings that are told within, each once; if `quiet`, nobody else sees them."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        super().__init__()
+        self.quiet = quiet
+
+    def __enter__(self) -> Gathered:
+        above = _told.get()
+        self.quiet = self.quiet or (above is not None and above.quiet)
+        self._token = _told.set(self)
+        return self
+
+    def __exit__(self, *of: object) -> None:
+        _told.reset(self._token)
+
+
+_told: ContextVar[Gathered | None] = ContextVar("told", default=None)
+
+
+def tell(warning: GeomintWarning) -> None:
+    """Warn at the line of the first caller outside of geomint and systems; once of the same."""
+    told = _told.get()
+    if told is not None:
+        if warning in told:  # of a run that began anew
+            return
+        told.append(warning)
+        if told.quiet:
+            return
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
+        frame, level = frame.f_back, level + 1
+    warnings.warn(warning, stacklevel=level)
+
+
+@functools.cache
+def _packages() -> set[str]:
+    """Return geomint and the packages that register systems: a user did not write their lines."""
+    from importlib.metadata import entry_points
+
+    return {"geomint", *(p.module.split(".")[0] for p in entry_points(group="geomint.systems"))}
+
+
+def keeping(function: Callable[P, R]) -> Callable[P, R]:
+    """Return a function whose result, or what an error has of it, keeps its `warnings`."""
+
+    @functools.wraps(function)
+    def kept(*args: P.args, **named: P.kwargs) -> R:
+        with Gathered() as told:
+            try:
+                found: Any = function(*args, **named)
+            except StepError as error:
+                if error.partial is not None:
+                    error.partial.warnings = tuple(told)
+                raise
+        found.warnings = tuple(told)
+        return found  # type: ignore[no-any-return]
+
+    return kept
 
 
 class DomainError(GeomintError, ValueError):

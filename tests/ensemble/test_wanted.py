@@ -101,7 +101,7 @@ def test_names_of_a_dataset_are_not_those_of_others(name: str) -> None:
 def test_names_of_dimensions_are_not_those_of_pieces() -> None:
     problem = gi.Problem("turning", (("x", 1), ("x_0", 1)), field=turning)
     many = gi.solve_ensemble(problem, np.ones((3, 2)), t_end=1.0, step=0.1, method="rk-4")
-    assert set(many.to_xarray().data_vars) == {"x", "x_0_", "steps", "status"}
+    assert set(many.to_xarray().data_vars) == {"x", "x_0_", "steps", "status", "warnings"}
 
 
 def test_names_that_can_be_read_once() -> None:

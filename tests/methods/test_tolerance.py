@@ -27,9 +27,8 @@ from geomint.problems.time_scale import characteristic_time
 from geomint.run.accuracy import choose
 from geomint.run.accuracy.auto import STAGES, auto_method
 from geomint.run.accuracy.choose import LARGE
-from geomint.run.accuracy.growth import extrapolated
 from geomint.run.accuracy.search import MOST, Search, Trial
-from geomint.run.accuracy.stretch import Motion, Stretch, stretch
+from geomint.run.accuracy.stretch import Motion, Stretch, extrapolated, stretch
 from geomint.run.integrator import Integrator
 from geomint.scene.load import builtin_scenes
 from tests.problems import outer_solar_system, schwarzschild

@@ -32,6 +32,7 @@ EXAMPLES = {
     gi.UnknownReferenceError: ("reason", 1e-3, 1e-5, "advice"),
     gi.SendingError: ("mine", "notebook"),
     gi.MissingCodeError: ("Solution.to_xarray", "needs xarray"),
+    **dict.fromkeys(gi.GeomintWarning.__subclasses__(), ("too long", "step", 2.0, 1.0)),
 }
 WAYS = {
     "pickle": lambda error: pickle.loads(pickle.dumps(error)),

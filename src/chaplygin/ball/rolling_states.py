@@ -103,7 +103,7 @@ def admit_vertical(gamma: Array, g: Array) -> Array:
     if defect > REPAIRED:
         expected = f"g⁻¹E_n, the last row of g; they differ by {defect:.3g}"
         raise gi.DomainError("gamma", gamma, expected)
-    warn(f"gamma differs from the last row of g by {defect:.3g}: the state uses g")
+    warn(f"gamma differs from the last row of g by {defect:.3g}: the state uses g", "gamma", defect)
     return row.copy()
 
 
@@ -161,5 +161,6 @@ def admit_velocity(v: Array, rho: float, g: Array, omega: Array) -> Array:
     if slip > REPAIRED * size:
         text = f"rho g omega gamma = {expected.tolist()}: the contact point slips at {slip:.3g}"
         raise gi.DomainError("v", v, text)
-    warn(f"the contact point of the state slips at {slip:.3g}: v projected to rho g omega gamma")
+    text = f"the contact point of the state slips at {slip:.3g}: v projected to rho g omega gamma"
+    warn(text, "v", slip / size)
     return expected

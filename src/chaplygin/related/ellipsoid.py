@@ -226,7 +226,8 @@ class Ellipsoid(gi.Space):
         if abs(size * largest - 1.0) <= 0.5 * SILENT:
             return given
         x = self.name
-        warn(f"√({x}, {x}/a) is {size * largest!r}, not 1: the state uses {x} over it")
+        found = size * largest
+        warn(f"√({x}, {x}/a) is {found!r}, not 1: the state uses {x} over it", x, abs(found - 1.0))
         return np.asarray(direction / size)
 
     def admit(self, y: Array) -> Array:

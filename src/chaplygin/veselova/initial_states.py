@@ -51,7 +51,8 @@ def on_level(gamma: Array, v: Array, f1: float, name: str) -> Array:
     defect = _defect(gamma, v, f1)
     if defect <= SILENT:
         return v
-    warn(f"({name}, gamma) is {float(gamma @ v)!r}, not f1 = {f1!r}: the state is projected to it")
+    text = f"({name}, gamma) is {float(gamma @ v)!r}, not f1 = {f1!r}: the state is projected to it"
+    warn(text, name, defect)
     return _moved(gamma, v, f1)
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import printable
+from ..errors import Gathered, printable
 
 if TYPE_CHECKING:
     from ..plan import Estimate, MethodRun
@@ -145,7 +145,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
     """Return a scene, as ``geomint drift`` runs it if so, with what the command line changes in it."""
-    from ..errors import GeomintWarning, SceneError
+    from ..errors import SceneError
     from ..scene.load import load_changed
 
     t_end, tau_end = changes.get("t_end"), changes.get("tau_end")
@@ -154,8 +154,7 @@ def chosen_scene(scene: str, drift: bool = False, **changes: Any) -> Scene:
         raise SceneError(f"--step {step:g} and --tolerance {tolerance:g}: expected one of them")
     if t_end is not None and tau_end is not None:
         raise SceneError(f"--t-end {t_end:g} and --tau-end {tau_end:g}: expected one of them")
-    with warnings.catch_warnings(), patience("building the scene"):
-        warnings.simplefilter("ignore", GeomintWarning)  # its notes are printed instead
+    with Gathered(quiet=True), patience("building the scene"):  # its notes are printed instead
         return load_changed(scene, drift, _option, **changes)
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from ..errors import DomainError, GeomintWarning
+from ..errors import DomainError, LeftOutWarning, tell
 from ..plan import SeveralRuns, common_notes, plan_chaos, plan_scan, plan_section, run_methods
 from ..report import CHAOS_FILES, DRIFT_FILES, SCAN_FILES, SECTION_FILES
 from ..run.ensemble.result import Ensemble
@@ -111,7 +110,7 @@ def drift_report(
     check_folder(out, DRIFT_FILES)
     result = run_methods(chosen, methods, progress)
     for note in common_notes(run.plan for run in result):
-        warnings.warn(note, GeomintWarning, stacklevel=2)
+        tell(LeftOutWarning(note))
     write_drift_report(result, Path(out), None, paper)
     return result
 
@@ -152,7 +151,7 @@ def scan_report(
 
     plan = plan_scan(load_scene(scene), **keys)
     for note in plan.notes:
-        warnings.warn(note, GeomintWarning, stacklevel=2)
+        tell(LeftOutWarning(note))
     check_folder(out, SCAN_FILES)
     many = plan.run(progress)
     write_scan_report(plan, many, Path(out), paper=paper)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import SpeedWarning, tell
 from ..kernels.compiling.bound import Bound
 from ..kernels.compiling.compiled import reason_of
 from ..kernels.compiling.number_types import LANE, SCALAR
@@ -18,7 +19,6 @@ from ..kernels.compiling.signatures import FIELD, Signature
 from ..kernels.numbers.arithmetic import lane
 from ..kernels.numbers.blocks import Block, LaneBlock, as_singles, sections, set_lane
 from ..kernels.numbers.lanes import LANES, Lanes
-from ..problems.spaces.repair import warn
 
 __all__ = ["lane_field", "no_clock", "takes_lanes"]
 
@@ -100,10 +100,11 @@ def _tests(signature: Signature) -> Callable[[Recorded], bool]:
             reason = reason_of(error.__cause__ or error, f)
         bound.entry(number_type=SCALAR)  # a function that compiles for neither is wrong
         what = "field" if signature is FIELD else "function"
-        warn(
+        text = (
             f"{what} {f.function.__name__!r} takes one number at a time, not eight, and runs slower: "
             f"{reason}; see geomint.field"
         )
+        tell(SpeedWarning(text, f.function.__name__))
         return False
 
     return compiles_for_lanes

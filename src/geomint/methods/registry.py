@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import functools
-import warnings
 from importlib.metadata import entry_points
 from typing import Any
 
-from ..errors import GeomintWarning, MethodError, nearest, quoted
+from ..errors import LeftOutWarning, MethodError, nearest, quoted, tell
 from ..tableaux import (
     COMMUTATOR_FREE,
     COMPOSITIONS,
@@ -61,7 +60,7 @@ def methods() -> dict[str, Method]:
         except Exception as error:  # a package that is broken must not take the others with it
             said = f"entry point {point.name!r} of the group geomint.methods is left out: expected "
             text = f"{said}a geomint.Method of that name; {type(error).__name__}: {error}"
-            warnings.warn(text, GeomintWarning, stacklevel=2)
+            tell(LeftOutWarning(text, point.name))
     return found
 
 

@@ -9,12 +9,11 @@ compiled, with all that it watches.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import GeomintWarning, StepError
+from ..errors import Gathered, StepError
 from ..problems.evaluate import value
 from ..run.progress import HOUR, time_in_words
 from ..run.solution import Solution
@@ -120,8 +119,7 @@ def _short_run(plan: Plan, end: float) -> Solution:
     watched = {name: watcher for name, watcher in plan.observed.items() if watcher.steps is None}
     name = "tau_end" if plan.problem.time == "tau" else "t_end"
     ends: dict[str, Any] = {name: end}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
+    with Gathered(quiet=True):  # the run itself will say so
         return solve(
             plan.problem,
             plan.state,

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 
-from ..errors import GeomintError, GeomintWarning, StepError
+from ..errors import Gathered, GeomintError, StepError
 from ..kernels.compiling.sameness import Compared
 from ..problems.problem import Problem
 from ..problems.time_scale import characteristic_time
@@ -46,8 +45,7 @@ def first_turns(plan: Plan) -> FirstTurns | None:
     cost nothing beside those of a drift report.
     """
     step, problem = plan.timeline.h, plan.problem
-    with suppress(GeomintError, ArithmeticError), warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)  # said of the run itself
+    with suppress(GeomintError, ArithmeticError), Gathered(quiet=True):  # said of the run itself
         length = TIMES * characteristic_time(problem, plan.state, step)
         if not plan.method.chosen.adaptive:
             length = min(length, MOST_STEPS * abs(step))

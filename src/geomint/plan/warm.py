@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
-from ..errors import GeomintWarning, StepError
+from ..errors import Gathered, StepError
 from ..scene.scene import Scene
 from .first_turns import first_turns
 from .plan import Plan, make_plan
@@ -33,8 +32,7 @@ def warm(scene: Scene, methods: Iterable[str], progress: bool | None = None) -> 
 
 def warm_plan(plan: Plan, progress: bool | None = False) -> None:
     """Compile what carrying out a plan runs, and the pictures of a drift report."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)  # the run itself will say so
+    with Gathered(quiet=True):  # the run itself will say so
         try:
             _ = plan.solve(progress, callback=lambda told: True).local_error
         except StepError:  # compiled by then

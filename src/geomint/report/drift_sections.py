@@ -13,6 +13,7 @@ from typing import Any
 from ..plan import MethodRun, SeveralRuns
 from ..plots.drift_plots import panel_figure
 from ..plots.style import data_uri
+from ..run.solution import told_errors
 from ..watch.drift import ROUNDOFF
 from ..watch.growth import RULE
 from ..watch.quantities import KINDS
@@ -35,6 +36,7 @@ from .text import (
 __all__ = ["SECTIONS"]
 
 Content = dict[str, Any] | None
+ERRORS = ("local error", "error at the end", "warnings")
 COSTS = ("representation", "step", "steps", "time per step", "run time", "compile time", "status")
 
 
@@ -45,6 +47,7 @@ def head(result: SeveralRuns) -> Content:
         "description": " ".join(result.scene.content.description.split()),
         "methods": len(result),
         "failed": [run for run in result if run.status != "success"],
+        "warned": [run for run in result if run.solution and run.solution.warnings],
         "words": outcomes(result),
         "end": _end(result),
     }
@@ -109,7 +112,7 @@ def costs(result: SeveralRuns) -> Content:
     if len(result) == 1:
         return None
     rows = [(run.label, _facts(result, run)) for run in result]
-    return {"names": COSTS, "rows": rows}
+    return {"tables": (COSTS, ERRORS), "rows": rows}
 
 
 def quantities(result: SeveralRuns) -> Content:
@@ -255,7 +258,7 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
     found["representation"] = run.representation or "none"
     solution = run.solution
     if solution is None:
-        return {**dict.fromkeys(COSTS, "–"), **found, "status": run.status}
+        return {**dict.fromkeys((*COSTS, *ERRORS), "–"), **found, "status": run.status}
     method, problem, seconds = solution.method, solution.problem, solution.run_seconds
     structure = method.structure(problem)
     pieces = ", ".join(f"{name} ({rows})" for name, rows in problem.pieces)
@@ -276,6 +279,8 @@ def _facts(result: SeveralRuns, run: MethodRun) -> dict[str, str]:
         "run time": duration(seconds),
         "watching": duration(solution.watching_seconds),
         "compile time": compiling if solution.compile_seconds > 0.0 else "from the cache",
+        **dict.fromkeys(ERRORS, "–"),
+        **told_errors(solution),
         "status": run.status,
     }
 

@@ -25,7 +25,7 @@ from .text import number
 
 __all__ = ["scan_lines", "scan_record", "scan_status", "write_scan_report"]
 
-FEW = 20  # failed members that the page and the JSON name
+FEW = 20  # members that failed, or warned, as page and JSON name them
 
 
 def scan_status(many: Ensemble) -> str:
@@ -80,6 +80,12 @@ def scan_record(plan: ScanPlan, many: Ensemble, command: str | None) -> dict[str
             for k, error in sorted(many.errors.items())[:FEW]
         ],
         "failures": len(many.errors),
+        "warnings": [
+            {"member": k, **_place(plan, k), **warning.as_json()}
+            for k, told in sorted(many.warnings.items())[:FEW]
+            for warning in told
+        ],
+        "warned": len(many.warnings),
         "representation": plan.route.name,
         "time": plan.route.problem.time,
         "steps": int(many.steps.sum()),
@@ -118,6 +124,8 @@ def scan_lines(record: dict[str, Any]) -> list[str]:
     for name, row in record["readings"].items():
         three = (row[key] for key in ("least", "median", "largest"))
         lines.append(f"{name:24}" + "".join(f"{number(x, 4):>12}" for x in three))
+    if record["warned"]:
+        lines.append(f"{record['warned']} members with warnings")
     if record["verdicts"]:
         lines.append(_told_verdicts(record))
     return lines
@@ -137,13 +145,14 @@ def _told_verdicts(record: dict[str, Any]) -> str:
 
 def _save(plan: ScanPlan, many: Ensemble, path: Path) -> None:
     columns = _columns(many)
-    names = [*(v.key for v in plan.variations), "draw", "status", *columns]
+    names = [*(v.key for v in plan.variations), "draw", "status", "warnings", *columns]
+    warned = many.warned.tolist()
     with path.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow(["member", *names])
         for k, status in enumerate(many.status):
             numbers = (column[k].item() for column in columns.values())
-            row = [k, *plan.values[k].tolist(), int(plan.draws[k]), status, *numbers]
+            row = [k, *plan.values[k].tolist(), int(plan.draws[k]), status, warned[k], *numbers]
             writer.writerow(row)
 
 

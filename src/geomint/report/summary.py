@@ -11,7 +11,7 @@ from ..compare.point import Point
 from ..compare.runs import Comparison
 from ..errors import printable
 from ..plan import MethodRun, SeveralRuns
-from ..run.solution import Solution
+from ..run.solution import Solution, told_errors
 from ..scene import Scene
 from .columns import fitted
 from .kinds import outcomes
@@ -42,6 +42,8 @@ def print_runs(result: SeveralRuns) -> None:
     for run in result:
         if run.solution is not None:
             console.print(Text(_cost(run.solution)))
+            for name, what in told_errors(run.solution).items():
+                console.print(Text(f"{name}: {what}"))
             if run.solution.events:
                 console.print(Text(_events(run.solution)))
         if run.status != "success":

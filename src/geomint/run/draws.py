@@ -13,13 +13,12 @@ Gradients come from differences: what they are off by, some 1e-10, moves the den
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
 from ..arguments import Array, positive, whole
-from ..errors import DomainError, GeomintWarning
+from ..errors import DomainError, StateWarning, tell
 from ..problems.at_states import evaluator
 from ..problems.problem import Problem
 from .chains import Chains, Target
@@ -93,7 +92,12 @@ def draw_states(
     chains.adapt()
     slowest = chains.run()
     if slowest is not None:
-        _warn(problem, slowest)
+        name = next(n for n, r in problem.slices.items() if r.start <= slowest < r.stop)
+        text = (
+            f"draws depend on where chains began: {name!r} of {problem.name!r} may have no bounds on "
+            "this level, or chains move too slowly there"
+        )
+        tell(StateWarning(text, name))
     states = settled_states(problem, chains.here.states[:count])
     if len(states) < count:
         expected = (
@@ -112,15 +116,6 @@ def _starts(level: Level, count: int, rng: np.random.Generator, near: Array | No
         expected = "values that states near `at` have"
         raise DomainError("keep", level.values, expected)
     return np.repeat(state[None, :], count, axis=0)
-
-
-def _warn(problem: Problem, row: int) -> None:
-    name = next(n for n, rows in problem.slices.items() if rows.start <= row < rows.stop)
-    words = (
-        f"draws depend on where chains began: {name!r} of {problem.name!r} may have no bounds on this "
-        "level, or chains move too slowly there"
-    )
-    warnings.warn(words, GeomintWarning, stacklevel=3)
 
 
 def _target(problem: Problem, at: Any, keep: Any, temperature: Any) -> Target:

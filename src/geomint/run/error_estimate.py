@@ -10,7 +10,6 @@ and is compared with one that more, still shorter ones lead to.
 from __future__ import annotations
 
 import dataclasses
-import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -18,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Array
-from ..errors import DomainError, GeomintWarning, StepError
+from ..errors import DomainError, Gathered, LeftOutWarning, StepError, tell
 from ..methods.adaptive import LEAST_RTOL, Adaptive
 from ..methods.method import Method
-from ..problems.spaces.repair import warn
 from .restart import Restart
 from .solution import Solution
 
@@ -59,8 +57,7 @@ def error_estimate(
     options, factor = finer(solution.method, solution.step)
     finer_states, reason = solution.y.copy(), ""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", GeomintWarning)  # said of the run itself
+        with Gathered(quiet=True):  # said of the run itself
             for rows, step in _parts(solution, begin if solution.problem.time == "t" else 0.0):
                 some, own = times[rows], {} if step is None else {"step": step}
                 ends = {f"{name}_end": some[-1], f"{name}_eval": some}
@@ -72,7 +69,11 @@ def error_estimate(
     except StepError as error:
         reason = f"failed: {error}"
     if reason:
-        warn(f"no error estimate: the run with finer steps {reason}")
+        tell(
+            LeftOutWarning(
+                f"no error estimate: the run with finer steps {reason}", "error_estimate"
+            )
+        )
         return None
     return np.asarray(factor * (solution.y - finer_states))
 

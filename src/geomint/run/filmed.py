@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..arguments import Array, positive, switch
-from ..errors import DomainError, GeomintWarning
+from ..errors import DomainError, LeftOutWarning, tell
 from .files.outputs import check_file, whole_file
 from .shown_body import direction_of, has_path, path_along
 from .stretch import Stretch, stretch_of, with_times
@@ -121,9 +120,8 @@ def _tell_fast(turn: float) -> None:
     """Warn if the body turns by much between two frames."""
     part = turn / (2.0 * np.pi)
     if part > FAST:
-        warnings.warn(
+        text = (
             f"the body turns by up to {part:.2g} of a turn between two frames, which do not show "
-            "how: a smaller speed or a larger fps does",
-            GeomintWarning,
-            stacklevel=4,
+            "how: a smaller speed or a larger fps does"
         )
+        tell(LeftOutWarning(text, "turns", part))

@@ -13,14 +13,15 @@ import math
 import numpy as np
 
 from ..arguments import Array
+from ..errors import EndWarning, tell
 from ..methods.adaptive import Adaptive
 from ..problems.evaluate import rates_of, value_of
-from ..problems.spaces.repair import warn
 from ..problems.time_scale import jacobian
 from .error_estimate import label
 from .local_error import EndError, Ranked
 from .promise import rough_error
 from .solution import Solution
+from .step_notes import advice
 
 __all__ = [
     *("end_error", "end_time", "estimated", "final", "hopeless", "may_grow", "met", "second_end"),
@@ -214,7 +215,10 @@ def tell_end_error(found: Solution, wanted: float, begin: float) -> None:
         if accuracy is not None:
             asked = f"tolerance = {accuracy.tolerance:g} may not be met"
             because = accuracy.note or because
-        warn(
+        rounded = error.grown * ROUNDING * math.sqrt(found.steps) > wanted
+        do = advice(found, 0.0 if rounded else wanted / error.error)
+        text = (
             f"{asked}: {because}; by a second run the end errs by about {error.error:.1g}, and the "
-            f"motion by less than {wanted:.1g} up to {label(found)[0]} = {error.until:.6g}"
+            f"motion by less than {wanted:.1g} up to {label(found)[0]} = {error.until:.6g}; {do}"
         )
+        tell(EndWarning(text, "end", error.error, error.until))

@@ -11,8 +11,8 @@ from html import escape
 from types import FrameType, TracebackType
 from typing import Any
 
+from ..errors import SpeedWarning, tell
 from ..kernels.compiling.clock import running_clock
-from ..problems.spaces.repair import warn
 from .compiling_line import CompilingLine
 
 __all__ = ["DAY", "HOUR", "WHEN_RUNNING", "Progress", "time_in_words"]
@@ -154,7 +154,8 @@ class Progress:
         expected = elapsed * (self.total or 0.0) / done if done > 0.0 else 0.0
         if expected > DAY:
             self._next_look = float("inf")
-            warn(f"at its pace this run takes about {time_in_words(expected)}")
+            text = f"at its pace this run takes about {time_in_words(expected)}: end it earlier?"
+            tell(SpeedWarning(text, "run time", expected))
 
     def _open(self) -> None:
         if self._notebook:

@@ -66,6 +66,7 @@ def run_record(solution: Result) -> dict[str, Any]:
         "accuracy": None if solution.accuracy is None else finite_json(solution.accuracy._asdict()),
         "local_error": None if error is None else finite_json(error._asdict()),
         "end_error": None if end is None else finite_json(end._asdict()),
+        "warnings": [finite_json(warning.as_json()) for warning in solution.warnings],
         "step": solution.step,
         "step_sizes": solution.step_sizes._asdict(),
         "steps": solution.steps,

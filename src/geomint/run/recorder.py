@@ -12,7 +12,6 @@ from ..errors import StepError
 from ..kernels.numbers.blocks import scalar_block
 from ..methods.method import Method
 from ..methods.partial import Nodes, rounding
-from ..problems.spaces.repair import warn
 from ..watch.drift import NOT_FINITE, not_finite
 from ..watch.observe import Observers
 from .callback import Reached
@@ -27,7 +26,7 @@ from .saved import Saved, merged
 from .second import Second
 from .solution import Solution
 from .timeline import Timeline
-from .wanted import Wanted
+from .wanted import Wanted, tell_missed
 
 __all__ = ["Recorder"]
 
@@ -280,10 +279,7 @@ class Recorder:
         rows = self._problem.rows
         missed = self._wanted.missed
         if missed and status == "success" and not self.stopped:
-            warn(
-                f"the run ended at t = {self.physical_time:.9g}, before {missed} of the times in "
-                f"t_eval, up to {self._wanted.last:.9g}"
-            )
+            tell_missed(missed, self._wanted.last, self.physical_time)
         steps, iterations = self._integrator.steps, self._integrator.iterations
         span = self._integrator.time - self._timeline.start
         sizes = StepSizes(*self._stepper.lengths(steps, span))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Literal, NamedTuple
 
 from ..arguments import Array
-from ..errors import DomainError, MissingCodeError
+from ..errors import DomainError, GeomintWarning, MissingCodeError
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem, Time
@@ -65,6 +65,7 @@ class Result(Compared):
     route: str = ""
     accuracy: Accuracy | None = field(default=None, repr=False)
     end_error: EndError | None = None
+    warnings: tuple[GeomintWarning, ...] = field(default=(), compare=False, repr=False)
     ranked: Ranked | LocalError | None = field(default=None, compare=False, repr=False)
     origin: Mapping[str, Any] | None = field(default=None, compare=False, repr=False)
 

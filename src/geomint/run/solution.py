@@ -25,7 +25,7 @@ from .variables import to_dataframe, to_xarray, variables_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Solution"]
+__all__ = ["Solution", "told_errors"]
 
 
 @dataclass(repr=False, eq=False)
@@ -76,6 +76,8 @@ class Solution(Shown, Pictures, Result):
         (`geomint.run.second`): with a tolerance, and with neither method nor step.
     ranked : Ranked or LocalError or None
         What it is measured by, or the same.
+    warnings : tuple of GeomintWarning
+        All that the run has warned of, whether or not it was shown.
     accuracy : Accuracy or None
         With ``tolerance=…`` how that is met: `geomint.run.accuracy.accuracy.Accuracy`.
     route : str
@@ -187,5 +189,19 @@ class Solution(Shown, Pictures, Result):
             **message,
             "steps": f"{self.steps} of {mean}{self.step:.6g}" if self.step else "none",
             "states": f"{count}{end}",
+            **told_errors(self),
             **drifts,
         }
+
+
+def told_errors(found: Result) -> dict[str, str]:
+    """Return in words what steps err by, and the end, where that is known, and kinds of warnings."""
+    local, end, kinds = found.local_error, found.end_error, [w.kind for w in found.warnings]
+    told = {}
+    if local is not None:
+        told["local error"] = f"{local.largest:.2g}, at {found.about.time} = {local.time:.4g}"
+    if end is not None:
+        told["error at the end"] = f"about {end.error:.1g}"
+    if kinds:
+        told["warnings"] = ", ".join(f"{kinds.count(kind)} {kind}" for kind in dict.fromkeys(kinds))
+    return told

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any
 
 from ..arguments import Array, finite
-from ..errors import StepError, WatcherError
+from ..errors import StepError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, Start, find_solver
 from ..methods.partial import PartialSteps
@@ -46,6 +46,7 @@ BRIEF = 4096  # numbers of all steps, where only compiled code runs: millisecond
 
 
 @explained
+@keeping
 def solve(
     problem: Problem | Solution,
     y0: Any = None,

@@ -6,20 +6,20 @@ import math
 from collections.abc import Mapping
 
 from ..arguments import Array
-from ..errors import DomainError
+from ..errors import DomainError, StepWarning, tell
 from ..methods import Method, Start
 from ..methods.adaptive import Adaptive
 from ..problems.evaluate import scales_of, states_around, value_of
 from ..problems.problem import Problem
-from ..problems.spaces.repair import warn
 from ..watch.functions import ENERGY, Function
 from ..watch.watcher import Watcher
 from .local_error import Ranked
+from .promise import AIM, allowed
 from .recorder import Recorder
 from .solution import Solution
 from .timeline import Timeline
 
-__all__ = ["tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_run"]
+__all__ = ["advice", "tell_coarse_steps", "tell_errors", "tell_long_steps", "tell_short_run"]
 
 QUIET = 1e-4  # numbers of all steps that no integral is lost with (`geomint.kernels.solve.ranks`)
 LONG = 2.0  # times the default step
@@ -30,10 +30,11 @@ FEW = 60  # numbers of a state whose integrals plain Python evaluates in a momen
 def tell_short_run(problem: Problem, end: float, step: float) -> None:
     """Warn if the run was shorter than the step that was asked for, which it did not take."""
     if end < step * (1.0 - 1e-9):
-        warn(
-            f"step = {step:.9g} is longer than the run to {problem.time} = "
-            f"{end:.9g}: a step of that length was taken instead"
+        text = (
+            f"step = {step:.9g} is longer than the run to {problem.time} = {end:.9g}: a step of that "
+            "length was taken instead; give a shorter step, or a later end"
         )
+        tell(StepWarning(text, "step", step / end if end else None))
 
 
 def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Timeline) -> None:
@@ -43,21 +44,37 @@ def tell_long_steps(problem: Problem, method: Method, state: Array, timeline: Ti
     except DomainError:  # there is none
         return
     if abs(timeline.h) > LONG * usual:
-        warn(
+        text = (
             f"steps of {abs(timeline.h):.3g} are so long that Newton's method had to find some of "
             "them: what is faster is not resolved. If that is wanted, say "
-            "geomint.Gauss(…, iteration='newton'); if not, give a shorter step"
+            f"geomint.Gauss(…, iteration='newton'); if not, give a shorter step: step={usual:.3g}"
         )
+        tell(StepWarning(text, "step", abs(timeline.h) / usual))
 
 
 def tell_errors(solution: Solution) -> None:
     """Warn of steps that err by more than is promised, which no shorter one has mended."""
     error = solution.local_error
     if error is not None:
-        warn(
+        text = (
             f"steps of {error.step:.3g} err by {error.largest:.2g} of a piece of the state, near "
-            f"{solution.about.time} = {error.time:.6g}: more than is promised where no step is given"
+            f"{solution.about.time} = {error.time:.6g}: more than is promised where no step is given; "
         )
+        text += advice(solution, AIM * allowed(solution) / error.largest)
+        tell(StepWarning(text, "state", error.largest, error.time))
+
+
+def advice(solution: Solution, part: float) -> str:
+    """Return what to do so that a run errs by such a part of what it errs by; 0: nothing helps."""
+    ranked = solution.ranked
+    if isinstance(ranked, Ranked) and ranked.concentrated:
+        return "if a force switches there, name the time: breaks=[…]"
+    if not part > 0.0:
+        return "no shorter step does better: give an earlier end"
+    if isinstance(solution.method, Adaptive):
+        return "give a smaller tolerance"
+    step = abs(solution.step) * min(part ** (1.0 / solution.method.order), 0.5)
+    return f"give a shorter step: step={step:.2g}"
 
 
 def tell_coarse_steps(
@@ -71,10 +88,11 @@ def tell_coarse_steps(
         return
     off = _integrals_off(solution, recorder, start, watched)
     for name, part in [*off.items()][:1]:
-        warn(
+        text = (
             f"steps of {abs(start.h):.3g} are so long that {name} is off by {part:.2g} of its size at "
             "the end: give a shorter step, or a tolerance in its place"
         )
+        tell(StepWarning(text, name, part, recorder.own_time))
 
 
 def _integrals_off(

@@ -51,7 +51,7 @@ from scipy.io import netcdf_file
 
 from .. import __version__
 from ..arguments import Array
-from ..errors import DomainError, GeomintError, OutputError, quoted
+from ..errors import DomainError, GeomintError, GeomintWarning, OutputError, quoted
 from ..problems.problem import Problem
 from ..watch.drift import Drift
 from ..watch.windows import NOTHING, Windows
@@ -124,7 +124,8 @@ def save_solution(
         **solution.words(provenance),
         **({"units": json.dumps(dict(problem.units))} if problem.units else {}),
         "run": json.dumps(
-            {name: getattr(solution, name) for name in _RUN} | {"ranked": solution.local_error}
+            {name: getattr(solution, name) for name in _RUN} | {"ranked": solution.local_error},
+            default=GeomintWarning.as_json,
         ),
         "restart": json.dumps(restart),
         "kept": json.dumps(kept),
@@ -275,6 +276,7 @@ def _read(file: Any) -> Solution:
     run["step_sizes"] = StepSizes(*run["step_sizes"])
     run["accuracy"] = Accuracy.read(run.get("accuracy"))
     run["ranked"] = LocalError(*run["ranked"]) if run.get("ranked") else None
+    run["warnings"] = tuple(map(GeomintWarning.read, run.get("warnings", ())))
     run["end_error"] = EndError(*run["end_error"]) if run.get("end_error") else None
     origin = json.loads(words["provenance"])
     missing, code = json.loads(words["missing"]), values["code"]

@@ -5,10 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from ..arguments import Array
+from ..errors import LeftOutWarning, tell
 from ..methods.partial import Found, Nodes, PartialSteps
 from .saved import Saved
 
-__all__ = ["Wanted"]
+__all__ = ["Wanted", "tell_missed"]
+
+
+def tell_missed(missed: int, last: float, reached: float) -> None:
+    """Warn of wanted times, up to the last, that come after the end of a run."""
+    text = (
+        f"the run ended at t = {reached:.9g}, before {missed} of the times in t_eval, up to "
+        f"{last:.9g}: give a later end, or earlier times"
+    )
+    tell(LeftOutWarning(text, "t_eval", missed, reached))
 
 
 class Wanted:

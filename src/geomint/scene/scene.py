@@ -5,12 +5,11 @@ from __future__ import annotations
 import copy
 import hashlib
 import json
-import warnings
 from collections.abc import Callable, Container, Iterable, Mapping
 from functools import cached_property
 from typing import Any
 
-from ..errors import GeomintWarning
+from ..errors import tell
 from ..kernels.compiling.sameness import Compared
 from ..methods.method import Method
 from ..problems.problem import Problem
@@ -92,7 +91,7 @@ class Scene(Compared):
     def _take(self, name: str, checked: Checked, text: str | None = None) -> Scene:
         self.name, self._checked, self._text = name, checked, text
         self.content, self.model = checked.content, checked.model
-        self.method, self.notes = checked.method, checked.notes
+        self.method, self.notes = checked.method, tuple(map(str, checked.told))
         return self
 
     def __repr__(self) -> str:
@@ -100,8 +99,8 @@ class Scene(Compared):
 
     def warn(self) -> None:
         """Issue the notes as warnings."""
-        for note in self.notes:
-            warnings.warn(f"scene {self.name!r}: {note}", GeomintWarning, stacklevel=3)
+        for w in self._checked.told:
+            tell(type(w)(f"scene {self.name!r}: {w}", w.quantity, w.size, w.time))
 
     @property
     def title(self) -> str:

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from ..errors import (
     DomainError,
+    Gathered,
     GeomintError,
     GeomintWarning,
     nearest,
@@ -54,7 +55,7 @@ class Checked(NamedTuple):
     built: Model
     model: Model
     method: Method
-    notes: tuple[str, ...]
+    told: tuple[GeomintWarning, ...]
     places: Mapping[str, str]  # as `Flaws` takes them
 
 
@@ -159,7 +160,7 @@ def _other_methods(content: Content, flaws: Flaws) -> None:
 
 def _built(
     of: _BuiltOf | None, tables: Mapping[str, Any], former: Checked | None, flaws: Flaws
-) -> tuple[Model, tuple[str, ...]] | None:
+) -> tuple[Model, tuple[GeomintWarning, ...]] | None:
     """Return the model, and what had to be changed to make the initial state admissible.
 
     Of sections with flaws only what is wrong with a value that is there is told: the rest may follow
@@ -168,7 +169,7 @@ def _built(
     if of is None or of.parameters is None or of.initial is None:
         return None
     if former is not None:
-        return former.built, former.notes
+        return former.built, former.told
     try:
         return _build(of.system, of.parameters, of.initial)
     except _UNBUILT as error:
@@ -181,19 +182,18 @@ def _built(
 
 def _build(
     system: System, parameters: BaseModel, initial: BaseModel
-) -> tuple[Model, tuple[str, ...]]:
-    with warnings.catch_warnings(record=True) as caught:
+) -> tuple[Model, tuple[GeomintWarning, ...]]:
+    with Gathered(quiet=True) as told, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", GeomintWarning)
         model = system.build(parameters, initial)
-    notes = []
-    for warning in caught:
-        if issubclass(warning.category, GeomintWarning):
-            notes.append(str(warning.message))
+    for warning in caught:  # of packages that warn by themselves
+        if isinstance(warning.message, GeomintWarning):
+            told.append(warning.message)
         else:
             warnings.warn_explicit(
                 warning.message, warning.category, warning.filename, warning.lineno
             )
-    return model, tuple(dict.fromkeys(notes))
+    return model, tuple(dict.fromkeys(told))
 
 
 def _place_of(error: BaseException, tables: Mapping[str, Any]) -> str | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 from pydantic.fields import FieldInfo
 
 from ..arguments import Array
-from ..errors import GeomintError, GeomintWarning, SceneError, nearest, quoted
+from ..errors import Gathered, GeomintError, SceneError, nearest, quoted
 from ..kernels.compiling.sameness import Compared
 from ..problems.systems import Model, find_system
 from .scene import Scene
@@ -170,14 +169,12 @@ def varied_models(
         for variation, value in zip(variations, values, strict=True):
             variation.put(tables, value)
         try:
-            with warnings.catch_warnings(record=True) as told:
-                warnings.simplefilter("always")
+            with Gathered(quiet=True) as told:
                 parameters = system.parameters.model_validate(tables["system"])
                 model = system.build(parameters, system.initial.model_validate(tables["initial"]))
         except (GeomintError, ValueError, ArithmeticError) as error:
             raise _refused(scene, tables, variations, values) from error
-        notes = (str(w.message) for w in told if issubclass(w.category, GeomintWarning))
-        yield values, model, next(notes, "")
+        yield values, model, next(map(str, told), "")
 
 
 def _refused(

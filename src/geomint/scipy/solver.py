@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 from scipy.integrate import DenseOutput, OdeSolver
 
 from ..arguments import positive
-from ..errors import ConvergenceError, DomainError, GeomintWarning
+from ..errors import ConvergenceError, DomainError, SpeedWarning, tell
 from .step_choice import chosen_step, tolerances
 from .steps import ITERATIONS, NOT_FINITE, OK, REASONS, added, compiled
 
@@ -85,7 +84,7 @@ class FixedStep(OdeSolver):
             except NumbaError as error:
                 said = str(error).strip().splitlines()[0]
                 text = f"the steps of {type(self).__name__} are not compiled with this function: {said}"
-                warnings.warn(text, GeomintWarning, stacklevel=4)
+                tell(SpeedWarning(text, "fun"))
 
     def _at_rest(self) -> Any:
         return np.zeros((len(self.tables[2]), self.n), self.y.dtype)

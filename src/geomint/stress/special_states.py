@@ -7,13 +7,12 @@ A kind makes such a state of another one. What a problem does not admit is proje
 from __future__ import annotations
 
 import functools
-import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ..arguments import Array
-from ..errors import GeomintError, GeomintWarning
+from ..errors import Gathered, GeomintError
 from ..kernels.numbers.blocks import Block
 from ..problems.deviation import sizes_of
 from ..problems.evaluate import derivative, value, vector
@@ -99,8 +98,7 @@ def resting_pieces(problem: Problem, y0: Array) -> list[tuple[str, ...]]:
 
 def admitted(problem: Problem, y: Array) -> Array | None:
     """Return the state, if need be projected, or None."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)
+    with Gathered(quiet=True):
         try:
             return problem.canonical(y)
         except GeomintError:

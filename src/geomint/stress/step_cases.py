@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import functools
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
 from ..arguments import Array
-from ..errors import GeomintWarning
+from ..errors import Gathered
 from ..problems.problem import Problem
 from ..problems.systems import Model
 from ..scene.load import load_scene, scene_names
@@ -71,8 +70,7 @@ def _at_all_steps(name: str, build: Build, representations: tuple[str, ...]) -> 
 
 @functools.cache
 def _scene(name: str) -> Model:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", GeomintWarning)
+    with Gathered(quiet=True):
         return load_scene(name).model
 
 

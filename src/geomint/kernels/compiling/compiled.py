@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 import os
 import re
-import warnings
 from typing import Any
 
-from ...errors import DeclarationError, GeomintWarning
+from ...errors import DeclarationError, SpeedWarning, tell
 from .recorded import Recorded
 
 __all__ = ["compiled", "reason_of"]
@@ -57,8 +56,11 @@ def compiled(function: Recorded, signature: Any) -> Any:
         raise DeclarationError(None, function.function.__name__, what) from error
     failure = take_failure()
     if failure is not None:
-        words = f"compiled code cannot be kept, every process compiles anew: {failure}"
-        warnings.warn(words, GeomintWarning, stacklevel=3)
+        words = (
+            f"compiled code cannot be kept, every process compiles anew: {failure}; let "
+            "NUMBA_CACHE_DIR name a folder that can be written"
+        )
+        tell(SpeedWarning(words, "compiled code"))
     return found
 
 

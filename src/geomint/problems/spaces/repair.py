@@ -8,18 +8,14 @@ larger one is an error. Defects of vectors are relative to their length: any sca
 
 from __future__ import annotations
 
-import functools
 import math
-import sys
-import warnings
 from collections.abc import Callable
-from importlib.metadata import entry_points
 from typing import Any
 
 import numpy as np
 
 from ...arguments import SHORT, Array
-from ...errors import DomainError, GeomintWarning
+from ...errors import DomainError, GeomintWarning, StateWarning, tell
 
 __all__ = ["PARALLEL", "REPAIRED", "SILENT", "length", "repaired", "warn"]
 
@@ -28,18 +24,14 @@ REPAIRED = 1e-6
 PARALLEL = 1e-8  # a vector whose tangent part is a smaller fraction of it is mostly round-off
 
 
-def warn(text: str) -> None:
-    """Warn at the line of the first caller outside of geomint and systems."""
-    frame, level = sys._getframe(1), 2
-    while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] in _packages():
-        frame, level = frame.f_back, level + 1
-    warnings.warn(text, GeomintWarning, stacklevel=level)
-
-
-@functools.cache
-def _packages() -> set[str]:
-    """Return geomint and the packages that register systems: a user did not write their lines."""
-    return {"geomint", *(p.module.split(".")[0] for p in entry_points(group="geomint.systems"))}
+def warn(
+    text: str,
+    quantity: str = "",
+    size: float | None = None,
+    kind: type[GeomintWarning] = StateWarning,
+) -> None:
+    """Warn of a state at the line of the user: which piece of it is off, and by how much."""
+    tell(kind(text, quantity, size))
 
 
 def length(v: Array) -> float:
@@ -68,5 +60,5 @@ def repaired(
         return value
     if not defect <= REPAIRED:
         raise DomainError(name, value, f"{expected}; {said} is {defect:.3g}")
-    warn(f"{said} of the state is {defect:.3g}: projected to 0")
+    warn(f"{said} of the state is {defect:.3g}: projected to 0", name, defect)
     return np.asarray(mended())

@@ -63,7 +63,8 @@ class Sphere(Orthonormal):
             raise DomainError(name, value, "a vector that is not zero")
         if abs(size - 1.0) <= 0.5 * SILENT:
             return given
-        warn(f"{name} has length {size!r}, not 1: the state uses {name}/|{name}|")
+        text = f"{name} has length {size!r}, not 1: the state uses {name}/|{name}|"
+        warn(text, name, abs(size - 1.0))
         result = given / np.max(np.abs(given))
         return np.asarray(result / length(result))
 

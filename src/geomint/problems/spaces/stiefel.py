@@ -138,7 +138,8 @@ class Stiefel(Orthonormal):
         defect = float(np.max(np.abs(X @ X.T - np.eye(r))))
         if defect <= SILENT:
             return given
-        warn(f"the vectors {name} are not orthonormal by {defect:.3g}: the state uses the nearest")
+        text = f"the vectors {name} are not orthonormal by {defect:.3g}: the state uses the nearest"
+        warn(text, name, defect)
         return _nearest(scaled).reshape(-1)
 
 

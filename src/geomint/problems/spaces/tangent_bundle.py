@@ -116,7 +116,8 @@ class TangentBundle(Space):
         result = self.base.tangent(q, given)
         if length(result) < PARALLEL * length(given):
             raise DomainError(name, value, f"a vector that is not parallel to {self.base.normal}")
-        warn(f"{self._said(name)} is {defect:.3g}, not 0: the state uses the tangent part")
+        said = self._said(name)
+        warn(f"{said} is {defect:.3g}, not 0: the state uses the tangent part", name, defect)
         return result
 
     def admit(self, y: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple, Self
 
-from ...problems.spaces.repair import warn
+from ...errors import EndWarning, tell
 from ..local_error import LocalError
 
 __all__ = ["Accuracy"]
@@ -72,13 +72,16 @@ class Accuracy(NamedTuple):
 
         `measured` is the error at the end by that run, relative as the tolerance is.
         """
-        asked = f"tolerance = {self.tolerance:g}"
+        asked, known = f"tolerance = {self.tolerance:g}", self.expected
+        because, do = self.note, "give a shorter step in its place"
+        if self.floor > self.tolerance:
+            known, do = self.floor, "give a larger one, or an earlier end"
+        elif self.steps is not None:
+            known = self.steps.total
         if measured is not None:
-            because = f"; {self.note}" if self.note else ""
             if measured > MISSED * self.tolerance:
-                warn(
-                    f"{asked} was not met: by a run with finer steps the error at the end is about "
-                    f"{measured:.1g}{because}"
-                )
-        elif self.note:
-            warn(f"{asked} may not be met: {self.note}")
+                found = f"by a run with finer steps the error at the end is about {measured:.1g}"
+                text = "; ".join(filter(None, (f"{asked} was not met: {found}", because, do)))
+                tell(EndWarning(text, "end", measured))
+        elif because:
+            tell(EndWarning(f"{asked} may not be met: {because}; {do}", "end", known))

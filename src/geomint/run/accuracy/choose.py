@@ -21,9 +21,8 @@ from ..integrator import Integrator
 from ..promise import AIM, Setting
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
-from .growth import extrapolated
 from .search import Search, Trial
-from .stretch import Motion, Stretch, stretch
+from .stretch import Motion, Stretch, extrapolated, stretch
 
 __all__ = ["checked_tolerance", "choose"]
 

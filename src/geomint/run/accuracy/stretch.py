@@ -25,10 +25,11 @@ from ...methods.stepper import Stepper
 from ...problems.problem import Problem
 from ..local_error import COARSE, FINE
 
-__all__ = ["SAMPLES", "Motion", "Stretch", "compared", "stretch"]
+__all__ = ["SAMPLES", "Motion", "Stretch", "compared", "extrapolated", "stretch"]
 
 SAMPLES = 16  # meetings of a stretch, at most twice as many
 LARGEST = 0.1  # relative: what differs by more says nothing
+FITTED = 0.25  # of the time of a stretch: errors from there on count
 
 
 @dataclass(eq=False)
@@ -187,3 +188,25 @@ def compared(
     call.set(sizes=Block(sizes), errors=Block(errors))
     call(rows=coarse.shape[1], count=len(times), factor=factor)
     return _shown(Stretch(step, times, errors, each, work, 1.0, sizes), fine, most)
+
+
+def extrapolated(times: Array, errors: Array, end: float, symmetric: bool) -> float:
+    """Return the error at `end`, from those at some times before.
+
+    Of a regular motion the phases go wrong in proportion to time, and by a symmetric method nothing
+    else does; by others the frequencies do too, and the phases with the square of time: e/t is then
+    a + b t, whose coefficients are fitted, none of them negative.
+    """
+    first = int(times.searchsorted(FITTED * times[-1]))
+    t = times[first:]
+    slopes = errors[first:] / t
+    mean = math.sqrt(float(np.add.reduce(slopes * slopes)) / len(t))
+    if symmetric or len(t) < 4 or end <= times[-1]:
+        return mean * end
+    tilt = float(np.polyfit(t, slopes, 1)[0])
+    if tilt <= 0.0:
+        return mean * end
+    level = float(np.mean(slopes)) - tilt * float(np.mean(t))
+    if level < 0.0:
+        level, tilt = 0.0, float(np.sum(slopes * t) / np.sum(t * t))
+    return level * end + tilt * end * end

@@ -21,6 +21,7 @@ def as_dataset(many: Ensemble) -> Any:
     tau, physical, first = many.tau, many.found.physical, many.problems[0]
     data: dict[str, Any] = {"tau": (("member", "sample"), tau)}
     data["steps"], data["status"] = ("member", many.steps), ("member", many.status)
+    data["warnings"] = "member", many.warned
     if np.isfinite(physical).any():
         data["t"] = ("member", "sample"), physical
     shapes, y = first.shapes, many.y

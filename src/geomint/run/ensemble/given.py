@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import MOST_NUMBERS, Array, as_array
-from ...errors import DomainError, GeomintError, GeomintWarning
+from ...errors import DomainError, Gathered, GeomintError, GeomintWarning, StateWarning, tell
 from ...methods import Exact, Method
 from ...problems.declaration import unshared
 from ...problems.problem import Problem
@@ -29,10 +28,13 @@ class Members:
     problems : tuple of Problem
         One for each member, or one for all.
     states : array, shape (members, rows)
+    told : dict of int to tuple of GeomintWarning
+        What was changed in states.
     """
 
     problems: tuple[Problem, ...]
     states: Array
+    told: dict[int, tuple[GeomintWarning, ...]] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.states)
@@ -52,9 +54,9 @@ class Members:
 
     def of(self, which: npt.NDArray[np.int64]) -> Members:
         """Return some members, with problems of their own: nothing is shared that a run changes."""
-        if len(self.problems) == 1:
-            return Members((unshared(self.problems[0]),), self.states[which])
-        return Members(tuple(unshared(self.problems[k]) for k in which), self.states[which])
+        told = {i: self.told[k] for i, k in enumerate(which.tolist()) if k in self.told}
+        own = [0] if len(self.problems) == 1 else which
+        return Members(tuple(unshared(self.problems[k]) for k in own), self.states[which], told)
 
 
 @dataclass(frozen=True)
@@ -125,21 +127,21 @@ def canonical_members(problems: Any, states: Any) -> Members:
     if count * rows > MOST_NUMBERS:
         raise DomainError("states", states, f"at most {MOST_NUMBERS // rows} of them")
     found = np.broadcast_to(given, (count, rows)).copy()
-    said: list[tuple[int, str]] = []
+    told: dict[int, tuple[GeomintWarning, ...]] = {}
     for k in _unsettled(chosen, found):
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
+        with Gathered(quiet=True) as changes:
             try:
                 found[k] = chosen[k if len(chosen) > 1 else 0].canonical(found[k])
             except GeomintError as error:
                 what = f"states[{k}]"
                 raise DomainError(what, found[k], f"a state of the problem: {error}") from error
-        said += [(k, str(w.message)) for w in told]
-    if said:
-        changed, (k, text) = len({k for k, _ in said}), said[0]
-        words = f"{changed} of {count} states were changed; states[{k}]: {text}"
-        warnings.warn(words, GeomintWarning, stacklevel=4)  # who called `solve_ensemble`
-    return Members(chosen, found)
+        if changes:
+            told[k] = tuple(changes)
+    if told:
+        k, (first, *_) = next(iter(told.items()))
+        text = f"{len(told)} of {count} states were changed; states[{k}]: {first}"
+        tell(StateWarning(text, first.quantity, first.size))
+    return Members(chosen, found, told)
 
 
 def _unsettled(problems: tuple[Problem, ...], states: Array) -> list[int]:

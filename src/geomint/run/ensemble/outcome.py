@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import MOST_NUMBERS, Array
-from ...errors import DomainError, GeomintError
+from ...errors import DomainError, GeomintError, GeomintWarning
 
 __all__ = [
     "DRIFT_NUMBERS",
@@ -44,6 +44,7 @@ class Outcome:
     status : array of str, shape (members,)
     errors : dict of int to GeomintError
         What ended a member before its end.
+    warnings : dict of int to tuple of GeomintWarning
     drift, events : dict of int to dict
         Of members that have some, as in `geomint.Solution`.
     error_estimate : array, shape (members, samples, rows), or None
@@ -60,6 +61,7 @@ class Outcome:
     steps: npt.NDArray[np.int64]
     status: npt.NDArray[np.object_]
     errors: dict[int, GeomintError] = field(default_factory=dict)
+    warnings: dict[int, tuple[GeomintWarning, ...]] = field(default_factory=dict)
     drift: dict[int, dict[str, Any]] = field(default_factory=dict)
     events: dict[int, dict[str, Any]] = field(default_factory=dict)
     error_estimate: Array | None = None
@@ -111,7 +113,7 @@ class Outcome:
             error_estimate=None if estimate is None else estimate[which],
             readings={name: values[which] for name, values in self.readings.items()},
         )
-        for name in ("errors", "drift", "events"):
+        for name in ("errors", "warnings", "drift", "events"):
             own, new = getattr(self, name), getattr(found, name)
             new.update((i, own[k]) for i, k in enumerate(which.tolist()) if k in own)
         return found
@@ -150,7 +152,7 @@ class Outcome:
                 self.error_estimate = np.full_like(self.y, np.nan)
             self.error_estimate[which, here] = other.error_estimate
         self.status[which] = other.status
-        for name in ("errors", "drift", "events"):
+        for name in ("errors", "warnings", "drift", "events"):
             getattr(self, name).update((int(which[i]), x) for i, x in getattr(other, name).items())
 
     def take_readings(self, which: npt.NDArray[np.int64], other: Outcome, merged: Set[str]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import Array, whole
-from ...errors import DomainError, GeomintError, MissingCodeError
+from ...errors import DomainError, GeomintError, GeomintWarning, MissingCodeError
 from ...problems.problem import Problem
 from ...problems.shown import Shown
 from ..solution import Solution
@@ -49,6 +49,8 @@ class Ensemble(Shown):
         As that of `geomint.Solution`, or ``"not run"``: after Ctrl-C, or where workers have ended.
     errors : dict of int to GeomintError
         What ended members before their ends, by their numbers.
+    warnings : dict of int to tuple of GeomintWarning
+        What members have to say, by their numbers, as `geomint.Solution.warnings`.
     events : dict of name to list of Met
         Of each event what `geomint.Solution` has of it, member by member.
     error_estimate : array, shape (N, m, rows), or None
@@ -116,6 +118,19 @@ class Ensemble(Shown):
     def errors(self) -> Mapping[int, GeomintError]:
         """What ended members before their ends, by their numbers."""
         return self.found.errors
+
+    @property
+    def warnings(self) -> Mapping[int, tuple[GeomintWarning, ...]]:
+        """What members have to say, by their numbers."""
+        return self.found.warnings
+
+    @property
+    def warned(self) -> npt.NDArray[np.str_]:
+        """A column of kinds of warnings, such as ``"EndWarning StepWarning"``; most are empty."""
+        kinds = np.full(len(self), "", dtype=object)
+        for k, told in self.warnings.items():
+            kinds[k] = " ".join(sorted({w.kind for w in told}))
+        return kinds.astype(str)
 
     @property
     def error_estimate(self) -> Array | None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 
 from ...arguments import Array
-from ...errors import GeomintError, StepError
+from ...errors import Gathered, GeomintError, StepError
 from ...methods import Exact
 from ..callback import Reached
 from ..solution import Solution
@@ -49,9 +49,10 @@ def run_single(
             return
         solution: Solution | None
         try:
-            solution = solve(
-                given.problem(k), given.states[k], callback=callback, **asked.arguments()
-            )
+            with Gathered(quiet=True):  # `solve_ensemble` tells of all members
+                solution = solve(
+                    given.problem(k), given.states[k], callback=callback, **asked.arguments()
+                )
         except GeomintError as error:
             if strict and not isinstance(error, StepError):
                 raise
@@ -78,6 +79,8 @@ def _write(found: Outcome, k: int, solution: Solution) -> None:
             found.error_estimate = empty_outcome(len(found.tau), found.samples, found.y.shape[2]).y
         found.error_estimate[k, here] = solution.error_estimate
     found.counts[k], found.steps[k], found.status[k] = count, solution.steps, solution.status
+    if solution.warnings:
+        found.warnings[k] = solution.warnings
     if solution.drift:
         found.drift[k] = solution.drift
     if solution.events:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from os import PathLike
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...arguments import finite, whole
-from ...errors import DomainError, EnsembleError, GeomintWarning
+from ...errors import DomainError, EnsembleError, LeftOutWarning, StateWarning, tell
 from ...methods import Exact, Method, find_solver
 from ..asked import check_switches
 from ..calls import explained
@@ -125,8 +124,8 @@ def solve_ensemble(
     Warns
     -----
     GeomintWarning
-        Of states that were projected, and of members with too few states for an average or a
-        frequency, which have NaN.
+        Of states that were projected, of what members have to say, and of members with too few
+        states for an average or a frequency, which have NaN.
 
     Examples
     --------
@@ -202,6 +201,7 @@ def solve_ensemble(
             raise
         finally:
             many.found, many.run_seconds = place.found, time.perf_counter() - start
+    _tell_members(many)
     _tell_few(many)
     if step is not None and asked.steps_alone and "success" in many.status:
         own_end = t_end if tau_end is None else tau_end
@@ -210,6 +210,19 @@ def solve_ensemble(
             start = begin if own == "t" else 0.0
             tell_short_run(given.problem(0), abs(float(own_end) - start), float(step))
     return many
+
+
+def _tell_members(many: Ensemble) -> None:
+    """Warn once of all that members have to say, but of states, of which that was done."""
+    told = {
+        k: [w for w in said if type(w) is not StateWarning] for k, said in many.warnings.items()
+    }
+    told = {k: said for k, said in told.items() if said}
+    if told:
+        k = min(told)
+        first = told[k][0]
+        text = f"{len(told)} of {len(many)} members have `warnings`; member {k}: {first}"
+        tell(type(first)(text, first.quantity, first.size, first.time))
 
 
 def _tell_few(many: Ensemble) -> None:
@@ -225,8 +238,8 @@ def _tell_few(many: Ensemble) -> None:
     few = {name: int((states < fewest).sum()) for name, fewest in needed.items()}
     names = [name for name, count in few.items() if count]
     if names:
-        words = (
+        text = (
             f"{few[names[0]]} of {len(many)} members have fewer than {needed[names[0]]} states at "
             f"equal steps, and no value of {', '.join(names)}: take shorter steps or a later end"
         )
-        warnings.warn(words, GeomintWarning, stacklevel=4)  # who called `solve_ensemble`
+        tell(LeftOutWarning(text, names[0], few[names[0]]))

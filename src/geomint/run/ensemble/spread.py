@@ -101,6 +101,8 @@ def run_block(asked: Asked, given: Members, stop: Array | None = None) -> Outcom
 
 
 def _read(asked: Asked, given: Members, found: Outcome, stop: Array) -> None:
+    for k, told in given.told.items():
+        found.warnings[k] = (*told, *found.warnings.get(k, ()))
     if asked.readings or not asked.keep_states:
         read_off(Ran(given, asked, found, stop), asked.readings)
 

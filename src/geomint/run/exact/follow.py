@@ -15,7 +15,6 @@ from ...errors import DomainError, StepError, WatcherError
 from ...methods.exact import Exact
 from ...methods.stepper import Stepper
 from ...problems.problem import Problem
-from ...problems.spaces.repair import warn
 from ...watch.drift import NOT_FINITE, not_finite
 from ...watch.observe import Observers
 from ...watch.watcher import Run, Watcher
@@ -27,6 +26,7 @@ from ..result import Status, StepSizes
 from ..saved import Saved
 from ..solution import Solution
 from ..timeline import Timeline
+from ..wanted import tell_missed
 from .crossings import ExactCrossings
 from .path import ExactPath, Following
 
@@ -207,10 +207,7 @@ class ExactRun:
         missed = len(wanted) - len(known)
         if missed and status == "success" and not stopped:
             t = reached.states[0, -1] if clock else reached.times[0]
-            warn(
-                f"the run ended at t = {t:.9g}, before {missed} of the times in t_eval, up to "
-                f"{wanted[-1]:.9g}"
-            )
+            tell_missed(missed, wanted[-1], t)
         return self._timed(known) if by_clock else self._rows(known, clock)
 
     def _observers(

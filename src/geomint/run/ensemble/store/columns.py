@@ -67,8 +67,12 @@ def columns_of(found: Outcome, asked: Asked) -> Iterator[Column]:
         yield Column("error_estimate", found.error_estimate, ("sample", "row"))
     yield Column("counts", found.counts, fill=0)
     yield Column("steps", found.steps, fill=0)
-    yield _errors("message", found, str)
-    yield _errors("error", found, _told)
+    yield _words("message", found, found.errors, str)
+    yield _words("error", found, found.errors, _told)
+    if found.warnings:
+        yield _words(
+            "warnings", found, found.warnings, lambda w: json.dumps([x.as_json() for x in w])
+        )
     yield from _drifts(found)
     yield from _events(found)
     for name, values in found.readings.items():
@@ -110,10 +114,10 @@ def words_in(array: Any, here: Any = ...) -> Any:
     return numbers_in(array, here).astype(object)
 
 
-def _errors(role: str, found: Outcome, told: Callable[[GeomintError], str]) -> Column:
+def _words(role: str, found: Outcome, of: dict[int, Any], told: Callable[[Any], str]) -> Column:
     words = np.full(len(found.tau), "", dtype=object)
-    for k, error in found.errors.items():
-        words[k] = told(error)
+    for k, value in of.items():
+        words[k] = told(value)
     return Column(role, words, fill="")
 
 

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+import json
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ....arguments import Array
-from ....errors import GeomintError
+from ....errors import GeomintError, GeomintWarning
 from ...met import Met
 from ..outcome import NOT_RUN
 from .arrays import Arrays
 from .columns import error_of, numbers_in, readable, words_in
 
 __all__ = ["StoredOutcome"]
+
+R = TypeVar("R")
 
 
 class StoredOutcome:
@@ -80,12 +83,21 @@ class StoredOutcome:
     @property
     def errors(self) -> dict[int, GeomintError]:
         """What ended members before their ends."""
-        array = self.arrays.find("error")
+        return self._told("error", error_of)
+
+    @property
+    def warnings(self) -> dict[int, tuple[GeomintWarning, ...]]:
+        """What members have to say."""
+        return self._told("warnings", lambda x: tuple(map(GeomintWarning.read, json.loads(x))))
+
+    def _told(self, role: str, read: Callable[[str], R]) -> dict[int, R]:
+        """Return what members have said in words, of those that have."""
+        array = self.arrays.find(role)
         if array is None:
             return {}
         told = words_in(array)
         with readable(array.store_path):
-            return {int(k): error_of(told[k]) for k in np.flatnonzero(told != "")}
+            return {int(k): read(told[k]) for k in np.flatnonzero(told != "")}
 
     @property
     def readings(self) -> Mapping[str, Array]:
