@@ -41,6 +41,7 @@ class Recorder:
         self,
         integrator: Integrator,
         timeline: Timeline,
+        stretches: tuple[Timeline, ...],
         observers: Observers | None,
         save_every: int | None,
         observe_every: int,
@@ -51,7 +52,8 @@ class Recorder:
         problem, stepper = integrator.problem, integrator.stepper
         self._integrator, self._problem, self._stepper = integrator, problem, stepper
         self._ranked = None if integrator.method.adaptive else Ranked(integrator)
-        self._timeline = timeline
+        self._timeline, self._stretches, self._at = timeline, stretches, 0
+        self._passed = 0  # steps before the stretch that it is in
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = len(stepper.state) > problem.rows
@@ -83,6 +85,8 @@ class Recorder:
             or self._timeline.physical_end is not None
             or (self._observers is not None and self._observers.needs_all_states)
         ):
+            return 1
+        if len(self._stretches) > 1:  # in which steps are counted anew
             return 1
         intervals = [self._save_every] if self._save_every else []
         if self._observers is not None:
@@ -117,8 +121,28 @@ class Recorder:
     def progress(self) -> float:
         """How much of `length` is done."""
         if self._timeline.steps is not None:
-            return self._integrator.done - self._first_step
+            return self._done - self._first_step
         return abs(self.reached - self._begin)
+
+    @property
+    def _done(self) -> int:
+        """Steps that the integrator has taken."""
+        return self._passed + self._integrator.done
+
+    def go_on(self, at: float) -> Timeline:
+        """Let the run begin anew behind a break; return the stretch that begins there."""
+        integrator, self._at = self._integrator, self._at + 1
+        done, stretch = self._done, self._stretches[self._at]
+        (integrator if self._ranked is None else self._ranked).go_on(stretch)
+        self._passed = done - integrator.done
+        if self._save_every and self._number % self._save_every == 0:
+            self._saved[-1].times[-1] = at
+        self._before = (integrator.time, self._stepper.state.copy())
+        if self._nodes is not None:
+            self._nodes.append(self._reached())
+        if self._crossings is not None:
+            self._crossings.go_on()
+        return stretch
 
     def left(self) -> float:
         """About how many steps are still to come, at the pace so far; of no meaning where it is 0."""
@@ -136,14 +160,14 @@ class Recorder:
         ahead, state, rows = self._integrator, self._stepper.state.copy(), self._problem.rows
         physical = float(state[-1]) if self._clock else None
         t = ahead.time if self._problem.time == "t" else physical
-        return Reached(ahead.time, t, state[:rows], ahead.done - self._first_step)
+        return Reached(ahead.time, t, state[:rows], self._done - self._first_step)
 
     def consume(
         self, indices: npt.NDArray[np.int64], states: Array, memories: Array | None
     ) -> int | None:
         """Take a chunk; return the number of the last step if the physical end has been reached."""
         times, states = self._stepper.timed(indices, states)
-        times = self._timeline.met(times, indices)
+        times, indices = self._met(times, indices), indices + self._passed
         end = self._timeline.physical_end
         last = None
         if end is not None and len(states):
@@ -181,8 +205,12 @@ class Recorder:
             return last
         if self._pace is not None:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
-        self._handed = self._integrator.done
+        self._handed = self._done
         return None
+
+    def _met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
+        """Return times after so many steps of the stretch, that of its end being exact."""
+        return self._stretches[self._at].met(times, steps)
 
     def catch_up(self) -> None:
         """Take the state that the integrator has reached if it lies beyond the last handed out.
@@ -190,21 +218,21 @@ class Recorder:
         Not if it was interrupted before that was taken: then it goes back to where it was.
         """
         ahead, handed = self._integrator, self._handed
-        if ahead.done > max(self._number, handed):
+        if self._done > max(self._number, handed):
             ahead.bookmark = self._stepper.before
             ahead.take(max(self._number - handed, 0), NEVER, scalar_block(self._stepper.rows))
         if self.stopped or self._timeline.physical_end is not None:
             return  # every state has been handed out
-        done = ahead.done
+        done = self._done
         if done != self._number:
-            time = float(self._timeline.met(np.array([ahead.time]), np.array([done]))[0])
+            time = float(self._met(np.array([ahead.time]), np.array([ahead.done]))[0])
             self._before, self._number = (time, self._stepper.state.copy()), done
 
     def second(self) -> Second | None:
         """Return a second run, kept with the ranks of steps; None of variable steps."""
         if self._ranked is None:
             return None
-        second = self._ranked.second = Second(self._integrator)
+        second = self._ranked.second = Second(self._integrator, self._stretches)
         return second
 
     def finish(self, time: float, state: Array) -> None:
@@ -287,6 +315,9 @@ class Recorder:
         steps, iterations = self._integrator.steps, self._integrator.iterations
         span = self._integrator.time - self._timeline.start
         sizes = StepSizes(*self._stepper.lengths(steps, span))
+        if self._at and self._stepper.length:
+            lengths = [abs(stretch.h) for stretch in self._stretches[: self._at + 1]]
+            sizes = StepSizes(min(lengths), abs(span) / steps, max(lengths))
         saved = self._kept()
         tau, full = saved
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
