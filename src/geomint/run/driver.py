@@ -97,9 +97,9 @@ def drive(
             integrator.take(end - first, stride, out, whole)
         elif asked.status != OK:
             raise integrator.failure(asked, good)
-        over = end is not None or stepper.finished
-        if between() or over:
-            return not over
+        ended = between()
+        if ended or end is not None or stepper.finished:
+            return ended and end is None and not (stepper.finished and left() == 0.0)
         wanted = count * min(CHUNK_SECONDS / max(elapsed, 1e-9), 8.0)
         chunk = max(1, int(min(wanted, largest)))
         if steps is None:

@@ -220,7 +220,7 @@ def _solved(
     t_end: float | None = None,
     tau_end: float | None = None,
     method: str | Method | None,
-    step: float | None,
+    step: float | None = None,
     t_eval: Any = None,
     tau_eval: Any = None,
     dense: bool = False,

@@ -29,6 +29,7 @@ from .stretch import Motion, Stretch, stretch
 __all__ = ["checked_tolerance", "choose"]
 
 LEAST, MOST = 2.0**-52, 0.1
+TRIED = 5.0  # characteristic times up to a break, at least, for trials
 TURNS, PART = 10.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
 MORE_TURNS = 3.2  # for each order of a symmetric method: high ones err where a motion is fastest
 LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
@@ -114,7 +115,7 @@ class Wanted:
     @property
     def untried(self) -> bool:
         """Whether a break comes too early for trials: then a second run alone tells errors."""
-        return self.room < min(TURNS * self.time, abs(self.motion.span))
+        return self.room < min(TRIED * self.time, abs(self.motion.span))
 
     def accuracy(
         self,
