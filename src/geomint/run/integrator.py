@@ -255,7 +255,7 @@ class Integrator:
         self.stepper.begin(np.append(state, clock) if self._start.clock else state, time, float(h))
         self._carry_on()
 
-    def go_on(self, stretch: Timeline) -> None:
+    def _go_on(self, stretch: Timeline) -> None:
         """Begin anew with the state that there is, for another stretch; carries of sums stay."""
         stepper, carry = self.stepper, self.stepper.carry.copy()
         h = stepper.next_step if self.method.adaptive else stretch.h

@@ -25,7 +25,6 @@ from ..methods.partial import rounding
 from ..methods.stepper import NOTHING
 from .integrator import Integrator
 from .second import Second
-from .timeline import Timeline
 
 __all__ = ["COARSE", "FINE", "EndError", "LocalError", "Ranked"]
 
@@ -81,10 +80,9 @@ class Ranked:
     def __init__(self, integrator: Integrator) -> None:
         stepper, state = integrator.stepper, integrator.state
         self._integrator, self._start, self._first = integrator, state, integrator.time
-        self._longest, self._begun = abs(integrator.h), (integrator.time, state)  # of a stretch
+        self._begun, self._longest = state, 0.0  # the stretch that it is in; steps of those before
         self._known: dict[int, tuple[float, float, int]] = {}  # of records before it: see `_place`
-        self._short: list[tuple[Array, float, float, int]] = []  # before it, without ranks
-        self._breaks = False
+        self._short: list[tuple[Array, float, float, int]] = []  # stretches without ranks
         self.second: Second | None = None
         self.compiled = stepper.compiled
         self.end, self.final = integrator.time, stepper.state  # with the clock, where there is one
@@ -129,19 +127,23 @@ class Ranked:
         begin, h = self._integrator.stepper.time_after(at - self.window), abs(self._integrator.h)
         return begin, h, self.window + self.window % COARSE
 
-    def go_on(self, stretch: Timeline) -> None:
-        """Let the integrator go on behind a break: no window has steps from before it."""
+    def go_on(self) -> None:
+        """Know that the integrator begins anew behind a break: no window has steps from before it."""
         made, count = self._integrator, int(self.number("records"))
         for k in range(max(count - MARKS, 0), count):
             begin, h, steps = self._place(k)
             left = round(abs(made.time - begin) / h)
             self._known.setdefault(k, (begin, h, min(steps, left)))
-        if made.done < self.window:
-            self._short.append((self._begun[1], self._begun[0], abs(made.h), made.done))
+        self._short, self._begun = self._unranked_stretches, made.state
+        self._longest = max(self._longest, abs(made.h))
         self.part("missing")[0] = self.window - 1
-        made.go_on(stretch)
-        self._begun, self._breaks = (made.time, made.state), True
-        self._longest = max(self._longest, abs(stretch.h))
+
+    @property
+    def _unranked_stretches(self) -> list[tuple[Array, float, float, int]]:
+        """States where stretches begin that are shorter than a window, times, steps."""
+        made = self._integrator
+        here = (self._begun, made.stepper.t0, abs(made.h), made.done)
+        return [*self._short, here] if made.done < self.window else self._short
 
     @property
     def concentrated(self) -> bool:
@@ -153,7 +155,7 @@ class Ranked:
     def measured(self, most: int = MARKS) -> LocalError:
         """Return the errors, measured at so many of the last records."""
         count, largest = int(self.number("records")), self.number("largest")
-        if count == 0 and not self._breaks:
+        if count == 0 and self._begun is self._start:
             return self._whole()
         numbers, marks = self.part("numbers"), self.part("marks").reshape(MARKS, -1)
         window, own = self.window + self.window % COARSE, self.number("own")
@@ -180,7 +182,7 @@ class Ranked:
             total += error
             if error > most_of_one * math.sqrt(count):
                 most_of_one, time = error / math.sqrt(count), begin
-        return LocalError(most_of_one, time, total, self._longest)
+        return LocalError(most_of_one, time, total, max(self._longest, abs(self._integrator.h)))
 
     @functools.cached_property
     def _unranked(self) -> list[tuple[float, int, float]]:
@@ -189,9 +191,9 @@ class Ranked:
         A last partial one, and those of stretches between breaks that are shorter than a window.
         """
         made, state, begin = self._integrator, self._integrator.state, self._integrator.time
-        rest, found = self.end - begin, list(self._short)
-        if self._breaks and made.done < self.window:
-            found.append((self._begun[1], self._begun[0], abs(made.h), made.done))
+        rest, found = self.end - begin, list[tuple[Array, float, float, int]]()
+        if self._begun is not self._start:
+            found += self._unranked_stretches
         if rounding(self.end) < math.copysign(rest, made.h * rest):
             found.append((state, begin, abs(rest), 1))
         return [(self._error(y, t, h, count), count, t) for y, t, h, count in found if count]

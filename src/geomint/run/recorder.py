@@ -133,7 +133,9 @@ class Recorder:
         """Let the run begin anew behind a break; return the stretch that begins there."""
         integrator, self._at = self._integrator, self._at + 1
         done, stretch = self._done, self._stretches[self._at]
-        (integrator if self._ranked is None else self._ranked).go_on(stretch)
+        if self._ranked is not None:
+            self._ranked.go_on()
+        integrator._go_on(stretch)
         self._passed = done - integrator.done
         if self._save_every and self._number % self._save_every == 0:
             self._saved[-1].times[-1] = at

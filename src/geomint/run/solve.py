@@ -321,7 +321,7 @@ def _solved(
         check_substeps(chosen.name, integrator.stepper)
         least = 1 if given else 2  # a second run has longer steps
         stretches = divided(timeline, switches, integrator.time, chosen.adaptive, halved, least)
-        integrator.go_on(stretches[0])
+        integrator._go_on(stretches[0])
         before = before and replace(before, done=0)
         steps = None if chosen.adaptive else sum(stretch.steps or 0 for stretch in stretches)
         timeline = timeline._replace(start=integrator.time, steps=steps, remainder=0.0)
