@@ -260,7 +260,7 @@ def test_the_worst_steps_may_end_at_a_break() -> None:
     known = gi.solve(rise, [1.0], t_end=1.0, **given)
     assert sol.local_error is not None
     assert known.local_error is not None
-    assert 0.9 < sol.local_error.time < 1.0
+    assert 0.8 < sol.local_error.time < 1.0
     assert 0.3 < sol.local_error.largest / known.local_error.largest < 3.0
 
 
@@ -279,7 +279,7 @@ def test_tolerances_hold(name: str | None, tolerance: float, early: list[float])
 def test_default_steps_are_those_of_the_motion(name: str | None) -> None:
     kind = "body" if name == "cf-4" else "pendulum"
     given = {"t_end": 12.0, "method": name}
-    sol = gi.solve(problem(kind), STARTS[kind], breaks=[SWITCH], **given)
+    sol = gi.solve(problem(kind, 0.03), STARTS[kind], breaks=[0.03], **given)
     still = gi.solve(problem(kind, NEVER), STARTS[kind], **given)
     assert sol.steps < 2.5 * still.steps
     assert name is not None or sol.end_error is not None
@@ -300,7 +300,7 @@ def test_drifts_are_measured_at_ends() -> None:
 @few
 def test_saved_states_are_counted_on(name: str, kind: str) -> None:
     every, some = ended(kind, name, save_every=1), ended(kind, name, save_every=3)
-    which = [*range(0, every.steps, 3)]
+    which = [*range(0, every.steps, 3), every.steps]
     np.testing.assert_array_equal(some.y, every.y[which])
     np.testing.assert_array_equal(some.t, every.t[which])
 
