@@ -124,16 +124,14 @@ class Ranked:
         return self._steps_to(int(self.part("ats")[record % MARKS]))
 
     def _steps_to(self, at: int) -> tuple[float, float, int]:
-        begin, h = self._integrator.stepper.time_after(at - self.window), abs(self._integrator.h)
-        return begin, h, self.window + self.window % COARSE
+        made, first = self._integrator, at - self.window
+        steps = min(self.window + self.window % COARSE, made.done - first)
+        return made.stepper.time_after(first), abs(made.h), steps
 
     def go_on(self) -> None:
         """Know that the integrator begins anew behind a break: no window has steps from before it."""
         made, count = self._integrator, int(self.number("records"))
-        for k in range(max(count - MARKS, 0), count):
-            begin, h, steps = self._place(k)
-            left = round(abs(made.time - begin) / h)
-            self._known.setdefault(k, (begin, h, min(steps, left)))
+        self._known = {k: self._place(k) for k in range(max(count - MARKS, 0), count)}
         self._short, self._begun = self._unranked_stretches, made.state
         self._longest = max(self._longest, abs(made.h))
         self.part("missing")[0] = self.window - 1
