@@ -332,7 +332,7 @@ class Recorder:
         if self._ranked is not None:
             self._ranked.end, self._ranked.final = self._before
         if self._crossings is not None:
-            restart = self._crossings.left_behind(restart, self._before[0], span)
+            restart = self._crossings.left_behind(restart, self._before[0], self._integrator.time)
             met = self._crossings.met(self._clock, self._before[0])
         return Solution(
             problem=self._problem,
