@@ -257,7 +257,8 @@ def test_the_worst_steps_may_end_at_a_break() -> None:
     given: dict[str, Any] = {"method": "rk-4", "step": 0.02}
     rise = gi.Problem("rise", (("y", 1),), params=[1.0], field=rising)
     sol = gi.solve(rise, [1.0], t_end=2.0, breaks=[1.0], **given)
-    known = gi.solve(rise, [1.0], t_end=1.0, **given)
+    still = gi.Problem("rise", (("y", 1),), params=[NEVER], field=rising)
+    known = gi.solve(still, [1.0], t_end=1.0, **given)
     assert sol.local_error is not None
     assert known.local_error is not None
     assert 0.8 < sol.local_error.time < 1.0
@@ -295,6 +296,27 @@ def test_drifts_are_measured_at_ends() -> None:
     q, p = sol.y[-1, :3], sol.y[-1, 3:]
     want = 0.5 * p @ p + q @ [1.5, -0.5, 1.0] - drift.initial
     assert drift.final_error == pytest.approx(want, abs=1e-14)
+
+
+def test_an_estimate_of_states_before_a_break() -> None:
+    given: dict[str, Any] = {"t_eval": [0.35, 0.55]}
+    sol = ended("pendulum", "rk-4", estimate_error=True, **given)
+    error = sol.y - ended("pendulum", "rk-4", step=STEP / 64, **given).y
+    size = np.abs(error).max()
+    np.testing.assert_allclose(sol.error_estimate, error, rtol=0, atol=0.1 * size)
+
+
+@gi.field
+def creeping(params: Any, t: Any, y: Any, out: Any, work: Any) -> None:
+    out[0] = 1e-16 + 0.0 * y[0]
+
+
+@pytest.mark.parametrize("name", ["rk-4", "gauss-3", "dop853-adaptive"])
+def test_what_is_less_than_a_rounding_adds_up_over_breaks(name: str) -> None:
+    creep = gi.Problem("creep", (("y", 1),), field=creeping)
+    breaks = np.arange(0.5, 100.0, 0.5)
+    sol = gi.solve(creep, [1.0], t_end=100.0, method=name, step=0.25, breaks=breaks)
+    assert sol.y[-1, 0] - 1.0 == pytest.approx(1e-14, rel=0.05)
 
 
 @few
