@@ -195,6 +195,23 @@ def test_states_asked_for_lie_on_the_same_motion(name: str, kind: str, sign: flo
     np.testing.assert_allclose(found, known, rtol=0, atol=bound)
 
 
+@families
+def test_an_event_ends_the_run_in_a_later_stretch(name: str, kind: str) -> None:
+    """What is left behind goes on as a run with the same breaks would have."""
+    breaks = [SWITCH - 0.33, SWITCH - 0.18]
+    given = {"breaks": breaks, "save_every": 1}
+    whole = ended(kind, name, **given)
+    sol = ended(kind, name, **given, events={"now": gi.Event(since, terminal=True)}, dense=True)
+    assert sol.message == "ended by the event 'now'"
+    assert sol.t[-1] == pytest.approx(SWITCH, abs=1e-12)
+    count = np.searchsorted(whole.t, SWITCH)
+    assert sol.steps == count - 1 or find_method(name).adaptive
+    if not find_method(name).adaptive:
+        np.testing.assert_array_equal(sol.y[:-1], whole.y[:count])
+        on = gi.solve(sol, t_end=whole.t[-1])
+        np.testing.assert_allclose(on.y[-1], whole.y[-1], rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize("name", ["rk-4", "gauss-8", "dop853-adaptive"])
 def test_an_event_at_the_break_counts_once(name: str) -> None:
     sol = ended("pendulum", name, events={"now": gi.Event(since)})

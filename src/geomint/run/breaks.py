@@ -15,13 +15,13 @@ import numpy as np
 
 from ..arguments import as_array
 from ..errors import DomainError, MethodError
-from ..methods.stepper import Stepper
 from ..problems.problem import Problem
+from .integrator import Integrator
 from .restart import Restart
 from .solution import Solution
 from .timeline import GAP, Timeline, counted, ending, reached_by
 
-__all__ = ["breaks_of", "breaks_within", "check_substeps", "divided"]
+__all__ = ["breaks_of", "divided"]
 
 APART = 4 * GAP  # roundings: times that are nearer to each other are the same
 
@@ -51,42 +51,39 @@ def breaks_of(
     return tuple(times.tolist() if end > begin else times[::-1].tolist())
 
 
-def check_substeps(name: str, stepper: Stepper) -> None:
-    """Raise `MethodError` for a composition that leaves its steps on the way."""
-    lengths, starts = stepper.fixed_step.fractions.data.reshape(2, -1)
-    ends = np.append(starts, starts + lengths)
-    if ends.min() < -1e-12 or ends.max() > 1.0 + 1e-12:
-        raise MethodError(
-            f"method {name!r} goes beyond its steps on the way, and so beyond breaks: take a "
-            "composition that does not, such as 'suzuki-4'"
-        )
-
-
-def breaks_within(breaks: tuple[float, ...], begin: float, timeline: Timeline) -> tuple[float, ...]:
-    """Return those from a time to the end of a run, which may be another than they were given for."""
-    sign, end = math.copysign(1.0, timeline.h), timeline.own_end or 0.0
-    return tuple(b for b in breaks if sign * begin < sign * b < sign * end)
-
-
 def divided(
+    integrator: Integrator,
     timeline: Timeline,
     breaks: tuple[float, ...],
-    begin: float,
-    adaptive: bool,
     halved: float,
     least: int,
 ) -> tuple[Timeline, ...]:
-    """Return the stretches of a run that begins there, with breaks inside.
+    """Return the stretches of a run from where the integrator is: the run itself without breaks inside.
 
-    Each is divided into as many equal steps as make them no longer than that of the timeline, `least`
-    at least; or into halves of such steps of a `halved` length.
+    They may have been given for a longer run. Each stretch is divided into as many equal steps as make
+    them no longer than that of the timeline, `least` at least; or into halves of such steps of a
+    `halved` length.
+
+    Raises
+    ------
+    MethodError
+        For a composition that leaves its steps on the way.
     """
-    end, sign = timeline.own_end or 0.0, math.copysign(1.0, timeline.h)
-    stretches = []
-    for k, (start, until) in enumerate(pairwise([begin, *breaks, end])):
+    begin, end, sign = integrator.time, timeline.own_end or 0.0, math.copysign(1.0, timeline.h)
+    inside = [b for b in breaks if sign * begin < sign * b < sign * end]
+    if not inside:
+        return (timeline,)
+    lengths, starts = integrator.stepper.fixed_step.fractions.data.reshape(2, -1)
+    if starts.min() < -1e-12 or (starts + lengths).max() > 1.0 + 1e-12:
+        raise MethodError(
+            f"method {integrator.method.name!r} goes beyond its steps on the way, and so beyond "
+            "breaks: take a composition that does not, such as 'suzuki-4'"
+        )
+    stretches, adaptive = [], integrator.method.adaptive
+    for k, (start, until) in enumerate(pairwise([begin, *inside, end])):
         gap = sign * GAP * math.ulp(max(start, until, key=abs))
         start = math.nextafter(start, sign * math.inf) if k else start
-        until = until if k == len(breaks) else until - gap
+        until = until if k == len(inside) else until - gap
         steps, met = counted(until - start, abs(halved or timeline.h))
         steps = max(steps + (not met), least) * (2 if halved else 1)
         h = timeline.h if adaptive else (until - start) / steps

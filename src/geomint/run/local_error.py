@@ -119,9 +119,7 @@ class Ranked:
 
     def _place(self, record: int) -> tuple[float, float, int]:
         """Return where the steps of a record begin, their length, and how many are run again."""
-        if record in self._known:
-            return self._known[record]
-        return self._steps_to(int(self.part("ats")[record % MARKS]))
+        return self._known.get(record) or self._steps_to(int(self.part("ats")[record % MARKS]))
 
     def _steps_to(self, at: int) -> tuple[float, float, int]:
         made, first = self._integrator, at - self.window

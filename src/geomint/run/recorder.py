@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,6 @@ from ..watch.observe import Observers
 from .callback import Reached
 from .crossings import Crossings, Stop
 from .dense import Kept
-from .driver import Account
 from .integrator import Integrator
 from .local_error import Ranked
 from .pace import Pace
@@ -29,9 +29,17 @@ from .solution import Solution
 from .timeline import Timeline
 from .wanted import Wanted
 
-__all__ = ["Recorder"]
+__all__ = ["Account", "Recorder"]
 
 NEVER = 2**40  # steps
+
+
+@dataclass
+class Account:
+    """What a run has cost, without what was compiled on the way."""
+
+    seconds: float = 0.0
+    watching_seconds: float = 0.0
 
 
 class Recorder:
@@ -129,22 +137,28 @@ class Recorder:
         """Steps that the integrator has taken."""
         return self._passed + self._integrator.done
 
-    def go_on(self, at: float) -> Timeline:
-        """Let the run begin anew behind a break; return the stretch that begins there."""
-        integrator, self._at = self._integrator, self._at + 1
-        done, stretch = self._done, self._stretches[self._at]
+    @property
+    def stretch(self) -> Timeline:
+        """The one that the run is in."""
+        return self._stretches[self._at]
+
+    def go_on(self) -> bool:
+        """Let the run begin anew behind a break; False where there is none to come."""
+        if self.stretch is self._stretches[-1]:
+            return False
+        integrator, done, self._at = self._integrator, self._done, self._at + 1
         if self._ranked is not None:
             self._ranked.go_on()
-        integrator._go_on(stretch)
+        integrator._go_on(self.stretch)
         self._passed = done - integrator.done
         if self._save_every and self._number % self._save_every == 0:
-            self._saved[-1].times[-1] = at
+            self._saved[-1].times[-1] = math.nextafter(integrator.time, -math.inf * integrator.h)
         self._before = (integrator.time, self._stepper.state.copy())
         if self._nodes is not None:
             self._nodes.append(self._reached())
         if self._crossings is not None:
             self._crossings.go_on()
-        return stretch
+        return True
 
     def left(self) -> float:
         """About how many steps are still to come, at the pace so far; of no meaning where it is 0."""
@@ -167,9 +181,9 @@ class Recorder:
     def consume(
         self, indices: npt.NDArray[np.int64], states: Array, memories: Array | None
     ) -> int | None:
-        """Take a chunk; return the number of the last step if the physical end has been reached."""
+        """Take a chunk; return the number of the last step, in its stretch, if the run ends there."""
         times, states = self._stepper.timed(indices, states)
-        times, indices = self._met(times, indices), indices + self._passed
+        times, indices = self.stretch.met(times, indices), indices + self._passed
         end = self._timeline.physical_end
         last = None
         if end is not None and len(states):
@@ -184,7 +198,7 @@ class Recorder:
             nodes = self._nodes_to(indices, times, states)
             stop = self._crossings.take(nodes, memories)
         if stop is not None:
-            last = int(nodes.steps[stop.node])
+            last = int(nodes.steps[stop.node]) - self._passed
             cut = slice(0, stop.node)
             indices, times, states = indices[cut], times[cut], states[cut]
         self._evaluate(indices, times, states)
@@ -210,10 +224,6 @@ class Recorder:
         self._handed = self._done
         return None
 
-    def _met(self, times: Array, steps: npt.NDArray[np.int64]) -> Array:
-        """Return times after so many steps of the stretch, that of its end being exact."""
-        return self._stretches[self._at].met(times, steps)
-
     def catch_up(self) -> None:
         """Take the state that the integrator has reached if it lies beyond the last handed out.
 
@@ -227,7 +237,7 @@ class Recorder:
             return  # every state has been handed out
         done = self._done
         if done != self._number:
-            time = float(self._met(np.array([ahead.time]), np.array([ahead.done]))[0])
+            time = float(self.stretch.met(np.array([ahead.time]), np.array([ahead.done]))[0])
             self._before, self._number = (time, self._stepper.state.copy()), done
 
     def second(self) -> Second | None:

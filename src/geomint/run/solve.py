@@ -24,11 +24,11 @@ from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .begun_anew import begun_anew
-from .breaks import breaks_of, breaks_within, check_substeps, divided
+from .breaks import breaks_of, divided
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
 from .crossings import Crossings
-from .driver import Account, drive
+from .driver import drive
 from .error_estimate import check_estimate, error_estimate, label
 from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
@@ -36,7 +36,7 @@ from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
 from .progress import Progress
 from .promise import Setting, rough_error
-from .recorder import Recorder
+from .recorder import Account, Recorder
 from .result import Status
 from .solution import Solution
 from .step_notes import tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
@@ -315,12 +315,9 @@ def _solved(
     integrator = Integrator.of(chosen, start, t0, before)
     if not turning:
         integrator.stepper.otherwise = None
-    stretches: tuple[Timeline, ...] = (timeline,)
-    switches = breaks_within(breaks, integrator.time, timeline)
-    if switches:
-        check_substeps(chosen.name, integrator.stepper)
-        least = 1 if given else 2  # a second run has longer steps
-        stretches = divided(timeline, switches, integrator.time, chosen.adaptive, halved, least)
+    least = 1 if given else 2  # in a stretch: a second run has longer steps
+    stretches = divided(integrator, timeline, breaks, halved, least)
+    if len(stretches) > 1:
         integrator._go_on(stretches[0])
         before = before and replace(before, done=0)
         steps = None if chosen.adaptive else sum(stretch.steps or 0 for stretch in stretches)
@@ -357,7 +354,7 @@ def _solved(
         in_turn(integrator.prepare, *(part.prepare for part in along))
         own = callback is not None or any(type(w) is not Function for w in watched.values())
         known = compiled and not own and not chosen.adaptive and timeline.own_end is not None
-        brief = known and not switches and timeline.expected * problem.rows <= BRIEF
+        brief = known and len(stretches) == 1 and timeline.expected * problem.rows <= BRIEF
         bar.begin(brief)
         account = Account()
         second = recorder.second() if confirmed else None
@@ -368,9 +365,7 @@ def _solved(
             bar.update(recorder.progress)
             return callback is not None and asked_to_end(callback, recorder.told())
 
-        status = _integrate(
-            integrator, timeline, stretches[0], switches, recorder, account, asked_to_end_here
-        )
+        status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         if second is not None and status != "success":
             second.give_up()
         if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
@@ -407,8 +402,6 @@ def _solved(
 def _integrate(
     integrator: Integrator,
     timeline: Timeline,
-    stretch: Timeline,
-    breaks: tuple[float, ...],
     recorder: Recorder,
     account: Account,
     between: Callable[[], bool],
@@ -416,20 +409,10 @@ def _integrate(
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
     try:
-        for at in (*breaks, None):
-            asked = drive(
-                integrator,
-                stretch.steps,
-                recorder.stride,
-                recorder.consume,
-                account,
-                between,
-                recorder.left,
-                recorder.whole,
-            )
-            if at is None or asked or recorder.stopped:
+        while True:
+            asked = drive(integrator, recorder, account, between)
+            if asked or recorder.stopped or not recorder.go_on():
                 break
-            stretch = recorder.go_on(at)
         recorder.catch_up()
         if asked:
             recorder.stopped = "the callback"

@@ -237,7 +237,7 @@ def _step(wanted: Wanted, method: Method) -> Setting:
         tried = trials(varied(own, "iteration", iteration) if iteration else own)
         search = Search(functools.partial(tried, short), wanted.goal, p, most, implicit)
         step, expected = (first, wanted.goal) if wanted.untried else search.run(first)
-        if wanted.untried or not search.stiff(step, expected):
+        if not search.stiff(step, expected):
             break
     floor = rounding_floor(wanted.turns, step / time)
     accuracy = wanted.accuracy(expected, floor, search.record)
@@ -262,10 +262,9 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Setting:
     search = Search(
         lambda rtol: tried(rtol, short), wanted.goal, power, LARGEST_RTOL, False, NEAR_ADAPTIVE
     )
-    rtol, expected = wanted.goal / wanted.turns, wanted.goal
-    if not wanted.untried:
-        rtol, expected = search.run(rtol)
-    if long > short and not wanted.untried and math.isfinite(expected):
+    first = wanted.goal / wanted.turns
+    rtol, expected = (first, wanted.goal) if wanted.untried else search.run(first)
+    if long > short and math.isfinite(expected):
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
     accuracy = wanted.accuracy(expected, floor, search.record)
