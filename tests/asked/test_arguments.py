@@ -293,6 +293,8 @@ CALLS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
             "observe": "size",
             "t0": 0.25,
             "estimate_error": True,
+            "breaks": [0.7],
+            "longest": 0.25,
         },
     ),
     "solve in tau": (

@@ -14,6 +14,7 @@ import geomint as gi
 from geomint.problems.testproblems import henon_heiles
 from geomint.run.growth import end_error, hopeless
 from geomint.run.second import Second, longer
+from geomint.run.timeline import Timeline
 
 
 @gi.field
@@ -87,7 +88,7 @@ def test_the_end_is_as_promised_or_said_not_to_be(motion: str, asked: dict[str, 
 def test_the_second_run_is_that_of_longer_steps(end: float) -> None:
     problem, y0 = henon_heiles.problem(), henon_heiles.INITIAL
     integrator = gi.Integrator(problem, y0, step=0.1)
-    second = Second(integrator)
+    second = Second(integrator, (Timeline(0.0, integrator.h, None, 0.0, end, None),))
     second.begin(end)
     plain = gi.Integrator(problem, y0, step=longer(integrator.method.order) * integrator.h)
     plain.propagate_until(end)

@@ -18,7 +18,7 @@ from ..errors import (
     StepSizeError,
 )
 from ..kernels.compiling.recorded import Recorded
-from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section
+from ..kernels.numbers.blocks import REST, Block, packed, scalar_block, section, sections
 from ..kernels.solve.adaptive import adaptive_coefficients, adaptive_memory, adaptive_work
 from ..kernels.solve.status import NOT_FINITE, OK, OUTSIDE_CHART, TOO_MANY_STEPS
 from ..tableaux import Tableau
@@ -83,6 +83,14 @@ class AdaptiveStepper(Stepper):
     def time_after(self, steps: int) -> float:
         """Return the time that has been reached."""
         return self.time
+
+    def begin(self, y: Array, t: float, h: float) -> None:
+        """Begin anew, with a first step to try; how long steps have been is still known."""
+        sizes = self._remembered("smallest"), self._remembered("largest")
+        super().begin(np.append(y, t), t, h)
+        remembered = sections(self.memory, adaptive_memory(self.rows, REST))
+        remembered.next[0] = math.copysign(min(abs(h), self.allowed.max_step), h)
+        remembered.smallest[0], remembered.largest[0] = sizes
 
     def aim(self, end: float) -> None:
         """End there; infinity: nowhere."""
@@ -201,9 +209,6 @@ def controlled_stepper(
     rows = len(y0) + 1
     remembered = adaptive_memory(rows, derivative_rows)
     memory = scalar_block(sum(remembered))
-    memory.data[: rows - 1], memory.data[rows - 1] = y0, s.t0
-    first = math.copysign(min(abs(s.h), allowed.max_step), s.h)
-    section(memory, remembered, "next")[0] = first
     section(memory, remembered, "smallest")[0] = math.inf
     numbers = packed(
         layout(table.stages, len(table.error_float)),
@@ -225,7 +230,7 @@ def controlled_stepper(
         pieces=piece_numbers(s),  # the clock is a piece of its own
         numbers=numbers.data,
     )
-    return AdaptiveStepper(
+    stepper = AdaptiveStepper(
         kernel=kernel,
         functions=fixed.functions,
         params=fixed.params,
@@ -242,3 +247,5 @@ def controlled_stepper(
         allowed=allowed,
         reuses=table.first_same_as_last,
     )
+    stepper.begin(y0, s.t0, s.h)
+    return stepper

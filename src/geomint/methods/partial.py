@@ -145,7 +145,7 @@ class PartialSteps:
             if key not in s.beside:
                 s.beside[key] = self._made(clock)
             calls[own] = call = s.beside[key].copy()
-            call.set(**own_blocks(s), span=s.h)
+            call.set(**own_blocks(s))
             if clock:
                 powers = polynomial_of(s)["powers"]
                 call.set(powers=powers, scratch=scalar_block(self._problem.work))
@@ -191,6 +191,7 @@ class PartialSteps:
             kernel = self._stepper.kernel
             asked = Advance(
                 *self._call(clock)(
+                    span=self._stepper.h,
                     states=Block(nodes.states.reshape(-1)),
                     times=Block(nodes.times),
                     nodes=Block(at.astype(np.float64)),

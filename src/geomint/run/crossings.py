@@ -87,6 +87,10 @@ class Crossings:
             self._past = filled_block(before.memory)
         self._late: dict[str, list[Array]] = {}
 
+    def go_on(self) -> None:
+        """Know that the run begins anew at a break: what was before it tells nothing of the rest."""
+        self._tail, self._past = None, _NOTHING
+
     @property
     def use_memories(self) -> bool:
         """Whether what the method remembers of each step is of use."""

@@ -7,20 +7,16 @@ a run do not depend on the size of the chunks.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from ..arguments import Array
 from ..kernels.compiling.clock import running_clock
 from ..kernels.numbers.blocks import scalar_block
 from ..kernels.solve.status import OK
 from .integrator import Integrator
+from .recorder import Account, Recorder
 
-__all__ = ["Account", "drive"]
-
-Consumer = Callable[[npt.NDArray[np.int64], Array, Array | None], int | None]
+__all__ = ["drive"]
 
 CHUNK_SECONDS = 0.03
 FIRST_CHUNK = 64  # steps, before it is known what one takes
@@ -28,45 +24,22 @@ MAX_BUFFER = 1 << 18  # numbers
 _NOTHING = scalar_block(0)
 
 
-@dataclass
-class Account:
-    """What a run has cost, without what was compiled on the way."""
-
-    seconds: float = 0.0
-    watching_seconds: float = 0.0
-
-
 def drive(
-    integrator: Integrator,
-    steps: int | None,
-    stride: int,
-    consume: Consumer,
-    account: Account,
-    between: Callable[[], bool],
-    left: Callable[[], float],
-    whole: bool = False,
+    integrator: Integrator, recorder: Recorder, account: Account, between: Callable[[], bool]
 ) -> bool:
-    """Take steps until there are `steps` since the beginning, handing out every `stride`-th state.
+    """Take the steps of a stretch, and hand out states to the recorder, which may end the run.
 
-    None: until `consume` says so, or until the stepper has finished; then its last state is handed
-    out too. Returns whether `between` has ended it before.
-
-    Parameters
-    ----------
-    consume : callable
-        ``consume(indices, states, memories) -> end``: the numbers of the saved steps, the states row
-        by row, with `whole` all that was remembered then. `end` is the number of the last step of
-        the run, None if that is still to come.
-    between : callable
-        Called after every chunk, to tell whether the run ends there.
-    left : callable
-        About how many steps are still to come, where `steps` is None.
+    Where there is no number of steps, until the recorder says so, or until the stepper has finished;
+    then its last state is handed out too. `between` is called after every chunk, to tell whether the
+    run ends there. Returns whether it has ended the run before its end.
 
     Raises
     ------
     StepError
         After the states before the failed step have been handed out.
     """
+    steps, stride, left = recorder.stretch.steps, recorder.stride, recorder.left
+    whole = recorder.whole
     stepper = integrator.stepper
     rows = stepper.rows
     width = len(stepper.memory) if whole else rows
@@ -90,16 +63,16 @@ def drive(
         begun = running_clock()
         handed = out.data[: len(indices) * width].reshape(-1, width)
         states = np.ascontiguousarray(handed[:, :rows])
-        end = consume(indices, states, handed if whole else None)
+        end = recorder.consume(indices, states, handed if whole else None)
         account.watching_seconds += running_clock() - begun
         if end is not None:
             integrator.bookmark = stepper.before
             integrator.take(end - first, stride, out, whole)
         elif asked.status != OK:
             raise integrator.failure(asked, good)
-        over = end is not None or stepper.finished
-        if between() or over:
-            return not over
+        ended = between()
+        if ended or end is not None or stepper.finished:
+            return ended and end is None and not (stepper.finished and left() == 0.0)
         wanted = count * min(CHUNK_SECONDS / max(elapsed, 1e-9), 8.0)
         chunk = max(1, int(min(wanted, largest)))
         if steps is None:

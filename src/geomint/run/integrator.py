@@ -22,7 +22,7 @@ from ..problems.evaluate import rates_of
 from ..problems.problem import Problem
 from .carried_directions import PIECE, CarriedDirections, columns
 from .restart import Restart
-from .timeline import MOST_STEPS, check_advance
+from .timeline import MOST_STEPS, Timeline, check_advance
 
 __all__ = ["Integrator"]
 
@@ -252,13 +252,18 @@ class Integrator:
         """Go on from there, and remember nothing but physical time."""
         clock = self.t if self._start.clock else 0.0
         self._done = 0
-        if self.method.adaptive:
-            start = self._start._replace(y0=state, t0=time, h=float(h))
-            self.stepper = started(self.method, start)
-        else:
-            self.stepper.begin(state, time, float(h))
-        self._set_clock(clock)
+        self.stepper.begin(np.append(state, clock) if self._start.clock else state, time, float(h))
         self._carry_on()
+
+    def _go_on(self, stretch: Timeline) -> None:
+        """Begin anew with the state that there is, for another stretch; carries of sums stay."""
+        stepper, carry = self.stepper, self.stepper.carry.copy()
+        h = stepper.next_step if self.method.adaptive else stretch.h
+        stepper.begin(stepper.state.copy(), stretch.start, h)
+        stepper.carry[:] = carry
+        stepper.aim(stretch.own_end or 0.0)
+        if not self.method.adaptive:  # whose limit of steps is that of a run
+            self._done = 0
 
     def _carry_on(self) -> None:
         """Let the directions begin where the state is now."""

@@ -80,7 +80,10 @@ class Ranked:
 
     def __init__(self, integrator: Integrator) -> None:
         stepper, state = integrator.stepper, integrator.state
-        self._integrator, self._start, self._first = integrator, state, integrator.done
+        self._integrator, self._start, self._first = integrator, state, integrator.time
+        self._begun, self._longest = state, 0.0  # the stretch that it is in; steps of those before
+        self._known: dict[int, tuple[float, float, int]] = {}  # of records before it: see `_place`
+        self._short: list[tuple[Array, float, float, int]] = []  # stretches without ranks
         self.second: Second | None = None
         self.compiled = stepper.compiled
         self.end, self.final = integrator.time, stepper.state  # with the clock, where there is one
@@ -109,69 +112,101 @@ class Ranked:
     @property
     def places(self) -> list[tuple[float, Array]]:
         """Times and states where the run began, of records, and where it ended."""
-        stepper, size = self._integrator.stepper, len(self._start)
-        count = min(int(self.number("records")), MARKS)
-        ats, marks = self.part("ats"), self.part("marks").reshape(MARKS, -1)
-        found = [(stepper.time_after(self._first), self._start)]
-        found += [
-            (stepper.time_after(int(ats[k]) - self.window), marks[k, :size].copy())
-            for k in range(count)
-        ]
-        return [*found, (self.end, self.final[:size])]
+        size, count = len(self._start), int(self.number("records"))
+        marks = self.part("marks").reshape(MARKS, -1)[:, :size]
+        looks = range(max(count - MARKS, 0), count)
+        found = [(self._place(k)[0], marks[k % MARKS].copy()) for k in looks]
+        return [(self._first, self._start), *found, (self.end, self.final[:size])]
+
+    def _place(self, record: int) -> tuple[float, float, int]:
+        """Return where the steps of a record begin, their length, and how many are run again."""
+        return self._known.get(record) or self._steps_to(int(self.part("ats")[record % MARKS]))
+
+    def _steps_to(self, at: int) -> tuple[float, float, int]:
+        made, first = self._integrator, at - self.window
+        steps = min(self.window + self.window % COARSE, made.done - first)
+        return made.stepper.time_after(first), abs(made.h), steps
+
+    def go_on(self) -> None:
+        """Know that the integrator begins anew behind a break: no window has steps from before it."""
+        made, count = self._integrator, int(self.number("records"))
+        self._known = {k: self._place(k) for k in range(max(count - MARKS, 0), count)}
+        self._short, self._begun = self._unranked_stretches, made.state
+        self._longest = max(self._longest, abs(made.h))
+        self.part("missing")[0] = self.window - 1
+
+    @property
+    def _unranked_stretches(self) -> list[tuple[Array, float, float, int]]:
+        """States where stretches begin that are shorter than a window, times, steps."""
+        made = self._integrator
+        here = (self._begun, made.stepper.t0, abs(made.h), made.done)
+        return [*self._short, here] if made.done < self.window else self._short
 
     @property
     def concentrated(self) -> bool:
         """Whether few steps make most of the errors: one a half, or a tenth and 300 times the mean."""
         part = self.number("largest") ** self.power / max(self.number("total"), 1e-300)
-        done = self._integrator.done
+        done = self._integrator.steps
         return done > MANY and part > min(FEW, max(LEAST, PEAK / done))
 
     def measured(self, most: int = MARKS) -> LocalError:
         """Return the errors, measured at so many of the last records."""
-        made, count, largest = self._integrator, int(self.number("records")), self.number("largest")
-        if count == 0:
+        count, largest = int(self.number("records")), self.number("largest")
+        if count == 0 and self._begun is self._start:
             return self._whole()
-        numbers, ats, marks = self.part("numbers"), self.part("ats"), self.part("marks")
-        window = self.window + self.window % COARSE
-        looks = [k % MARKS for k in range(max(count - min(most, MARKS), 0), count)]
-        found = [(float(numbers[k]), int(ats[k]), marks.reshape(MARKS, -1)[k]) for k in looks]
-        own = self.number("own")
-        if own >= SATURATED and self.power > 1.0:  # numbers rank no more: it may get faster
+        numbers, marks = self.part("numbers"), self.part("marks").reshape(MARKS, -1)
+        window, own = self.window + self.window % COARSE, self.number("own")
+        looks = range(max(count - min(most, MARKS), 0), count)
+        found = [(float(numbers[k % MARKS]), self._place(k), marks[k % MARKS]) for k in looks]
+        done = self._integrator.done
+        if own >= SATURATED and self.power > 1.0 and done >= self.window:
+            # numbers rank no more: it may get faster
             oldest = (int(self.number("slot")) + 1) % (self.window + 1)
             ring = self.part("ring").reshape(self.window + 1, -1)[oldest]
-            found.append((max(2.0 * own, FAR * largest), made.done, ring))
+            found.append((max(2.0 * own, FAR * largest), self._steps_to(done), ring))
         worst, factor, first, time = 0.0, 0.0, 0.0, 0.0
-        for number, at, state in reversed(found):
+        for number, (begin, h, steps), state in reversed(found):
             if number < FAR * largest:
                 break
-            begin = made.stepper.time_after(at - self.window)
-            y, count = state[: len(self._start)], window // COARSE if most > 1 else 1
-            of_one, error = self._errors(y, begin, made.h, window)
-            on_the_way = self._states(y, begin, count * [made.h], count * [COARSE]) or ()
-            for k, y in enumerate(on_the_way[:-1], 1):  # it may be less again at the window's end
-                of_one = max(
-                    of_one, self._errors(y, begin + COARSE * k * made.h, made.h, COARSE)[0]
-                )
+            y = state[: len(self._start)]
+            of_one, error = self._errors(y, begin, h, steps)
+            if most > 1:
+                of_one = max(of_one, self._on_the_way(y, begin, h, steps))
             error, first = max(error, of_one), max(first, of_one)
             factor = max(factor, error / number**self.power)
             if error >= worst:
                 worst, time = error, begin
         # Of one step, which may err as much as all in its window, or as every one of them.
         most_of_one = max(factor * largest**self.power / math.sqrt(window), first)
-        last, begin = self._last
-        if last > most_of_one:
-            most_of_one, time = last, begin
-        total = factor * self.number("total") / window + last
-        return LocalError(most_of_one, time, total, abs(made.h))
+        total = factor * self.number("total") / window
+        for error, count, begin in self._unranked:
+            total += error
+            if error > most_of_one * math.sqrt(count):
+                most_of_one, time = error / math.sqrt(count), begin
+        return LocalError(most_of_one, time, total, max(self._longest, abs(self._integrator.h)))
+
+    def _on_the_way(self, y: Array, t: float, h: float, steps: int) -> float:
+        """Return what the worst of so many steps errs by: at the end of all it may be less again."""
+        count, h = steps // COARSE, math.copysign(h, self._integrator.h)
+        states = self._states(y, t, count * [h], count * [COARSE]) or []
+        ends = enumerate(states[:-1], 1)
+        return max(
+            (self._errors(y, t + COARSE * k * h, h, COARSE)[0] for k, y in ends), default=0.0
+        )
 
     @functools.cached_property
-    def _last(self) -> tuple[float, float]:
-        """What a last partial step errs by, and where it begins: it is not among those of the ranks."""
-        begin, state = self._integrator.time, self._integrator.state
-        rest = self.end - begin
-        if not rounding(self.end) < math.copysign(rest, self._integrator.h * rest):
-            return 0.0, begin
-        return self._errors(state, begin, abs(rest), 1)[0], begin
+    def _unranked(self) -> list[tuple[float, int, float]]:
+        """What steps err by that have no ranks, how many they are, and where they begin.
+
+        A last partial one, and those of stretches between breaks that are shorter than a window.
+        """
+        made, state, begin = self._integrator, self._integrator.state, self._integrator.time
+        rest, found = self.end - begin, list[tuple[Array, float, float, int]]()
+        if self._begun is not self._start:
+            found += self._unranked_stretches
+        if rounding(self.end) < math.copysign(rest, made.h * rest):
+            found.append((state, begin, abs(rest), 1))
+        return [(self._errors(y, t, h, count)[1], count, t) for y, t, h, count in found if count]
 
     @functools.cached_property
     def error(self) -> LocalError:
@@ -188,7 +223,7 @@ class Ranked:
 
     def _whole(self) -> LocalError:
         """Return the errors of a run of fewer steps than a window has."""
-        begin = self._integrator.stepper.time_after(self._first)
+        begin = self._first
         span = abs(self.end - begin)
         count = max(1, round(span / abs(self._integrator.h)))
         one, error = self._errors(self._start, begin, span / count, count) if span else (0.0, 0.0)

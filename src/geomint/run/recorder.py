@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +18,6 @@ from ..watch.observe import Observers
 from .callback import Reached
 from .crossings import Crossings, Stop
 from .dense import Kept
-from .driver import Account
 from .integrator import Integrator
 from .local_error import Ranked
 from .pace import Pace
@@ -28,9 +28,17 @@ from .solution import Solution
 from .timeline import Timeline
 from .wanted import Wanted, tell_missed
 
-__all__ = ["Recorder"]
+__all__ = ["Account", "Recorder"]
 
 NEVER = 2**40  # steps
+
+
+@dataclass
+class Account:
+    """What a run has cost, without what was compiled on the way."""
+
+    seconds: float = 0.0
+    watching_seconds: float = 0.0
 
 
 class Recorder:
@@ -40,6 +48,7 @@ class Recorder:
         self,
         integrator: Integrator,
         timeline: Timeline,
+        stretches: tuple[Timeline, ...],
         observers: Observers | None,
         save_every: int | None,
         observe_every: int,
@@ -50,7 +59,8 @@ class Recorder:
         problem, stepper = integrator.problem, integrator.stepper
         self._integrator, self._problem, self._stepper = integrator, problem, stepper
         self._ranked = None if integrator.method.adaptive else Ranked(integrator)
-        self._timeline = timeline
+        self._timeline, self._stretches, self._at = timeline, stretches, 0
+        self._passed = 0  # steps before the stretch that it is in
         self._observers, self._observe_every = observers, observe_every
         self._save_every = None if save_every is None else int(save_every)
         self._clock = len(stepper.state) > problem.rows
@@ -82,6 +92,8 @@ class Recorder:
             or self._timeline.physical_end is not None
             or (self._observers is not None and self._observers.needs_all_states)
         ):
+            return 1
+        if len(self._stretches) > 1:  # in which steps are counted anew
             return 1
         intervals = [self._save_every] if self._save_every else []
         if self._observers is not None:
@@ -116,8 +128,36 @@ class Recorder:
     def progress(self) -> float:
         """How much of `length` is done."""
         if self._timeline.steps is not None:
-            return self._integrator.done - self._first_step
+            return self._done - self._first_step
         return abs(self.reached - self._begin)
+
+    @property
+    def _done(self) -> int:
+        """Steps that the integrator has taken."""
+        return self._passed + self._integrator.done
+
+    @property
+    def stretch(self) -> Timeline:
+        """The one that the run is in."""
+        return self._stretches[self._at]
+
+    def go_on(self) -> bool:
+        """Let the run begin anew behind a break; False where there is none to come."""
+        if self.stretch is self._stretches[-1]:
+            return False
+        integrator, done, self._at = self._integrator, self._done, self._at + 1
+        if self._ranked is not None:
+            self._ranked.go_on()
+        integrator._go_on(self.stretch)
+        self._passed = done - integrator.done
+        if self._save_every and self._number % self._save_every == 0:
+            self._saved[-1].times[-1] = math.nextafter(integrator.time, -math.inf * integrator.h)
+        self._before = (integrator.time, self._stepper.state.copy())
+        if self._nodes is not None:
+            self._nodes.append(self._reached())
+        if self._crossings is not None:
+            self._crossings.go_on()
+        return True
 
     def left(self) -> float:
         """About how many steps are still to come, at the pace so far; of no meaning where it is 0."""
@@ -135,14 +175,14 @@ class Recorder:
         ahead, state, rows = self._integrator, self._stepper.state.copy(), self._problem.rows
         physical = float(state[-1]) if self._clock else None
         t = ahead.time if self._problem.time == "t" else physical
-        return Reached(ahead.time, t, state[:rows], ahead.done - self._first_step)
+        return Reached(ahead.time, t, state[:rows], self._done - self._first_step)
 
     def consume(
         self, indices: npt.NDArray[np.int64], states: Array, memories: Array | None
     ) -> int | None:
-        """Take a chunk; return the number of the last step if the physical end has been reached."""
+        """Take a chunk; return the number of the last step, in its stretch, if the run ends there."""
         times, states = self._stepper.timed(indices, states)
-        times = self._timeline.met(times, indices)
+        times, indices = self.stretch.met(times, indices), indices + self._passed
         end = self._timeline.physical_end
         last = None
         if end is not None and len(states):
@@ -157,7 +197,7 @@ class Recorder:
             nodes = self._nodes_to(indices, times, states)
             stop = self._crossings.take(nodes, memories)
         if stop is not None:
-            last = int(nodes.steps[stop.node])
+            last = int(nodes.steps[stop.node]) - self._passed
             cut = slice(0, stop.node)
             indices, times, states = indices[cut], times[cut], states[cut]
         self._evaluate(indices, times, states)
@@ -180,7 +220,7 @@ class Recorder:
             return last
         if self._pace is not None:
             self._pace.reaches(self._number, self._before[0], self.physical_time)
-        self._handed = self._integrator.done
+        self._handed = self._done
         return None
 
     def catch_up(self) -> None:
@@ -189,21 +229,21 @@ class Recorder:
         Not if it was interrupted before that was taken: then it goes back to where it was.
         """
         ahead, handed = self._integrator, self._handed
-        if ahead.done > max(self._number, handed):
+        if self._done > max(self._number, handed):
             ahead.bookmark = self._stepper.before
             ahead.take(max(self._number - handed, 0), NEVER, scalar_block(self._stepper.rows))
         if self.stopped or self._timeline.physical_end is not None:
             return  # every state has been handed out
-        done = ahead.done
+        done = self._done
         if done != self._number:
-            time = float(self._timeline.met(np.array([ahead.time]), np.array([done]))[0])
+            time = float(self.stretch.met(np.array([ahead.time]), np.array([ahead.done]))[0])
             self._before, self._number = (time, self._stepper.state.copy()), done
 
     def second(self) -> Second | None:
         """Return a second run, kept with the ranks of steps; None of variable steps."""
         if self._ranked is None:
             return None
-        second = self._ranked.second = Second(self._integrator)
+        second = self._ranked.second = Second(self._integrator, self._stretches)
         return second
 
     def finish(self, time: float, state: Array) -> None:
@@ -283,6 +323,9 @@ class Recorder:
         steps, iterations = self._integrator.steps, self._integrator.iterations
         span = self._integrator.time - self._timeline.start
         sizes = StepSizes(*self._stepper.lengths(steps, span))
+        if self._at and self._stepper.length:
+            lengths = [abs(stretch.h) for stretch in self._stretches[: self._at + 1]]
+            sizes = StepSizes(min(lengths), abs(span) / steps, max(lengths))
         saved = self._kept()
         tau, full = saved
         physical = full[:, -1] if self._clock else tau if self._problem.time == "t" else None
@@ -295,7 +338,7 @@ class Recorder:
         if self._ranked is not None:
             self._ranked.end, self._ranked.final = self._before
         if self._crossings is not None:
-            restart = self._crossings.left_behind(restart, self._before[0], span)
+            restart = self._crossings.left_behind(restart, self._before[0], self._integrator.time)
             met = self._crossings.met(self._clock, self._before[0])
         return Solution(
             problem=self._problem,

@@ -15,6 +15,7 @@ from ..kernels.solve.status import OK
 from ..methods.partial import rounding
 from ..methods.stepper import NOTHING, Stepper
 from .integrator import Integrator
+from .timeline import Timeline
 
 __all__ = ["Second", "longer"]
 
@@ -31,10 +32,9 @@ def longer(order: int) -> float:
 class Second:
     """The run of an integrator that has not begun yet, in longer steps, without anything beside it."""
 
-    def __init__(self, integrator: Integrator) -> None:
-        self._from = integrator.stepper.state.copy(), integrator.time
-        self.longer = longer(integrator.method.order)
-        self._h, self._integrator = self.longer * integrator.h, integrator
+    def __init__(self, integrator: Integrator, stretches: tuple[Timeline, ...]) -> None:
+        self._from, self._stretches = integrator.stepper.state.copy(), stretches
+        self._integrator, self._longer = integrator, longer(integrator.method.order)
         self._end: float | None = None
         self._found: Array | None = None
         self._thread: threading.Thread | None = None
@@ -42,7 +42,8 @@ class Second:
 
     def begin(self, end: float) -> None:
         """Let it go on beside the run, to its end, where that is long and a core is free."""
-        steps = abs((end - self._from[1]) / self._h)
+        first = self._stretches[0]
+        steps = abs((end - first.start) / (self._longer * first.h))
         alone = threading.active_count() == 1 and cores() > 1
         if steps > LONG and alone and self._integrator.stepper.compiled:
             self._end = end
@@ -68,19 +69,32 @@ class Second:
     def both(self, end: float) -> tuple[Array | None, Array | None]:
         """Return the states of both runs at another time; None where one fails."""
         stepper = self._new()
-        return self._state(stepper, end, self._h / self.longer), self._state(stepper, end, self._h)
+        return self._state(stepper, end, 1.0), self._state(stepper, end, self._longer)
 
     def _new(self) -> Stepper:
-        stepper = self._integrator.stepper.renewed(*self._from, self._h)
+        first = self._stretches[0]
+        stepper = self._integrator.stepper.renewed(self._from, first.start, self._longer * first.h)
         stepper.otherwise = None  # Newton's method is compiled for the run alone
         return stepper
 
     def _run(self, stepper: Stepper, end: float) -> None:
-        self._found = self._state(stepper, end, self._h)
+        self._found = self._state(stepper, end, self._longer)
 
-    def _state(self, stepper: Stepper, end: float, h: float) -> Array | None:
-        (y, begin), done = self._from, 0
-        whole = int((end - begin) / h)
+    def _state(self, stepper: Stepper, end: float, longer: float) -> Array | None:
+        y, last = self._from, self._stretches[-1]
+        for stretch in self._stretches:
+            h, until = longer * stretch.h, stretch.own_end
+            if stretch is last or until is None or (end - until) * h <= 0.0:
+                return self._over(stepper, y, stretch.start, end, h)
+            found = self._over(stepper, y, stretch.start, until, h)
+            if found is None:
+                break
+            y = found
+        return None
+
+    def _over(self, stepper: Stepper, y: Array, begin: float, end: float, h: float) -> Array | None:
+        """Return the state after whole steps of h, and a last partial one."""
+        done, whole = 0, int((end - begin) / h)
         stepper.begin(y, begin, h)
         while done < whole and not self._given_up:
             count = min(PIECE, whole - done)

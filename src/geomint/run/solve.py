@@ -5,13 +5,15 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ..arguments import Array, finite
-from ..errors import StepError, WatcherError, keeping
+from ..arguments import Array, finite, positive
+from ..errors import DomainError, StepError, WatcherError, keeping
 from ..kernels.compiling.beside import in_turn
 from ..methods import Exact, Method, Start, find_solver
+from ..methods.adaptive import Adaptive
 from ..methods.partial import PartialSteps
 from ..problems.declaration import check_problem
 from ..problems.problem import Problem
@@ -22,10 +24,11 @@ from .accuracy.asked import choose_for
 from .accuracy.auto import is_auto
 from .asked import check_counts, check_switches, restart_of, wanted_times, wants_clock
 from .begun_anew import begun_anew
+from .breaks import breaks_of, divided
 from .callback import Callback, asked_to_end, check_callback
 from .calls import explained
 from .crossings import Crossings
-from .driver import Account, drive
+from .driver import drive
 from .error_estimate import check_estimate, error_estimate, label
 from .events import choose_events
 from .exact.follow import ExactRun, check_no_steps
@@ -33,7 +36,7 @@ from .growth import estimated, met, tell_end_error
 from .integrator import Integrator
 from .progress import Progress
 from .promise import Setting, rough_error
-from .recorder import Recorder
+from .recorder import Account, Recorder
 from .result import Status
 from .solution import Solution
 from .step_notes import tell_coarse_steps, tell_errors, tell_long_steps, tell_short_run
@@ -67,6 +70,8 @@ def solve(
     clock: bool | None = None,
     callback: Callback | None = None,
     estimate_error: bool = False,
+    breaks: Any = None,
+    longest: float | None = None,
     progress: bool | None = None,
     compiled: bool = True,
 ) -> Solution:
@@ -132,6 +137,16 @@ def solve(
         Estimate the error of every saved state, by a second run with half the step (of an adaptive
         method with a sixteenth of the tolerances), which takes twice as long as the first: it is
         ``sol.error_estimate``.
+    breaks : array_like, optional
+        Times within the run at which a force switches, in any order: physical times, or of a problem
+        in τ, whose end is then given in it, those. Steps end there, with every method, and begin anew
+        behind; none is evaluated at such a time, but some roundings before or behind it. At fixed step
+        each stretch between two of them is divided into equal steps, as long as `step` or less, so that
+        structure is kept within it; `save_every` counts on. A composition that goes beyond its steps
+        is refused. Without breaks the order of a method is lost at a switch.
+    longest : float, optional
+        The longest step, > 0, in the problem's own time: no step that is chosen is longer, and none of
+        an adaptive method. What lasts that long is then not stepped over.
     progress : bool, optional
         Show progress. Default: if standard error is a terminal.
     compiled : bool
@@ -166,9 +181,12 @@ def solve(
         "clock": clock,
         "callback": callback,
         "estimate_error": estimate_error,
+        "longest": None if longest is None else positive("longest", longest),
         "progress": progress,
         "compiled": compiled,
     }
+    if breaks is not None:
+        named["breaks"] = breaks_of(breaks, problem, finite("t0", t0), t_end, tau_end)
     asked = tolerance is not None or is_auto(method)
     if not asked and (step is not None or isinstance(problem, Solution)):
         return _solved(problem, y0, method=method, step=step, **named)
@@ -200,20 +218,22 @@ def _solved(
     y0: Any,
     *,
     t0: float,
-    t_end: float | None,
-    tau_end: float | None,
+    t_end: float | None = None,
+    tau_end: float | None = None,
     method: str | Method | None,
-    step: float | None,
-    t_eval: Any,
-    tau_eval: Any,
-    dense: bool,
-    events: Any,
-    save_every: int | None,
-    observe: Any,
-    observe_every: int,
+    step: float | None = None,
+    t_eval: Any = None,
+    tau_eval: Any = None,
+    dense: bool = False,
+    events: Any = None,
+    save_every: int | None = None,
+    observe: Any = (),
+    observe_every: int = 1,
     clock: bool | None,
-    callback: Callback | None,
-    estimate_error: bool,
+    callback: Callback | None = None,
+    estimate_error: bool = False,
+    breaks: tuple[float, ...] = (),
+    longest: float | None,
     progress: bool | None,
     compiled: bool,
     admitted: Array | None = None,
@@ -221,13 +241,15 @@ def _solved(
     turning: bool = True,
     given: bool = True,
     confirmed: bool = False,
+    halved: float = 0.0,
 ) -> Solution:
     """Return what `solve` does with a step, or the default one, once.
 
     `admitted` is y0 made canonical, where that has been done, and `functions` what `check_problem` has
     returned. `turning`: whether steps whose iteration does not converge are taken by what the method
     has for them; else they end the run. `given`: whether the user has given the step. `confirmed`:
-    whether a second run shall tell the error at the end.
+    whether a second run shall tell the error at the end. `breaks`, as `breaks_of` returns them, may lie
+    beyond the end; `halved` is the step of a run with them of whose steps each is halved.
     """
     check_switches(compiled, dense, estimate_error, clock=clock, progress=progress)
     t0, before = finite("t0", t0), None
@@ -241,12 +263,21 @@ def _solved(
     if exact:
         chosen.check_fits(problem, False)
         check_no_steps(step=step, save_every=save_every, callback=callback)
-        check_no_steps(estimate_error=estimate_error or None)
+        check_no_steps(
+            estimate_error=estimate_error or None, breaks=breaks or None, longest=longest
+        )
+    if longest is not None and isinstance(chosen, Adaptive):
+        chosen = replace(chosen, max_step=min(chosen.max_step, longest))
     check_estimate(estimate_error, before)
     state = y0 if before is not None else problem.canonical(y0) if admitted is None else admitted
     bar = Progress(progress, None, chosen.name)
     with bar if step is None else contextlib.nullcontext():  # what it follows from is compiled
-        timeline = plan_timeline(problem, chosen, state, t_end, tau_end, step, t0, before, compiled)
+        for_run, rest = (problem, chosen, state, t_end, tau_end), (t0, before, compiled, breaks)
+        timeline = plan_timeline(*for_run, step, *rest)
+        if longest is not None and abs(timeline.h) > longest * (1.0 + 1e-9):
+            if given and not (chosen.adaptive and step is None):
+                raise DomainError("longest", longest, f"at least the step, {abs(timeline.h):.9g}")
+            timeline = plan_timeline(*for_run, longest, *rest)
     wanted_clock = wants_clock(problem, timeline, t_eval, clock)
     with_clock = problem.clock is not None if wanted_clock is None else wanted_clock
     chosen.check_fits(problem, with_clock)
@@ -285,6 +316,13 @@ def _solved(
     integrator = Integrator.of(chosen, start, t0, before)
     if not turning:
         integrator.stepper.otherwise = None
+    least = 1 if given else 2  # in a stretch: a second run has longer steps
+    stretches = divided(integrator, timeline, breaks, halved, least)
+    if len(stretches) > 1:
+        integrator._go_on(stretches[0])
+        before = before and replace(before, done=0)
+        steps = None if chosen.adaptive else sum(stretch.steps or 0 for stretch in stretches)
+        timeline = timeline._replace(start=integrator.time, steps=steps, remainder=0.0)
     begin = integrator.t if with_clock or problem.time == "t" else 0.0
     wanted = Wanted(
         PartialSteps(problem, integrator.stepper),
@@ -300,7 +338,15 @@ def _solved(
     if looked_for:
         crossings = Crossings(problem, integrator.stepper, looked_for, before)
     recorder = Recorder(
-        integrator, timeline, observers, save_every, observe_every, wanted, dense, crossings
+        integrator,
+        timeline,
+        stretches,
+        observers,
+        save_every,
+        observe_every,
+        wanted,
+        dense,
+        crossings,
     )
     bar.total = recorder.length
     with bar:
@@ -309,7 +355,7 @@ def _solved(
         in_turn(integrator.prepare, *(part.prepare for part in along))
         own = callback is not None or any(type(w) is not Function for w in watched.values())
         known = compiled and not own and not chosen.adaptive and timeline.own_end is not None
-        brief = known and timeline.expected * problem.rows <= BRIEF
+        brief = known and len(stretches) == 1 and timeline.expected * problem.rows <= BRIEF
         bar.begin(brief)
         account = Account()
         second = recorder.second() if confirmed else None
@@ -320,13 +366,7 @@ def _solved(
             bar.update(recorder.progress)
             return callback is not None and asked_to_end(callback, recorder.told())
 
-        status = _integrate(
-            integrator,
-            timeline,
-            recorder,
-            account,
-            asked_to_end_here,
-        )
+        status = _integrate(integrator, timeline, recorder, account, asked_to_end_here)
         if second is not None and status != "success":
             second.give_up()
         if brief and watched and status == "interrupted":  # anywhere, perhaps between two windows
@@ -342,8 +382,18 @@ def _solved(
     elif given and step is not None and solution.success:
         tell_coarse_steps(solution, recorder, start, watched)
     if estimate_error:
-        again = partial(
-            solve, problem, y0, t0=t0, clock=clock, progress=progress, compiled=compiled
+        again: Callable[..., Solution] = partial(
+            _solved,
+            problem,
+            y0,
+            t0=t0,
+            clock=clock,
+            breaks=breaks,
+            longest=longest,
+            progress=progress,
+            compiled=compiled,
+            given=given,
+            halved=timeline.h,
         )
         begin = t0 if label(solution)[0] == "t" else 0.0
         solution.error_estimate = error_estimate(solution, again, begin)
@@ -360,16 +410,10 @@ def _integrate(
     """Run to the end; return "success", "interrupted", or the error that ended the run before."""
     status: Status | StepError = "success"
     try:
-        asked = drive(
-            integrator,
-            timeline.steps,
-            recorder.stride,
-            recorder.consume,
-            account,
-            between,
-            recorder.left,
-            recorder.whole,
-        )
+        while True:
+            asked = drive(integrator, recorder, account, between)
+            if asked or recorder.stopped or not recorder.go_on():
+                break
         recorder.catch_up()
         if asked:
             recorder.stopped = "the callback"

@@ -11,20 +11,25 @@ import numpy.typing as npt
 from ..arguments import MOST_NUMBERS, Array, as_array, finite, positive
 from ..errors import DomainError
 from ..methods.method import Method
-from ..problems.evaluate import rates_of, value_of
+from ..problems.evaluate import Rate, rates_of, value_of
 from ..problems.problem import Problem
 from .restart import Restart
 
 __all__ = [
+    "GAP",
     "MOST_STEPS",
     "Timeline",
+    "before_breaks",
     "check_advance",
+    "counted",
     "ending",
     "evaluation_times",
     "plan_timeline",
+    "reached_by",
 ]
 
 MOST_STEPS = 2**53  # beyond, i h is not distinct for every i
+GAP = 4  # roundings before a break: one of i h, one of N h, two of sums with them
 
 
 class Timeline(NamedTuple):
@@ -77,12 +82,14 @@ def plan_timeline(
     t0: float = 0.0,
     restart: Restart | None = None,
     compiled: bool = False,
+    breaks: tuple[float, ...] = (),
 ) -> Timeline:
     """Return the timeline of a run from physical time `t0`, or raise `DomainError`.
 
     Exactly one of `t_end` (physical time) and `tau_end` (only for a problem in τ, from 0 on) must be
     given; an end before the beginning integrates backwards. With a `restart` the run goes on there.
-    `compiled`: whether the default step is found by compiled code.
+    `compiled`: whether the default step is found by compiled code. `breaks` are in the order of the
+    run, and may lie beyond it.
     """
     begin, end, own = ending(problem, t_end, tau_end, t0, restart is None)
     if restart is not None:
@@ -90,7 +97,8 @@ def plan_timeline(
     start, span = begin if own else 0.0, end - begin
     size = None if step is None else positive("step", step)
     if size is None:
-        size = method.default_step(problem, y0, span, start, rates_of(problem, y0, compiled))
+        rate_at = before_breaks(rates_of(problem, y0, compiled), breaks, span)
+        size = method.default_step(problem, y0, span, start, rate_at)
         size = min(size, abs(span)) if own else size
     h = math.copysign(size, span)
     if not method.adaptive:
@@ -102,7 +110,7 @@ def plan_timeline(
             check_advance(size, max(abs(start), abs(end)))
     if not own or method.adaptive:
         return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
-    steps, met = _counted(span, size)
+    steps, met = counted(span, size)
     if met:
         return Timeline(start, span / steps, steps, 0.0, end, None)
     return Timeline(start, h, steps, span - steps * h, end, None)
@@ -129,7 +137,19 @@ def ending(
     return begin, end, problem.time == "t" or tau_end is not None
 
 
-def _counted(span: float, size: float) -> tuple[int, bool]:
+def before_breaks(rate_at: Rate, breaks: tuple[float, ...], sign: float) -> Rate:
+    """Return rates that are behind the first break what they are before it."""
+    if not breaks:
+        return rate_at
+    last = breaks[0] - math.copysign(GAP * math.ulp(breaks[0]), sign)
+
+    def known(problem: Problem, y: Any, t: float) -> Any:
+        return rate_at(problem, y, min(t, last) if sign > 0.0 else max(t, last))
+
+    return known
+
+
+def counted(span: float, size: float) -> tuple[int, bool]:
     """Return how many whole steps fit, and whether they fill the span: to 1e-9, which is rounding."""
     count = abs(span) / size
     near = abs(count - round(count)) <= 1e-9 * max(count, 1.0)
@@ -140,9 +160,7 @@ def _counted(span: float, size: float) -> tuple[int, bool]:
 def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own: bool) -> Timeline:
     """Return the timeline of a run that goes on, with the steps it had: no step is adjusted."""
     start, h = restart.start, restart.h
-    reached = start + restart.done * h
-    if not own or method.adaptive:  # the clock's row, and then that of time
-        reached = float(restart.memory[problem.rows + (own and restart.clock)])
+    reached = reached_by(restart, problem, method, own)
     if own and restart.seen is not None and (restart.seen - reached) * h > 0.0:
         reached = restart.seen  # an event within the step that comes next has ended the run
     if not (end - reached) * h > 0.0:
@@ -152,11 +170,18 @@ def _resumed(restart: Restart, problem: Problem, method: Method, end: float, own
         return Timeline(start, h, None, 0.0, end if own else None, None if own else end)
     span = end - start
     check_advance(h, end)
-    steps, met = _counted(span, abs(h))
+    steps, met = counted(span, abs(h))
     if met and span / steps == h:
         return Timeline(start, h, steps, 0.0, end, None)
     steps -= met and abs(steps * h) > abs(span)
     return Timeline(start, h, steps, span - steps * h, end, None)
+
+
+def reached_by(restart: Restart, problem: Problem, method: Method, own: bool) -> float:
+    """Return the time from which steps go on."""
+    if not own or method.adaptive:  # the clock's row, and then that of time
+        return float(restart.memory[problem.rows + (own and restart.clock)])
+    return restart.start + restart.done * restart.h
 
 
 def check_advance(h: float, time: float) -> None:

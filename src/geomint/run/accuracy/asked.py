@@ -68,6 +68,7 @@ def choose_for(
         end - begin,
         tolerance,
         begin=begin if own else 0.0,
+        breaks=asked.get("breaks", ()),
         physical=not own,
         clock=with_clock,
         compiled=compiled,

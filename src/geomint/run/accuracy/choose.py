@@ -19,6 +19,7 @@ from ...problems.problem import Problem
 from ...problems.time_scale import characteristic_time
 from ..integrator import Integrator
 from ..promise import AIM, Setting
+from ..timeline import before_breaks
 from .accuracy import Accuracy
 from .adaptive_stretch import adaptive_stretch, at_tolerance
 from .search import Search, Trial
@@ -27,6 +28,7 @@ from .stretch import Motion, Stretch, extrapolated, stretch
 __all__ = ["checked_tolerance", "choose"]
 
 LEAST, MOST = 2.0**-52, 0.1
+TRIED = 5.0  # characteristic times up to a break, at least, for trials
 TURNS, PART = 10.0, 1.0 / 50.0  # of a stretch: characteristic times, and part of a long run
 MORE_TURNS = 3.2  # for each order of a symmetric method: high ones err where a motion is fastest
 LONG_TURNS, LONG_PART = 40.0, 1.0 / 12.0  # where errors grow faster than time
@@ -52,6 +54,8 @@ class Wanted:
 
     Attributes
     ----------
+    room : float
+        How far the first break is, up to which trials go.
     clock, functions, watched, reason
         As `choose` takes them.
     """
@@ -59,6 +63,7 @@ class Wanted:
     motion: Motion
     tolerance: float
     time: float
+    room: float
     clock: bool
     functions: tuple[str, ...]
     watched: bool
@@ -104,7 +109,12 @@ class Wanted:
     def length(self, turns: float, part: float) -> float:
         """Return the length of a stretch."""
         whole = abs(self.motion.span)
-        return min(whole, max(turns * self.time, part * whole))
+        return min(whole, 0.5 * self.room, max(turns * self.time, part * whole))
+
+    @property
+    def untried(self) -> bool:
+        """Whether a break comes too early for trials: then a second run alone tells errors."""
+        return self.room < min(TRIED * self.time, abs(self.motion.span))
 
     def accuracy(
         self,
@@ -148,6 +158,7 @@ def choose(
     tolerance: float,
     *,
     begin: float,
+    breaks: tuple[float, ...] = (),
     physical: bool,
     clock: bool,
     compiled: bool,
@@ -166,6 +177,8 @@ def choose(
         it.
     begin : float
         The problem's own time at y0.
+    breaks : tuple of float
+        In the order of the run.
     clock, compiled
         As the run will have them.
     functions : tuple of str
@@ -182,8 +195,10 @@ def choose(
         rate = value_of(problem, problem.clock, y0, compiled)(y0, 0.0)
         span, physical_span = (span / rate if rate > 0.0 else span), abs(span)
     motion = Motion(problem, y0, begin, span, physical_span, compiled)
-    time = characteristic_time(problem, y0, span, begin, rates_of(problem, y0, compiled))
-    wanted = Wanted(motion, tolerance, time, clock, functions, watched, reason)
+    rate_at = before_breaks(rates_of(problem, y0, compiled), breaks, span)
+    time = characteristic_time(problem, y0, span, begin, rate_at)
+    room = abs(breaks[0] - begin) if breaks else math.inf
+    wanted = Wanted(motion, tolerance, time, room, clock, functions, watched, reason)
     if isinstance(method, Adaptive):
         return _local_tolerance(wanted, method)
     return _step(wanted, method)
@@ -196,6 +211,7 @@ def _step(wanted: Wanted, method: Method) -> Setting:
     implicit = "max_iterations" in options
     first = (FIRST[0] + FIRST[1] * p) * (wanted.goal / wanted.turns) ** (1.0 / p)
     first = min(time * (min(first, IMPLICIT) if implicit else first), most)
+    most = min(most, 0.5 * wanted.room)
     own = method
     if not wanted.watched:
         own = with_iteration_tolerance(
@@ -219,7 +235,7 @@ def _step(wanted: Wanted, method: Method) -> Setting:
     for iteration in ("fixed-point", "auto") if other else ("",):
         tried = trials(varied(own, "iteration", iteration) if iteration else own)
         search = Search(functools.partial(tried, short), wanted.goal, p, most, implicit)
-        step, expected = search.run(first)
+        step, expected = (first, wanted.goal) if wanted.untried else search.run(first)
         if not search.stiff(step, expected):
             break
     floor = rounding_floor(wanted.turns, step / time)
@@ -245,7 +261,8 @@ def _local_tolerance(wanted: Wanted, method: Adaptive) -> Setting:
     search = Search(
         lambda rtol: tried(rtol, short), wanted.goal, power, LARGEST_RTOL, False, NEAR_ADAPTIVE
     )
-    rtol, expected = search.run(wanted.goal / wanted.turns)
+    first = wanted.goal / wanted.turns
+    rtol, expected = (first, wanted.goal) if wanted.untried else search.run(first)
     if long > short and math.isfinite(expected):
         rtol, expected = search.corrected(rtol, expected, lambda rtol: tried(rtol, long))
     own, floor = at_tolerance(method, rtol), rounding_floor(wanted.turns, 1.0)
